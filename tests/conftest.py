@@ -18,7 +18,7 @@ from hypothesis import HealthCheck, settings
 if TYPE_CHECKING:
     from PySide6.QtWidgets import QApplication
 
-    from gsapp.dynamics.virtual_aircraft.virtual_flight import VirtualFlight
+    from gsapp.virtual.virtual_flight import VirtualFlight
 
 os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
@@ -103,8 +103,8 @@ def flown_short(
     tmp_path_factory: pytest.TempPathFactory,
 ) -> Callable[[int], VirtualFlight]:
     """Return what gives the short flight of a seed, flown once for all processes of a run."""
-    from gsapp.dynamics.virtual_aircraft.virtual_flight import simulate_flight
     from gsapp.foundation.file_lock import FileLock
+    from gsapp.virtual.virtual_flight import simulate_flight
 
     folder = tmp_path_factory.getbasetemp()
     if "PYTEST_XDIST_WORKER" in os.environ:

@@ -42,7 +42,7 @@ def connection_options() -> ConnectionOptions:
 def virtual_flight_options() -> VirtualFlightOptions:
     """Return what can be chosen for the virtual aircraft."""
     # With their modules the window would start a quarter of a second later.
-    from gsapp.dynamics.virtual_aircraft.flight_plan import SHIPPED_PLANS as PLANS
+    from gsapp.virtual.flight_plan import SHIPPED_PLANS as PLANS
 
     plans = sorted(PLANS.names(), key=lambda name: (name != _USUAL_PLAN, name))
     return VirtualFlightOptions(plans=tuple(plans), effects=list_hidden_effects)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import time
-from dataclasses import replace
 from pathlib import Path
 from threading import Thread
 
@@ -15,12 +14,10 @@ from gsapp.flight.writers import write_block
 from gsapp.foundation import FlightError
 from gsapp.session import UNLIMITED_SPEED, Alarm, SampleHistory, Session, SessionSnapshot
 from gsapp.telemetry.recorder_control import RecorderHandle
-from gsapp.telemetry.virtual_aircraft.aircraft_process import AircraftProcess
+from gsapp.virtual.downlink.aircraft_process import AircraftProcess
 from ui.background_job import BackgroundJob, JobProgress
 from ui.commands import CommandRequirement, shortcut_text
 from ui.error_reporter import ErrorReporter
-from ui.flight.flight_view_state import FlightViewState
-from ui.flight.flight_view_state_builder import FlightViewStateBuilder, build_bar_facts
 from ui.flight_opener import FlightOpener
 from ui.frame_rate import (
     MIN_LIVE_FRAME_SECONDS,
@@ -32,8 +29,6 @@ from ui.module_preloader import preload_maneuver_modules
 from ui.number_format import join_sentences
 from ui.recording_setup import PendingFlight, RecorderMonitor, RunningRecorder
 from ui.settings import SettingsStore
-from ui.window_frame.status_bar_model import StatusBarData, create_status_items
-from ui.window_frame.status_item import StatusItem
 
 _UPDATE_SECONDS = 0.006
 _BACKGROUND_UPDATE_SECONDS = 0.02
@@ -109,7 +104,6 @@ class FlightController(QObject):
         self.error_reporter = faults
         self._store = store
         self.session: Session | None = None
-        self._taker: FlightViewStateBuilder | None = None
         self._snapshot: SessionSnapshot | None = None
         self._aircraft: AircraftProcess | None = None
         self._left: list[RecorderHandle] = []
@@ -255,7 +249,6 @@ class FlightController(QObject):
         self._back_to = back_to
         self.session = session
         self._aircraft = aircraft
-        self._taker = FlightViewStateBuilder(session)
         self._finished = self._remarked = False
         self._problem = self._fault = ""
         self._moved_to = self._seen = self._landed_at = self._system = None
@@ -295,7 +288,7 @@ class FlightController(QObject):
         self._timer.stop()
         self.flight_opener.cancel()
         session, self.session = self.session, None
-        self._taker = self._snapshot = self._aircraft = None
+        self._snapshot = self._aircraft = None
         if session is not None:
             if session.recorder is not None and session.recorder not in self._left:
                 self._left.append(session.recorder)
@@ -487,21 +480,14 @@ class FlightController(QObject):
 
     # What is shown
 
-    def create_display_data(self, units: str) -> FlightViewState:
-        """Return everything beside the samples."""
-        if self._taker is None or self._snapshot is None:
-            return FlightViewState()
-        return self._taker.build(self._snapshot, units)
-
-    def create_status_items(self, units: str, *, muted: bool) -> tuple[StatusItem, ...]:
-        """Return the parts of the bar."""
-        if self.session is None or self._snapshot is None:
-            return create_status_items(StatusBarData(muted=muted, others=self._other_names))
-        facts = build_bar_facts(self.session, self._snapshot, units, muted=muted)
-        return create_status_items(replace(facts, others=self._other_names))
+    @property
+    def snapshot(self) -> SessionSnapshot | None:
+        """Return the state of the session at the last tick; None without a flight."""
+        return self._snapshot
 
     @property
-    def _other_names(self) -> tuple[str, ...]:
+    def other_recorder_names(self) -> tuple[str, ...]:
+        """Return the names of the flights that other recorders write."""
         return tuple(found.name for found in self.other_recorders)
 
     def unacknowledged_alarms(self) -> tuple[Alarm, ...]:

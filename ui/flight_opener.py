@@ -23,7 +23,7 @@ from gsapp.session.session_setting import SessionOptions
 from gsapp.telemetry.link_address import parse_link
 from gsapp.telemetry.recorder_control import find_recorder, start_recorder
 from gsapp.telemetry.recorder_folder import check_not_finished, record_state
-from gsapp.telemetry.virtual_aircraft.aircraft_process import find_free_udp_port
+from gsapp.virtual.downlink.aircraft_process import find_free_udp_port
 from ui.background_job import BackgroundJob, JobCanceledError, JobProgress
 from ui.dialogs.flight_requests import ConnectRequest, VirtualFlightRequest, next_flight_name
 from ui.disk_checks import path_kind

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
@@ -25,18 +26,17 @@ from ui.commands import CommandRequirement, CommandSet
 from ui.dialogs.about import AboutDialog, about_lines
 from ui.dialogs.flight_dialogs import ask_closing
 from ui.dialogs.guide import GuideWindow, guide_folder
+from ui.dialogs.link_rows import describe_vehicle
 from ui.dialogs.mavlink_inspector import MavlinkInspector
 from ui.dialogs.messages import MessagesDialog
 from ui.dialogs.shortcuts import ShortcutsDialog
 from ui.display_style import DisplayStyle
 from ui.error_reporter import ErrorReport, ErrorReporter
 from ui.file_menu_controller import FileMenuController
-from ui.flight.controls import ActionButton
 from ui.flight.flight_page import FlightPage
 from ui.flight.flight_page_controller import FlightPageController
 from ui.flight.flight_view import FlightView
 from ui.flight.layout_store import LayoutStore
-from ui.flight.link_rows import describe_vehicle
 from ui.flight_controller import FlightController
 from ui.gap.gap_page import GapPage
 from ui.page_registry import PAGES
@@ -48,10 +48,17 @@ from ui.settings import SettingsStore, layouts_path, limits_path
 from ui.shortcut_filter import ShortcutOverrideFilter
 from ui.start_page import StartPage
 from ui.voice.voice import Voice
+from ui.widgets.action_button import ActionButton
 from ui.window_frame.banners import BannerStack
 from ui.window_frame.file_drop_filter import FileDropFilter
 from ui.window_frame.navigation_rail import NavigationRail
 from ui.window_frame.status_bar import StatusBar
+from ui.window_frame.status_bar_model import (
+    StatusBarData,
+    create_status_items,
+    status_bar_data,
+)
+from ui.window_frame.status_item import StatusItem
 
 log = logging.getLogger(__name__)
 
@@ -365,17 +372,20 @@ class MainWindow(QMainWindow):
         self.recent_flights.remove(path)
         self.flight_page.start.show_flights(self.store.current.recent_flights)
 
+    def _status_items(self) -> tuple[StatusItem, ...]:
+        controller, muted = self.flight_controller, self.store.current.muted
+        data = StatusBarData(muted=muted)
+        if controller.session is not None and controller.snapshot is not None:
+            data = status_bar_data(
+                controller.session, controller.snapshot, self.display_style.units, muted=muted
+            )
+        return create_status_items(replace(data, others=controller.other_recorder_names))
+
     def _refresh(self) -> None:
         """Show what the session says now, beside the samples."""
         if self.flight_controller.is_open:
-            self.view.show_state(
-                self.flight_controller.create_display_data(self.display_style.units)
-            )
-        self.status_bar.show_items(
-            self.flight_controller.create_status_items(
-                self.display_style.units, muted=self.store.current.muted
-            )
-        )
+            self.view.show_state(self.crew.view_state())
+        self.status_bar.show_items(self._status_items())
         self._enable()
         self.crew.sound_alarms()
 

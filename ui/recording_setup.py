@@ -14,7 +14,7 @@ from gsapp.flight.folder import FlightFolder
 from gsapp.flight.folder_setup import prepare_flight_folder
 from gsapp.session import Session
 from gsapp.telemetry.recorder_control import RecorderHandle, find_recorders
-from gsapp.telemetry.virtual_aircraft.aircraft_process import AircraftProcess
+from gsapp.virtual.downlink.aircraft_process import AircraftProcess
 from ui.dialogs.flight_requests import ConnectRequest, VirtualFlightRequest
 
 _POLL_SECONDS = 1.0

@@ -16,7 +16,7 @@ from pydantic import Field, ValidationError
 
 from gsapp.foundation import StrictModel, write_toml
 from ui.disk_checks import nearest_folder, path_kind
-from ui.review.estimate_form import EstimateForm
+from ui.estimate_form import EstimateForm
 
 _APPLICATION = "gsapp"
 _MAX_RECENT = 8

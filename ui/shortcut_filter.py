@@ -16,7 +16,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from ui.flight.controls import TimeSlider
+from ui.widgets.time_slider import TimeSlider
 
 _ARROWS = frozenset(
     {

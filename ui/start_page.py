@@ -10,115 +10,24 @@ from PySide6.QtCore import QRectF, QSize, Qt, Signal
 from PySide6.QtGui import QFont, QFontMetricsF, QPainter, QPaintEvent, QResizeEvent
 from PySide6.QtWidgets import (
     QAbstractButton,
-    QFrame,
     QGridLayout,
-    QLabel,
     QPushButton,
-    QScrollArea,
     QSizePolicy,
-    QVBoxLayout,
     QWidget,
 )
 
-from gsapp.quantities import convert_text_units
 from ui.commands import shortcut_text
 from ui.disk_checks import path_kind
 from ui.display_style import DisplayStyle
-from ui.flow_layout import FlowLayout
 from ui.icons import paint_icon
 from ui.number_format import clock_text
 from ui.settings import RecentFlight
+from ui.widgets.flow_layout import FlowLayout
+from ui.widgets.labels import CenteredPage, create_label
 
 _LINKS_OFFERED = 3
 _FLIGHTS_OFFERED = 5
 _TRAINING_SHORTCUT = "Ctrl+Shift+T"
-
-
-class UnitConvertingLabel(QLabel):
-    """A label whose sentences have their values in the units of the screen, whenever these change.
-
-    Parameters
-    ----------
-    look : DisplayStyle
-        Its units.
-    text : str
-        In any units.
-    """
-
-    def __init__(self, look: DisplayStyle, text: str = "") -> None:
-        super().__init__()
-        self._look = look
-        self._remark = text
-        look.changed.connect(self._convert)
-        self._convert()
-
-    def setText(self, text: str) -> None:
-        """Show another text, in any units."""
-        self._remark = text
-        self._convert()
-
-    def _convert(self) -> None:
-        super().setText(convert_text_units(self._remark, self._look.units))
-
-
-def create_label(
-    text: str, role: str = "", *, wrap: bool = False, remarks_in: DisplayStyle | None = None
-) -> QLabel:
-    """Return a label in a role of the style sheet; for remarks, in the units of a look."""
-    made = QLabel(text) if remarks_in is None else UnitConvertingLabel(remarks_in, text)
-    if role:
-        made.setProperty("role", role)
-    made.setWordWrap(wrap)
-    return made
-
-
-class CenteredPage(QScrollArea):
-    """A column of text of readable width, centered, that scrolls where the window is small.
-
-    Parameters
-    ----------
-    look : DisplayStyle
-        Sizes.
-    width : int
-        Points the column takes at most.
-    """
-
-    def __init__(self, look: DisplayStyle, width: int = 720) -> None:
-        super().__init__()
-        self._look = look
-        self._width = width
-        self.setFrameShape(QFrame.Shape.NoFrame)
-        self.setWidgetResizable(True)
-        self.setFocusPolicy(Qt.FocusPolicy.NoFocus)
-        self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
-        self._page = QWidget()
-        self._page.setObjectName("page")
-        self.setWidget(self._page)
-        outer = QGridLayout(self._page)
-        self.column = QVBoxLayout()
-        self._body = QWidget()
-        self._body.setLayout(self.column)
-        self.column.setContentsMargins(0, 0, 0, 0)
-        outer.setColumnStretch(0, 1)
-        outer.setColumnStretch(2, 1)
-        outer.setRowStretch(0, 2)
-        outer.setRowStretch(2, 3)
-        outer.addWidget(self._body, 1, 1)
-        self._outer = outer
-        look.changed.connect(self._fit)
-        self._fit()
-
-    def _fit(self) -> None:
-        margin = self._look.px(24)
-        self._outer.setContentsMargins(margin, margin, margin, margin)
-        self.column.setSpacing(self._look.px(8))
-        room = max(self.viewport().width() - 2 * margin - 2, 1)
-        self._body.setFixedWidth(min(self._look.px(self._width), room))
-
-    def resizeEvent(self, event: QResizeEvent) -> None:
-        """Keep the column within the window."""
-        super().resizeEvent(event)
-        self._fit()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -10,7 +10,7 @@ from PySide6.QtCore import QObject, Signal
 
 from gsapp.foundation import GroundStationError
 from gsapp.telemetry.recorder_control import RecorderHandle
-from gsapp.telemetry.virtual_aircraft.aircraft_process import BackgroundCommand, find_free_udp_port
+from gsapp.virtual.downlink.aircraft_process import BackgroundCommand, find_free_udp_port
 from ui.background_job import BackgroundJob
 from ui.commands import shortcut_text
 from ui.dialogs.flight_requests import ConnectRequest

@@ -57,7 +57,7 @@ def create_demo_campaign(flight: Path, out: Path, console: Console, *, seed: int
     """
     from gsapp.cli import estimate, report
     from gsapp.cli.fly import write_folder
-    from gsapp.telemetry.virtual_aircraft.flight_settings import FlightSettings
+    from gsapp.virtual.downlink.flight_settings import FlightSettings
 
     made = DemoCampaign(
         flights=(out / f"{flight.name}-before", flight),

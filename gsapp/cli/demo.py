@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from rich.console import Console
 
     from gsapp.session import Session
-    from gsapp.telemetry.virtual_aircraft.aircraft_process import AircraftProcess
+    from gsapp.virtual.downlink.aircraft_process import AircraftProcess
 
 DEMO_CHANNELS = (
     "V", "altitude", "alpha", "beta", "p", "q", "r", "an", "ax", "ay",
@@ -67,7 +67,7 @@ def run(
     from gsapp.cli._usage_errors import check_speed
     from gsapp.flight.folder_setup import prepare_flight_folder
     from gsapp.telemetry.recorder_control import start_recorder
-    from gsapp.telemetry.virtual_aircraft.aircraft_process import (
+    from gsapp.virtual.downlink.aircraft_process import (
         AircraftProcess,
         find_free_udp_port,
     )

@@ -18,9 +18,9 @@ if TYPE_CHECKING:
     from gsapp.quantities import Block
     from gsapp.telemetry.clock import Clock
     from gsapp.telemetry.sources import LinkSource
-    from gsapp.telemetry.virtual_aircraft.downlink_transmitter import TransmitLink, TransmitProgress
-    from gsapp.telemetry.virtual_aircraft.flight_downlink import FlightDownlink
-    from gsapp.telemetry.virtual_aircraft.flight_settings import FlightSettings
+    from gsapp.virtual.downlink.downlink_transmitter import TransmitLink, TransmitProgress
+    from gsapp.virtual.downlink.flight_downlink import FlightDownlink
+    from gsapp.virtual.downlink.flight_settings import FlightSettings
 
 _PEER_TIMEOUT = 300.0
 """Seconds without a request after which a thin box, landed, stops offering its log."""
@@ -94,9 +94,9 @@ def run(
     from gsapp.cli._json_output import format_json, write_json
     from gsapp.cli._usage_errors import CommandUsageError, as_usage_error, check_speed
     from gsapp.dynamics.model import load_model
-    from gsapp.dynamics.virtual_aircraft.hidden_effects import add_hidden_effects
-    from gsapp.dynamics.virtual_aircraft.sensor_faults import parse_sensor_fault
-    from gsapp.telemetry.virtual_aircraft.flight_settings import FlightSettings
+    from gsapp.virtual.downlink.flight_settings import FlightSettings
+    from gsapp.virtual.hidden_effects import add_hidden_effects
+    from gsapp.virtual.sensor_faults import parse_sensor_fault
 
     console = PlainConsole(stderr=True)
     check_speed(speed)
@@ -159,7 +159,7 @@ def transmit_flight(
 ) -> TransmitProgress | None:
     """Fly over a link in real time, or `speed` times that; return how far it came."""
     from gsapp.telemetry.clock import HostClock
-    from gsapp.telemetry.virtual_aircraft.downlink_transmitter import DownlinkTransmitter
+    from gsapp.virtual.downlink.downlink_transmitter import DownlinkTransmitter
 
     clock = HostClock()
     with open_link(to, clock, speed) as line:
@@ -227,7 +227,7 @@ def _fill(
 ) -> tuple[Block, TransmitProgress | None]:
     """Write the record and the copies; return the true motion, and how far the flight came."""
     from gsapp.flight.folder_setup import prepare_flight_folder
-    from gsapp.telemetry.virtual_aircraft.record_writer import write_record
+    from gsapp.virtual.downlink.record_writer import write_record
 
     started = time.time_ns() // 1000
     downlink = settings.create_downlink(started)

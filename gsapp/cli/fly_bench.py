@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from rich.console import Console
 
     from gsapp.telemetry.clock import Clock
-    from gsapp.telemetry.virtual_aircraft.bench_downlink import CommandConsole
+    from gsapp.virtual.downlink.bench_downlink import CommandConsole
 
 
 def run(
@@ -52,11 +52,11 @@ def run(
     from gsapp.cli._console import PlainConsole
     from gsapp.cli._usage_errors import as_usage_error
     from gsapp.cli.fly import flight_status, open_link
-    from gsapp.dynamics.virtual_aircraft.bench import VirtualBench, parse_bench_fault
     from gsapp.telemetry.clock import HostClock
     from gsapp.telemetry.link_address import parse_link
-    from gsapp.telemetry.virtual_aircraft.bench_downlink import BenchDownlink
-    from gsapp.telemetry.virtual_aircraft.downlink_transmitter import DownlinkTransmitter
+    from gsapp.virtual.bench import VirtualBench, parse_bench_fault
+    from gsapp.virtual.downlink.bench_downlink import BenchDownlink
+    from gsapp.virtual.downlink.downlink_transmitter import DownlinkTransmitter
 
     console = PlainConsole(stderr=True)
     clock = HostClock()
@@ -77,7 +77,7 @@ def _open_control(
     control: str | None, clock: Clock, console: Console
 ) -> Iterator[CommandConsole | None]:
     """Open where lines to obey come from."""
-    from gsapp.telemetry.virtual_aircraft.bench_downlink import StdinConsole, UdpConsole
+    from gsapp.virtual.downlink.bench_downlink import StdinConsole, UdpConsole
 
     if control is None:
         yield None

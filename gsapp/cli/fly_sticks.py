@@ -12,11 +12,11 @@ import numpy as np
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from gsapp.dynamics.virtual_aircraft.flight_plan import FlightPlan
-    from gsapp.dynamics.virtual_aircraft.keyboard_pilot import KeyboardPilot
-    from gsapp.dynamics.virtual_aircraft.pilot_controllers import AircraftHandling
-    from gsapp.telemetry.virtual_aircraft.downlink_transmitter import TransmitProgress
-    from gsapp.telemetry.virtual_aircraft.flight_settings import FlightSettings
+    from gsapp.virtual.downlink.downlink_transmitter import TransmitProgress
+    from gsapp.virtual.downlink.flight_settings import FlightSettings
+    from gsapp.virtual.flight_plan import FlightPlan
+    from gsapp.virtual.keyboard_pilot import KeyboardPilot
+    from gsapp.virtual.pilot_controllers import AircraftHandling
 
 
 def fly_with_sticks(
@@ -52,11 +52,11 @@ def fly_with_sticks(
         If the link cannot be opened, or the aircraft cannot be flown.
     """
     from gsapp.cli.fly import flight_status, open_link, print_crash, write_truth
-    from gsapp.dynamics.virtual_aircraft.keyboard_pilot import KeyboardPilot
     from gsapp.telemetry.clock import HostClock
-    from gsapp.telemetry.virtual_aircraft.bench_downlink import StdinConsole
-    from gsapp.telemetry.virtual_aircraft.downlink_transmitter import DownlinkTransmitter
-    from gsapp.telemetry.virtual_aircraft.training_downlink import TrainingDownlink
+    from gsapp.virtual.downlink.bench_downlink import StdinConsole
+    from gsapp.virtual.downlink.downlink_transmitter import DownlinkTransmitter
+    from gsapp.virtual.downlink.training_downlink import TrainingDownlink
+    from gsapp.virtual.keyboard_pilot import KeyboardPilot
 
     clock = HostClock()
     pilots: list[KeyboardPilot] = []

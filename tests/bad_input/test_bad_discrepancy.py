@@ -16,11 +16,11 @@ from gsapp.cli.discrepancy import run
 from gsapp.discrepancy.model_match import check_model_match
 from gsapp.discrepancy.remarks import record_remarks
 from gsapp.dynamics.model import load_model
-from gsapp.dynamics.virtual_aircraft.virtual_flight import VirtualFlight
 from gsapp.flight.writers import write_block
 from gsapp.foundation import GroundStationError
 from gsapp.identification.maneuver_extraction import open_flights_with_maneuvers
 from gsapp.quantities import Block
+from gsapp.virtual.virtual_flight import VirtualFlight
 from tests.bad_input.bad_input_kit import everything_in, refused
 
 WINDOWS = ("30:38", "40:45", "50:58", "63.5:68.5", "70:76")

@@ -251,7 +251,7 @@ def test_an_aircraft_with_mistakes(tmp_path: Path) -> None:
 
 
 def test_a_plan_with_mistakes(tmp_path: Path) -> None:
-    from gsapp.dynamics.virtual_aircraft.flight_plan import SHIPPED_PLANS as PLANS
+    from gsapp.virtual.flight_plan import SHIPPED_PLANS as PLANS
 
     name = altered(
         PLANS.find("short"), tmp_path / "mine.toml",

@@ -67,7 +67,7 @@ def test_a_recording_in_which_nothing_arrived_opens(
     )
     until(qtbot, lambda: window.flight_controller.is_loaded)
     until(qtbot, lambda: told(window, "othing was recorded in this flight"))
-    picture = window.flight_controller.create_display_data("US")
+    picture = window.crew.view_state()
     assert picture.empty_text == "This flight holds no samples"
 
 

@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 from gsapp.aircraft.aircraft_loader import SHIPPED_AIRCRAFT
-from gsapp.dynamics.virtual_aircraft.virtual_flight import VirtualFlight
 from gsapp.flight.writers import write_block
 from gsapp.quantities import Block
+from gsapp.virtual.virtual_flight import VirtualFlight
 from tests.cli.command_kit import gsapp
 
 ELEVATOR, COMBINED = "40:45", "63.5:68.5"

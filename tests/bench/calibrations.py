@@ -24,7 +24,7 @@ from calibration.curve_selection import create_certificate, fit_calibration
 from calibration.drift import check_certificate, compute_drift
 from calibration.points import CalibrationPoint
 from calibration.voltage_monitor import VoltageMonitor
-from gsapp.dynamics.virtual_aircraft.bench import POTENTIOMETERS
+from gsapp.virtual.bench import POTENTIOMETERS
 from tests.calibration.potentiometer_kit import (
     Sweep,
     fault_trial,

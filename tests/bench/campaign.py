@@ -22,13 +22,6 @@ import numpy as np
 
 from gsapp.aircraft import load_aircraft
 from gsapp.dynamics.model import load_model
-from gsapp.dynamics.virtual_aircraft.flight_plan import (
-    FlightPlan,
-    Pattern,
-    PlannedManeuver,
-    load_flight_plan,
-)
-from gsapp.dynamics.virtual_aircraft.virtual_flight import simulate_flight
 from gsapp.flight import load_flight
 from gsapp.flight.flight_import import import_flight
 from gsapp.flight.folder import FlightFolder
@@ -40,6 +33,13 @@ from gsapp.identification.maneuver_extraction import (
 )
 from gsapp.identification.summary import summarize_campaign
 from gsapp.quantities import Block
+from gsapp.virtual.flight_plan import (
+    FlightPlan,
+    Pattern,
+    PlannedManeuver,
+    load_flight_plan,
+)
+from gsapp.virtual.virtual_flight import simulate_flight
 
 POUND = 0.45359237
 CALM, BREEZE = 0.0, 0.15

@@ -65,10 +65,10 @@ def cost(plan: str, seed: int) -> None:
     """Print the shares of a core that a whole flight takes."""
     from gsapp.aircraft import load_aircraft
     from gsapp.dynamics.model import load_model
-    from gsapp.dynamics.virtual_aircraft.virtual_flight import simulate_flight
     from gsapp.excitation.cueing import CueGenerator
     from gsapp.flight.cards import load_cards
     from gsapp.quantities import Block
+    from gsapp.virtual.virtual_flight import simulate_flight
 
     block = simulate_flight(plan, seed=seed).measured
     seconds = float(block.times[-1] - block.times[0])
@@ -158,7 +158,7 @@ def latency() -> None:
     from gsapp.flight.folder import FlightFolder
     from gsapp.session import Session
     from gsapp.telemetry.recorder_control import start_recorder
-    from gsapp.telemetry.virtual_aircraft.aircraft_process import find_free_udp_port
+    from gsapp.virtual.downlink.aircraft_process import find_free_udp_port
     from tests.excitation.cue_kit import CARDS
 
     ticks: dict[int, float] = {}

@@ -80,8 +80,8 @@ class Result:
 
 def fly(place: Path, seconds: float) -> float:
     """Write the frames of the flight from before its first maneuver on; return the s it took."""
-    from gsapp.telemetry.virtual_aircraft.flight_settings import FlightSettings
-    from gsapp.telemetry.virtual_aircraft.onboard_log import pack_tlog_record
+    from gsapp.virtual.downlink.flight_settings import FlightSettings
+    from gsapp.virtual.downlink.onboard_log import pack_tlog_record
 
     begin = time.monotonic()
     downlink = FlightSettings(plan="default", seed=_SEED).create_downlink(1_760_000_000_000_000)
@@ -155,7 +155,7 @@ def measure(place: Path, seconds: float, *, estimates: bool) -> Result:
 
     import ui.flight_opener
     from gsapp.session.live_estimation.fit_workers import ProcessFitWorker
-    from gsapp.telemetry.virtual_aircraft.aircraft_process import find_free_udp_port
+    from gsapp.virtual.downlink.aircraft_process import find_free_udp_port
     from ui.app import create_application
     from ui.dialogs.flight_requests import ConnectRequest
 

@@ -23,7 +23,7 @@ from calibration.pressures import (
     create_covered_pitot_monitor,
     dynamic_pressure_zero,
 )
-from gsapp.dynamics.virtual_aircraft.bench import VirtualBench, parse_bench_fault
+from gsapp.virtual.bench import VirtualBench, parse_bench_fault
 from tests.calibration.ground_crew import STAMP, gyro_work, rest, six_work
 
 SEEDS, QUICK = 200, 20

@@ -73,7 +73,7 @@ def volts_at(tick: int) -> list[float]:
 def send(port: int, seconds: float, shift_us: int) -> None:
     """Send the full-rate link in real time, stamped so much after the places of the grid."""
     from gsapp.decoding.dialect import dialect
-    from gsapp.telemetry.virtual_aircraft.onboard_messages import OnboardSample, telemetry_layout
+    from gsapp.virtual.downlink.onboard_messages import OnboardSample, telemetry_layout
 
     values = defaultdict(lambda: 0.5)
     values |= {"static_pressure": 98000.0, "temperature": 290.0, "Vc": 30.0, "battery": 11.8}

@@ -182,7 +182,7 @@ class Road:
 def main(*options: str) -> dict[int, float]:
     """Print the memory as the flight goes on; return it by minute, MB."""
     os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
-    from ui.screenshot import write_virtual_flight
+    from tests.screenshots.virtual_flight import write_virtual_flight
 
     minutes = 5 if "--quick" in options else 60
     found: dict[int, float] = {}

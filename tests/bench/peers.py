@@ -18,7 +18,7 @@ import time
 from collections import Counter
 from pathlib import Path
 
-from gsapp.telemetry.virtual_aircraft.aircraft_process import find_free_udp_port
+from gsapp.virtual.downlink.aircraft_process import find_free_udp_port
 
 MAVPROXY = "MAVProxy==1.8.75"
 

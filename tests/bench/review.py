@@ -77,7 +77,7 @@ def working(folder: Path) -> None:
     """Print what a key, a drag and a picture of the time line cost."""
     from PySide6.QtWidgets import QApplication
 
-    from ui.screenshot_taker import WindowAppearance, screenshot_window, wait_until
+    from tests.screenshots.screenshot_taker import WindowAppearance, screenshot_window, wait_until
 
     with screenshot_window(WindowAppearance()) as window:
         window.store.change(review_flights=(str(folder),))
@@ -109,7 +109,7 @@ def working(folder: Path) -> None:
 
 def main(*options: str) -> None:
     """Fly, open, work."""
-    from ui.screenshot import write_virtual_flight
+    from tests.screenshots.virtual_flight import write_virtual_flight
 
     with tempfile.TemporaryDirectory() as scratch:
         quick = "--quick" in options

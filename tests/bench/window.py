@@ -70,7 +70,7 @@ def seconds_to_pictures(scratch: Path, flight: Path | None) -> list[float]:
 
 def main(*options: str) -> None:
     """Start the window some times, without a flight and with one."""
-    from ui.screenshot import write_virtual_flight
+    from tests.screenshots.virtual_flight import write_virtual_flight
 
     os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
     starts = 2 if "--quick" in options else STARTS

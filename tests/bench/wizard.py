@@ -25,7 +25,7 @@ import numpy as np
 
 from calibration.certificate import Certificate
 from calibration.plan import load_calibration_plan
-from gsapp.dynamics.virtual_aircraft.bench import (
+from gsapp.virtual.bench import (
     BENCH_FAULT_KINDS,
     POTENTIOMETERS,
     BenchFault,

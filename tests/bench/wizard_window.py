@@ -19,13 +19,13 @@ os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
 import numpy as np
 from PySide6.QtCore import Qt
 
-from gsapp.dynamics.virtual_aircraft.bench import (
+from gsapp.virtual.bench import (
     BENCH_FAULT_KINDS,
     POTENTIOMETERS,
     BenchFault,
     VirtualBench,
 )
-from gsapp.dynamics.virtual_aircraft.bench.operator_motion import ANGLE_SETTING_ERROR
+from gsapp.virtual.bench.operator_motion import ANGLE_SETTING_ERROR
 from tests.calibration.wizard.bench_truth import within
 from tests.ui.bench_kit import BenchWindow, leave_only, try_out, work_through
 from ui.app import create_application

@@ -20,7 +20,7 @@ from calibration.inertial import (
     gyro_zero,
 )
 from calibration.rest_detection import RestMonitor, RestPeriod
-from gsapp.dynamics.virtual_aircraft.bench import VirtualBench
+from gsapp.virtual.bench import VirtualBench
 
 STAMP = dt.datetime(2026, 5, 12, 9, 30)  # noqa: DTZ001 - a field's local time
 

@@ -17,14 +17,14 @@ from calibration.instrument_faults import InstrumentFault, find_faults
 from calibration.points import CalibrationPoint, Direction
 from calibration.quality import Calibration
 from calibration.voltage_monitor import VoltageMonitor, VoltageReading
-from gsapp.dynamics.virtual_aircraft.bench import (
+from gsapp.quantities import FloatArray
+from gsapp.virtual.bench import (
     POTENTIOMETERS,
     BenchFault,
     Potentiometer,
     VirtualBench,
 )
-from gsapp.dynamics.virtual_aircraft.bench.potentiometer import Linkage
-from gsapp.quantities import FloatArray
+from gsapp.virtual.bench.potentiometer import Linkage
 
 SETTINGS = (-20.0, -10.0, 0.0, 10.0, 20.0)
 PASSED = 3.0

@@ -22,9 +22,9 @@ from calibration.inertial import (
     specific_force,
 )
 from calibration.rest_detection import RestPeriod
-from gsapp.dynamics.virtual_aircraft.bench import VirtualBench, parse_bench_fault
 from gsapp.quantities import FloatArray
 from gsapp.quantities.constants import GRAVITY
+from gsapp.virtual.bench import VirtualBench, parse_bench_fault
 from tests.calibration.ground_crew import STAMP, six_work
 
 

@@ -19,7 +19,7 @@ from calibration.inertial import (
     gyro_scale,
     gyro_zero,
 )
-from gsapp.dynamics.virtual_aircraft.bench import VirtualBench, parse_bench_fault
+from gsapp.virtual.bench import VirtualBench, parse_bench_fault
 from tests.calibration.ground_crew import STAMP, gyro_work, rest, turned
 
 

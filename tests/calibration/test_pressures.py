@@ -22,8 +22,8 @@ from calibration.pressures import (
     dynamic_pressure_zero,
     static_pressure_check,
 )
-from gsapp.dynamics.virtual_aircraft.bench import VirtualBench, parse_bench_fault
 from gsapp.foundation import UnitError
+from gsapp.virtual.bench import VirtualBench, parse_bench_fault
 from tests.calibration.ground_crew import STAMP, rest
 
 SHIPPED = load_certificates("b777")

@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 from scipy.signal import lfilter
 
 from calibration.voltage_monitor import VoltageMonitor, VoltageReading, mean_uncertainty
-from gsapp.dynamics.virtual_aircraft.bench import VirtualBench
 from gsapp.quantities import FloatArray
+from gsapp.virtual.bench import VirtualBench
 from tests.calibration.potentiometer_kit import rest
 
 STEP = 5.0 / 4096

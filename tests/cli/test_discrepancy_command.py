@@ -25,11 +25,11 @@ from gsapp.discrepancy.results import DiscrepancyResult
 from gsapp.discrepancy.settings import DiscrepancySettings, SearchProgress
 from gsapp.dynamics.flight_model import FlightModel
 from gsapp.dynamics.model import load_model
-from gsapp.dynamics.virtual_aircraft.virtual_flight import VirtualFlight
 from gsapp.flight.writers import write_block
 from gsapp.foundation import GroundStationError
 from gsapp.identification.maneuver import Maneuver
 from gsapp.session.review import open_reviewed_flight
+from gsapp.virtual.virtual_flight import VirtualFlight
 from tests.report.discrepancy_kit import adequate, answer
 
 WINDOWS = ("30:38", "40:45", "50:58", "63.5:68.5", "70:76")

@@ -19,7 +19,6 @@ from typer.testing import CliRunner
 from gsapp.cli import report
 from gsapp.cli.main import app
 from gsapp.dynamics.model import load_model
-from gsapp.dynamics.virtual_aircraft.virtual_flight import VirtualFlight
 from gsapp.flight.catalog import Catalog, search_runs
 from gsapp.flight.maneuvers.input_shape import InputKind
 from gsapp.flight.writers import write_block
@@ -27,6 +26,7 @@ from gsapp.foundation import FlightError, GroundStationError
 from gsapp.identification.linear_models.linear_model_files import load_linear_model
 from gsapp.identification.runs.request import RunRequest
 from gsapp.report.estimate_export import campaign_files
+from gsapp.virtual.virtual_flight import VirtualFlight
 from tests.cli.command_kit import gsapp
 from ui.review.review_jobs import EstimateJob, LinearModelsJob, RunReportJob
 from ui.review.review_worker import ReviewJobHandler

@@ -32,7 +32,7 @@ def test_shipped_maps_load(name: str) -> None:
 @pytest.mark.parametrize("name", ["b777", "b777-thin"])
 def test_the_box_maps_follow_the_box(name: str) -> None:
     """Every input of the converter stands where the box sends it, with its certificate."""
-    from gsapp.dynamics.virtual_aircraft.ad_converter import DAQ_CHANNELS
+    from gsapp.virtual.ad_converter import DAQ_CHANNELS
 
     chosen = load_channel_map(name)
     by_index = {

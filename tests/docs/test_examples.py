@@ -24,7 +24,6 @@ from gsapp.decoding.channel_map import load_channel_map
 from gsapp.decoding.decoder import Decoder
 from gsapp.dynamics.model import load_model
 from gsapp.dynamics.terms import create_term, effect_ids
-from gsapp.dynamics.virtual_aircraft.flight_plan import load_flight_plan
 from gsapp.excitation.alerts.geofence import load_geofence
 from gsapp.flight.cards import load_cards
 from gsapp.flight.events import EventLog, read_events
@@ -41,6 +40,7 @@ from gsapp.session.checklist import load_checklist
 from gsapp.session.checklist.items import CHECKLIST_RULES
 from gsapp.session.limits import load_limits
 from gsapp.session.session_setting import find_session_setting
+from gsapp.virtual.flight_plan import load_flight_plan
 
 ROOT = Path(__file__).parents[2]
 DOCS = ROOT / "docs"

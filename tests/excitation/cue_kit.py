@@ -12,12 +12,12 @@ from gsapp.aircraft import load_aircraft
 from gsapp.decoding.dialect import dialect
 from gsapp.decoding.framing import Framer
 from gsapp.dynamics.model import load_model
-from gsapp.dynamics.virtual_aircraft.ad_converter import DAQ_CHANNELS, AnalogDigitalConverter
 from gsapp.excitation.cueing import CueGenerator
 from gsapp.flight.cards import CardSet, TestCard
 from gsapp.flight.raw_files import RawWriter
 from gsapp.quantities import Block
 from gsapp.quantities.constants import DEGREE, FOOT
+from gsapp.virtual.ad_converter import DAQ_CHANNELS, AnalogDigitalConverter
 from tests.virtual.inputs import fly_input
 
 RATE = 100.0

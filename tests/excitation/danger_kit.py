@@ -10,20 +10,20 @@ import numpy as np
 
 from calibration.certificate_toml import load_certificates
 from gsapp.aircraft import load_aircraft
-from gsapp.dynamics.virtual_aircraft.ad_converter import DAQ_CHANNELS, AnalogDigitalConverter
-from gsapp.dynamics.virtual_aircraft.airframe import TRUTH_CHANNELS
-from gsapp.dynamics.virtual_aircraft.flight_plan import load_flight_plan
-from gsapp.dynamics.virtual_aircraft.keyboard_pilot import KeyboardPilot
-from gsapp.dynamics.virtual_aircraft.sensor_faults import SensorFaultInjector, parse_sensor_fault
-from gsapp.dynamics.virtual_aircraft.virtual_flight import (
+from gsapp.excitation.alerts.alert_monitor import AlertMonitor
+from gsapp.excitation.flight_rows import rows_from_block
+from gsapp.quantities import Block, FloatArray
+from gsapp.virtual.ad_converter import DAQ_CHANNELS, AnalogDigitalConverter
+from gsapp.virtual.airframe import TRUTH_CHANNELS
+from gsapp.virtual.flight_plan import load_flight_plan
+from gsapp.virtual.keyboard_pilot import KeyboardPilot
+from gsapp.virtual.sensor_faults import SensorFaultInjector, parse_sensor_fault
+from gsapp.virtual.virtual_flight import (
     FlightSegment,
     FlightSimulation,
     StickSourceFactory,
     combine_surfaces,
 )
-from gsapp.excitation.alerts.alert_monitor import AlertMonitor
-from gsapp.excitation.flight_rows import rows_from_block
-from gsapp.quantities import Block, FloatArray
 
 RATE = 100.0
 TICK = 5

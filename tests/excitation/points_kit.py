@@ -13,7 +13,6 @@ from gsapp.dynamics.flight_model import FlightModel
 from gsapp.dynamics.model import Model, load_model
 from gsapp.dynamics.simulation import ControlCommands, Simulator
 from gsapp.dynamics.trim import Trim, trim
-from gsapp.dynamics.virtual_aircraft.flight_plan import INPUT_SHAPES
 from gsapp.excitation.test_points.amplitudes import channel_noise
 from gsapp.excitation.test_points.point import TestPoint
 from gsapp.flight.maneuvers.input_shape import smooth_samples
@@ -25,6 +24,7 @@ from gsapp.flight.maneuvers.maneuver_grade import (
 )
 from gsapp.quantities import FloatArray
 from gsapp.quantities.constants import FOOT
+from gsapp.virtual.flight_plan import INPUT_SHAPES
 
 RATE_OF = {"de": "q", "da": "p", "dr": "r"}
 DT = 0.01

@@ -10,8 +10,8 @@ from fastcrc import crc16
 from gsapp.decoding.dialect import time_fields, wire_formats
 from gsapp.flight.folder import FlightFolder
 from gsapp.flight.folder_setup import prepare_flight_folder
-from gsapp.telemetry.virtual_aircraft.flight_settings import FlightSettings
-from gsapp.telemetry.virtual_aircraft.onboard_log import pack_tlog_record
+from gsapp.virtual.downlink.flight_settings import FlightSettings
+from gsapp.virtual.downlink.onboard_log import pack_tlog_record
 
 BEGUN_US = 1_760_000_000_000_000
 

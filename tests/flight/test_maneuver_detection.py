@@ -11,7 +11,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from gsapp.aircraft import load_aircraft
-from gsapp.dynamics.virtual_aircraft.virtual_flight import VirtualFlight, simulate_flight
 from gsapp.flight import Flight, load_flight
 from gsapp.flight.maneuvers import ManeuverDetector, detect_maneuvers, run_detector
 from gsapp.flight.maneuvers.airborne_detection import FRAME_DURATION, AirborneDetector, flying_speed
@@ -19,6 +18,7 @@ from gsapp.flight.maneuvers.signals import SIGNAL_COLUMNS, SIGNALS
 from gsapp.foundation import FlightError
 from gsapp.quantities import Block
 from gsapp.quantities.constants import DEGREE
+from gsapp.virtual.virtual_flight import VirtualFlight, simulate_flight
 from tests.flight.maneuver_kit import COMBINED, EVERYTHING, Input, changed, flight_of, make_flight
 
 AIRCRAFT = load_aircraft("b777")

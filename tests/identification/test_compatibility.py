@@ -11,14 +11,14 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from gsapp.aircraft import load_aircraft
-from gsapp.dynamics.virtual_aircraft.virtual_flight import VirtualFlight
-from gsapp.dynamics.virtual_aircraft.virtual_flight import simulate_flight as fly_whole
 from gsapp.flight import Flight
 from gsapp.foundation import FlightError, UnknownNameError
 from gsapp.identification.compatibility import CompatibilitySettings, check_compatibility
 from gsapp.identification.compatibility.kinematics import integrate_rotation_matrices
 from gsapp.identification.maneuver import Maneuver, cut_maneuver
 from gsapp.quantities import Block
+from gsapp.virtual.virtual_flight import VirtualFlight
+from gsapp.virtual.virtual_flight import simulate_flight as fly_whole
 from tests.identification.virtual_instruments import with_errors, with_signs
 
 B777 = load_aircraft("b777")

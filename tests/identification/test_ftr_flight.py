@@ -9,9 +9,9 @@ import pytest
 
 from gsapp.aircraft import load_aircraft
 from gsapp.dynamics.model import load_model
-from gsapp.dynamics.virtual_aircraft.virtual_flight import VirtualFlight, simulate_flight
 from gsapp.identification.ftr import FTR, FTRSettings
 from gsapp.quantities import Block
+from gsapp.virtual.virtual_flight import VirtualFlight, simulate_flight
 
 AIRCRAFT = load_aircraft("b777")
 TRUTH = load_model("b777")

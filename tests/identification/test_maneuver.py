@@ -13,7 +13,6 @@ from scipy.integrate import solve_ivp
 
 from gsapp.aircraft import Aircraft, load_aircraft
 from gsapp.dynamics.equations import attitude_rates
-from gsapp.dynamics.virtual_aircraft.virtual_flight import VirtualFlight
 from gsapp.flight import Flight
 from gsapp.flight.info import FlightInfo, Weather
 from gsapp.foundation import FlightError
@@ -29,6 +28,7 @@ from gsapp.identification.maneuver import cut_maneuver, mass_over_flight
 from gsapp.identification.motion import integrate_attitude, measured_motion
 from gsapp.quantities import Block
 from gsapp.quantities.constants import GRAVITY
+from gsapp.virtual.virtual_flight import VirtualFlight
 
 B777 = load_aircraft("b777")
 

@@ -38,8 +38,8 @@ from gsapp.session.checklist import (
 )
 from gsapp.session.checklist.session_checklist import FLIGHT_START_EVENT
 from gsapp.session.replay_runner import run_replay
-from gsapp.telemetry.virtual_aircraft.flight_settings import FlightSettings
-from gsapp.telemetry.virtual_aircraft.onboard_log import OnboardLog
+from gsapp.virtual.downlink.flight_settings import FlightSettings
+from gsapp.virtual.downlink.onboard_log import OnboardLog
 
 GROUND = """
 name = "ground"

@@ -14,13 +14,13 @@ from pymavlink.dialects.v20 import all as mavlink
 from gsapp.aircraft import Aircraft, load_aircraft
 from gsapp.decoding.channel_map import load_channel_map
 from gsapp.decoding.decoder import Decoder
-from gsapp.dynamics.virtual_aircraft.virtual_flight import VirtualFlight
 from gsapp.flight import Flight, load_flight
 from gsapp.flight.maneuvers.signals import SIGNAL_COLUMNS, extract_signals
 from gsapp.flight.raw_files.raw_reader import read_tlog
 from gsapp.flight.raw_record import RawRecord
 from gsapp.quantities import Block, FloatArray
 from gsapp.session.landing_monitor import LandingMonitor
+from gsapp.virtual.virtual_flight import VirtualFlight
 
 RATE = 50.0
 GROUND = 380.0

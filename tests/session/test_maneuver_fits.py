@@ -16,7 +16,6 @@ import pytest
 
 from gsapp.aircraft import load_aircraft
 from gsapp.dynamics.model import load_model
-from gsapp.dynamics.virtual_aircraft.virtual_flight import VirtualFlight
 from gsapp.excitation.doublets.verdict import InputVerdict
 from gsapp.flight import load_flight
 from gsapp.flight.writers import write_block
@@ -28,6 +27,7 @@ from gsapp.session.live_estimation.maneuver_cutter import ManeuverCutter
 from gsapp.session.live_estimation.maneuver_fit import FitRequest, FitResponse, run_fit_request
 from gsapp.session.live_estimation.maneuver_fits import ManeuverFits
 from gsapp.session.replay_runner import run_replay
+from gsapp.virtual.virtual_flight import VirtualFlight
 
 LATE = 1800.0
 """Seconds."""

@@ -10,12 +10,12 @@ from typing import Self
 import numpy as np
 import pytest
 
-from gsapp.dynamics.virtual_aircraft.virtual_flight import VirtualFlight
 from gsapp.flight.writers import write_block
 from gsapp.session import Session
 from gsapp.session.live_estimation.estimate_table import EstimateRow
 from gsapp.session.live_estimation.fit_workers import FitWorker, InlineFitWorker, ProcessFitWorker
 from gsapp.session.replay_runner import run_replay
+from gsapp.virtual.virtual_flight import VirtualFlight
 from tests.session.test_maneuver_fits import TRUTH, numbers
 
 

@@ -13,8 +13,8 @@ from PySide6.QtWidgets import QApplication, QMainWindow
 from calibration.plan import CALIBRATION_PLANS
 from calibration.wizard import WizardView
 from gsapp.aircraft import load_aircraft
-from gsapp.dynamics.virtual_aircraft.bench import VirtualBench
 from gsapp.session.sample_history import SampleHistory
+from gsapp.virtual.bench import VirtualBench
 from ui.appearance_controller import AppearanceController
 from ui.display_style import DisplayStyle
 from ui.error_reporter import ErrorReporter

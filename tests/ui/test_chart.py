@@ -15,8 +15,8 @@ from pytestqt.qtbot import QtBot
 
 from tests.ui.window_kit import FIGURE_MENU
 from ui.display_style import DisplayStyle
-from ui.gap.analysis_plot import FLIGHT_TIME_LABEL, AnalysisPlot, PlotCurve
 from ui.number_format import MINUS
+from ui.widgets.analysis_plot import FLIGHT_TIME_LABEL, AnalysisPlot, PlotCurve
 
 
 @pytest.mark.parametrize(("scale", "width"), [(100, 280), (100, 700), (200, 560), (200, 900)])

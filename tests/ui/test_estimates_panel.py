@@ -13,7 +13,6 @@ from PySide6.QtTest import QTest
 from pytestqt.qtbot import QtBot
 
 from gsapp.aircraft.aircraft_loader import SHIPPED_AIRCRAFT
-from gsapp.dynamics.virtual_aircraft.virtual_flight import VirtualFlight
 from gsapp.flight.flight_import import import_flight
 from gsapp.flight.folder import FlightFolder
 from gsapp.flight.writers import write_block
@@ -21,6 +20,7 @@ from gsapp.identification.campaign import CampaignValue
 from gsapp.quantities import trace_color
 from gsapp.session import UNLIMITED_SPEED
 from gsapp.session.live_estimation.estimate_table import EstimateRow, FittedPoint
+from gsapp.virtual.virtual_flight import VirtualFlight
 from tests.ui.window_kit import KILL, pixels, until
 from ui.display_style import DisplayStyle
 from ui.flight.estimates_panel import (

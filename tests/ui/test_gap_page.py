@@ -39,10 +39,10 @@ from tests.ui.window_kit import (
 )
 from ui.gap.force_effect_dialog import ForceEffectDialog
 from ui.gap.gap_worker import GapReportJob, SearchJob
-from ui.gap.paint_primitives import level_colors
 from ui.gap.search_request import GapRequest
 from ui.main_window import MainWindow
 from ui.theme import THEMES
+from ui.widgets.paint_primitives import level_colors
 
 CONTROL, ALT = Qt.KeyboardModifier.ControlModifier, Qt.KeyboardModifier.AltModifier
 SHIFT = Qt.KeyboardModifier.ShiftModifier

@@ -41,10 +41,10 @@ from ui.gap.gap_text import (
 from ui.gap.gap_view_models import build_observability_rows
 from ui.gap.gap_worker import GapReportJob, SearchJob, serve_gap_jobs
 from ui.gap.search_request import EffectDecisions, GapRequest, SearchResult
-from ui.gap.virtual_flight_simulation import find_virtual_flight_folder, simulate_virtual_flight
 from ui.job_process.job_runner import JobError, ProcessJobRunner
 from ui.job_process.job_server import JobProgressCallback, JobReport, StopEvent, serve_jobs
 from ui.number_format import value_with_std_text
+from ui.virtual_flight_simulation import find_virtual_flight_folder, simulate_virtual_flight
 
 
 class FakeSearch:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from gsapp.decoding.dialect import dialect
 from gsapp.decoding.health import LinkHealth, LinkReport
-from ui.flight.link_rows import LINK_COLUMN_TITLES, build_link_message_rows, describe_senders
+from ui.dialogs.link_rows import LINK_COLUMN_TITLES, build_link_message_rows, describe_senders
 
 START_US = 1_700_000_000_000_000
 

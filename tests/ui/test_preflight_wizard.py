@@ -21,15 +21,15 @@ import ui.main_window
 import ui.preflight.wizard_controller
 from calibration import certificate_paths, load_certificates
 from calibration.plan import load_calibration_plan
-from gsapp.dynamics.virtual_aircraft.bench import (
+from gsapp.flight.folder import FlightFolder
+from gsapp.quantities import from_si
+from gsapp.telemetry.recorder_control import find_recorders
+from gsapp.virtual.bench import (
     BENCH_FAULT_KINDS,
     POTENTIOMETERS,
     BenchFault,
     VirtualBench,
 )
-from gsapp.flight.folder import FlightFolder
-from gsapp.quantities import from_si
-from gsapp.telemetry.recorder_control import find_recorders
 from tests.calibration.wizard.bench_truth import within
 from tests.ui.bench_kit import BenchWindow, leave_only, try_out, work_through
 from tests.ui.window_kit import activate, count, open_window, pixels, until

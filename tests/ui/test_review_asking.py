@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from gsapp.identification.axes import AXIS_RESPONSES, axis_derivatives
-from ui.review.estimate_form import DerivativeEntry, EstimateForm
+from ui.estimate_form import DerivativeEntry, EstimateForm
 from ui.review.estimate_form_from_run import find_unrestored_settings, form_from_request
 from ui.review.estimate_request import FormFieldError, build_run_request, find_form_error
 from ui.review.estimate_text import FIELD_HELP, format_maneuver_count

@@ -20,8 +20,8 @@ from gsapp.identification.runs.run_store import stored_runs
 from tests.ui.review_kit import ThreadEngine, write_flights
 from tests.ui.window_kit import activate, opened_window, press, until
 from ui.display_style import DisplayStyle
+from ui.estimate_form import EstimateForm
 from ui.main_window import MainWindow
-from ui.review.estimate_form import EstimateForm
 from ui.review.estimate_page import EstimatePage
 from ui.review.estimate_request import build_run_request
 from ui.review.estimate_table import (

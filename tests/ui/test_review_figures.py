@@ -560,7 +560,9 @@ drawer = FigureRenderer()
 picture = DocumentFigure(name="it", caption="", height=4.0, draw=draw)
 room = FigureSize(width=6.0, height=4.0)
 drawer.begin(
-    RenderRequest(request_id=1, build=lambda *_: picture, palette=lambda: PAPER, room=room, dpi=100.0)
+    RenderRequest(
+        request_id=1, build=lambda *_: picture, palette=lambda: PAPER, room=room, dpi=100.0
+    )
 )
 time.sleep(0.15)
 """

@@ -22,8 +22,8 @@ from gsapp.flight.catalog import Catalog
 from gsapp.identification.runs.run_store import stored_runs
 from tests.ui.review_kit import write_flights
 from tests.ui.window_kit import KILL, activate, open_window, press, until
+from ui.estimate_form import EstimateForm
 from ui.main_window import MainWindow
-from ui.review.estimate_form import EstimateForm
 from ui.review.estimate_page import EstimatePage
 
 CONTROL, ALT = Qt.KeyboardModifier.ControlModifier, Qt.KeyboardModifier.AltModifier

@@ -15,9 +15,9 @@ from pytestqt.qtbot import QtBot
 from ui.display_style import DisplayStyle
 from ui.flight.channel_panel import ChannelPanel
 from ui.pilot.text_table import TextTable
-from ui.preflight.status_list import StatusListItem, StatusListView
 from ui.strips import StripLayout
-from ui.table_menu import TableMenu
+from ui.widgets.status_list import StatusListItem, StatusListView
+from ui.widgets.table_menu import TableMenu
 
 
 @pytest.fixture

@@ -29,10 +29,10 @@ from ui.dialogs.limits import LimitsDialog
 from ui.dialogs.settings import SettingsDialog
 from ui.dialogs.shortcuts import ShortcutsDialog
 from ui.dialogs.virtual_flight import VirtualFlightDialog
+from ui.estimate_form import EstimateForm
 from ui.gap.search_request import GapRequest
 from ui.main_window import MainWindow
 from ui.pilot.flight_cues import FlightCues
-from ui.review.estimate_form import EstimateForm
 from ui.review.figure_kinds import FIGURE_KINDS
 from ui.review.review_jobs import EstimateJob
 

@@ -66,15 +66,15 @@ from ui.display_style import DisplayStyle
 from ui.error_reporter import ErrorReporter
 from ui.flight.channel_panel import ChannelPanel
 from ui.flight.chart_menu import create_chart_menu
-from ui.flight.controls import TimeSlider
 from ui.flight.side_panels import AlarmsPanel, ListPanel, MarksPanel, MessagesPanel
-from ui.flight.table_models import TableRow, TableRowModel, TableRowView
 from ui.main_window import MainWindow
 from ui.number_format import channel_value_text
 from ui.settings import Settings, SettingsStore, initial_dialog_folder, limits_path
 from ui.shortcut_filter import ShortcutOverrideFilter
 from ui.strips.chart_keys import KEY_ACTIONS
 from ui.theme import THEMES, contrast
+from ui.widgets.table_models import TableRow, TableRowModel, TableRowView
+from ui.widgets.time_slider import TimeSlider
 from ui.window_frame.navigation_rail import NavigationButton
 from ui.window_frame.status_bar_model import AlarmSummary, StatusBarData, create_status_items
 from ui.window_frame.step_list import StepButton

@@ -138,7 +138,7 @@ def test_what_arrives_and_is_in_no_channel_is_not_called_nothing(
     window.flight_controller.flight_opener.connect_aircraft(request)
 
     def said() -> str:
-        return window.flight_controller.create_display_data("US").empty_text
+        return window.crew.view_state().empty_text
 
     until(qtbot, lambda: window.flight_controller.is_open)
     assert said() == "Nothing has arrived yet"

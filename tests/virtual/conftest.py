@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import pytest
 
-from gsapp.dynamics.virtual_aircraft.virtual_flight import VirtualFlight
+from gsapp.virtual.virtual_flight import VirtualFlight
 
 
 @pytest.fixture(scope="session")

@@ -29,21 +29,21 @@ from gsapp.aircraft import Aircraft, load_aircraft
 from gsapp.dynamics.flight_model import FlightModel
 from gsapp.dynamics.model import load_model
 from gsapp.dynamics.trim import trim
-from gsapp.dynamics.virtual_aircraft.ad_converter import AnalogDigitalConverter
-from gsapp.dynamics.virtual_aircraft.aircraft_handling import compute_handling
-from gsapp.dynamics.virtual_aircraft.airframe import (
+from gsapp.quantities import Block
+from gsapp.quantities.constants import DEGREE
+from gsapp.virtual.ad_converter import AnalogDigitalConverter
+from gsapp.virtual.aircraft_handling import compute_handling
+from gsapp.virtual.airframe import (
     INSTRUMENT_INPUT_CHANNELS,
     ONBOARD_CHANNELS,
     TRUTH_CHANNELS,
     Airframe,
 )
-from gsapp.dynamics.virtual_aircraft.flight_plan import INPUT_SHAPES, FlightPlan, PilotLimits
-from gsapp.dynamics.virtual_aircraft.instruments import Instruments
-from gsapp.dynamics.virtual_aircraft.pilot_controllers import AircraftHandling
-from gsapp.dynamics.virtual_aircraft.stick_motion import HandModel, StickPositions
-from gsapp.dynamics.virtual_aircraft.virtual_flight import combine_surfaces
-from gsapp.quantities import Block
-from gsapp.quantities.constants import DEGREE
+from gsapp.virtual.flight_plan import INPUT_SHAPES, FlightPlan, PilotLimits
+from gsapp.virtual.instruments import Instruments
+from gsapp.virtual.pilot_controllers import AircraftHandling
+from gsapp.virtual.stick_motion import StickMotionModel, StickPositions
+from gsapp.virtual.virtual_flight import combine_surfaces
 from tests.virtual.input_plan import SURFACES, InputPlan, around_one, draw
 
 RATE = 100.0
@@ -70,7 +70,7 @@ class FlownInput:
     aircraft : Aircraft
         With the noise of the day.
     truth : Block
-        `gsapp.dynamics.virtual_aircraft.airframe.TRUTH_CHANNELS`, at the CG, 100 Hz.
+        `gsapp.virtual.airframe.TRUTH_CHANNELS`, at the CG, 100 Hz.
     measured : Block
         What the ground makes of the converter's volts, with combined surfaces; attitude and
         position where the aircraft has them.
@@ -181,7 +181,7 @@ class InputFlight:
         self._place = place
         self._feel = _feel(plan.speed, self._frame.density(HEIGHT))
         human = PilotLimits()
-        self._hands = [HandModel(human, pilot, _DT) for _ in range(3)]
+        self._hands = [StickMotionModel(human, pilot, _DT) for _ in range(3)]
         controls = self.aircraft.controls
         self._full = {
             "de": controls.de.full_stick_high,

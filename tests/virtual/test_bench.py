@@ -9,14 +9,14 @@ import pytest
 
 from calibration import CalibrationPoint, fit_points
 from calibration.adc import ADC_RESOLUTION
-from gsapp.dynamics.virtual_aircraft.ad_converter import DAQ_CHANNELS
-from gsapp.dynamics.virtual_aircraft.bench import (
+from gsapp.foundation import FlightError
+from gsapp.virtual.ad_converter import DAQ_CHANNELS
+from gsapp.virtual.bench import (
     POTENTIOMETERS,
     BenchFault,
     VirtualBench,
     parse_bench_fault,
 )
-from gsapp.foundation import FlightError
 
 SETTINGS = (-20.0, -10.0, 0.0, 10.0, 20.0)
 

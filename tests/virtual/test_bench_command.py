@@ -19,19 +19,19 @@ from gsapp.cli.main import app
 from gsapp.decoding.channel_map import load_channel_map
 from gsapp.decoding.decoder import Decoder
 from gsapp.decoding.framing import Framer
-from gsapp.dynamics.virtual_aircraft.bench import VirtualBench
 from gsapp.flight.raw_record import RawRecord
 from gsapp.foundation import FlightError, LinkError
 from gsapp.quantities import Block
 from gsapp.telemetry.clock import HostClock
-from gsapp.telemetry.virtual_aircraft.aircraft_process import BenchProcess, find_free_udp_port
-from gsapp.telemetry.virtual_aircraft.bench_downlink import (
+from gsapp.virtual.bench import VirtualBench
+from gsapp.virtual.downlink.aircraft_process import BenchProcess, find_free_udp_port
+from gsapp.virtual.downlink.bench_downlink import (
     BenchDownlink,
     StdinConsole,
     UdpConsole,
     execute_bench_command,
 )
-from gsapp.telemetry.virtual_aircraft.downlink_transmitter import DownlinkTransmitter
+from gsapp.virtual.downlink.downlink_transmitter import DownlinkTransmitter
 
 PATIENCE = 60.0
 

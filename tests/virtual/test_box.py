@@ -20,16 +20,16 @@ from calibration.adc import ADC_RESOLUTION
 from calibration.certificate_toml import load_certificates
 from gsapp.decoding.frames import MavlinkFrame
 from gsapp.decoding.framing import Framer
-from gsapp.dynamics.virtual_aircraft.ad_converter import DAQ_CHANNELS
 from gsapp.telemetry.clock import HostClock
 from gsapp.telemetry.sources import open_source
-from gsapp.telemetry.virtual_aircraft.downlink_transmitter import (
+from gsapp.virtual.ad_converter import DAQ_CHANNELS
+from gsapp.virtual.downlink.downlink_transmitter import (
     THIN_BYTES_PER_SECOND,
     DownlinkTransmitter,
 )
-from gsapp.telemetry.virtual_aircraft.flight_settings import FlightSettings
-from gsapp.telemetry.virtual_aircraft.onboard_messages import dialect
-from gsapp.telemetry.virtual_aircraft.virtual_source import VirtualSource
+from gsapp.virtual.downlink.flight_settings import FlightSettings
+from gsapp.virtual.downlink.onboard_messages import dialect
+from gsapp.virtual.downlink.virtual_source import VirtualSource
 
 SECONDS = 12
 START = 1_700_000_000_000_000

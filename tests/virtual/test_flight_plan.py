@@ -7,15 +7,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from gsapp.dynamics.virtual_aircraft.flight_plan import (
+from gsapp.foundation import FileProblemsError, UnknownNameError
+from gsapp.virtual.flight_plan import (
     INPUT_SHAPES,
     FlightPlan,
     PilotLimits,
     PlannedManeuver,
     load_flight_plan,
 )
-from gsapp.dynamics.virtual_aircraft.stick_motion import StickInput
-from gsapp.foundation import FileProblemsError, UnknownNameError
+from gsapp.virtual.stick_motion import StickInput
 
 
 def test_the_default_plan_is_a_flight_of_the_crew() -> None:

@@ -21,7 +21,7 @@ from gsapp.cli import fly as command
 from gsapp.cli._usage_errors import CommandUsageError
 from gsapp.flight.flight_loader import load_flight
 from gsapp.foundation import FlightError
-from gsapp.telemetry.virtual_aircraft import record_writer
+from gsapp.virtual.downlink import record_writer
 
 DEG = np.pi / 180.0
 

@@ -8,16 +8,16 @@ import pytest
 from gsapp.aircraft import load_aircraft
 from gsapp.dynamics.model import load_model
 from gsapp.dynamics.terms import effect_ids
-from gsapp.dynamics.virtual_aircraft import airframe
-from gsapp.dynamics.virtual_aircraft.airframe import (
+from gsapp.foundation import FlightError
+from gsapp.virtual import airframe
+from gsapp.virtual.airframe import (
     INSTRUMENT_INPUT_CHANNELS,
     TRUTH_CHANNELS,
     Airframe,
 )
-from gsapp.dynamics.virtual_aircraft.flight_plan import load_flight_plan
-from gsapp.dynamics.virtual_aircraft.hidden_effects import add_hidden_effects
-from gsapp.dynamics.virtual_aircraft.stick_motion import StickPositions
-from gsapp.foundation import FlightError
+from gsapp.virtual.flight_plan import load_flight_plan
+from gsapp.virtual.hidden_effects import add_hidden_effects
+from gsapp.virtual.stick_motion import StickPositions
 
 DT = 0.01
 COUNT = 250

@@ -12,17 +12,17 @@ from hypothesis import strategies as st
 
 from gsapp.aircraft import load_aircraft
 from gsapp.cli import fly as fly_command
-from gsapp.dynamics.virtual_aircraft.ad_converter import DAQ_CHANNELS
-from gsapp.dynamics.virtual_aircraft.flight_plan import FlightPlan, load_flight_plan
-from gsapp.dynamics.virtual_aircraft.sensor_faults import (
+from gsapp.flight.flight_loader import load_flight
+from gsapp.foundation import FileProblemsError, FlightError, read_toml
+from gsapp.quantities.constants import DEGREE
+from gsapp.virtual.ad_converter import DAQ_CHANNELS
+from gsapp.virtual.flight_plan import FlightPlan, load_flight_plan
+from gsapp.virtual.sensor_faults import (
     SensorFault,
     SensorFaultInjector,
     parse_sensor_fault,
 )
-from gsapp.dynamics.virtual_aircraft.virtual_flight import FlightSegment, FlightSimulation
-from gsapp.flight.flight_loader import load_flight
-from gsapp.foundation import FileProblemsError, FlightError, read_toml
-from gsapp.quantities.constants import DEGREE
+from gsapp.virtual.virtual_flight import FlightSegment, FlightSimulation
 
 ALPHA, BETA, Q = (DAQ_CHANNELS.index(name) for name in ("alpha", "beta", "q"))
 COUNT = 2200

@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from gsapp.telemetry.virtual_aircraft.log_server import LOG_DATA_BYTES, LOG_ID, LogServer
-from gsapp.telemetry.virtual_aircraft.onboard_messages import dialect
+from gsapp.virtual.downlink.log_server import LOG_DATA_BYTES, LOG_ID, LogServer
+from gsapp.virtual.downlink.onboard_messages import dialect
 
 
 @pytest.fixture

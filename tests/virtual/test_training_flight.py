@@ -12,23 +12,23 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from gsapp.aircraft import load_aircraft
-from gsapp.dynamics.virtual_aircraft.airframe import TRUTH_CHANNELS
-from gsapp.dynamics.virtual_aircraft.flight_plan import load_flight_plan
-from gsapp.dynamics.virtual_aircraft.keyboard_pilot import KEY_TIMEOUT, KeyboardPilot
-from gsapp.dynamics.virtual_aircraft.keyboard_sticks import KeyboardSticks, KeyPositions
-from gsapp.dynamics.virtual_aircraft.stick_motion import StickPositions
-from gsapp.dynamics.virtual_aircraft.virtual_flight import FlightSegment, FlightSimulation
 from gsapp.flight.folder_setup import prepare_flight_folder
 from gsapp.foundation import FlightError
 from gsapp.session import Session
 from gsapp.telemetry.recorder_control import start_recorder
-from gsapp.telemetry.virtual_aircraft.aircraft_process import TrainingProcess, find_free_udp_port
-from gsapp.telemetry.virtual_aircraft.bench_downlink import StdinConsole
-from gsapp.telemetry.virtual_aircraft.flight_settings import FlightSettings
-from gsapp.telemetry.virtual_aircraft.training_downlink import (
+from gsapp.virtual.airframe import TRUTH_CHANNELS
+from gsapp.virtual.downlink.aircraft_process import TrainingProcess, find_free_udp_port
+from gsapp.virtual.downlink.bench_downlink import StdinConsole
+from gsapp.virtual.downlink.flight_settings import FlightSettings
+from gsapp.virtual.downlink.training_downlink import (
     TrainingDownlink,
     execute_training_command,
 )
+from gsapp.virtual.flight_plan import load_flight_plan
+from gsapp.virtual.keyboard_pilot import KEY_TIMEOUT, KeyboardPilot
+from gsapp.virtual.keyboard_sticks import KeyboardSticks, KeyPositions
+from gsapp.virtual.stick_motion import StickPositions
+from gsapp.virtual.virtual_flight import FlightSegment, FlightSimulation
 
 DT = 0.01
 PATIENCE = 30.0

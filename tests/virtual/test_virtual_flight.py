@@ -10,13 +10,13 @@ import pytest
 
 from gsapp.aircraft import load_aircraft
 from gsapp.dynamics.model import load_model
-from gsapp.dynamics.virtual_aircraft.flight_plan import load_flight_plan
-from gsapp.dynamics.virtual_aircraft.virtual_flight import (
+from gsapp.foundation import FlightError, UnknownNameError
+from gsapp.virtual.flight_plan import load_flight_plan
+from gsapp.virtual.virtual_flight import (
     FlightSimulation,
     VirtualFlight,
     simulate_flight,
 )
-from gsapp.foundation import FlightError, UnknownNameError
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -174,7 +174,7 @@ class _Still:
         return self.count >= 100
 
     def move(self, _: object) -> object:
-        from gsapp.dynamics.virtual_aircraft.stick_motion import StickPositions
+        from gsapp.virtual.stick_motion import StickPositions
 
         self.count += 1
         return StickPositions(brake=1.0, roll=0.5)

@@ -13,11 +13,11 @@ from scipy import signal
 from calibration.adc import ADC_RESOLUTION
 from calibration.certificate_toml import load_certificates
 from gsapp.aircraft import load_aircraft
-from gsapp.dynamics.virtual_aircraft.ad_converter import DAQ_CHANNELS, AnalogDigitalConverter
-from gsapp.dynamics.virtual_aircraft.engine_vibration import EngineVibration
-from gsapp.dynamics.virtual_aircraft.instruments import Instruments
-from gsapp.dynamics.virtual_aircraft.virtual_flight import VirtualFlight
 from gsapp.foundation import UnknownNameError
+from gsapp.virtual.ad_converter import DAQ_CHANNELS, AnalogDigitalConverter
+from gsapp.virtual.engine_vibration import EngineVibration
+from gsapp.virtual.instruments import Instruments
+from gsapp.virtual.virtual_flight import VirtualFlight
 
 DEG = math.pi / 180.0
 DT = 0.01

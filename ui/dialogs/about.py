@@ -13,7 +13,7 @@ from PySide6.QtWidgets import QDialogButtonBox, QVBoxLayout, QWidget
 from ui.dialogs.form_dialog import SelfDeletingDialog
 from ui.display_style import DisplayStyle
 from ui.settings import SettingsStore, log_path, recording_folder
-from ui.start_page import create_label
+from ui.widgets.labels import create_label
 
 _PACKAGE = "gsapp-ground-station"
 _LICENSE = "BSD-3-Clause"

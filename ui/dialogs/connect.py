@@ -33,8 +33,8 @@ from ui.dialogs.flight_requests import (
     format_link,
 )
 from ui.dialogs.form_dialog import FieldMessage, IntegerField, repolish
+from ui.dialogs.link_rows import describe_vehicle
 from ui.display_style import DisplayStyle
-from ui.flight.link_rows import describe_vehicle
 from ui.settings import Settings
 
 _PORT_CHECK_MS = 1500

@@ -24,7 +24,7 @@ from PySide6.QtWidgets import (
 
 from ui.disk_checks import nearest_folder
 from ui.display_style import DisplayStyle
-from ui.start_page import create_label
+from ui.widgets.labels import create_label
 
 
 def repolish(widget: QWidget) -> None:

@@ -9,16 +9,16 @@ from PySide6.QtWidgets import QDialogButtonBox, QVBoxLayout, QWidget
 
 from gsapp.decoding.health import LinkReport
 from ui.dialogs.form_dialog import SelfDeletingDialog
-from ui.display_style import DisplayStyle
-from ui.flight.link_rows import (
+from ui.dialogs.link_rows import (
     LINK_COLUMN_TITLES,
     LIVE_ONLY_COLUMNS,
     build_link_message_rows,
     describe_senders,
 )
+from ui.display_style import DisplayStyle
 from ui.flight.side_panels import ListPanel
-from ui.flight.table_models import TableRowModel, TableRowView
-from ui.start_page import create_label
+from ui.widgets.labels import create_label
+from ui.widgets.table_models import TableRowModel, TableRowView
 
 _DELAY = (
     "Delay: by how much the last one came later, by its own stamp, than the quickest of the last "

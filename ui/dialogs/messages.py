@@ -8,8 +8,8 @@ from PySide6.QtWidgets import QDialog, QDialogButtonBox, QVBoxLayout, QWidget
 from gsapp.quantities import convert_text_units
 from ui.display_style import DisplayStyle
 from ui.flight.side_panels import ListPanel
-from ui.flight.table_models import TableRow, TableRowModel, TableRowView
 from ui.icons import IndicatorState
+from ui.widgets.table_models import TableRow, TableRowModel, TableRowView
 from ui.window_frame.banners import LEVEL_TITLES, BannerMessage, BannerStack
 
 _STATES: dict[str, IndicatorState] = {"caution": "caution", "warning": "warning"}

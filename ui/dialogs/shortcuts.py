@@ -16,8 +16,8 @@ from PySide6.QtWidgets import (
 from ui.commands import COMMANDS, shortcut_text
 from ui.dialogs.form_dialog import SelfDeletingDialog
 from ui.display_style import DisplayStyle
-from ui.flow_layout import FlowLayout
-from ui.start_page import create_label
+from ui.widgets.flow_layout import FlowLayout
+from ui.widgets.labels import create_label
 
 _MOUSE_ACTIONS = (
     ("Press on the charts", "Cursor with all values at that time"),

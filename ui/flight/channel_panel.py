@@ -35,9 +35,9 @@ from ui.flight.chart_selection import (
     toggle_channel,
 )
 from ui.number_format import count_text, symbol_text
-from ui.start_page import create_label
 from ui.strips.strip_layout import StripLayout
-from ui.table_menu import TableMenu, create_table_actions
+from ui.widgets.labels import create_label
+from ui.widgets.table_menu import TableMenu, create_table_actions
 
 _ID = Qt.ItemDataRole.UserRole
 

@@ -8,7 +8,6 @@ from types import MappingProxyType
 from typing import Protocol
 
 from gsapp.quantities import FloatArray, channel
-from ui.flight.table_models import TableRow
 from ui.number_format import DASH, clock_text, number_text, symbol_text, unit_text
 from ui.strips.chart_annotations import DisplayFormat, OriginInfo
 from ui.strips.chart_state import (
@@ -17,6 +16,7 @@ from ui.strips.chart_state import (
     channel_difference,
     is_beyond_calibration,
 )
+from ui.widgets.table_models import TableRow
 
 
 class SampleReader(Protocol):

@@ -39,8 +39,8 @@ from PySide6.QtWidgets import (
 from gsapp.quantities import trace_color
 from ui.display_style import DisplayStyle
 from ui.number_format import DASH, number_text, symbol_text
-from ui.start_page import create_label
-from ui.table_menu import TableMenu
+from ui.widgets.labels import create_label
+from ui.widgets.table_menu import TableMenu
 
 if TYPE_CHECKING:
     from gsapp.session.live_estimation.estimate_table import EstimateRow

@@ -11,12 +11,14 @@ from PySide6.QtWidgets import QWidget
 from gsapp.session import Severity
 from gsapp.session.limits import LimitBands
 from gsapp.session.user_limit_store import UserLimitStore
+from ui.alarm_text import spoken_alarm_text
 from ui.dialogs.flight_dialogs import GoToDialog, RangeDialog
 from ui.dialogs.limits import LimitsDialog
 from ui.display_style import DisplayStyle
 from ui.flight.controls import next_speed
 from ui.flight.flight_view import FlightView
-from ui.flight.panel_rows import spoken_alarm_text
+from ui.flight.flight_view_state import FlightViewState
+from ui.flight.flight_view_state_builder import FlightViewStateBuilder
 from ui.flight_controller import FlightController
 from ui.settings import SettingsStore
 from ui.voice.speech_queue import UtterancePriority
@@ -69,6 +71,7 @@ class FlightPageController(QObject):
         self._heard: frozenset[str] = frozenset()
         self._sounded = 0.0
         self._before_note: tuple[bool, int] | None = None
+        self._builder: FlightViewStateBuilder | None = None
         desk.changed.connect(self._give_all_limits)
         desk.refreshed.connect(self._follow_limits)
         view.mark_requested.connect(desk.mark)
@@ -103,6 +106,16 @@ class FlightPageController(QObject):
             "type_limits": self.ask_limits,
         }
 
+    def view_state(self) -> FlightViewState:
+        """Return what the page shows beside the samples."""
+        session, snapshot = self._desk.session, self._desk.snapshot
+        if session is None or snapshot is None:
+            self._builder = None
+            return FlightViewState()
+        if self._builder is None or self._builder.session is not session:
+            self._builder = FlightViewStateBuilder(session)
+        return self._builder.build(snapshot, self._look.units)
+
     def acknowledge(self) -> None:
         """Acknowledge the alarms, by the key or from the menu."""
         by_key = self._view.is_by_key("acknowledge")
@@ -124,7 +137,7 @@ class FlightPageController(QObject):
         view = self._view.charts.view
         at = view.cursors.get("cursor") if view.paused else None
         key = self._desk.mark(at if at is not None else self._desk.time, kind="note")
-        self._view.show_state(self._desk.create_display_data(self._look.units))
+        self._view.show_state(self.view_state())
         self._view.show_panel(2)
         self._view.marks.begin_edit(key)
         self._before_note = before

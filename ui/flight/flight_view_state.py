@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
-from ui.flight.table_models import TableRow
 from ui.strips.chart_annotations import AlarmSpan, ChannelLimits, ChartMark, ChartSpan, OriginInfo
+from ui.widgets.table_models import TableRow
 
 if TYPE_CHECKING:
     from gsapp.session.live_estimation.estimate_table import EstimateRow

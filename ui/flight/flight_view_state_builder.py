@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING
 
@@ -12,7 +11,7 @@ from gsapp.decoding.derived_channels import underivable_channels
 from gsapp.decoding.pipeline import ChannelSource
 from gsapp.flight.certificates import calibrated_ranges, uncalibrated_channels
 from gsapp.flight.events import Event
-from gsapp.session import LimitBands, Session, SessionSnapshot, Severity
+from gsapp.session import LimitBands, Session, SessionSnapshot
 from gsapp.session.alarms import AlarmEpisode
 from ui.flight.estimates_panel import fit_status_text
 from ui.flight.flight_view_state import ChannelOrigin, FlightViewState, ReplayState
@@ -23,11 +22,9 @@ from ui.flight.panel_rows import (
     build_chart_spans,
     build_mark_rows,
     build_message_rows,
-    format_alarm,
 )
-from ui.flight.table_models import TableRow
 from ui.strips.chart_annotations import AlarmSpan, OriginInfo
-from ui.window_frame.status_bar_model import AlarmSummary, StatusBarData
+from ui.widgets.table_models import TableRow
 
 if TYPE_CHECKING:
     from gsapp.session.live_estimation.estimate_table import EstimateRow
@@ -35,7 +32,6 @@ if TYPE_CHECKING:
 _NO_BANDS = LimitBands()
 _RECEIVED_STATES = ("ok", "weak", "silent")
 """What is said of a link over which something that can be read has come."""
-_NO_DATA_STATES = ("silent", "no data", "no aircraft", "unreadable", "not read", "lost")
 _MESSAGES_INTERVAL = 5
 _ESTIMATES_INTERVAL = 10
 _CHANNEL_WAIT_SECONDS = 3.0
@@ -61,7 +57,7 @@ class FlightViewStateBuilder:
     """
 
     def __init__(self, session: Session) -> None:
-        self._session = session
+        self.session = session
         self._available: tuple[str, ...] = ()
         self._known = 0
         self._sources: Mapping[str, OriginInfo] = {}
@@ -80,7 +76,7 @@ class FlightViewStateBuilder:
 
     def build(self, snapshot: SessionSnapshot, units: str) -> FlightViewState:
         """Return what is beside the samples now."""
-        session = self._session
+        session = self.session
         self._look_at_channels()
         if self._count % _MESSAGES_INTERVAL == 0:
             self._messages = build_message_rows(_to_messages(session.messages()))
@@ -129,7 +125,7 @@ class FlightViewStateBuilder:
 
     def _empty(self, snapshot: SessionSnapshot) -> str:
         """Return what the charts say without a sample; more may come to a live flight alone."""
-        replay = self._session.replay_feed
+        replay = self.session.replay_feed
         if replay is not None:
             return "This flight holds no samples" if replay.complete else ""
         heard = snapshot.link.state
@@ -142,7 +138,7 @@ class FlightViewStateBuilder:
         return "Nothing has arrived yet"
 
     def _look_at_alarms(self, snapshot: SessionSnapshot, units: str) -> None:
-        log, playhead = self._session.alarm_log, snapshot.playhead
+        log, playhead = self.session.alarm_log, snapshot.playhead
         last = snapshot.now if playhead is None else playhead.end
         # While one is active its duration grows: twice a second is quick enough to read.
         grows = any(not one.is_over for one in self._alarms) and last is not None
@@ -155,7 +151,7 @@ class FlightViewStateBuilder:
         self._alarm_lines = build_alarm_rows(self._alarms, units, last, live=playhead is None)
 
     def _look_at_estimates(self) -> None:
-        estimates = self._session.estimates
+        estimates = self.session.estimates
         if estimates is None:
             return
         fits = estimates.fits
@@ -167,14 +163,14 @@ class FlightViewStateBuilder:
     def _settled(self, snapshot: SessionSnapshot) -> bool:
         if snapshot.playhead is not None:
             return snapshot.playhead.complete
-        history = self._session.history
+        history = self.session.history
         if history.end is None or not snapshot.is_up_to_date:
             return False
         self._first = history.end if self._first is None else self._first
         return history.end - self._first >= _CHANNEL_WAIT_SECONDS
 
     def _look_at_channels(self) -> None:
-        session = self._session
+        session = self.session
         sources = session.sources
         known = find_channel_origins(sources)
         available = tuple(dict.fromkeys((*known, *session.history.channels)))
@@ -222,33 +218,4 @@ def _to_messages(events: Sequence[Event]) -> tuple[_PanelMessage, ...]:
     return tuple(
         _PanelMessage(time=event.time, text=event.text, severity=event.data.get("severity"))
         for event in events
-    )
-
-
-def build_bar_facts(
-    session: Session, snapshot: SessionSnapshot, units: str, *, muted: bool
-) -> StatusBarData:
-    """Return what the bar tells of a session."""
-    waiting = [alarm for alarm in snapshot.alarms if not alarm.acknowledged]
-    replay = snapshot.mode == "replay"
-    return StatusBarData(
-        name=snapshot.name,
-        time=snapshot.now,
-        stale=not replay and snapshot.link.state in _NO_DATA_STATES,
-        replay=replay,
-        link=snapshot.link,
-        recorder=None if replay else snapshot.recorder,
-        disk=snapshot.disk,
-        aircraft=snapshot.aircraft,
-        calibration=str(len(snapshot.calibration)) if snapshot.calibration else "",
-        other_calibration=Path(session.calibration.override_source).name,
-        calibration_status=snapshot.calibration_status,
-        alarms=AlarmSummary(
-            sentences=tuple(format_alarm(alarm, units) for alarm in waiting),
-            severe=any(alarm.severity is Severity.WARNING for alarm in waiting),
-            active=len(snapshot.alarms),
-        ),
-        muted=muted,
-        read_share=1.0 if snapshot.is_up_to_date else snapshot.progress,
-        monitored_share=snapshot.monitored_fraction,
     )

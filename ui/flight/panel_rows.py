@@ -2,21 +2,18 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterable, Sequence
 from typing import Protocol
 
 from gsapp.quantities import channel
-from gsapp.session.alarms import Alarm, AlarmEpisode
+from gsapp.session.alarms import AlarmEpisode
 from gsapp.session.limits import Severity
 from gsapp.session.marks import FlightMark as FlightMark
-from ui.flight.table_models import TableRow
 from ui.icons import IndicatorState
-from ui.number_format import channel_value_text, clock_text, elapsed_text, unit_text
+from ui.number_format import channel_value_text, clock_text, elapsed_text
 from ui.strips.chart_annotations import AlarmSpan, ChartMark, ChartSpan
+from ui.widgets.table_models import TableRow
 
-_MINUS_SIGN = re.compile(r"(?<=\s)-(?=\d)")
-_BEFORE_UNIT = re.compile(r"(?<=\d) (?=[^\d\s])")
 _DEFAULT_MARK_TITLES = {"mark": "Mark", "note": "Note"}
 _SEVERITY_STATES: dict[Severity, IndicatorState] = {
     Severity.NORMAL: "plain",
@@ -77,25 +74,6 @@ def build_chart_spans(marks: Sequence[FlightMark]) -> tuple[ChartSpan, ...]:
         for number, mark in enumerate(marks, start=1)
         if mark.time is not None and mark.end is not None
     )
-
-
-def format_alarm(alarm: Alarm, units: str) -> str:
-    """Return an alarm in words, units as they are shown everywhere else."""
-    words = alarm.message_text(units)
-    if alarm.rule is not None:
-        # Only numbers with units are rewritten; the other sentences are plain words.
-        words = _MINUS_SIGN.sub("\N{MINUS SIGN}", unit_text(words))
-        words = _BEFORE_UNIT.sub("\N{NO-BREAK SPACE}", words)
-    return words[:1].upper() + words[1:]
-
-
-def spoken_alarm_text(alarm: Alarm) -> str:
-    """Return an alarm in a few words for the ear: what, which side, what it means; no numbers."""
-    if alarm.rule is None:
-        return alarm.message
-    meaning = alarm.rule.describe(alarm.severity)
-    head = f"{channel(alarm.rule.channel).title} {alarm.rule.side}"
-    return f"{head}, {meaning}" if meaning else head
 
 
 def build_alarm_rows(

@@ -9,9 +9,9 @@ from PySide6.QtWidgets import QLabel, QPushButton, QStackedLayout, QVBoxLayout, 
 
 from ui.commands import shortcut_text
 from ui.display_style import DisplayStyle
-from ui.flight.table_models import WIDEST_TIME_TEXT, TableRow, TableRowModel, TableRowView
-from ui.flow_layout import FlowLayout
-from ui.start_page import create_label
+from ui.widgets.flow_layout import FlowLayout
+from ui.widgets.labels import create_label
+from ui.widgets.table_models import WIDEST_TIME_TEXT, TableRow, TableRowModel, TableRowView
 
 _NO_MARK_TEXT = "Choose a mark first"
 

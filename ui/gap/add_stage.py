@@ -7,7 +7,6 @@ from collections.abc import Mapping
 from PySide6.QtGui import QAction
 
 from ui.display_style import DisplayStyle
-from ui.flight.controls import ActionButton
 from ui.gap.gap_text import effect_confidence_text, signed_number_text
 from ui.gap.gap_view_models import (
     build_changed_value_rows,
@@ -16,14 +15,15 @@ from ui.gap.gap_view_models import (
     describe_runner_up,
     list_effect_statuses,
 )
-from ui.gap.layout_widgets import (
+from ui.gap.stage_view import StageView
+from ui.widgets.action_button import ActionButton
+from ui.widgets.labels import create_label
+from ui.widgets.layout_widgets import (
     FittedTableView,
     NameValueTable,
     StackingColumns,
     create_button_row,
 )
-from ui.gap.stage_view import StageView
-from ui.start_page import create_label
 
 _BUTTONS = (
     ("gap_accept", "Accept next"),

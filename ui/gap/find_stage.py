@@ -9,7 +9,6 @@ from PySide6.QtCore import Qt
 
 from gsapp.quantities import symbol_markup, trace_color
 from ui.display_style import DisplayStyle
-from ui.gap.analysis_plot import FLIGHT_TIME_LABEL, AnalysisPlot, PlotBand, PlotCurve
 from ui.gap.gap_selection import find_maneuver_view, list_plot_variables
 from ui.gap.gap_tables import DisagreementMapLegend, DisagreementMapView
 from ui.gap.gap_text import channel_text, coefficient_text, noise_ratio_text
@@ -20,9 +19,10 @@ from ui.gap.gap_view_models import (
     build_missing_scatter,
     list_instrument_texts,
 )
-from ui.gap.layout_widgets import FittedTableView, LabeledComboBox, StackingColumns
 from ui.gap.stage_view import StageView
-from ui.start_page import create_label
+from ui.widgets.analysis_plot import FLIGHT_TIME_LABEL, AnalysisPlot, PlotBand, PlotCurve
+from ui.widgets.labels import create_label
+from ui.widgets.layout_widgets import FittedTableView, LabeledComboBox, StackingColumns
 
 
 class FindStage(StageView):

@@ -14,8 +14,8 @@ from ui.commands import shortcut_text
 from ui.display_style import DisplayStyle
 from ui.gap.gap_text import channel_symbol, noise_ratio_text
 from ui.gap.gap_view_models import ARROW, ChannelGapPair, WaterfallStep
-from ui.gap.paint_primitives import curve_color, paint_focus_frame
 from ui.shortcut_filter import ArrowKeyNavigation
+from ui.widgets.paint_primitives import curve_color, paint_focus_frame
 
 _RIGHT = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
 _LEFT = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter

@@ -312,7 +312,7 @@ class GapPage(QWidget):
         """Let the virtual aircraft fly with a hidden effect, and search that flight."""
         if self.busy:
             return
-        from ui.gap.virtual_flight_simulation import (
+        from ui.virtual_flight_simulation import (
             find_virtual_flight_folder,
             simulate_virtual_flight,
         )
@@ -333,7 +333,7 @@ class GapPage(QWidget):
         self._began(work.title)
 
     def _flown(self, folder: Path) -> None:
-        from ui.gap.virtual_flight_simulation import BASELINE_MODEL, SIMULATED_AIRCRAFT
+        from ui.virtual_flight_simulation import BASELINE_MODEL, SIMULATED_AIRCRAFT
 
         self._ended("flown")
         self._setup_page().set_flight(folder, SIMULATED_AIRCRAFT, BASELINE_MODEL)

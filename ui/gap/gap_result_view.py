@@ -20,7 +20,6 @@ from PySide6.QtWidgets import (
 
 from ui.commands import shortcut_text
 from ui.display_style import DisplayStyle
-from ui.flight.controls import ActionButton
 from ui.gap.add_stage import AddStage
 from ui.gap.find_stage import FindStage
 from ui.gap.gap_bars import StepSlider
@@ -41,7 +40,8 @@ from ui.gap.show_stage import ShowStage
 from ui.gap.stage_view import StageView
 from ui.icons import IndicatorState, paint_indicator
 from ui.settings import SettingsStore
-from ui.start_page import create_label
+from ui.widgets.action_button import ActionButton
+from ui.widgets.labels import create_label
 from ui.window_frame.exclusive_button_group import ExclusiveButtonGroup
 
 _ONE_ROW_WIDTH = 900

@@ -29,9 +29,9 @@ from PySide6.QtWidgets import (
 from ui.display_style import DisplayStyle
 from ui.gap.gap_text import COEFFICIENT_NAMES
 from ui.gap.gap_view_models import MAP_LEVELS, DisagreementMap, MapCell, RankingRow
-from ui.gap.paint_primitives import level_brushes, paint_focus_frame
 from ui.number_format import percent_text
-from ui.table_menu import TableMenu
+from ui.widgets.paint_primitives import level_brushes, paint_focus_frame
+from ui.widgets.table_menu import TableMenu
 
 ModelIndex = QModelIndex | QPersistentModelIndex
 _CELL_ROLE = Qt.ItemDataRole.UserRole

@@ -14,7 +14,6 @@ from gsapp.discrepancy.results import (
     Observability,
 )
 from gsapp.quantities import FloatArray, convert_text_units
-from ui.flight.table_models import TableRow
 from ui.gap.gap_selection import GapSelection, find_maneuver_view, list_model_names
 from ui.gap.gap_text import (
     MIN_OBSERVABLE_SIGMA,
@@ -38,6 +37,7 @@ from ui.gap.gap_text import (
 )
 from ui.gap.search_request import SearchResult
 from ui.number_format import DASH, clock_text, symbol_text, value_to_std_digits
+from ui.widgets.table_models import TableRow
 
 MAP_LEVELS = (1.5, 2.5, 5.0, 10.0)
 """Times the noise floor at which a cell of the map takes the next color."""

@@ -15,9 +15,9 @@ from ui.gap.gap_view_models import (
     describe_runner_up,
     find_step_effect,
 )
-from ui.gap.layout_widgets import FittedTableView, HeadedParagraphs, StackingColumns
 from ui.gap.stage_view import StageView
-from ui.start_page import create_label
+from ui.widgets.labels import create_label
+from ui.widgets.layout_widgets import FittedTableView, HeadedParagraphs, StackingColumns
 
 
 class NameStage(StageView):

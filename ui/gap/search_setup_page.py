@@ -23,10 +23,10 @@ from ui.dialogs.form_dialog import FieldMessage
 from ui.disk_checks import path_kind
 from ui.display_style import DisplayStyle
 from ui.gap.gap_stages import GAP_STAGES
-from ui.gap.layout_widgets import create_button_row
 from ui.gap.search_request import GapRequest
 from ui.settings import SettingsStore
-from ui.start_page import CenteredPage, create_label
+from ui.widgets.labels import CenteredPage, create_label
+from ui.widgets.layout_widgets import create_button_row
 
 _STAGE_DESCRIPTIONS = {
     "find": "Where simulation and flight disagree: coefficient, maneuver, region.",

@@ -9,8 +9,6 @@ from PySide6.QtGui import QAction, QResizeEvent
 
 from gsapp.quantities import trace_color
 from ui.display_style import DisplayStyle
-from ui.flight.controls import ActionButton
-from ui.gap.analysis_plot import FLIGHT_TIME_LABEL, AnalysisPlot, PlotBand, PlotCurve
 from ui.gap.gap_bars import ChannelGapBars, MisfitWaterfall
 from ui.gap.gap_selection import list_model_names
 from ui.gap.gap_text import channel_text, gap_closed_text, join_with_and, maneuver_text
@@ -20,14 +18,16 @@ from ui.gap.gap_view_models import (
     list_channel_gaps,
     list_waterfall_steps,
 )
-from ui.gap.layout_widgets import (
+from ui.gap.stage_view import StageView
+from ui.widgets.action_button import ActionButton
+from ui.widgets.analysis_plot import FLIGHT_TIME_LABEL, AnalysisPlot, PlotBand, PlotCurve
+from ui.widgets.labels import create_label
+from ui.widgets.layout_widgets import (
     FittedTableView,
     LabeledComboBox,
     StackingColumns,
     create_button_row,
 )
-from ui.gap.stage_view import StageView
-from ui.start_page import create_label
 
 _ALL_COLUMNS_WIDTH = 620
 _NOISE_COLUMN = 2

@@ -10,8 +10,8 @@ from gsapp.excitation.debrief_maneuver import EvaluatedManeuver
 from gsapp.flight.cards.card import SURFACE_NAMES
 from gsapp.quantities import FloatArray, channel, from_si, trace_color
 from ui.display_style import DisplayStyle
-from ui.gap.analysis_plot import FLIGHT_TIME_LABEL, AnalysisPlot, PlotBand, PlotCurve
 from ui.number_format import symbol_text, unit_text
+from ui.widgets.analysis_plot import FLIGHT_TIME_LABEL, AnalysisPlot, PlotBand, PlotCurve
 
 _MAX_SURFACES: Final = 2
 """Surfaces that are drawn; no input moves more of them on purpose."""

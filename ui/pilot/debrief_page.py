@@ -25,8 +25,8 @@ from ui.pilot.debrief_text import (
     list_verdict_reasons,
 )
 from ui.pilot.text_table import TextTable
-from ui.preflight.status_list import StatusListView
-from ui.start_page import create_label
+from ui.widgets.labels import create_label
+from ui.widgets.status_list import StatusListView
 
 _SIDE_BY_SIDE_WIDTH: Final = 760
 """Points of width from which list and maneuver stand side by side."""

@@ -21,7 +21,7 @@ from ui.number_format import (
     percent_text,
 )
 from ui.pilot.pilot_text import RESULT_SIGNS, surfaces_text
-from ui.preflight.status_list import StatusListItem
+from ui.widgets.status_list import StatusListItem
 
 _RESULT_STATES: Final[Mapping[str, IndicatorState]] = {"good": "good", "unclear": "unknown"}
 """Signs of verdicts; all others are a caution."""

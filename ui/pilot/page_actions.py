@@ -8,7 +8,7 @@ from typing import Final
 from PySide6.QtGui import QAction
 
 from ui.commands import shortcut_text
-from ui.preflight.action_bar import ActionItem
+from ui.widgets.action_bar import ActionItem
 
 _ACTION_LABELS: Final[Mapping[str, str]] = {
     "pilot_dismiss": "Verdict away",

@@ -24,9 +24,9 @@ from ui.pilot.speech import FlightSpeech
 from ui.pilot.stick_key_filter import StickKeyFilter
 from ui.pilot.training_flight import TrainingFlight
 from ui.pilot.training_status_line import TrainingStatusLine
-from ui.preflight.action_bar import ActionBar
 from ui.settings import SettingsStore
 from ui.voice.voice import Voice
+from ui.widgets.action_bar import ActionBar
 
 MIN_REFRESH_INTERVAL: Final = 0.05
 """Seconds between two looks at the cues: they are made anew so often."""

@@ -9,8 +9,8 @@ from PySide6.QtWidgets import QGridLayout, QVBoxLayout, QWidget
 
 from gsapp.quantities import convert_text_units
 from ui.display_style import DisplayStyle
-from ui.start_page import create_label
-from ui.table_menu import create_table_actions
+from ui.widgets.labels import create_label
+from ui.widgets.table_menu import create_table_actions
 
 
 class TextTable(QWidget):

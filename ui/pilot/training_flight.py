@@ -7,10 +7,10 @@ from typing import Final
 
 from PySide6.QtCore import QObject, Qt, QTimer, Signal
 
-from gsapp.dynamics.virtual_aircraft.handover_phases import RECOVERY_PHASE, TRAINEE_PHASE
 from gsapp.flight.cards import load_cards
-from gsapp.telemetry.virtual_aircraft.aircraft_process import TrainingProcess
-from gsapp.telemetry.virtual_aircraft.phase_announcements import phase_announcement
+from gsapp.virtual.downlink.aircraft_process import TrainingProcess
+from gsapp.virtual.downlink.phase_announcements import phase_announcement
+from gsapp.virtual.handover_phases import RECOVERY_PHASE, TRAINEE_PHASE
 from ui.flight_controller import FlightController
 from ui.pilot.stick_keys import (
     STICK_TRAVEL_TEXTS,

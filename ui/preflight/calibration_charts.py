@@ -12,9 +12,9 @@ from calibration.points import DIRECTION_TEXT, Direction
 from calibration.polynomial_fit import evaluate_polynomial
 from gsapp.quantities import FloatArray, trace_color
 from ui.display_style import DisplayStyle
-from ui.gap.analysis_plot import AnalysisPlot, PlotCurve
-from ui.gap.paint_primitives import curve_color
 from ui.number_format import unit_text
+from ui.widgets.analysis_plot import AnalysisPlot, PlotCurve
+from ui.widgets.paint_primitives import curve_color
 
 if TYPE_CHECKING:
     from calibration.wizard import WizardView

@@ -14,11 +14,11 @@ from ui.preflight.card_editor_fields import (
     replace_surfaces,
 )
 from ui.preflight.flight_card_fields import CardField, format_field
-from ui.preflight.form_columns import FormColumns, FormSection
 from ui.preflight.form_editor import FormEditor
 from ui.preflight.form_fields import FormField
 from ui.preflight.form_part import FormPart
-from ui.start_page import create_label
+from ui.widgets.form_columns import FormColumns, FormSection
+from ui.widgets.labels import create_label
 
 _SI = {"speed": "m/s", "alpha": "rad", "amplitude": "", "width": ""}
 _SURFACES = ("de", "da", "dr")

@@ -10,7 +10,7 @@ from gsapp.flight.cards.card import SURFACE_NAMES, CardInputKind
 from gsapp.quantities import from_si
 from ui.number_format import count_text, number_text, unit_text
 from ui.preflight.flight_card_fields import CardField
-from ui.preflight.status_list import StatusListItem
+from ui.widgets.status_list import StatusListItem
 from ui.window_frame.page_steps import StepStatus
 
 _KIND_TITLES = {"doublet": "Doublet", "3-2-1-1": "3-2-1-1", "pulse": "Pulse",

@@ -17,7 +17,7 @@ from ui.preflight.flight_card_fields import (
 )
 from ui.preflight.form_editor import FormEditor
 from ui.preflight.form_part import FormPart
-from ui.start_page import create_label
+from ui.widgets.labels import create_label
 
 _LOADING = ("loading",)
 _DEFAULT_YZ = ("0 m", "0 m")

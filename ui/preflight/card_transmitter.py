@@ -20,7 +20,7 @@ from ui.preflight.flight_card_fields import (
 )
 from ui.preflight.form_editor import FormEditor
 from ui.preflight.form_part import FormPart
-from ui.start_page import create_label
+from ui.widgets.labels import create_label
 
 _MIXERS = ("transmitter", "mixers")
 _COLUMNS = (*(name for name, _words in THROW_COLUMNS), "trim")

@@ -20,7 +20,7 @@ from ui.preflight.flight_card_text import describe_weighing, format_takeoff_weig
 from ui.preflight.form_editor import FormEditor
 from ui.preflight.form_fields import FormField, set_touch_height
 from ui.preflight.form_part import FormPart
-from ui.start_page import create_label
+from ui.widgets.labels import create_label
 
 _TABLE = ("weighing",)
 _LOADS = (*_TABLE, "loads")

@@ -16,18 +16,18 @@ from ui.commands import CommandRequirement
 from ui.dialogs.form_dialog import FieldMessage
 from ui.dialogs.save_dialog import ask_save_file
 from ui.display_style import DisplayStyle
-from ui.flight.controls import ActionButton
-from ui.gap.layout_widgets import create_button_row
 from ui.number_format import count_text
 from ui.preflight.card_editor import CardEditor
 from ui.preflight.card_editor_fields import build_card_item
 from ui.preflight.card_set_model import CardSetModel
 from ui.preflight.form_fields import set_touch_height
 from ui.preflight.preflight_model import PreflightModel
-from ui.preflight.status_list import StatusListView
 from ui.preflight.step_page import PreflightStepPage
 from ui.settings import SettingsStore, initial_dialog_folder
-from ui.start_page import create_label
+from ui.widgets.action_button import ActionButton
+from ui.widgets.labels import create_label
+from ui.widgets.layout_widgets import create_button_row
+from ui.widgets.status_list import StatusListView
 
 _CARD_FILE_FILTER = "Test cards (*.toml)"
 _SAVE_MS = 400

@@ -13,14 +13,14 @@ from gsapp.session.checklist import EvaluatedItem
 from ui.commands import CommandRequirement
 from ui.dialogs.form_dialog import FieldMessage
 from ui.display_style import DisplayStyle
-from ui.flight.controls import ActionButton
 from ui.icons import IndicatorState, paint_indicator
 from ui.preflight.checklist_model import ChecklistModel, describe_summary
 from ui.preflight.form_fields import set_touch_height
 from ui.preflight.preflight_model import PreflightModel
-from ui.preflight.status_list import StatusListItem, StatusListView
 from ui.preflight.step_page import PreflightStepPage
-from ui.start_page import create_label
+from ui.widgets.action_button import ActionButton
+from ui.widgets.labels import create_label
+from ui.widgets.status_list import StatusListItem, StatusListView
 
 _ROOMY_SIZE = (640, 440)
 """Points of width and height of the window below which only what matters most is shown."""

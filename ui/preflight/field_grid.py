@@ -11,7 +11,7 @@ from PySide6.QtWidgets import QComboBox, QGridLayout, QLineEdit, QSizePolicy, QW
 from ui.dialogs.form_dialog import FieldMessage
 from ui.display_style import DisplayStyle
 from ui.preflight.form_fields import FormLineEdit, set_touch_height
-from ui.start_page import create_label
+from ui.widgets.labels import create_label
 
 _MOST_ROWS = 6  # that grow
 

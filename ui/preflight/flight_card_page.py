@@ -25,12 +25,12 @@ from ui.preflight.flight_card_fields import (
     WEIGHT_FIELDS,
     CardField,
 )
-from ui.preflight.form_columns import FormColumns, FormSection
 from ui.preflight.form_editor import FormEditor
 from ui.preflight.form_fields import FormField
 from ui.preflight.preflight_model import PreflightModel
 from ui.preflight.step_page import PreflightStepPage
-from ui.start_page import create_label
+from ui.widgets.form_columns import FormColumns, FormSection
+from ui.widgets.labels import create_label
 
 _SAVE_MS = 400
 """Quiet after which what was typed goes to the disk."""

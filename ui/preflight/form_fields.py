@@ -17,7 +17,7 @@ from PySide6.QtWidgets import (
 
 from ui.dialogs.form_dialog import FieldMessage
 from ui.display_style import DisplayStyle
-from ui.start_page import create_label
+from ui.widgets.labels import create_label
 
 _NAME, _UNIT = 128, 40
 """Points for the name left of a field and for the unit right of it."""

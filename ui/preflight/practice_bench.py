@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QObject
 
-from gsapp.telemetry.virtual_aircraft.aircraft_process import BenchProcess
+from gsapp.virtual.downlink.aircraft_process import BenchProcess
 from ui.flight_controller import FlightController
 from ui.virtual_flight_session import VirtualFlightSession
 

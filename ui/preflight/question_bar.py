@@ -9,7 +9,7 @@ from PySide6.QtGui import QKeyEvent
 from PySide6.QtWidgets import QFrame, QHBoxLayout, QLineEdit, QPushButton, QSizePolicy, QWidget
 
 from ui.display_style import DisplayStyle
-from ui.start_page import create_label
+from ui.widgets.labels import create_label
 
 
 def _accept_any(_text: str) -> str:

@@ -9,7 +9,6 @@ from PySide6.QtGui import QResizeEvent
 from PySide6.QtWidgets import QBoxLayout, QFrame, QScrollArea, QVBoxLayout, QWidget
 
 from ui.display_style import DisplayStyle
-from ui.gap.layout_widgets import NameValueTable
 from ui.preflight.calibration_charts import CalibrationCharts
 from ui.preflight.calibration_point_list import CalibrationPointList
 from ui.preflight.surface_motion_view import SurfaceMotionView
@@ -22,7 +21,8 @@ from ui.preflight.wizard_rows import (
     list_remarks,
 )
 from ui.preflight.wizard_text import build_prompt
-from ui.start_page import create_label
+from ui.widgets.labels import create_label
+from ui.widgets.layout_widgets import NameValueTable
 
 if TYPE_CHECKING:
     from calibration.wizard import WizardView

@@ -18,7 +18,6 @@ from gsapp.quantities import convert_text_units
 from ui.commands import shortcut_text
 from ui.display_style import DisplayStyle
 from ui.flight_controller import FlightController
-from ui.preflight.action_bar import ActionBar, ActionItem
 from ui.preflight.calibration_controller import CalibrationController
 from ui.preflight.calibration_folder import CalibrationFolder, current_local_time
 from ui.preflight.calibration_questions import CalibrationQuestions
@@ -42,6 +41,7 @@ from ui.preflight.wizard_text import (
     build_wizard_actions,
 )
 from ui.settings import SettingsStore
+from ui.widgets.action_bar import ActionBar, ActionItem
 
 if TYPE_CHECKING:
     from calibration.plan import CalibrationPlan

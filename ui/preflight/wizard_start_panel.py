@@ -23,7 +23,7 @@ from gsapp.quantities import channel, from_si, to_si
 from ui.dialogs.form_dialog import FieldMessage
 from ui.display_style import DisplayStyle
 from ui.number_format import number_text, parse_number, unit_text
-from ui.start_page import CenteredPage, create_label
+from ui.widgets.labels import CenteredPage, create_label
 
 _TEMPERATURE = channel("temperature")
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from PySide6.QtWidgets import QFrame, QGridLayout, QWidget
 
 from ui.display_style import DisplayStyle
-from ui.start_page import CenteredPage, create_label
+from ui.widgets.labels import CenteredPage, create_label
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

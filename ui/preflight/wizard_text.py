@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from gsapp.quantities import channel
 from ui.icons import IndicatorState
 from ui.number_format import DASH, MINUS, number_text, unit_text
-from ui.preflight.action_bar import ActionItem
+from ui.widgets.action_bar import ActionItem
 
 if TYPE_CHECKING:
     from calibration.drift import CheckResult

@@ -9,10 +9,10 @@ from PySide6.QtWidgets import QCheckBox, QVBoxLayout, QWidget
 
 from gsapp.quantities import channel, trace_color
 from ui.display_style import DisplayStyle
-from ui.flow_layout import FlowLayout
 from ui.number_format import symbol_text
 from ui.review.timeline_charts import TIMELINE_CHANNELS
-from ui.start_page import create_label
+from ui.widgets.flow_layout import FlowLayout
+from ui.widgets.labels import create_label
 
 
 class ChannelToggles(QWidget):

@@ -10,8 +10,8 @@ from PySide6.QtWidgets import QAbstractItemView, QHeaderView, QTableView
 
 from gsapp.identification.axes import AXIS_RESPONSES, AXIS_STATES, DEFAULT_BIASES, Axis
 from ui.display_style import DisplayStyle
-from ui.review.estimate_form import EstimateForm
-from ui.table_menu import TableMenu
+from ui.estimate_form import EstimateForm
+from ui.widgets.table_menu import TableMenu
 
 ModelIndex = QModelIndex | QPersistentModelIndex
 

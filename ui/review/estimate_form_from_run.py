@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from gsapp.identification.axes import axis_derivatives
-from ui.review.estimate_form import DerivativeEntry, EstimateForm
+from ui.estimate_form import DerivativeEntry, EstimateForm
 from ui.review.estimate_request import build_run_request, is_effect_parameter
 
 if TYPE_CHECKING:

@@ -8,9 +8,9 @@ from PySide6.QtWidgets import QFrame, QHBoxLayout, QSizePolicy, QVBoxLayout
 
 from ui.dialogs.form_dialog import FieldMessage
 from ui.display_style import DisplayStyle
-from ui.flight.controls import ActionButton
 from ui.review.estimate_text import FIELD_HELP
-from ui.start_page import create_label
+from ui.widgets.action_button import ActionButton
+from ui.widgets.labels import create_label
 
 
 class EstimateHeader(QFrame):

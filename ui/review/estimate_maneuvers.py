@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from gsapp.identification.axes import AXIS_SURFACES
+from ui.estimate_form import EstimateForm
 from ui.number_format import plain_shortcut_text
-from ui.review.estimate_form import EstimateForm
 from ui.review.estimate_text import format_maneuver_count
 
 if TYPE_CHECKING:

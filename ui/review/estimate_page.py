@@ -12,9 +12,8 @@ from PySide6.QtWidgets import QApplication, QFrame, QScrollArea, QVBoxLayout, QW
 from gsapp.foundation import GroundStationError
 from ui.commands import CommandRequirement, shortcut_text
 from ui.display_style import DisplayStyle
-from ui.gap.layout_widgets import StackingColumns
+from ui.estimate_form import EstimateForm
 from ui.number_format import count_text, join_sentences
-from ui.review.estimate_form import EstimateForm
 from ui.review.estimate_form_from_run import find_unrestored_settings, form_from_request
 from ui.review.estimate_header import EstimateHeader
 from ui.review.estimate_maneuvers import (
@@ -34,6 +33,7 @@ from ui.review.runs_view import RunsView
 from ui.review.step_page import ReviewStepPage
 from ui.review.undo_stack import UndoStack
 from ui.settings import SettingsStore, catalog_path
+from ui.widgets.layout_widgets import StackingColumns
 from ui.window_frame.page_steps import StepStatus
 
 if TYPE_CHECKING:

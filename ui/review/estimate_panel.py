@@ -18,9 +18,8 @@ from gsapp.aircraft.aircraft_loader import shipped_aircraft
 from ui.dialogs.file_fields import ShippedFileField
 from ui.dialogs.form_dialog import FieldMessage, repolish
 from ui.display_style import DisplayStyle
-from ui.preflight.form_columns import FormSection
+from ui.estimate_form import EstimateForm
 from ui.review.estimate_channels import FitChannelTable
-from ui.review.estimate_form import EstimateForm
 from ui.review.estimate_request import METHOD_SETTINGS, is_effect_parameter
 from ui.review.estimate_table import DerivativeTable
 from ui.review.estimate_text import (
@@ -32,7 +31,8 @@ from ui.review.estimate_text import (
     NOISE_CHOICES,
     FieldChoices,
 )
-from ui.start_page import create_label
+from ui.widgets.form_columns import FormSection
+from ui.widgets.labels import create_label
 
 _SHIPPED_SETS = ("b777",)
 _TYPING_MS = 300

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 
 from gsapp.foundation import FlightError, GroundStationError
 from gsapp.identification.axes import axis_derivatives
+from ui.estimate_form import DerivativeEntry, EstimateForm
 from ui.number_format import parse_number
-from ui.review.estimate_form import DerivativeEntry, EstimateForm
 
 if TYPE_CHECKING:
     # The window starts without the numerics behind an estimation.

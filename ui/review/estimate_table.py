@@ -11,11 +11,11 @@ from PySide6.QtWidgets import QAbstractItemView, QHeaderView, QTableView
 
 from gsapp.identification.axes import axis_derivatives
 from ui.display_style import DisplayStyle
-from ui.flight.table_models import TextEditDelegate
+from ui.estimate_form import DerivativeEntry, EstimateForm
 from ui.number_format import MINUS, symbol_text, value_with_std_text
-from ui.review.estimate_form import DerivativeEntry, EstimateForm
 from ui.review.estimate_text import AS_MODEL_TEXT, TREATMENT_CHOICES
-from ui.table_menu import TableMenu
+from ui.widgets.table_menu import TableMenu
+from ui.widgets.table_models import TextEditDelegate
 
 ModelIndex = QModelIndex | QPersistentModelIndex
 

@@ -10,7 +10,7 @@ from PySide6.QtCore import QObject, Signal
 
 from gsapp.foundation import GroundStationError
 from ui.background_job import BackgroundJob, JobProgress
-from ui.review.estimate_form import EstimateForm
+from ui.estimate_form import EstimateForm
 from ui.review.estimate_request import FormFieldError, find_form_error, load_effect_parameters
 
 if TYPE_CHECKING:

@@ -9,7 +9,6 @@ from PySide6.QtCore import QEvent, QPointF, QRectF, Qt, Signal
 from PySide6.QtGui import QKeyEvent, QMouseEvent, QPainter, QPaintEvent, QPen, QWheelEvent
 
 from ui.display_style import DisplayStyle
-from ui.gap.paint_primitives import paint_readout
 from ui.review.figure_geometry import (
     ManeuverPoint,
     Subplot,
@@ -22,6 +21,7 @@ from ui.review.figure_geometry import (
 )
 from ui.review.figure_widget import FigureWidget, find_same_point
 from ui.shortcut_filter import ArrowKeyNavigation
+from ui.widgets.paint_primitives import paint_readout
 
 _HIT_RADIUS = 14
 """Points around the mouse in which a point of the figure is meant."""

@@ -8,9 +8,9 @@ from PySide6.QtGui import QFontMetrics
 from PySide6.QtWidgets import QVBoxLayout, QWidget
 
 from ui.display_style import DisplayStyle
-from ui.flight.table_models import TableRow
-from ui.gap.layout_widgets import FittedTableView
-from ui.start_page import create_label
+from ui.widgets.labels import create_label
+from ui.widgets.layout_widgets import FittedTableView
+from ui.widgets.table_models import TableRow
 
 if TYPE_CHECKING:
     from gsapp.report.document import DocumentTable

@@ -14,10 +14,10 @@ from PySide6.QtGui import QFocusEvent, QPainter, QPaintEvent
 from PySide6.QtWidgets import QWidget
 
 from ui.display_style import DisplayStyle
-from ui.gap.paint_primitives import paint_focus_frame
 from ui.review.figure_geometry import ManeuverPoint, Subplot, ViewRange, views_match
 from ui.review.figure_overlay import paint_busy, paint_message, paint_selection, paint_transformed
 from ui.review.figure_renderer import RenderedFigure
+from ui.widgets.paint_primitives import paint_focus_frame
 
 
 class FigureWidget(QWidget):

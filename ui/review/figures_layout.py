@@ -9,14 +9,14 @@ from PySide6.QtGui import QAction, QResizeEvent
 from PySide6.QtWidgets import QHBoxLayout, QListWidget, QSizePolicy, QVBoxLayout, QWidget
 
 from ui.display_style import DisplayStyle
-from ui.flight.controls import ActionButton
-from ui.flow_layout import FlowLayout
-from ui.gap.layout_widgets import LabeledComboBox, create_button_row
 from ui.review.figure_kinds import FIGURE_KINDS, FigureKind
 from ui.review.figure_options import FigureOption
 from ui.review.figure_table import ReportTable
 from ui.review.figure_view import FigureView
-from ui.start_page import create_label
+from ui.widgets.action_button import ActionButton
+from ui.widgets.flow_layout import FlowLayout
+from ui.widgets.labels import create_label
+from ui.widgets.layout_widgets import LabeledComboBox, create_button_row
 
 _LIST_WIDTH = 152
 """Points of width of the list of figures ..."""

@@ -16,7 +16,6 @@ from gsapp.foundation import FlightError
 from gsapp.quantities import typeset
 from ui.commands import CommandRequirement
 from ui.display_style import DisplayStyle
-from ui.figure_menu import ContentFunction, FigureMenu
 from ui.number_format import sanitize_file_name
 from ui.review.figure_computations import FigureComputations
 from ui.review.figure_data import FigureData, describe_point, find_result, format_run_name
@@ -35,6 +34,7 @@ from ui.review.review_jobs import JobSubmitter
 from ui.review.review_selection import ReviewSelection
 from ui.review.step_page import NO_RUN_TEXT, PREVIOUS_RUN_COUNT, ReviewStepPage
 from ui.settings import SettingsStore, initial_dialog_folder
+from ui.widgets.figure_menu import ContentFunction, FigureMenu
 from ui.window_frame.page_steps import StepStatus
 
 if TYPE_CHECKING:

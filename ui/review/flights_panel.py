@@ -12,10 +12,10 @@ from gsapp.session.review.review import Review
 from gsapp.session.review.reviewed_flight import ReviewedFlight
 from ui.commands import action_hint
 from ui.display_style import DisplayStyle
-from ui.gap.layout_widgets import create_button_row
 from ui.number_format import count_text, join_sentences
 from ui.review.maneuver_text import grade_counts_text
-from ui.start_page import create_label
+from ui.widgets.labels import create_label
+from ui.widgets.layout_widgets import create_button_row
 
 _MAX_VISIBLE_ROWS = 5
 """Flights in sight at once."""

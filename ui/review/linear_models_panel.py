@@ -9,8 +9,6 @@ from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QVBoxLayout, QWidget
 
 from ui.display_style import DisplayStyle
-from ui.flight.controls import ActionButton
-from ui.gap.layout_widgets import FittedTableView, create_button_row
 from ui.number_format import join_sentences
 from ui.review.figure_computations import FigureComputations
 from ui.review.review_jobs import JobSubmitter
@@ -21,7 +19,9 @@ from ui.review.summary_rows import (
     build_mode_rows,
     describe_comparison,
 )
-from ui.start_page import create_label
+from ui.widgets.action_button import ActionButton
+from ui.widgets.labels import create_label
+from ui.widgets.layout_widgets import FittedTableView, create_button_row
 
 if TYPE_CHECKING:
     from gsapp.identification.runs.outcome import RunOutcome

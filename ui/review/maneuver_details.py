@@ -9,7 +9,6 @@ from gsapp.flight.maneuvers.detected_maneuver import DetectedManeuver
 from gsapp.session.review.review import ManeuverRow
 from ui.dialogs.form_dialog import FieldMessage, repolish
 from ui.display_style import DisplayStyle
-from ui.flow_layout import FlowLayout
 from ui.review.maneuver_text import (
     condition_text,
     grade_text,
@@ -19,7 +18,8 @@ from ui.review.maneuver_text import (
     title_text,
 )
 from ui.review.timeline_painter import GRADE_STATES
-from ui.start_page import create_label
+from ui.widgets.flow_layout import FlowLayout
+from ui.widgets.labels import create_label
 
 
 class ManeuverDetails(QWidget):

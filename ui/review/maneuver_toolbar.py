@@ -8,8 +8,8 @@ from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QCheckBox, QVBoxLayout, QWidget
 
 from ui.display_style import DisplayStyle
-from ui.gap.layout_widgets import create_button_row
 from ui.review.flights_panel import create_command_button
+from ui.widgets.layout_widgets import create_button_row
 
 _BUTTONS = (
     ("review_zoom", "Zoom"),

@@ -10,9 +10,9 @@ from PySide6.QtGui import QColor
 
 from gsapp.session.review.review import ManeuverRow
 from ui.display_style import DisplayStyle
-from ui.flight.table_models import ModelIndex
 from ui.review.maneuver_columns import EDITABLE_COLUMNS, MANEUVER_COLUMNS, ManeuverColumn
 from ui.review.timeline_painter import GRADE_STATES
+from ui.widgets.table_models import ModelIndex
 
 _SORT_ROLE: Final = Qt.ItemDataRole.UserRole
 """Role of what a row is sorted by."""

@@ -9,13 +9,13 @@ from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QFrame, QScrollArea, QVBoxLayout, QWidget
 
 from ui.display_style import DisplayStyle
-from ui.gap.layout_widgets import StackingColumns
 from ui.review.channel_toggles import ChannelToggles
 from ui.review.flights_panel import FlightsPanel
 from ui.review.maneuver_details import ManeuverDetails
 from ui.review.maneuver_toolbar import ManeuverToolbar
 from ui.review.maneuvers_table import ManeuversTable
 from ui.review.timeline import Timeline
+from ui.widgets.layout_widgets import StackingColumns
 
 _MENU_COMMANDS = (
     "review_zoom", "review_in_use", "review_grade", "review_rename", "review_note", "review_merge",

@@ -25,10 +25,10 @@ from PySide6.QtWidgets import (
 
 from gsapp.session.review.review import ManeuverRow
 from ui.display_style import DisplayStyle
-from ui.flight.table_models import ModelIndex, TextEditDelegate
 from ui.review.maneuver_columns import COLUMN_INDEXES, EDITABLE_COLUMNS, MANEUVER_COLUMNS
 from ui.review.maneuvers_model import ManeuversModel, ManeuverSortProxy
-from ui.table_menu import TableMenu
+from ui.widgets.table_menu import TableMenu
+from ui.widgets.table_models import ModelIndex, TextEditDelegate
 
 _MIN_HEIGHT = 150
 """Points of height of the head and four rows."""

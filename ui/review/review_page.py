@@ -257,7 +257,7 @@ class ReviewPage(MultiStepPage):
 
     def fly_virtual_flight(self) -> None:
         """Let the virtual aircraft fly, and review that flight."""
-        from ui.gap.virtual_flight_simulation import find_virtual_flight_folder
+        from ui.virtual_flight_simulation import find_virtual_flight_folder
 
         flights, _why = writable_folder(recording_folder(self._store.current))
         folder = find_virtual_flight_folder(flights, datetime.now().astimezone().date())

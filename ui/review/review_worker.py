@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from gsapp.foundation import GroundStationError
-from ui.gap.virtual_flight_simulation import simulate_virtual_flight
 from ui.job_process.job_server import JobProgressCallback, StopEvent, serve_jobs
 from ui.review.review_jobs import (
     NOT_STORED_TEXT,
@@ -20,6 +19,7 @@ from ui.review.review_jobs import (
     RunReportJob,
     VirtualFlightJob,
 )
+from ui.virtual_flight_simulation import simulate_virtual_flight
 
 if TYPE_CHECKING:
     from gsapp.identification.runs.flight_cache import FlightCache

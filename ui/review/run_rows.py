@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING
 
-from ui.flight.table_models import TableRow
 from ui.number_format import DASH, symbol_text, value_with_std_text
+from ui.widgets.table_models import TableRow
 
 if TYPE_CHECKING:
     from gsapp.identification.campaign import CampaignValue

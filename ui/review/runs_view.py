@@ -10,8 +10,6 @@ from PySide6.QtGui import QAction, QFocusEvent, QKeyEvent
 from PySide6.QtWidgets import QVBoxLayout, QWidget
 
 from ui.display_style import DisplayStyle
-from ui.flight.controls import ActionButton
-from ui.gap.layout_widgets import FittedTableView, create_button_row
 from ui.review.run_rows import (
     NAME_COLUMN_INDEX,
     build_run_rows,
@@ -20,7 +18,9 @@ from ui.review.run_rows import (
     describe_run,
 )
 from ui.review.run_store import RunStore
-from ui.start_page import create_label
+from ui.widgets.action_button import ActionButton
+from ui.widgets.labels import create_label
+from ui.widgets.layout_widgets import FittedTableView, create_button_row
 
 if TYPE_CHECKING:
     from gsapp.identification.runs.run_comparison import RunComparison

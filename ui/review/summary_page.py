@@ -11,13 +11,6 @@ from PySide6.QtWidgets import QFrame, QScrollArea, QVBoxLayout, QWidget
 
 from ui.commands import CommandRequirement
 from ui.display_style import DisplayStyle
-from ui.flight.controls import ActionButton
-from ui.gap.layout_widgets import (
-    FittedTableView,
-    LabeledComboBox,
-    StackingColumns,
-    create_button_row,
-)
 from ui.number_format import count_text
 from ui.review.linear_models_panel import LinearModelsPanel
 from ui.review.review_jobs import JobSubmitter
@@ -35,7 +28,14 @@ from ui.review.summary_rows import (
     format_derivative_table,
 )
 from ui.settings import SettingsStore
-from ui.start_page import create_label
+from ui.widgets.action_button import ActionButton
+from ui.widgets.labels import create_label
+from ui.widgets.layout_widgets import (
+    FittedTableView,
+    LabeledComboBox,
+    StackingColumns,
+    create_button_row,
+)
 from ui.window_frame.page_steps import StepStatus
 
 if TYPE_CHECKING:

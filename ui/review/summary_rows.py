@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final, Literal
 
 from gsapp.quantities import channel, typeset
-from ui.flight.table_models import TableRow
 from ui.number_format import DASH, MINUS, number_text, symbol_text
+from ui.widgets.table_models import TableRow
 
 if TYPE_CHECKING:
     # The window starts without the numerics behind an estimation.

@@ -16,7 +16,7 @@ from ui.display_style import DisplayStyle
 from ui.review.timeline_painter import TimelineSpan
 from ui.review.timeline_widget import TimelineWidget
 from ui.shortcut_filter import ArrowKeyNavigation
-from ui.wheel_scrolling import scroll_steps
+from ui.widgets.wheel_scrolling import scroll_steps
 
 _EDGE_HIT_DISTANCE = 6
 """Points beside an edge in which it is taken hold of."""

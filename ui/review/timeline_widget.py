@@ -12,12 +12,12 @@ from PySide6.QtWidgets import QSizePolicy, QWidget
 
 from gsapp.session.review.traces import Traces
 from ui.display_style import DisplayStyle
-from ui.gap.paint_primitives import paint_focus_frame
 from ui.number_format import clock_text
 from ui.review import timeline_painter as drawing
 from ui.review.timeline_charts import TIMELINE_CHANNELS, TimelineChart, build_timeline_charts
 from ui.review.timeline_painter import TimelineSpan, TimeScale
 from ui.review.visible_time_range import VisibleTimeRange
+from ui.widgets.paint_primitives import paint_focus_frame
 
 _OVERVIEW_CHANNELS = ("altitude", "V", "q", "de")
 """What tells how a whole flight went, the first one that was measured."""

@@ -59,7 +59,7 @@ from ui.strips.repaint_region import RepaintRegion
 from ui.strips.strip_layout import StripLayout, default_layout
 from ui.strips.strip_view import StripView
 from ui.theme import DAYLIGHT, Theme, compute_sizes
-from ui.wheel_scrolling import WheelStepCounter, scroll_steps
+from ui.widgets.wheel_scrolling import WheelStepCounter, scroll_steps
 
 _VALUE_ZOOM = 1.25  # of the range of values, by a notch of the wheel
 _FRAME_MS = 16  # ms between looks at the history

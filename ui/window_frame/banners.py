@@ -23,7 +23,7 @@ from PySide6.QtWidgets import (
 from gsapp.quantities import convert_text_units
 from ui.display_style import DisplayStyle
 from ui.icons import IndicatorState, paint_indicator
-from ui.start_page import UnitConvertingLabel
+from ui.widgets.labels import UnitConvertingLabel
 
 MessageLevel = Literal["note", "caution", "warning", "work"]
 BannerAction = tuple[str, Callable[[], object]]

@@ -6,8 +6,8 @@ from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QFrame, QHBoxLayout, QProgressBar, QSizePolicy
 
 from ui.display_style import DisplayStyle
-from ui.flight.controls import ActionButton
-from ui.start_page import create_label
+from ui.widgets.action_button import ActionButton
+from ui.widgets.labels import create_label
 
 
 class JobProgressPanel(QFrame):

@@ -17,8 +17,8 @@ from PySide6.QtGui import (
 from PySide6.QtWidgets import QApplication, QSizePolicy, QToolTip, QWidget
 
 from ui.display_style import DisplayStyle
-from ui.flow_layout import FlowLayout
 from ui.icons import paint_indicator
+from ui.widgets.flow_layout import FlowLayout
 from ui.window_frame.status_item import StatusItem
 
 _LOW_WINDOW_HEIGHT = 440

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from pathlib import Path
 
 from calibration.validity import CalibrationStatus
+from gsapp.session import Session, SessionSnapshot
 from gsapp.session.equipment_monitor import DiskSummary, LinkSummary, RecorderSummary
 from gsapp.session.limits import Severity
+from ui.alarm_text import format_alarm
 from ui.icons import IndicatorState
 from ui.number_format import (
     DASH,
@@ -24,7 +27,8 @@ _STATES_WITHOUT_NUMBERS = (
     "waiting", "no data", "no aircraft", "silent", "unreadable", "not read", "lost", "none",
     "ended", "catching up",
 )  # fmt: skip
-"""States of the link in which its last numbers must not stand."""
+"""States of the link in which its last numbers are not shown."""
+_NO_DATA_STATES = ("silent", "no data", "no aircraft", "unreadable", "not read", "lost")
 
 _STATES: dict[Severity, IndicatorState] = {
     Severity.NORMAL: "good",
@@ -306,4 +310,33 @@ def _sound(facts: StatusBarData) -> StatusItem:
         state="caution" if facts.muted else "plain",
         width=64,
         detail="Alarms are silent." if facts.muted else "Alarms sound.",
+    )
+
+
+def status_bar_data(
+    session: Session, snapshot: SessionSnapshot, units: str, *, muted: bool
+) -> StatusBarData:
+    """Return what the status bar shows of a session."""
+    waiting = [alarm for alarm in snapshot.alarms if not alarm.acknowledged]
+    replay = snapshot.mode == "replay"
+    return StatusBarData(
+        name=snapshot.name,
+        time=snapshot.now,
+        stale=not replay and snapshot.link.state in _NO_DATA_STATES,
+        replay=replay,
+        link=snapshot.link,
+        recorder=None if replay else snapshot.recorder,
+        disk=snapshot.disk,
+        aircraft=snapshot.aircraft,
+        calibration=str(len(snapshot.calibration)) if snapshot.calibration else "",
+        other_calibration=Path(session.calibration.override_source).name,
+        calibration_status=snapshot.calibration_status,
+        alarms=AlarmSummary(
+            sentences=tuple(format_alarm(alarm, units) for alarm in waiting),
+            severe=any(alarm.severity is Severity.WARNING for alarm in waiting),
+            active=len(snapshot.alarms),
+        ),
+        muted=muted,
+        read_share=1.0 if snapshot.is_up_to_date else snapshot.progress,
+        monitored_share=snapshot.monitored_fraction,
     )

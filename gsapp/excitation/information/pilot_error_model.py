@@ -9,11 +9,11 @@ from typing import Final
 
 import numpy as np
 
-from gsapp.dynamics.virtual_aircraft.flight_plan import INPUT_SHAPES
 from gsapp.excitation.doublets.verdict import InputVerdict
 from gsapp.excitation.information.planned_maneuver import CardExecution
 from gsapp.flight.cards import TestCard
 from gsapp.quantities.constants import FOOT
+from gsapp.virtual.flight_plan import INPUT_SHAPES
 
 PRIOR_WEIGHT: Final = 4.0
 """What is usual counts as much as so many maneuvers seen."""

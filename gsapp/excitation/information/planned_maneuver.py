@@ -16,11 +16,11 @@ from gsapp.dynamics.flight_model import MODEL_INPUTS, FlightModel
 from gsapp.dynamics.linearization import LinearModel
 from gsapp.dynamics.model import Model
 from gsapp.dynamics.sensors import OutputModel
-from gsapp.dynamics.virtual_aircraft.flight_plan import INPUT_SHAPES
 from gsapp.excitation.test_points.perturbation_models import PerturbationModels
 from gsapp.flight.cards import TestCard
 from gsapp.identification.maneuver import Maneuver
 from gsapp.quantities import Block, FloatArray
+from gsapp.virtual.flight_plan import INPUT_SHAPES
 
 PRE_INPUT_TRIM_TIME: Final = 1.0
 """Seconds of trim before an input, as detected maneuvers have them."""

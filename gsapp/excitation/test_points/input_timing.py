@@ -15,10 +15,10 @@ from typing import Final
 import numpy as np
 
 from gsapp.dynamics.linearization import LinearModel
-from gsapp.dynamics.virtual_aircraft.flight_plan import INPUT_SHAPES
 from gsapp.excitation.test_points.target_input import ToleranceBand
 from gsapp.flight.maneuvers.maneuver_grade import MIN_FREE_RESPONSE_TIME
 from gsapp.quantities import FloatArray
+from gsapp.virtual.flight_plan import INPUT_SHAPES
 
 MIN_RESPONSE_SHARE: Final = 0.8
 """Share of the best response that an input's width must reach."""

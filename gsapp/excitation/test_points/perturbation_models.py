@@ -19,10 +19,10 @@ from gsapp.dynamics.flight_model import FlightModel
 from gsapp.dynamics.linearization import LinearModel
 from gsapp.dynamics.model import Model
 from gsapp.dynamics.trim import Trim, trim
-from gsapp.dynamics.virtual_aircraft.flight_plan import INPUT_SHAPES
 from gsapp.flight.maneuvers.input_shape import smooth_samples
 from gsapp.flight.maneuvers.maneuver_grade import RESPONSE_TIME
 from gsapp.quantities import FloatArray
+from gsapp.virtual.flight_plan import INPUT_SHAPES
 
 RESPONSE_TIME_STEP: Final = 0.01
 """Time step of the answers, s."""

@@ -8,7 +8,6 @@ from typing import Final, Literal
 
 from gsapp.aircraft import Aircraft
 from gsapp.dynamics.model import Model
-from gsapp.dynamics.virtual_aircraft.flight_plan import INPUT_SHAPES
 from gsapp.excitation.test_points.amplitudes import (
     amplitude_from_linkage,
     amplitudes_from_model,
@@ -34,6 +33,7 @@ from gsapp.flight.cards import TestCard
 from gsapp.flight.maneuvers.maneuver_grade import RESPONSE_TIME
 from gsapp.foundation import FlightError
 from gsapp.identification.ftr.estimates import LiveEstimate
+from gsapp.virtual.flight_plan import INPUT_SHAPES
 
 DEFAULT_STEP_WIDTH: Final = ToleranceBand(
     low=0.2,

@@ -19,7 +19,7 @@ SOURCES: Final[dict[str, tuple[str, str]]] = {
     "serial": ("gsapp.telemetry.sources.serial_port", "SerialSource"),
     "text": ("gsapp.telemetry.sources.serial_port", "TextSerialSource"),
     "flight": ("gsapp.telemetry.sources.recorded_flight", "RecordedSource"),
-    "virtual": ("gsapp.telemetry.virtual_aircraft.virtual_source", "VirtualSource"),
+    "virtual": ("gsapp.virtual.downlink.virtual_source", "VirtualSource"),
 }
 
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from calibration.plan import CalibrationPlan
 from calibration.wizard import CalibrationWizard, WizardAction, WizardView
-from gsapp.dynamics.virtual_aircraft.bench import VirtualBench
+from gsapp.virtual.bench import VirtualBench
 from tests.calibration.wizard.wizard_kit import Field
 
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from calibration import Certificate
-from gsapp.dynamics.virtual_aircraft.bench import Potentiometer
 from gsapp.quantities.constants import DEGREE
+from gsapp.virtual.bench import Potentiometer
 
 SUPPLY = 4.9
 """Of the potentiometers on the day that angles are read, V."""

@@ -13,8 +13,8 @@ from calibration import Certificate
 from calibration.curve_selection import create_certificate, fit_calibration
 from calibration.plan import InstrumentPlan, load_calibration_plan
 from calibration.points import CalibrationPoint, Direction
-from gsapp.dynamics.virtual_aircraft.bench import Potentiometer, VirtualBench
-from gsapp.dynamics.virtual_aircraft.bench.operator_motion import ANGLE_SETTING_ERROR
+from gsapp.virtual.bench import Potentiometer, VirtualBench
+from gsapp.virtual.bench.operator_motion import ANGLE_SETTING_ERROR
 from tests.calibration.wizard.bench_crew import BenchCrew
 from tests.calibration.wizard.wizard_kit import SMALL, Field, Operator
 

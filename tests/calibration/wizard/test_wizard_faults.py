@@ -8,7 +8,7 @@ import pytest
 
 from calibration.plan import load_calibration_plan
 from calibration.wizard import WizardAction
-from gsapp.dynamics.virtual_aircraft.bench import BenchFault, VirtualBench
+from gsapp.virtual.bench import BenchFault, VirtualBench
 from tests.calibration.wizard.bench_crew import BenchCrew
 
 PLAN = load_calibration_plan("b777").select_kinds(("surface", "vane"))

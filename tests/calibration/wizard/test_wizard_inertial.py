@@ -8,7 +8,7 @@ import pytest
 
 from calibration.inertial import POSITIONS
 from calibration.plan import CalibrationPlan, load_calibration_plan
-from gsapp.dynamics.virtual_aircraft.bench import BenchFault, VirtualBench
+from gsapp.virtual.bench import BenchFault, VirtualBench
 from tests.calibration.wizard.bench_crew import BenchCrew
 from tests.calibration.wizard.wizard_kit import Field
 

@@ -1,0 +1,378 @@
+"""The aircraft in the pilot's hands: sticks in, motion out, on the runway and in the air.
+
+The motion is that of `gsapp.dynamics.simulation.Simulator`; added here are the transmitter, the
+wheels, the sensors' places, and what else a box on board takes note of.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from gsapp.aircraft import Aircraft
+from gsapp.dynamics.atmosphere import SEA_LEVEL_DENSITY, Atmosphere, DrydenTurbulence, Wind
+from gsapp.dynamics.flight_model import FlightModel
+from gsapp.dynamics.model import Model
+from gsapp.dynamics.sensors import (
+    Vector,
+    accelerations_at,
+    alpha_vane,
+    beta_vane,
+    pitot_airspeed,
+    velocity_at,
+)
+from gsapp.dynamics.signal_terms import SignalPath, SignalTerm, channels_of_target
+from gsapp.dynamics.simulation import ControlCommands, Simulator
+from gsapp.dynamics.terms import POSITIONED_INSTRUMENTS
+from gsapp.quantities.constants import EARTH_RADIUS
+from gsapp.virtual.flight_plan import FlightPlan
+from gsapp.virtual.landing_gear import LandingGear
+from gsapp.virtual.mission import TAKEOFF_RUN_START_ALONG, upwind_start
+from gsapp.virtual.pilot_controllers import AircraftHandling
+from gsapp.virtual.pilot_perception import AircraftState, RunwayFrame
+from gsapp.virtual.stick_motion import StickPositions
+
+TRUTH_CHANNELS = (
+    "V", "alpha", "beta", "p", "q", "r", "phi", "theta", "psi", "ax", "ay", "an",
+    "qbar", "Vc", "density", "static_pressure", "temperature", "altitude",
+    "north", "east", "height", "climb_rate", "ground_speed", "track", "wind_north", "wind_east",
+    "de", "da", "dr", "flap", "throttle", "rpm_left", "rpm_right", "thrust", "mass", "fuel",
+    "de_command", "da_command", "dr_command",
+    "stick_pitch", "stick_roll", "stick_yaw", "rate_switch",
+)  # fmt: skip
+"""Channels of the truth: at the CG, before any instrument."""
+
+INSTRUMENT_INPUT_CHANNELS = (
+    "elevator_left", "elevator_right", "aileron_left", "aileron_right", "rudder",
+    "alpha", "beta", "p", "q", "r", "ax", "ay", "an", "static_pressure", "dynamic_pressure",
+    "temperature", "throttle", "flap", "excitation", "battery", "rpm_left", "rpm_right",
+)  # fmt: skip
+"""What the instruments are exposed to, where they sit."""
+
+ONBOARD_CHANNELS = (
+    "phi", "theta", "psi", "p", "q", "r", "servo_aileron", "servo_elevator", "servo_rudder",
+    "servo_flap", "throttle_command", "stick_roll", "stick_pitch", "stick_yaw", "rate_switch",
+    "rc_rssi", "rpm_left", "rpm_right", "static_pressure", "dynamic_pressure", "temperature",
+    "Vc", "ground_speed", "throttle", "altitude", "climb_rate", "latitude", "longitude", "height",
+    "elevation", "velocity_north", "velocity_east", "cpu_load", "battery", "battery_current",
+    "battery_remaining", "armed",
+)  # fmt: skip
+"""What the autopilot-like board in the box knows."""
+
+_CALM = 3.0
+"""Below this airspeed, m/s, vanes hang where friction holds them."""
+_UNLOADING = 0.3
+"""Share by which the fans turn faster at 120 ft/s: 19,000 rpm on the ground, 25,000 in the air."""
+_UNLOADED_SPEED = 36.576
+_SUPPLY = 4.96
+"""Of the potentiometers on the day, V; the certificates were taken at 5 V."""
+_RIGGING = 0.002
+"""Standard deviation by which left and right surface differ, rad."""
+_SETTLING = 2.0
+"""Time for the wheels to take the weight before the box is switched on, s."""
+
+
+class Airframe:
+    """One aircraft, from standing on the runway to standing on it again.
+
+    Parameters
+    ----------
+    plan : FlightPlan
+        Field and engines.
+    aircraft : Aircraft
+    model : Model
+        The truth, hidden effects included.
+    turbulence : float
+        Standard deviation of the gusts, m/s.
+    random : numpy.random.Generator
+    dt : float
+        Step, s.
+    """
+
+    def __init__(
+        self,
+        plan: FlightPlan,
+        aircraft: Aircraft,
+        model: Model,
+        *,
+        turbulence: float,
+        random: np.random.Generator,
+        dt: float,
+    ) -> None:
+        conditions = plan.conditions
+        self._plan = plan
+        self._aircraft = aircraft
+        self._dt = dt
+        self._gear = LandingGear(aircraft)
+        seed = int(random.integers(2**31))
+        self.simulator = Simulator(
+            aircraft,
+            model,
+            atmosphere=Atmosphere(
+                ground_altitude=conditions.elevation, ground_temperature=conditions.temperature
+            ),
+            wind=Wind(
+                north=-conditions.wind_speed * math.cos(conditions.wind_from),
+                east=-conditions.wind_speed * math.sin(conditions.wind_from),
+            ),
+            turbulence=DrydenTurbulence(turbulence, seed=seed) if turbulence > 0.0 else None,
+            ground=self._gear,
+            dt=dt,
+        )
+        rigging = _RIGGING * random.standard_normal(2)
+        self._rigging = (float(rigging[0]), float(rigging[1]))
+        tilt = math.radians(0.4) * random.standard_normal(2)
+        self._board_tilt = (float(tilt[0]), float(tilt[1]))
+        self._rssi = float(random.uniform(0.9, 1.0))
+        self._sensor_paths = _sensor_paths(self.simulator, dt)
+        self._places = _instrument_positions(self.simulator.model, aircraft)
+        self._sticks = StickPositions(brake=1.0)
+        runway = RunwayFrame(conditions, plan.pattern.side)
+        self.simulator.start_on_ground(
+            heading=conditions.runway_heading,
+            height=self._gear.height,
+            position=runway.to_north_east(TAKEOFF_RUN_START_ALONG, 0.0),
+            commands=self._commands(self._sticks),
+        )
+        for _ in range(round(_SETTLING / dt)):
+            self.simulator.step(self._commands(self._sticks))
+        self._resting_height = self.simulator.sample()["height"]
+        self._time = 0.0
+        self._note()
+
+    def begin_in_air(self, feel: AircraftHandling) -> None:
+        """Begin anew in level flight, as the pilot knows it, where the upwind leg begins."""
+        conditions, pattern = self._plan.conditions, self._plan.pattern
+        self._sticks = StickPositions(pitch=feel.trim, throttle=feel.throttle, engines=True)
+        self.simulator.start_in_air(
+            V=feel.speed,
+            alpha=feel.pitch,
+            attitude=(0.0, feel.pitch, conditions.runway_heading),
+            height=self._resting_height + pattern.height,
+            position=RunwayFrame(conditions, pattern.side).to_north_east(*upwind_start(pattern)),
+            commands=self._commands(self._sticks),
+        )
+        self._note()
+
+    # --- motion ---------------------------------------------------------------------------------
+
+    def aircraft_state(self) -> AircraftState:
+        """Return where the aircraft is and how it moves."""
+        now = self._now
+        return AircraftState(
+            time=self._time,
+            phi=now["phi"],
+            theta=now["theta"],
+            psi=now["psi"],
+            p=now["p"],
+            q=now["q"],
+            r=now["r"],
+            north=now["north"],
+            east=now["east"],
+            height=now["height"] - self._resting_height,
+            velocity_north=now["ground_speed"] * math.cos(now["track"]),
+            velocity_east=now["ground_speed"] * math.sin(now["track"]),
+            climb_rate=now["climb_rate"],
+            airspeed=now["V"],
+            on_ground=now["on_ground"] > 0.5,
+        )
+
+    @property
+    def has_crashed(self) -> bool:
+        """Return whether the aircraft lies on the runway in another way than on its wheels."""
+        now, height = self._now, self._gear.height
+        upset = abs(now["phi"]) > math.radians(35.0) or abs(now["theta"]) > math.radians(30.0)
+        return now["height"] < 0.5 * height or (now["height"] < 1.2 * height and upset)
+
+    def density(self, height: float) -> float:
+        """Return the density of the air at a height above the field, kg/m^3."""
+        return float(self.simulator.atmosphere.density(self._plan.conditions.elevation + height))
+
+    def advance(self, sticks: StickPositions) -> None:
+        """Go on by one step with the sticks where they are."""
+        self._sticks = sticks
+        self.simulator.step(self._commands(sticks))
+        self._time += self._dt
+        self._note()
+
+    def _commands(self, sticks: StickPositions) -> ControlCommands:
+        """Return what the receiver makes of the sticks."""
+        controls = self._aircraft.controls
+        deflections = [
+            stick * (control.full_stick_high if sticks.high_rate else control.full_stick_low)
+            for stick, control in (
+                (sticks.pitch, controls.de),
+                (sticks.roll, controls.da),
+                (sticks.yaw, controls.dr),
+            )
+        ]
+        return ControlCommands(
+            de=deflections[0],
+            da=deflections[1],
+            dr=deflections[2],
+            flap=controls.flap.travel[1] * sticks.flap,
+            throttle=sticks.throttle,
+            steer=sticks.yaw,
+            brake=sticks.brake,
+            engines=sticks.engines,
+        )
+
+    def _note(self) -> None:
+        """Take note of this instant."""
+        now = self.simulator.sample()
+        if now["V"] < _CALM:
+            now["alpha"] = now["beta"] = 0.0
+        # Unloaded by the air that comes in, and never two engines alike.
+        unloaded = 1.0 + _UNLOADING * min(now["V"] / _UNLOADED_SPEED, 1.0)
+        half = 0.5 * self._plan.engines.imbalance
+        now["rpm_left"] *= unloaded * (1.0 + half)
+        now["rpm_right"] *= unloaded * (1.0 - half)
+        self._now = now
+
+    # --- what is recorded -----------------------------------------------------------------------
+
+    def truth(self) -> tuple[float, ...]:
+        """Return the truth now, in the order of `TRUTH_CHANNELS`."""
+        sticks = self._sticks
+        extra = {
+            "height": self._now["height"] - self._resting_height,
+            "stick_pitch": sticks.pitch,
+            "stick_roll": sticks.roll,
+            "stick_yaw": sticks.yaw,
+            "rate_switch": float(sticks.high_rate),
+        }
+        values = {**self._now, **extra}
+        return tuple(values[name] for name in TRUTH_CHANNELS)
+
+    def instrument_inputs(self) -> tuple[float, ...]:
+        """Return the inputs of the instruments, in the order of `INSTRUMENT_INPUT_CHANNELS`."""
+        now, sensors = self._now, self._aircraft.sensors
+        rates: Vector = (now["p"], now["q"], now["r"])
+        spin: Vector = (now["p_dot"], now["q_dot"], now["r_dot"])
+        flow: Vector = (now["u"], now["v"], now["w"])
+        force: Vector = (now["ax"], now["ay"], now["an"])
+        vane, fin = sensors.alpha_vane, sensors.beta_vane
+        ax, ay, an = accelerations_at(self._places["accelerometer"], force, rates, spin)
+        at_probe = velocity_at(self._places["air_data"], flow, rates)
+        alpha = beta = 0.0
+        if now["V"] > _CALM:
+            at_vane = velocity_at(self._places["alpha_vane"], flow, rates)
+            at_fin = velocity_at(self._places["beta_vane"], flow, rates)
+            alpha = alpha_vane(at_vane, vane.upwash)
+            beta = beta_vane(at_fin, fin.kind, fin.upwash)
+        de, da, dr = (self._recorded(channel) for channel in ("de", "da", "dr"))
+        elevator, aileron = self._rigging
+        shown = {
+            "V": float(pitot_airspeed(at_probe)),
+            "alpha": alpha,
+            "beta": beta,
+            **dict(zip("pqr", rates, strict=True)),
+            "ax": ax,
+            "ay": ay,
+            "an": an,
+        }
+        for one, other in self.simulator.model.swapped_channels:
+            shown[one], shown[other] = shown[other], shown[one]
+        speed = self._through("V", shown["V"])
+        return (
+            de + elevator,
+            de - elevator,
+            da + aileron,
+            da - aileron,
+            dr,
+            *(
+                self._through(name, shown[name])
+                for name in ("alpha", "beta", "p", "q", "r", "ax", "ay", "an")
+            ),
+            now["static_pressure"],
+            self._through("qbar", 0.5 * now["density"] * speed * speed),
+            now["temperature"],
+            self._sticks.throttle,
+            self._through("flap", now["flap"]),
+            _SUPPLY - 2e-5 * self._time,
+            self._battery(),
+            now["rpm_left"],
+            now["rpm_right"],
+        )
+
+    def _recorded(self, channel: str) -> float:
+        """Return a control where the aircraft file says it is measured."""
+        kind = getattr(self._aircraft.controls, channel).kind
+        name = {"position": channel, "servo": f"{channel}_servo", "command": f"{channel}_command"}
+        return self._through(channel, self._now[name[kind]])
+
+    def _through(self, channel: str, value: float) -> float:
+        """Return a signal after the hidden effects of its sensor."""
+        path = self._sensor_paths.get(channel)
+        return value if path is None else path.step(value)
+
+    def onboard_values(self) -> tuple[float, ...]:
+        """Return what the board knows now, in the order of `ONBOARD_CHANNELS`."""
+        now, sticks, conditions = self._now, self._sticks, self._plan.conditions
+        situation = self.aircraft_state()
+        longitude = situation.east / (EARTH_RADIUS * math.cos(conditions.latitude))
+        controls = self._aircraft.controls
+        values = {
+            **now,
+            "phi": self._through("phi", now["phi"] + self._board_tilt[0]),
+            "theta": self._through("theta", now["theta"] + self._board_tilt[1]),
+            "servo_elevator": now["de_command"] / controls.de.travel[1],
+            "servo_aileron": now["da_command"] / controls.da.travel[1],
+            "servo_rudder": now["dr_command"] / controls.dr.travel[1],
+            "servo_flap": sticks.flap,
+            "throttle_command": sticks.throttle,
+            "stick_roll": sticks.roll,
+            "stick_pitch": sticks.pitch,
+            "stick_yaw": sticks.yaw,
+            "rate_switch": float(sticks.high_rate),
+            "rc_rssi": self._rssi,
+            "dynamic_pressure": now["qbar"],
+            "latitude": conditions.latitude + situation.north / EARTH_RADIUS,
+            "longitude": conditions.longitude + longitude,
+            "height": situation.height,
+            "elevation": conditions.elevation,
+            "velocity_north": situation.velocity_north,
+            "velocity_east": situation.velocity_east,
+            "cpu_load": 0.31,
+            "battery": self._battery(),
+            "battery_current": 1.4,
+            "battery_remaining": max(0.0, 0.98 - self._time / 5400.0),
+            "armed": float(sticks.engines),
+        }
+        return tuple(values[name] for name in ONBOARD_CHANNELS)
+
+    def _battery(self) -> float:
+        return 12.6 - 6e-4 * self._time
+
+
+def _instrument_positions(model: FlightModel, aircraft: Aircraft) -> dict[str, Vector]:
+    """Return where the instruments sit from the CG, m; effects move both once and for all."""
+    state = (30.0, *(0.0,) * 8)
+    inputs = (*(0.0,) * 6, SEA_LEVEL_DENSITY, aircraft.mass.mass)
+    totals = model.evaluate((*state, *model.steady_states(state, inputs)), inputs)
+    found = {}
+    for name in POSITIONED_INSTRUMENTS:
+        position = getattr(aircraft.sensors, name).position
+        off = totals.position_offsets.get(name, (0.0, 0.0, 0.0))
+        x, y, z = (float(p + d - c) for p, d, c in zip(position, off, totals.cg, strict=True))
+        found[name] = (x, y, z)
+    return found
+
+
+def _sensor_paths(simulator: Simulator, dt: float) -> dict[str, SignalPath]:
+    """Return the hidden effects of the instruments, by channel."""
+    paths = {}
+    for channel, effects in simulator.model.sensor_terms.items():
+        path = tuple(
+            (term, values)
+            for term, values in effects
+            # What makes all air data late has made the speed late from which qbar follows.
+            if not (channel == "qbar" and _of_speed_too(term))
+        )
+        paths[channel] = SignalPath(path, dt)
+    return paths
+
+
+def _of_speed_too(term: SignalTerm) -> bool:
+    return "V" in channels_of_target(term.target.partition(".")[2])

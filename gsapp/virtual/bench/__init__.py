@@ -1,0 +1,33 @@
+"""A virtual aircraft on the ground, to calibrate: volts as its box sends them, and the truth."""
+
+from gsapp.virtual.bench.bench_faults import (
+    BENCH_FAULT_KINDS,
+    BenchFault,
+    parse_bench_fault,
+)
+from gsapp.virtual.bench.bench_weather import BenchWeather
+from gsapp.virtual.bench.potentiometer import (
+    POTENTIOMETER_TRAVEL,
+    POTENTIOMETERS,
+    SURFACE_POTENTIOMETERS,
+    VANE_POTENTIOMETERS,
+    Potentiometer,
+)
+from gsapp.virtual.bench.transducers import SensorTriad, Transducer
+from gsapp.virtual.bench.virtual_bench import BENCH_SAMPLE_RATE, VirtualBench
+
+__all__ = [
+    "BENCH_FAULT_KINDS",
+    "BENCH_SAMPLE_RATE",
+    "POTENTIOMETERS",
+    "POTENTIOMETER_TRAVEL",
+    "SURFACE_POTENTIOMETERS",
+    "VANE_POTENTIOMETERS",
+    "BenchFault",
+    "BenchWeather",
+    "Potentiometer",
+    "SensorTriad",
+    "Transducer",
+    "VirtualBench",
+    "parse_bench_fault",
+]

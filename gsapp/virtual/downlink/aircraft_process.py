@@ -1,0 +1,301 @@
+"""The virtual aircraft, in the air or on the ground, in a process of its own over a real link."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import socket
+import subprocess
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+from gsapp.foundation import LinkError
+from gsapp.telemetry.detached_process import start_detached_process
+
+
+def find_free_udp_port() -> int:
+    """Return a UDP port of this machine that nobody listens on."""
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+        probe.bind(("127.0.0.1", 0))
+        return int(probe.getsockname()[1])
+
+
+class BackgroundCommand:
+    """A command of this program in the background; its words go to a log.
+
+    Parameters
+    ----------
+    title : str
+        Who it is, for messages.
+    arguments : sequence of str
+        Of ``gsapp``.
+    folder : Path
+        Where it works, and where the log of its words goes.
+    words : str
+        Name of that log.
+    listens : bool
+        Whether it hears what is written to it, and ends when nobody can write any more.
+
+    Raises
+    ------
+    LinkError
+        If the process cannot be started.
+    """
+
+    def __init__(
+        self,
+        title: str,
+        arguments: Sequence[str],
+        folder: Path,
+        words: str,
+        *,
+        listens: bool = False,
+    ) -> None:
+        self._title = title
+        self._words = folder / words
+        self._told = False
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+            with self._words.open("wb") as log:
+                self._process = start_detached_process(
+                    # Nothing is imported from where it works: a flight's folder holds one called
+                    # calibration, too.
+                    [sys.executable, "-P", "-m", "gsapp.cli", *arguments],
+                    log,
+                    folder=folder,
+                    listens=listens,
+                )
+        except OSError as error:
+            raise LinkError(
+                f"{title} cannot be started ({error.strerror}); see {self._words}"
+            ) from error
+
+    def is_running(self) -> bool:
+        """Return whether it still runs."""
+        return self._process.poll() is None
+
+    def take_error(self) -> str:
+        """Return, once, why it ended if it failed; empty otherwise."""
+        code = self._process.poll()
+        if code in (None, 0) or self._told:
+            return ""
+        self._told = True
+        lines = self._words.read_text(encoding="utf-8", errors="replace").strip().splitlines()
+        why = lines[-1] if lines else f"code {code}"
+        return f"{self._title[0].upper()}{self._title[1:]} ended: {why}"
+
+    def send_line(self, line: str) -> bool:
+        """Write it a line to obey; return whether it could hear."""
+        stream = self._process.stdin
+        if stream is None:
+            return False
+        data = line.encode() + b"\n"
+        try:
+            return stream.write(data) == len(data)
+        except (OSError, ValueError):
+            return False
+
+    def stop(self) -> None:
+        """End it."""
+        if self._process.poll() is None:
+            self._told = True
+            self._process.terminate()
+            try:
+                self._process.wait(timeout=5.0)
+            except subprocess.TimeoutExpired:
+                self._process.kill()
+        if self._process.stdin is not None:
+            with contextlib.suppress(OSError):
+                self._process.stdin.close()
+
+
+class AircraftProcess(BackgroundCommand):
+    """``gsapp fly`` in the background; its words go to ``virtual-aircraft.log``.
+
+    Parameters
+    ----------
+    folder : Path
+        Where the log of its words goes.
+    port : int
+        UDP port of this machine that it sends to.
+    plan : str
+        Flight plan; empty takes the default one.
+    seed : int
+        Same seed, same flight.
+    speed : float
+        Times real time.
+    hidden : sequence of str
+        Effects, ``ID[:PARAM=VALUE,..]``.
+    thin : bool
+        For a 57,600-baud radio.
+
+    Raises
+    ------
+    LinkError
+        If the process cannot be started.
+    """
+
+    def __init__(
+        self,
+        folder: Path,
+        port: int,
+        *,
+        plan: str = "",
+        seed: int = 0,
+        speed: float = 1.0,
+        hidden: Sequence[str] = (),
+        thin: bool = False,
+    ) -> None:
+        command = [
+            "fly",
+            "--to", f"udpout:127.0.0.1:{port}",
+            "--seed", str(seed),
+            "--speed", f"{speed:g}",
+        ]  # fmt: skip
+        if plan:
+            command += ["--plan", plan]
+        if thin:
+            command.append("--thin")
+        for effect in hidden:
+            command += ["--hide", effect]
+        super().__init__("the virtual aircraft", command, folder, "virtual-aircraft.log")
+
+
+class BenchProcess(BackgroundCommand):
+    """``gsapp fly --bench`` in the background; its words go to ``virtual-bench.log``.
+
+    It obeys the lines of `gsapp.virtual.downlink.bench_downlink.BENCH_HELP`, and ends
+    with the program that started it.
+
+    Parameters
+    ----------
+    folder : Path
+        Where the log of its words goes.
+    port : int
+        UDP port of this machine that it sends to.
+    seed : int
+        Same seed, same aircraft.
+    faults : sequence of str
+        What is wrong with it, ``CHANNEL:KIND``.
+    speed : float
+        Times real time.
+
+    Raises
+    ------
+    LinkError
+        If the process cannot be started.
+    """
+
+    def __init__(
+        self,
+        folder: Path,
+        port: int,
+        *,
+        seed: int = 0,
+        faults: Sequence[str] = (),
+        speed: float = 1.0,
+    ) -> None:
+        command = [
+            "fly", "--bench",
+            "--to", f"udpout:127.0.0.1:{port}",
+            "--control", "-",
+            "--seed", str(seed),
+            "--speed", f"{speed:g}",
+        ]  # fmt: skip
+        for fault in faults:
+            command += ["--fault", fault]
+        super().__init__("the virtual bench", command, folder, "virtual-bench.log", listens=True)
+
+    def set_angle(self, channel: str, angle: float) -> bool:
+        """Have a surface or vane set by hand, deg; return whether it could hear."""
+        return self.send_line(f"{channel} {angle:.10g}")
+
+
+class TrainingProcess(BackgroundCommand):
+    """``gsapp fly --sticks`` in the background; its words go to ``virtual-training.log``.
+
+    It obeys the lines of `gsapp.virtual.downlink.training_downlink.TRAINING_HELP`, and
+    ends with the program that started it. Nothing here waits: what it cannot hear now is lost, and
+    said so.
+
+    Parameters
+    ----------
+    folder : Path
+        Where the log of its words goes.
+    port : int
+        UDP port of this machine that it sends to.
+    seed : int
+        Same seed and same sticks, same flight.
+    turbulence : float
+        Standard deviation of the gusts, m/s.
+
+    Raises
+    ------
+    LinkError
+        If the process cannot be started.
+    """
+
+    def __init__(self, folder: Path, port: int, *, seed: int, turbulence: float) -> None:
+        command = [
+            "fly", "--sticks",
+            "--to", f"udpout:127.0.0.1:{port}",
+            "--seed", str(seed),
+            "--turbulence", f"{turbulence:g}",
+            "--position", "--airborne",
+        ]  # fmt: skip
+        super().__init__(
+            "the virtual aircraft", command, folder, "virtual-training.log", listens=True
+        )
+        stream = self._process.stdin
+        # Windows can do that since Python 3.12.
+        if stream is not None and (sys.platform != "win32" or sys.version_info >= (3, 12)):
+            # A window must not stand still because an aircraft does.
+            os.set_blocking(stream.fileno(), False)
+
+    def send_sticks(self, pitch: float, roll: float, yaw: float) -> bool:
+        """Say where the keys push; to be said at least every second, moved or not.
+
+        Parameters
+        ----------
+        pitch, roll, yaw : float
+            -1 to 1 of the chosen size; pulled, right, right are positive; 0 lets go.
+
+        Returns
+        -------
+        bool
+            Whether it could hear.
+        """
+        return self.send_line(f"sticks {pitch:.4g} {roll:.4g} {yaw:.4g}")
+
+    def take_over(self) -> bool:
+        """Take the aircraft; return whether it could hear. It says "You have it" over the link."""
+        return self.send_line("take")
+
+    def hand_over(self) -> bool:
+        """Give the aircraft back to the built-in pilot; return whether it could hear."""
+        return self.send_line("give")
+
+    def land(self) -> bool:
+        """Have the built-in pilot land, which ends the flight; return whether it could hear."""
+        return self.send_line("land")
+
+    def set_stick_size(self, share: float) -> bool:
+        """Choose how far a key pushes, as a share of full stick; return whether it could hear."""
+        return self.send_line(f"size {share:.4g}")
+
+    def set_rate_switch(self, *, high: bool) -> bool:
+        """Set the rate switch; return whether it could hear."""
+        return self.send_line(f"rate {'high' if high else 'low'}")
+
+    def move_lever(self, axis: str, by: float) -> bool:
+        """Move a lever by a share of its travel; return whether it could hear.
+
+        Parameters
+        ----------
+        axis : str
+            ``throttle``, or the trim lever of ``pitch``, ``roll``, ``yaw``.
+        by : float
+            Positive is more throttle, nose up, right.
+        """
+        return self.send_line(f"click {axis} {by:.4g}")

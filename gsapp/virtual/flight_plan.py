@@ -1,0 +1,315 @@
+"""Flight plans: what the pilot sets out to fly, as a TOML file.
+
+A plan says what a crew would say on the field: how long the engines run, where the pattern
+lies, which inputs are flown with how much stick. How well it is flown is the pilot's affair.
+"""
+
+from __future__ import annotations
+
+import itertools
+from pathlib import Path
+from typing import Literal
+
+from pydantic import Field, field_validator, model_validator
+
+from gsapp.foundation import StrictModel, read_toml
+from gsapp.foundation.shipped_files import ShippedFiles
+from gsapp.quantities.constants import DEGREE, FOOT
+from gsapp.quantities.fields import Angle, Length, Ratio, Speed, Temperature, Time
+from gsapp.virtual.sensor_faults import SensorFault
+
+ControlSurface = Literal["de", "da", "dr"]
+
+INPUT_SHAPES: dict[str, tuple[float, ...]] = {
+    "doublet": (1.0, -1.0),
+    "3-2-1-1": (1.0, 1.0, 1.0, -1.0, -1.0, 1.0, -1.0),
+    "pulse": (1.0,),
+}
+"""Unit steps of each shape; one entry lasts one `PlannedManeuver.step`."""
+
+
+class FieldConditions(StrictModel):
+    """The field and the air on the day.
+
+    Attributes
+    ----------
+    elevation : float
+        Of the runway above sea level, m.
+    temperature : float
+        Of the air on the ground, K.
+    latitude, longitude : float
+        Of the middle of the runway, rad.
+    runway_heading : float
+        Direction of take-off, rad from north.
+    wind_speed, wind_from : float
+        Mean wind, m/s, and where it comes from, rad from north.
+    turbulence : float
+        Standard deviation of the gusts, m/s.
+    """
+
+    elevation: Length = 1240 * FOOT
+    temperature: Temperature = 288.15
+    latitude: Angle = 39.64 * DEGREE
+    longitude: Angle = -79.92 * DEGREE
+    runway_heading: Angle = 180 * DEGREE
+    wind_speed: Speed = 0.0
+    wind_from: Angle = 180 * DEGREE
+    turbulence: Speed = 0.0
+
+
+class RunUp(StrictModel):
+    """One throttle setting while the engines run before take-off.
+
+    Attributes
+    ----------
+    at : float
+        Time since the engines started, s.
+    throttle : float
+        0 idle to 1 full.
+    """
+
+    at: Time
+    throttle: Ratio = Field(ge=0.0, le=1.0)
+
+
+class EngineSchedule(StrictModel):
+    """The engines on the ground.
+
+    Attributes
+    ----------
+    start : float
+        When they start, s after the box was switched on.
+    running : float
+        How long they run before the take-off run, s.
+    run_ups : tuple of RunUp
+        Throttle settings in between, in order of time.
+    imbalance : float
+        Share by which the left engine turns faster than the right one.
+    """
+
+    start: Time = 2.0
+    running: Time = 80.0
+    run_ups: tuple[RunUp, ...] = ()
+    imbalance: Ratio = 0.02
+
+    @field_validator("run_ups")
+    @classmethod
+    def _in_order(cls, value: tuple[RunUp, ...]) -> tuple[RunUp, ...]:
+        if any(later.at <= earlier.at for earlier, later in itertools.pairwise(value)):
+            raise ValueError("the run-ups must follow each other in time; sort them by 'at'")
+        return value
+
+
+class RangeCheck(StrictModel):
+    """Large stick pulses on the ground: to show that the radio is alive.
+
+    Attributes
+    ----------
+    at : float
+        Of the first pulse, s after the engines started.
+    pulses : tuple of str
+        The control of each, ``de``, ``da`` or ``dr``.
+    shape : {"pulse", "doublet"}
+        Doublets show both sides of the travel.
+    stick : float
+        Share of full stick.
+    duration : float
+        Of one pulse, or of either half of a doublet, s; as long lies between two inputs.
+    """
+
+    at: Time = 60.0
+    pulses: tuple[ControlSurface, ...] = ()
+    shape: Literal["pulse", "doublet"] = "pulse"
+    stick: Ratio = Field(default=0.9, gt=0.0, le=1.0)
+    duration: Time = 1.0
+
+    @property
+    def spacing(self) -> float:
+        """Return the time from one input to the next, s."""
+        return (len(INPUT_SHAPES[self.shape]) + 1) * self.duration
+
+
+class Takeoff(StrictModel):
+    """Take-off run and climb: `speed` is where the nose is lifted, m/s; `climb` the path, rad."""
+
+    speed: Speed = 73 * FOOT
+    climb: Angle = 12 * DEGREE
+    throttle: Ratio = Field(default=1.0, gt=0.0, le=1.0)
+
+
+class Pattern(StrictModel):
+    """The race-track.
+
+    Attributes
+    ----------
+    height : float
+        Above the field, m.
+    speed : float
+        Airspeed that the pilot aims at, m/s.
+    leg : float
+        Length of the straight legs, s.
+    bank : float
+        In the turns, rad.
+    side : {"left", "right"}
+        On which side of the runway, seen in the direction of take-off.
+    """
+
+    height: Length = 260 * FOOT
+    speed: Speed = 100 * FOOT
+    leg: Time = 10.0
+    bank: Angle = 45 * DEGREE
+    side: Literal["left", "right"] = "left"
+
+
+class PlannedManeuver(StrictModel):
+    """One input flown on one straight leg.
+
+    Attributes
+    ----------
+    inputs : tuple of str
+        ``de``, ``da``, ``dr``; several are flown together.
+    shape : {"doublet", "3-2-1-1", "pulse"}
+        Which steps.
+    stick : tuple of float
+        Share of full stick, one for each input; the sign says which way first.
+    step : float
+        Duration of one unit step, s.
+    stagger : float
+        Delay of each further input after the one before, s.
+    rate : {"low", "high"}
+        Position of the rate switch.
+    speed : float or None
+        Airspeed wanted, m/s; None is that of the pattern.
+    quiet : float
+        How long the pilot leaves the sticks alone afterwards, s.
+    """
+
+    inputs: tuple[ControlSurface, ...] = Field(min_length=1)
+    shape: Literal["doublet", "3-2-1-1", "pulse"] = "doublet"
+    stick: tuple[Ratio, ...]
+    step: Time = 0.4
+    stagger: Time = 0.0
+    rate: Literal["low", "high"] = "high"
+    speed: Speed | None = None
+    quiet: Time = 3.0
+
+    @model_validator(mode="after")
+    def _one_stick_each(self) -> PlannedManeuver:
+        if len(self.stick) != len(self.inputs):
+            raise ValueError(
+                f"there are {len(self.inputs)} inputs and {len(self.stick)} sizes in 'stick'; "
+                "give one for each"
+            )
+        if len(set(self.inputs)) != len(self.inputs):
+            raise ValueError("an input is listed twice; name each once")
+        if any(not 0.0 < abs(size) <= 1.0 for size in self.stick):
+            raise ValueError("stick sizes lie between -1 and 1 and are not zero; half stick is 0.5")
+        if not self.step > 0.0:
+            raise ValueError('step must be greater than zero; write for example "0.4 s"')
+        return self
+
+    @property
+    def duration(self) -> float:
+        """Return the time from the first to the last stick movement as intended, s."""
+        return len(INPUT_SHAPES[self.shape]) * self.step + self.stagger * (len(self.inputs) - 1)
+
+
+class Landing(StrictModel):
+    """Approach and landing.
+
+    Attributes
+    ----------
+    speed : float
+        On final approach, m/s.
+    glide : float
+        Angle of the approach path, rad.
+    flap : float
+        Set for the approach, rad.
+    """
+
+    speed: Speed = 80 * FOOT
+    glide: Angle = 4.5 * DEGREE
+    flap: Angle = 20 * DEGREE
+
+
+class PilotLimits(StrictModel):
+    """The pilot's limits: errors are standard deviations.
+
+    Attributes
+    ----------
+    delay : float
+        From seeing to moving, s.
+    hand : float
+        Lag of the hand, s.
+    bank_error, pitch_error : float
+        Of attitudes seen from the ground, rad.
+    distance_error : float
+        Of height and place, as a share of the distance to the aircraft.
+    speed_error : float
+        Of the airspeed guessed, m/s; there is no airspeed cue.
+    size_error, timing_error : float
+        Share by which each stick step misses its size and its duration.
+    residual : float
+        Stick left over after an input and while holding still, share of full stick.
+    trim_error : float
+        By how much the trim levers are off, share of full stick.
+    coordination : float
+        Share of the rudder needed in a turn that is really given.
+    """
+
+    delay: Time = 0.2
+    hand: Time = 0.1
+    bank_error: Angle = 2.5 * DEGREE
+    pitch_error: Angle = 1.0 * DEGREE
+    distance_error: Ratio = 0.012
+    speed_error: Speed = 5 * FOOT
+    size_error: Ratio = 0.12
+    timing_error: Ratio = 0.12
+    residual: Ratio = 0.01
+    trim_error: Ratio = 0.015
+    coordination: Ratio = 0.8
+
+
+class FlightPlan(StrictModel):
+    """A whole flight, from switching the box on to engines off.
+
+    Attributes
+    ----------
+    name, description : str
+        For people.
+    faults : tuple of SensorFault
+        What goes wrong with the instruments.
+    """
+
+    name: str = "flight"
+    description: str = ""
+    conditions: FieldConditions = Field(default_factory=FieldConditions)
+    engines: EngineSchedule = Field(default_factory=EngineSchedule)
+    range_check: RangeCheck = Field(default_factory=RangeCheck)
+    takeoff: Takeoff = Field(default_factory=Takeoff)
+    pattern: Pattern = Field(default_factory=Pattern)
+    maneuvers: tuple[PlannedManeuver, ...] = ()
+    landing: Landing = Field(default_factory=Landing)
+    human: PilotLimits = Field(default_factory=PilotLimits)
+    faults: tuple[SensorFault, ...] = ()
+
+
+SHIPPED_PLANS = ShippedFiles(folder=Path(__file__).parent / "plans", kind="flight plan")
+
+
+def load_flight_plan(name_or_path: str | Path) -> FlightPlan:
+    """Read a flight plan.
+
+    Parameters
+    ----------
+    name_or_path : str or Path
+        A path, or the name of a shipped plan: ``default`` or ``short``.
+
+    Raises
+    ------
+    FileProblemsError
+        If the file holds mistakes; all are named.
+    UnknownNameError
+        If there is neither such a file nor such a shipped plan.
+    """
+    return read_toml(SHIPPED_PLANS.find(name_or_path), FlightPlan)

@@ -1,0 +1,262 @@
+"""From what each instrument is exposed to, to what it hands to the converter.
+
+In order: the low-pass before the converter (50 Hz on all but the rate gyros, which have none and
+are shaken by the engines instead), lag and delay, bias and noise, the end of the range, and what is
+broken. Works on stretches of any length; cutting a flight into other pieces changes nothing.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import signal
+
+from gsapp.aircraft import Aircraft
+from gsapp.quantities import FloatArray
+from gsapp.virtual.engine_vibration import EngineVibration
+from gsapp.virtual.sensor_faults import SensorFault, SensorFaultInjector
+
+DEFAULT_LOW_PASS_HZ = 50.0
+"""Of inputs that the aircraft file does not describe (throttle, flap, temperature)."""
+GYRO_CHANNELS = ("p", "q", "r")
+_NO_RANGE = (-math.inf, math.inf)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Instrument:
+    """One instrument.
+
+    Attributes
+    ----------
+    name : str
+        Channel of the converter.
+    low_pass : float or None
+        Corner of the filter before the converter, Hz.
+    lag, delay : float
+        s.
+    bias, noise : float
+        SI; `noise` is the standard deviation of each sample.
+    range : tuple of float
+        Lowest and highest value that it can show, SI.
+    """
+
+    name: str
+    low_pass: float | None = DEFAULT_LOW_PASS_HZ
+    lag: float = 0.0
+    delay: float = 0.0
+    bias: float = 0.0
+    noise: float = 0.0
+    range: tuple[float, float] = _NO_RANGE
+
+
+def create_instruments(aircraft: Aircraft) -> tuple[Instrument, ...]:
+    """Return the instruments on the recorder, as the aircraft file describes them."""
+    sensors = aircraft.sensors
+    found = []
+    for name in ("elevator_left", "elevator_right", "aileron_left", "aileron_right", "rudder"):
+        surface = sensors.surfaces
+        found.append(
+            Instrument(
+                name=name,
+                low_pass=surface.low_pass,
+                lag=surface.lag,
+                delay=surface.delay,
+                noise=surface.noise,
+            )
+        )
+    for name, vane in (("alpha", sensors.alpha_vane), ("beta", sensors.beta_vane)):
+        found.append(
+            Instrument(
+                name=name,
+                low_pass=vane.low_pass,
+                lag=vane.lag,
+                delay=vane.delay,
+                bias=vane.bias,
+                noise=vane.noise,
+                range=vane.range,
+            )
+        )
+    gyro, accelerometer, air = sensors.gyro, sensors.accelerometer, sensors.air_data
+    found += [
+        Instrument(
+            name=name,
+            low_pass=gyro.low_pass,
+            lag=gyro.lag,
+            delay=gyro.delay,
+            bias=bias,
+            noise=gyro.noise,
+            range=gyro.range,
+        )
+        for name, bias in zip(GYRO_CHANNELS, gyro.bias, strict=True)
+    ]
+    found += [
+        Instrument(
+            name=name,
+            low_pass=accelerometer.low_pass,
+            lag=accelerometer.lag,
+            delay=accelerometer.delay,
+            bias=bias,
+            noise=accelerometer.noise,
+            range=accelerometer.range,
+        )
+        for name, bias in zip(("ax", "ay", "an"), accelerometer.bias, strict=True)
+    ]
+    for name, noise, limits in (
+        ("static_pressure", air.static_noise, air.static_range),
+        ("dynamic_pressure", air.noise, air.range),
+    ):
+        found.append(
+            Instrument(
+                name=name,
+                low_pass=air.low_pass,
+                lag=air.lag,
+                delay=air.delay,
+                noise=noise,
+                range=limits,
+            )
+        )
+    found += [
+        Instrument(name="temperature", lag=5.0, noise=0.05),
+        Instrument(name="throttle", noise=0.001),
+        Instrument(name="flap", noise=aircraft.sensors.surfaces.noise),
+        Instrument(name="excitation", noise=0.0005),
+        Instrument(name="battery", noise=0.003),
+    ]
+    return tuple(found)
+
+
+class _Filter:
+    """A linear filter that goes on from stretch to stretch, settled at the first sample."""
+
+    def __init__(self, numerator: FloatArray, denominator: FloatArray, dt: float) -> None:
+        # Between samples the input is taken as a straight line.
+        b, a, _ = signal.cont2discrete((numerator, denominator), dt, method="foh")
+        self._b, self._a = np.atleast_1d(np.squeeze(b)), np.atleast_1d(a)
+        self._state: FloatArray | None = None
+
+    def __call__(self, values: FloatArray) -> FloatArray:
+        if not len(values):
+            return values
+        if self._state is None:
+            self._state = signal.lfilter_zi(self._b, self._a) * values[0]
+        filtered, self._state = signal.lfilter(self._b, self._a, values, zi=self._state)
+        return np.asarray(filtered, dtype=np.float64)
+
+
+class _Delay:
+    """A delay of any length; the first value stands for what was before."""
+
+    def __init__(self, delay: float, dt: float) -> None:
+        self._whole, self._part = divmod(delay / dt, 1.0)
+        self._past: FloatArray | None = None
+
+    def __call__(self, values: FloatArray) -> FloatArray:
+        if not len(values):
+            return values
+        length = int(self._whole) + 1
+        if self._past is None:
+            self._past = np.full(length, values[0])
+        line = np.concatenate([self._past, values])
+        self._past = line[-length:]
+        late = line[1 : len(values) + 1]
+        later = line[: len(values)]
+        return np.asarray((1.0 - self._part) * late + self._part * later)
+
+
+class _Chain:
+    """What one instrument does to its signal before noise is added."""
+
+    def __init__(self, instrument: Instrument, dt: float) -> None:
+        self.instrument = instrument
+        self._steps: list[_Filter | _Delay] = []
+        if instrument.low_pass is not None:
+            b, a = signal.butter(2, 2.0 * np.pi * instrument.low_pass, analog=True)
+            self._steps.append(_Filter(b, a, dt))
+        if instrument.lag > 0.0:
+            self._steps.append(_Filter(np.array([1.0]), np.array([instrument.lag, 1.0]), dt))
+        if instrument.delay > 0.0:
+            self._steps.append(_Delay(instrument.delay, dt))
+
+    def __call__(self, values: FloatArray) -> FloatArray:
+        for step in self._steps:
+            values = step(values)
+        return values
+
+
+class Instruments:
+    """All instruments on the recorder of one aircraft, on one day.
+
+    Parameters
+    ----------
+    aircraft : Aircraft
+        Noise, bias, range, lag and delay of each.
+    random : numpy.random.Generator
+    dt : float
+        Between samples, s.
+    faults : sequence of SensorFault
+        What goes wrong, in the order in which it acts on the same instrument.
+    """
+
+    def __init__(
+        self,
+        aircraft: Aircraft,
+        random: np.random.Generator,
+        dt: float,
+        faults: Sequence[SensorFault] = (),
+    ) -> None:
+        noise, shaking, failing = random.spawn(3)
+        self._dt = dt
+        self._noise = noise
+        self._chains = [_Chain(instrument, dt) for instrument in create_instruments(aircraft)]
+        self._vibration = EngineVibration(
+            aircraft.sensors.gyro.vibration, aircraft.propulsion.rpm_full, 2, shaking
+        )
+        self._failing = [
+            SensorFaultInjector(fault, dt, own)
+            for fault, own in zip(faults, failing.spawn(len(faults)), strict=True)
+        ]
+        self._count = 0
+
+    def read(
+        self, exposed: Mapping[str, FloatArray], engine_speeds: FloatArray
+    ) -> dict[str, FloatArray]:
+        """Return what the instruments show.
+
+        Parameters
+        ----------
+        exposed : mapping of str to ndarray, shape (n,)
+            What each instrument is exposed to, where it is; SI.
+        engine_speeds : ndarray, shape (n, 2)
+            Left and right, rad/s.
+
+        Returns
+        -------
+        dict of str to ndarray, shape (n,)
+            Before the converter; NaN where an instrument gives nothing.
+        """
+        shaken = dict(
+            zip(
+                GYRO_CHANNELS,
+                self._vibration.vibration_rates(engine_speeds, self._dt).T,
+                strict=True,
+            )
+        )
+        count = len(engine_speeds)
+        # Row by row, so that the numbers do not depend on the length of the stretch.
+        noise = self._noise.standard_normal((count, len(self._chains)))
+        shown = {}
+        for column, chain in enumerate(self._chains):
+            instrument = chain.instrument
+            values = exposed[instrument.name]
+            if instrument.name in shaken:
+                values = values + shaken[instrument.name]
+            values = chain(values) + instrument.bias + instrument.noise * noise[:, column]
+            shown[instrument.name] = np.clip(values, *instrument.range)
+        for failing in self._failing:
+            name = failing.fault.channel
+            shown[name] = failing.apply(shown[name], self._count)
+        self._count += count
+        return shown

@@ -1,0 +1,169 @@
+"""A flight to train on: keys move the sticks, and the built-in pilot is there when they do not."""
+
+from __future__ import annotations
+
+from typing import Final
+
+import numpy as np
+
+from gsapp.virtual.flight_plan import FlightPlan
+from gsapp.virtual.human_pilot import HumanPilot
+from gsapp.virtual.keyboard_sticks import (
+    KeyboardSticks,
+    KeyPositions,
+    step_toward,
+)
+from gsapp.virtual.pilot_controllers import AircraftHandling
+from gsapp.virtual.pilot_perception import AircraftState
+from gsapp.virtual.stick_motion import StickPositions
+from gsapp.virtual.training_mission import TrainingMission
+
+KEY_TIMEOUT: Final = 2.0
+"""Seconds without a word from the keys after which the built-in pilot takes the aircraft."""
+_LOOK_AHEAD: Final = 2.0
+_LOWEST: Final = 10.0
+"""The built-in pilot takes the aircraft where it would be lower than this, m, in `_LOOK_AHEAD`
+seconds."""
+_HANDOVER_PACE: Final = 4.0
+"""Share of full stick per second while the sticks change hands."""
+
+
+class KeyboardPilot:
+    """The `StickSource` of a training flight.
+
+    Parameters
+    ----------
+    plan : FlightPlan
+        Where the pattern lies; its maneuvers are left to the trainee.
+    feel : AircraftHandling
+        What the built-in pilot knows of the aircraft.
+    random : numpy.random.Generator
+    dt : float
+        Time between two moves, s.
+    airborne : bool
+        Whether the flight begins in the pattern.
+    """
+
+    def __init__(
+        self,
+        plan: FlightPlan,
+        feel: AircraftHandling,
+        random: np.random.Generator,
+        dt: float,
+        *,
+        airborne: bool = False,
+    ) -> None:
+        self._dt = dt
+        self._mission = TrainingMission(plan, random.spawn(1)[0], airborne=airborne)
+        self._pilot = HumanPilot(plan, feel, random, dt=dt, mission=self._mission)
+        self._keyed = KeyboardSticks(dt)
+        self._sticks = StickPositions()
+        self._silence = 0.0
+        self._blending = False
+        self._said = ""
+
+    @property
+    def phase(self) -> str:
+        """Return what is being done."""
+        return self._pilot.phase
+
+    @property
+    def finished(self) -> bool:
+        """Return whether the aircraft stands on the ground with its engines off."""
+        return self._pilot.finished
+
+    @property
+    def trainee_flies(self) -> bool:
+        """Return whether the keys move the sticks."""
+        return self._mission.trainee_flies
+
+    # What the trainee says ---------------------------------------------------------------
+
+    def take_over(self) -> bool:
+        """Give the aircraft to the trainee; return whether that can be now."""
+        if not self._mission.can_hand_over:
+            return False
+        self._silence = 0.0
+        if not self._mission.trainee_flies:
+            self._mission.trainee_flies = True
+            self._mission.landing_requested = False
+            self._keyed.begin(self._sticks, self._pilot.trim_sticks)
+        return True
+
+    def hand_back(self, why: str = "") -> None:
+        """Give the aircraft back to the built-in pilot, who says why if there is a reason."""
+        if self._mission.trainee_flies:
+            self._mission.trainee_flies = False
+            self._blending = True
+            self._said = why
+
+    def land(self) -> None:
+        """Have the built-in pilot land it."""
+        self.hand_back()
+        self._mission.landing_requested = True
+
+    def set_keys(self, keys: KeyPositions) -> None:
+        """Take where the keys push from now on."""
+        self._silence = 0.0
+        self._keyed.set_keys(keys)
+
+    def step_lever(self, axis: str, by: float) -> None:
+        """Move a trim lever, or the throttle; see `KeyboardSticks.click`."""
+        self._silence = 0.0
+        self._keyed.step_lever(axis, by)
+
+    def set_key_travel(self, share: float) -> None:
+        """Choose how far a key pushes; see `KeyboardSticks.choose_size`."""
+        self._silence = 0.0
+        self._keyed.set_key_travel(share)
+
+    def set_rate_switch(self, *, high: bool) -> None:
+        """Set the rate switch."""
+        self._silence = 0.0
+        self._keyed.high_rate = high
+
+    def take_handback_reason(self) -> str:
+        """Return, once, why the built-in pilot took the aircraft by itself; empty for nothing."""
+        said, self._said = self._said, ""
+        return said
+
+    # What becomes of it ------------------------------------------------------------------
+
+    def move(self, situation: AircraftState) -> StickPositions:
+        """Return the sticks at this moment."""
+        if self._mission.trainee_flies:
+            self._silence += self._dt
+            if self._silence > KEY_TIMEOUT:
+                self.hand_back(f"nothing from the keys for {KEY_TIMEOUT:g} s")
+            elif situation.height + _LOOK_AHEAD * situation.climb_rate < _LOWEST:
+                self.hand_back("too low")
+        own = self._pilot.move(situation)
+        if self._mission.trainee_flies:
+            self._sticks = self._keyed.move()
+        else:
+            self._sticks = self._blended(own) if self._blending else own
+        return self._sticks
+
+    def _blended(self, own: StickPositions) -> StickPositions:
+        """Return the sticks on their way from the trainee's positions to the pilot's own."""
+        step, held = _HANDOVER_PACE * self._dt, self._sticks
+        pitch, roll, yaw, throttle = (
+            step_toward(getattr(held, name), getattr(own, name), step)
+            for name in ("pitch", "roll", "yaw", "throttle")
+        )
+        self._blending = (pitch, roll, yaw, throttle) != (
+            own.pitch,
+            own.roll,
+            own.yaw,
+            own.throttle,
+        )
+        return StickPositions(
+            pitch=pitch,
+            roll=roll,
+            yaw=yaw,
+            throttle=throttle,
+            flap=own.flap,
+            high_rate=own.high_rate,
+            brake=own.brake,
+            engines=own.engines,
+        )

@@ -1,0 +1,392 @@
+"""Whole virtual flights: the pilot, the aircraft, its instruments and its recorder."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from calibration.certificate_toml import load_certificates
+from gsapp.aircraft import Aircraft, load_aircraft
+from gsapp.dynamics.model import Model, load_model
+from gsapp.foundation import FlightError
+from gsapp.quantities import Block, FloatArray
+from gsapp.virtual.ad_converter import DAQ_CHANNELS, AnalogDigitalConverter
+from gsapp.virtual.aircraft_handling import compute_handling
+from gsapp.virtual.airframe import (
+    INSTRUMENT_INPUT_CHANNELS,
+    ONBOARD_CHANNELS,
+    TRUTH_CHANNELS,
+    Airframe,
+)
+from gsapp.virtual.flight_plan import (
+    FlightPlan,
+    PlannedManeuver,
+    load_flight_plan,
+)
+from gsapp.virtual.hidden_effects import add_hidden_effects
+from gsapp.virtual.human_pilot import HumanPilot
+from gsapp.virtual.instruments import Instruments
+from gsapp.virtual.pilot_controllers import AircraftHandling
+from gsapp.virtual.sensor_faults import parse_sensor_fault
+from gsapp.virtual.stick_motion import StickSource
+
+StickSourceFactory = Callable[
+    [FlightPlan, AircraftHandling, np.random.Generator, float], StickSource
+]
+"""Makes whoever moves the sticks; the place for a joystick or a keyboard."""
+
+MAX_FLIGHT_DURATION = 11.0 * 60.0
+"""The recorder's memory, s (section 3.5); a flight ends there at the latest."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class FlightSegment:
+    """Some successive samples of a flight.
+
+    Attributes
+    ----------
+    first_index : int
+        Number of the first sample since the box was switched on.
+    times : ndarray, shape (n,)
+        s since then.
+    truth : ndarray, shape (n, len(TRUTH))
+        What really happened, SI.
+    volts : ndarray, shape (n, 20)
+        The converter's readings, V.
+    onboard_names : tuple of str
+    onboard : ndarray, shape (n, len(board_names))
+        What the autopilot-like board knows besides.
+    phases : tuple of str
+        What was being done.
+    """
+
+    first_index: int
+    times: FloatArray
+    truth: FloatArray
+    volts: FloatArray
+    onboard_names: tuple[str, ...]
+    onboard: FloatArray
+    phases: tuple[str, ...]
+
+    def __len__(self) -> int:
+        """Return the number of samples."""
+        return int(self.times.size)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FlownManeuver:
+    """A maneuver as it was flown.
+
+    Attributes
+    ----------
+    t_start, t_end : float
+        s since the box was switched on; the end is where the pilot took over again.
+    inputs : tuple of str
+        ``de``, ``da``, ``dr``.
+    kind : str
+        The shape.
+    """
+
+    t_start: float
+    t_end: float
+    inputs: tuple[str, ...]
+    kind: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class VirtualFlight:
+    """A flight that was flown to its end.
+
+    Attributes
+    ----------
+    truth : Block
+        What really happened: `gsapp.virtual.airframe.TRUTH_CHANNELS`, at the CG.
+    measured : Block
+        What the ground makes of the converter's volts:
+        `gsapp.virtual.ad_converter.DAQ_CHANNELS` and the combined surfaces
+        (6.1.1)-(6.1.3).
+    volts : ndarray, shape (n, 20)
+        V.
+    phases : tuple of (str, float)
+        Each phase with the time at which it began, s.
+    maneuvers : tuple of FlownManeuver
+    crashed : bool
+    """
+
+    truth: Block
+    measured: Block
+    volts: FloatArray
+    phases: tuple[tuple[str, float], ...]
+    maneuvers: tuple[FlownManeuver, ...]
+    crashed: bool
+
+    def phase(self, name: str) -> tuple[float, float]:
+        """Return begin and end (s) of the first phase of that name.
+
+        Raises
+        ------
+        FlightError
+            If there was none.
+        """
+        for index, (phase, start) in enumerate(self.phases):
+            if phase == name:
+                later = self.phases[index + 1 :]
+                return start, later[0][1] if later else float(self.truth.times[-1])
+        raise FlightError(
+            f"the flight had no phase '{name}'; it had {', '.join(p for p, _ in self.phases)}"
+        )
+
+
+class FlightSimulation:
+    """A flight that goes on as far as it is asked to.
+
+    Parameters
+    ----------
+    plan : FlightPlan
+        What is flown.
+    aircraft : Aircraft
+    model : Model or str
+        The aerodynamics; a file or the name of a shipped one.
+    seed : int
+        Everything random comes from it.
+    hide : sequence of str
+        Effects that this aircraft has beyond the model, each ``ID[:PARAM=VALUE,..]``.
+    faults : sequence of str
+        What goes wrong with the instruments besides what the plan says, each
+        ``CHANNEL:KIND[:PARAM=VALUE,..]``.
+    turbulence : float, optional
+        Standard deviation of the gusts, m/s; the plan's if left out.
+    rate : float
+        Samples a second, Hz.
+    certificates : str
+        Folder or shipped set that turns values into the converter's volts.
+    hands : callable, optional
+        Makes whoever flies, see `StickSourceFactory`; the human pilot of this package by default.
+    airborne : bool
+        Begin in level flight where the upwind leg of the pattern begins, not on the runway; `hands`
+        must know.
+    """
+
+    def __init__(
+        self,
+        plan: FlightPlan,
+        *,
+        aircraft: Aircraft,
+        model: Model | str = "b777",
+        seed: int = 0,
+        hide: Sequence[str] = (),
+        faults: Sequence[str] = (),
+        turbulence: float | None = None,
+        rate: float = 100.0,
+        certificates: str | Path = "b777",
+        hands: StickSourceFactory | None = None,
+        airborne: bool = False,
+    ) -> None:
+        self._dt = 1.0 / rate
+        base = load_model(model) if isinstance(model, str) else model
+        random = np.random.default_rng(seed)
+        pilot_random, air_random, instrument_random = random.spawn(3)
+        flown = add_hidden_effects(aircraft, base, hide)
+        self._airframe = Airframe(
+            plan,
+            aircraft,
+            flown,
+            turbulence=plan.conditions.turbulence if turbulence is None else turbulence,
+            random=air_random,
+            dt=self._dt,
+        )
+        # The pilot has learned on this very aircraft, with all that it hides.
+        density = self._airframe.density(plan.pattern.height)
+        feel = compute_handling(self._airframe.simulator.model, plan.pattern.speed, density)
+        if airborne:
+            self._airframe.begin_in_air(feel)
+        make = _human_pilot if hands is None else hands
+        self._hands = make(plan, feel, pilot_random, self._dt)
+        self._instruments = Instruments(
+            aircraft,
+            instrument_random,
+            self._dt,
+            (*plan.faults, *(parse_sensor_fault(text) for text in faults)),
+        )
+        self._converter = AnalogDigitalConverter(load_certificates(certificates))
+        self._count = 0
+        self._crashed = False
+
+    @property
+    def finished(self) -> bool:
+        """Return whether the flight is over."""
+        return (
+            self._hands.finished or self._crashed or self._count * self._dt >= MAX_FLIGHT_DURATION
+        )
+
+    @property
+    def crashed(self) -> bool:
+        """Return whether it ended badly."""
+        return self._crashed
+
+    @property
+    def maneuvers(self) -> tuple[FlownManeuver, ...]:
+        """Return the maneuvers so far."""
+        return tuple(
+            FlownManeuver(t_start=start, t_end=end, inputs=maneuver.inputs, kind=maneuver.shape)
+            for start, end, maneuver in _flown_maneuvers(self._hands)
+        )
+
+    @property
+    def converter(self) -> AnalogDigitalConverter:
+        """Return the converter on board."""
+        return self._converter
+
+    def advance(self, count: int) -> FlightSegment:
+        """Fly on for up to `count` samples."""
+        first = self._count
+        truth, exposed, board = [], [], []
+        phases: list[str] = []
+        airframe, hands = self._airframe, self._hands
+        while len(phases) < count and not self.finished:
+            situation = airframe.aircraft_state()
+            sticks = hands.move(situation)
+            truth.append(airframe.truth())
+            exposed.append(airframe.instrument_inputs())
+            board.append(airframe.onboard_values())
+            phases.append(hands.phase)
+            self._count += 1
+            airframe.advance(sticks)
+            if airframe.has_crashed:
+                self._crashed = True
+                phases[-1] = "crashed"
+        columns = (
+            np.array(exposed, dtype=np.float64)
+            .reshape(len(phases), len(INSTRUMENT_INPUT_CHANNELS))
+            .T
+        )
+        signals = dict(zip(INSTRUMENT_INPUT_CHANNELS, columns, strict=True))
+        speeds = np.column_stack([signals["rpm_left"], signals["rpm_right"]])
+        shown = self._instruments.read(signals, speeds)
+        return FlightSegment(
+            first_index=first,
+            times=np.arange(first, self._count, dtype=np.float64) * self._dt,
+            truth=np.array(truth, dtype=np.float64).reshape(len(phases), len(TRUTH_CHANNELS)),
+            volts=self._converter.volts(shown),
+            onboard_names=ONBOARD_CHANNELS,
+            onboard=np.array(board, dtype=np.float64).reshape(len(phases), len(ONBOARD_CHANNELS)),
+            phases=tuple(phases),
+        )
+
+
+def _human_pilot(
+    plan: FlightPlan, feel: AircraftHandling, random: np.random.Generator, dt: float
+) -> HumanPilot:
+    return HumanPilot(plan, feel, random, dt=dt)
+
+
+def _flown_maneuvers(hands: StickSource) -> list[tuple[float, float, PlannedManeuver]]:
+    return hands.flown_maneuvers if isinstance(hands, HumanPilot) else []
+
+
+def simulate_flight(
+    plan: FlightPlan | str | Path = "default",
+    *,
+    aircraft: Aircraft | str | Path = "b777",
+    model: Model | str = "b777",
+    seed: int = 0,
+    hide: Sequence[str] = (),
+    faults: Sequence[str] = (),
+    turbulence: float | None = None,
+    rate: float = 100.0,
+    certificates: str | Path = "b777",
+) -> VirtualFlight:
+    """Fly a plan from switching the box on to engines off.
+
+    Parameters
+    ----------
+    plan, aircraft, model
+        The things themselves, files, or names of shipped ones.
+    seed : int
+        Same seed, same flight.
+    hide : sequence of str
+        Effects that the aircraft has beyond the model, each ``ID[:PARAM=VALUE,..]``.
+    faults : sequence of str
+        What goes wrong with the instruments besides what the plan says, each
+        ``CHANNEL:KIND[:PARAM=VALUE,..]``.
+    turbulence : float, optional
+        Standard deviation of the gusts, m/s; the plan's if left out.
+    rate : float
+        Samples a second, Hz.
+    certificates : str or Path
+        Folder or shipped set of calibration certificates.
+
+    Returns
+    -------
+    VirtualFlight
+        Truth and measurement at the same times.
+
+    Raises
+    ------
+    GroundStationError
+        If a file holds mistakes, an effect is unknown, or the aircraft cannot fly.
+    """
+    flight = FlightSimulation(
+        plan if isinstance(plan, FlightPlan) else load_flight_plan(plan),
+        aircraft=aircraft if isinstance(aircraft, Aircraft) else load_aircraft(aircraft),
+        model=model,
+        seed=seed,
+        hide=hide,
+        faults=faults,
+        turbulence=turbulence,
+        rate=rate,
+        certificates=certificates,
+    )
+    stretches = []
+    while not flight.finished:
+        stretches.append(flight.advance(1000))
+    times = np.concatenate([stretch.times for stretch in stretches])
+    volts = np.concatenate([stretch.volts for stretch in stretches])
+    phases: list[tuple[str, float]] = []
+    for stretch in stretches:
+        for time, phase in zip(stretch.times, stretch.phases, strict=True):
+            if not phases or phases[-1][0] != phase:
+                phases.append((phase, float(time)))
+    return VirtualFlight(
+        truth=truth_block(stretches),
+        measured=combine_surfaces(flight.converter.convert_to_block(times, volts)),
+        volts=volts,
+        phases=tuple(phases),
+        maneuvers=flight.maneuvers,
+        crashed=flight.crashed,
+    )
+
+
+def truth_block(stretches: Sequence[FlightSegment]) -> Block:
+    """Return the true motion of successive stretches."""
+    return Block(
+        channels=TRUTH_CHANNELS,
+        times=np.concatenate([stretch.times for stretch in stretches]),
+        values=np.concatenate([stretch.truth for stretch in stretches]),
+    )
+
+
+def combine_surfaces(block: Block) -> Block:
+    """Return the block with de, da, dr from the surfaces (6.1.1)-(6.1.3)."""
+    elevator = 0.5 * (block["elevator_left"] + block["elevator_right"])
+    aileron = 0.5 * (block["aileron_left"] + block["aileron_right"])
+    return Block(
+        channels=(*block.channels, "de", "da", "dr"),
+        times=block.times,
+        values=np.column_stack([block.values, elevator, aileron, block["rudder"]]),
+    )
+
+
+__all__ = [
+    "DAQ_CHANNELS",
+    "FlightSegment",
+    "FlightSimulation",
+    "FlownManeuver",
+    "VirtualFlight",
+    "combine_surfaces",
+    "simulate_flight",
+    "truth_block",
+]

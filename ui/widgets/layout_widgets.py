@@ -1,0 +1,320 @@
+"""What the four steps are laid out with: two columns that stack, headings, tables of lines."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from PySide6.QtCore import QSize, Qt, QTimer
+from PySide6.QtGui import QResizeEvent
+from PySide6.QtWidgets import (
+    QBoxLayout,
+    QComboBox,
+    QGridLayout,
+    QHBoxLayout,
+    QHeaderView,
+    QSizePolicy,
+    QVBoxLayout,
+    QWidget,
+)
+
+from gsapp.quantities import convert_text_units
+from ui.display_style import DisplayStyle
+from ui.widgets.flow_layout import FlowLayout
+from ui.widgets.labels import create_label
+from ui.widgets.table_models import TableRow, TableRowModel, TableRowView
+
+_SIDE_BY_SIDE_WIDTH = 860
+
+
+class StackingColumns(QWidget):
+    """Two columns side by side, or one above the other where the window is narrow.
+
+    Parameters
+    ----------
+    look : DisplayStyle
+        Sizes.
+    shares : tuple of int
+        Stretch of the left and the right column.
+    """
+
+    def __init__(self, look: DisplayStyle, shares: tuple[int, int] = (1, 1)) -> None:
+        super().__init__()
+        self._look = look
+        self._box = QBoxLayout(QBoxLayout.Direction.LeftToRight, self)
+        self._box.setContentsMargins(0, 0, 0, 0)
+        self.left, self.right = QVBoxLayout(), QVBoxLayout()
+        self._shares = shares
+        for column, share in zip((self.left, self.right), shares, strict=True):
+            holder = QWidget()
+            # The share decides, not what happens to stand in the column.
+            holder.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
+            holder.setLayout(column)
+            column.setContentsMargins(0, 0, 0, 0)
+            self._box.addWidget(holder, share)
+        look.changed.connect(self._fit)
+        self._fit()
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Stack the columns where the window is narrow."""
+        super().resizeEvent(event)
+        self._fit()
+
+    def _fit(self) -> None:
+        look = self._look
+        wide = self.width() >= look.px(_SIDE_BY_SIDE_WIDTH)
+        side = QBoxLayout.Direction.LeftToRight
+        wanted = side if wide else QBoxLayout.Direction.TopToBottom
+        if self._box.direction() != wanted:
+            self._box.setDirection(wanted)
+        for place, share in enumerate(self._shares):
+            self._box.setStretch(place, share if wide else 0)
+        self._box.setSpacing(look.px(24))
+        for column in (self.left, self.right):
+            column.setSpacing(look.px(8))
+
+
+class FittedTableView(TableRowView):
+    """A table of lines that is as high as its lines, up to a number of them.
+
+    Parameters
+    ----------
+    look : DisplayStyle
+        Sizes.
+    name : str
+        For those who hear it.
+    titles : sequence of str
+        Of the columns.
+    stretch : int
+        The column that takes the room.
+    widths : dict of int to int
+        Points of the other columns.
+    least, most : int
+        Rows in sight.
+    editable : int, optional
+        A column whose texts may be typed anew.
+    """
+
+    def __init__(
+        self,
+        look: DisplayStyle,
+        name: str,
+        titles: Sequence[str],
+        *,
+        stretch: int,
+        widths: dict[int, int],
+        right: frozenset[int] = frozenset(),
+        least: int = 2,
+        most: int = 8,
+        editable: int | None = None,
+    ) -> None:
+        self._rows = (least, most)
+        self._wish = 0
+        self._wrapped: object = None
+        self._given: tuple[TableRow, ...] = ()
+        self._editable = editable
+        super().__init__(TableRowModel(look, titles, right, editable), look, name, stretch, widths)
+        # Left to itself the header measures all rows again with every change of style.
+        self.verticalHeader().setSectionResizeMode(QHeaderView.ResizeMode.Interactive)
+        self.horizontalHeader().setVisible(any(titles))
+        self.horizontalHeader().setSectionsClickable(False)
+        policy = QSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Preferred)
+        self.setSizePolicy(policy)
+        # When the header has settled: within its own resizing the widths are not all known.
+        self._settle = QTimer(self)
+        self._settle.setSingleShot(True)
+        self._settle.timeout.connect(self._rewrap)
+        self.horizontalHeader().sectionResized.connect(lambda *_: self._settle.start(0))
+        look.changed.connect(self._restyled)
+        self._rewrap()
+
+    def show_rows(self, lines: Sequence[TableRow]) -> None:
+        """Show other lines; values in their words are in the units of the screen."""
+        self._given = tuple(lines)
+        self._convert()
+        self._rewrap()
+
+    def _convert(self) -> None:
+        units = self._look.units
+        self.lines.set_rows(
+            [
+                replace(
+                    line,
+                    cells=tuple(
+                        cell if column == self._editable else convert_text_units(cell, units)
+                        for column, cell in enumerate(line.cells)
+                    ),
+                    detail=convert_text_units(line.detail, units),
+                )
+                for line in self._given
+            ]
+        )
+
+    def select_row(self, key: object) -> None:
+        """Put the keyboard's line on a key, if it is there."""
+        for row, line in enumerate(self.lines.lines):
+            if line.key == key:
+                self.setCurrentIndex(self.lines.index(row, 0))
+                return
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Wrap anew at another width."""
+        super().resizeEvent(event)
+        self._settle.start(0)
+
+    def _restyled(self) -> None:
+        """Wrap anew: the table forgot the heights with the change."""
+        self._convert()
+        self._wrapped = None
+        self._settle.start(0)
+
+    def _rewrap(self) -> None:
+        """Give wrapped rows the height they need at the width they have."""
+        columns = range(self.lines.columnCount())
+        state = (
+            tuple(line.cells for line in self.lines.lines),
+            tuple(self.columnWidth(column) for column in columns),
+            self._look.scale,
+        )
+        if state == self._wrapped:
+            return
+        self._wrapped = state
+        self.resizeRowsToContents()
+        self._fit()
+        self.updateGeometry()
+
+    def _fit(self) -> None:
+        rows = range(len(self.lines.lines))
+        heights = [self.rowHeight(row) for row in rows] or [self._look.px(34)]
+        head = self.horizontalHeader()
+        top = (0 if head.isHidden() else head.sizeHint().height()) + 4
+        least, most = self._rows
+        # Never higher than its lines: an empty half of a table says nothing.
+        enough = min(sum(heights[:least]), self._look.px(44 * least))
+        bounds = (top + enough, top + sum(heights))
+        self._wish = top + sum(heights[:most])
+        if bounds != (self.minimumHeight(), self.maximumHeight()):
+            self.setMinimumHeight(bounds[0])
+            self.setMaximumHeight(bounds[1])
+
+    def sizeHint(self) -> QSize:
+        """Return the size of the lines, within reason."""
+        return QSize(self._look.px(320), self._wish)
+
+
+class LabeledComboBox(QWidget):
+    """A labeled list to choose one from.
+
+    Parameters
+    ----------
+    look : DisplayStyle
+        Sizes.
+    name : str
+        Beside the list.
+    letters : int
+        That the list shows at least.
+    """
+
+    def __init__(self, look: DisplayStyle, name: str, *, letters: int = 12) -> None:
+        super().__init__()
+        row = QHBoxLayout(self)
+        row.setContentsMargins(0, 0, 0, 0)
+        row.setSpacing(look.px(8))
+        self.title = create_label(name, "label")
+        row.addWidget(self.title)
+        self.box = QComboBox()
+        self.box.setAccessibleName(name)
+        self.box.setSizeAdjustPolicy(
+            QComboBox.SizeAdjustPolicy.AdjustToMinimumContentsLengthWithIcon
+        )
+        self.box.setMinimumContentsLength(letters)
+        row.addWidget(self.box, 1)
+        self.setFocusProxy(self.box)
+        self._shown: tuple[tuple[str, str], ...] = ()
+
+    def set_choices(self, choices: Sequence[tuple[str, str]], current: str) -> None:
+        """Show the choices (key, words) with one chosen; emits nothing."""
+        self.box.blockSignals(True)
+        if tuple(choices) != self._shown:
+            self._shown = tuple(choices)
+            self.box.clear()
+            for key, words in choices:
+                self.box.addItem(words, key)
+        place = self.box.findData(current)
+        if place >= 0:
+            self.box.setCurrentIndex(place)
+        self.box.blockSignals(False)
+
+    @property
+    def current_key(self) -> str:
+        """Return the key chosen."""
+        return str(self.box.currentData() or "")
+
+
+class HeadedParagraphs(QWidget):
+    """Headings with a paragraph each."""
+
+    def __init__(self, look: DisplayStyle) -> None:
+        super().__init__()
+        self._look = look
+        self._column = QVBoxLayout(self)
+        self._column.setContentsMargins(0, 0, 0, 0)
+        self._shown: tuple[tuple[str, str], ...] | None = None
+
+    def show_paragraphs(self, paragraphs: Sequence[tuple[str, str]]) -> None:
+        """Show other paragraphs; one without a heading is shown as it is."""
+        if tuple(paragraphs) == self._shown:
+            return
+        self._shown = tuple(paragraphs)
+        while (item := self._column.takeAt(0)) is not None:
+            if item.widget() is not None:
+                item.widget().hide()
+                item.widget().deleteLater()
+        self._column.setSpacing(self._look.px(2))
+        for heading, text in paragraphs:
+            if heading:
+                self._column.addWidget(create_label(heading, "label"))
+            body = create_label(text, wrap=True)
+            body.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
+            body.setContentsMargins(0, 0, 0, self._look.px(6))
+            self._column.addWidget(body)
+        self.setVisible(bool(paragraphs))
+
+
+class NameValueTable(QWidget):
+    """Names and values in two columns, values aligned."""
+
+    def __init__(self, look: DisplayStyle) -> None:
+        super().__init__()
+        self._look = look
+        self._grid = QGridLayout(self)
+        self._grid.setContentsMargins(0, 0, 0, 0)
+        self._grid.setColumnStretch(1, 1)
+        self.rows: tuple[tuple[str, str], ...] = ()
+
+    def show_rows(self, rows: Sequence[tuple[str, str]]) -> None:
+        """Show other rows."""
+        if tuple(rows) == self.rows:
+            return
+        self.rows = tuple(rows)
+        while (item := self._grid.takeAt(0)) is not None:
+            item.widget().hide()
+            item.widget().deleteLater()
+        self._grid.setHorizontalSpacing(self._look.px(16))
+        self._grid.setVerticalSpacing(self._look.px(4))
+        for row, (name, value) in enumerate(rows):
+            self._grid.addWidget(create_label(name, "muted"), row, 0)
+            self._grid.addWidget(create_label(value, "number", wrap=True), row, 1)
+        self.setVisible(bool(rows))
+
+
+def create_button_row(look: DisplayStyle, *buttons: QWidget) -> QWidget:
+    """Return buttons side by side that break into rows where the window is narrow."""
+    holder = QWidget()
+    flow = FlowLayout(holder, spacing=look.px(8))
+    for one in buttons:
+        flow.addWidget(one)
+    policy = QSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Minimum)
+    policy.setHeightForWidth(True)
+    holder.setSizePolicy(policy)
+    return holder

@@ -1,0 +1,300 @@
+"""A list of large lines: sign, words, what there is to say of them, and how they stand."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+from PySide6.QtCore import (
+    QAbstractListModel,
+    QModelIndex,
+    QPersistentModelIndex,
+    QRect,
+    QRectF,
+    QSize,
+    Qt,
+    Signal,
+)
+from PySide6.QtGui import QAction, QFont, QFontMetrics, QKeyEvent, QPainter, QPen, QResizeEvent
+from PySide6.QtWidgets import (
+    QAbstractItemView,
+    QListView,
+    QStyle,
+    QStyledItemDelegate,
+    QStyleOptionViewItem,
+)
+
+from gsapp.quantities import convert_text_units
+from ui.display_style import DisplayStyle
+from ui.icons import IndicatorState, paint_indicator
+from ui.widgets.table_menu import TableMenu
+
+ModelIndex = QModelIndex | QPersistentModelIndex
+
+_WRAP = Qt.TextFlag.TextWordWrap | Qt.AlignmentFlag.AlignTop | Qt.AlignmentFlag.AlignLeft
+_LEFT, _RIGHT = 44, 108
+"""Points for the sign on the left and for the state on the right."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class StatusListItem:
+    """One line.
+
+    Attributes
+    ----------
+    key : str
+        What it stands for.
+    text : str
+        Strong, on top.
+    detail : str
+        Below.
+    state : str
+        Sign and colors.
+    state_text : str
+        On the right, in the color of the state.
+    note : str
+        Below these.
+    is_checkable : bool
+        Whether an empty box stands in place of the sign: something that a hand ticks.
+    is_done : bool
+        Whether there is nothing left to do about it.
+    """
+
+    key: str
+    text: str
+    detail: str = ""
+    state: IndicatorState = "plain"
+    state_text: str = ""
+    note: str = ""
+    is_checkable: bool = False
+    is_done: bool = False
+
+
+class _StatusListModel(QAbstractListModel):
+    """The lines in the order in which they stand."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.lines: tuple[StatusListItem, ...] = ()
+
+    def show(self, lines: Sequence[StatusListItem]) -> bool:
+        """Show the lines; return whether others stand there now, or in another order."""
+        new, old = tuple(lines), self.lines
+        if [line.key for line in new] != [line.key for line in old]:
+            self.beginResetModel()
+            self.lines = new
+            self.endResetModel()
+            return True
+        self.lines = new
+        for row, (line, former) in enumerate(zip(new, old, strict=True)):
+            if line != former:
+                self.dataChanged.emit(self.index(row), self.index(row))
+        return False
+
+    def rowCount(self, parent: ModelIndex | None = None) -> int:
+        """Return the number of lines."""
+        return 0 if parent is not None and parent.isValid() else len(self.lines)
+
+    def data(self, index: ModelIndex, role: int = Qt.ItemDataRole.DisplayRole) -> object:
+        """Return a line in words, for those who hear it."""
+        if role not in (Qt.ItemDataRole.DisplayRole, Qt.ItemDataRole.AccessibleTextRole):
+            return None
+        line = self.lines[index.row()]
+        return ", ".join(filter(None, (line.text, line.state_text, line.detail)))
+
+
+class _StatusListDelegate(QStyledItemDelegate):
+    """Draws one line as high as its words need."""
+
+    def __init__(self, look: DisplayStyle, view: StatusListView) -> None:
+        super().__init__(view)
+        self._look = look
+        self._view = view
+
+    def _fonts(self) -> tuple[QFont, QFont]:
+        strong = self._look.font("body", strong=True)
+        strong.setPixelSize(self._look.px(15))
+        return strong, self._look.font("body")
+
+    def _parts(self, line: StatusListItem, width: int) -> tuple[QRect, QRect]:
+        """Return where the words, and what is below them, stand at a width."""
+        px = self._look.px
+        strong, plain = self._fonts()
+        room = max(width - px(_LEFT) - px(_RIGHT) - px(14), px(80))
+        words = QFontMetrics(strong).boundingRect(0, 0, room, 10_000, _WRAP, line.text)
+        words.moveTo(px(_LEFT), px(6))
+        more = QFontMetrics(plain).boundingRect(0, 0, room, 10_000, _WRAP, line.detail)
+        more.moveTo(px(_LEFT), words.bottom() + px(2))
+        return words, more
+
+    def sizeHint(self, _option: QStyleOptionViewItem, index: ModelIndex) -> QSize:
+        """Return the size of a line at the width of the list."""
+        width = self._view.viewport().width()
+        line = self._view.listed.lines[index.row()]
+        high = self._parts(line, width)[1].bottom() + self._look.px(8)
+        return QSize(width, max(high, self._look.px(48)))
+
+    def paint(self, painter: QPainter, option: QStyleOptionViewItem, index: ModelIndex) -> None:
+        """Draw sign, words, state."""
+        look, px = self._look, self._look.px
+        line = self._view.listed.lines[index.row()]
+        box = option.rect
+        painter.save()
+        if line.state in ("warning", "caution"):
+            painter.fillRect(box, look.color(f"{line.state}_band"))
+        painter.setPen(look.color("line"))
+        painter.drawLine(box.bottomLeft(), box.bottomRight())
+        if option.state & QStyle.StateFlag.State_Selected:
+            pen = QPen(look.color("text" if self._view.hasFocus() else "axis"))
+            pen.setWidth(px(2))
+            painter.setPen(pen)
+            painter.drawRect(box.adjusted(px(1), px(1), -px(1) - 1, -px(1) - 1))
+        side = px(16)
+        sign = QRectF(box.left() + px(14), box.top() + px(8), side, side)
+        color = look.state_color(line.state)
+        if line.is_checkable:
+            painter.setPen(look.color("text"))
+            painter.drawRect(sign)
+        else:
+            paint_indicator(painter, line.state, sign, color)
+        words, more = self._parts(line, box.width())
+        strong, plain = self._fonts()
+        painter.setFont(strong)
+        painter.setPen(look.color("text"))
+        painter.drawText(words.translated(box.topLeft()), _WRAP, line.text)
+        painter.setFont(plain)
+        painter.setPen(look.color("text" if line.state in ("warning", "caution") else "muted"))
+        painter.drawText(more.translated(box.topLeft()), _WRAP, line.detail)
+        painter.setFont(strong)
+        painter.setPen(color)
+        right = QRect(box.right() - px(_RIGHT) - px(10), box.top() + px(6), px(_RIGHT), px(20))
+        painter.drawText(right, Qt.AlignmentFlag.AlignRight, line.state_text)
+        painter.setFont(look.font("label"))
+        painter.setPen(look.color("muted"))
+        below = right.translated(0, px(20))
+        painter.drawText(below, Qt.AlignmentFlag.AlignRight, line.note)
+        painter.restore()
+
+
+class StatusListView(QListView):
+    """The list; keys act on the line that the keyboard is on.
+
+    Parameters
+    ----------
+    look : DisplayStyle
+        Colors and sizes.
+    name : str
+        For those who hear it.
+    commands : sequence of QAction
+        What the menu offers for the line under the mouse.
+
+    Attributes
+    ----------
+    item_activated : Signal(str)
+        Key of the line on which Space or Enter was pressed, or the mouse.
+    current_item_changed : Signal(str)
+        Key of the line that the keyboard is on now.
+    move_requested : Signal(int)
+        Alt with Up or Down: the line shall go there.
+    delete_requested : Signal
+        Delete.
+    """
+
+    item_activated = Signal(str)
+    current_item_changed = Signal(str)
+    move_requested = Signal(int)
+    delete_requested = Signal()
+
+    def __init__(self, look: DisplayStyle, name: str, commands: Sequence[QAction] = ()) -> None:
+        super().__init__()
+        self._look = look
+        self.listed = _StatusListModel()
+        self.setModel(self.listed)
+        self.menu = TableMenu(self, commands, self._table)
+        self.setItemDelegate(_StatusListDelegate(look, self))
+        self.setAccessibleName(name)
+        self.setSelectionMode(QAbstractItemView.SelectionMode.SingleSelection)
+        self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        self.setVerticalScrollMode(QAbstractItemView.ScrollMode.ScrollPerPixel)
+        self.setResizeMode(QListView.ResizeMode.Adjust)
+        self.clicked.connect(
+            lambda index: self.item_activated.emit(self.listed.lines[index.row()].key)
+        )
+        self._given: tuple[StatusListItem, ...] = ()
+        look.changed.connect(self._restyle)
+
+    def _restyle(self) -> None:
+        self.set_items(self._given)
+        self.scheduleDelayedItemsLayout()
+
+    def _table(self) -> list[tuple[str, ...]]:
+        lines = self.listed.lines
+        rows = [(one.text, one.detail, one.state_text, one.note) for one in lines]
+        return [("Line", "Details", "State", "Note"), *rows]
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Wrap anew at another width."""
+        super().resizeEvent(event)
+        self.scheduleDelayedItemsLayout()
+
+    def currentChanged(self, current: QModelIndex, previous: QModelIndex) -> None:
+        """Say which line the keyboard is on."""
+        super().currentChanged(current, previous)
+        if current.isValid():
+            self.current_item_changed.emit(self.current_key)
+
+    def set_items(self, lines: Sequence[StatusListItem]) -> None:
+        """Show the lines, with values in the units of the screen.
+
+        The keyboard stays on the same one, but does not follow it to the end.
+        """
+        self._given = tuple(lines)
+        units = self._look.units
+        lines = [
+            replace(
+                line,
+                text=convert_text_units(line.text, units),
+                detail=convert_text_units(line.detail, units),
+            )
+            for line in lines
+        ]
+        former, row = self.current_key, self.currentIndex().row()
+        scrolled = self.verticalScrollBar().value()
+        if not self.listed.show(lines) or not lines:
+            return
+        keys = [line.key for line in lines]
+        left = {line.key for line in lines if not line.is_done}
+        stays = former in keys and (former in left or not left)
+        self.select_row(keys.index(former) if stays else row)
+        self.verticalScrollBar().setValue(scrolled)
+
+    @property
+    def current_key(self) -> str:
+        """Return the key of the line that the keyboard is on; empty for none."""
+        row = self.currentIndex().row()
+        return self.listed.lines[row].key if 0 <= row < len(self.listed.lines) else ""
+
+    def select_item(self, key: str) -> None:
+        """Put the keyboard on a line, if it is there."""
+        keys = [line.key for line in self.listed.lines]
+        if key in keys:
+            self.select_row(keys.index(key))
+
+    def select_row(self, row: int) -> None:
+        """Put the keyboard on the line that stands there, or nearest to there."""
+        last = len(self.listed.lines) - 1
+        self.setCurrentIndex(self.listed.index(min(max(row, 0), last)))
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        """Act on the line: press it, move it, delete it."""
+        key = Qt.Key(event.key())
+        moves = {Qt.Key.Key_Up: -1, Qt.Key.Key_Down: 1}
+        if key in (Qt.Key.Key_Space, Qt.Key.Key_Return, Qt.Key.Key_Enter):
+            if not event.isAutoRepeat():
+                self.item_activated.emit(self.current_key)
+        elif key in moves and event.modifiers() & Qt.KeyboardModifier.AltModifier:
+            self.move_requested.emit(moves[key])
+        elif key == Qt.Key.Key_Delete:
+            self.delete_requested.emit()
+        else:
+            super().keyPressEvent(event)
