@@ -86,7 +86,7 @@ def test_the_file_keeps_the_quality(tmp_path: Path) -> None:
     assert again.quality is not None
     for name in (
         "linearity", "scatter", "hysteresis", "hysteresis_uncertainty", "return_to_zero",
-        "resolution", "covered", "travel", "places", "half_widths", "coverage", "degree",
+        "resolution", "covered", "travel", "uncertainty_volts", "half_widths", "coverage", "degree",
     ):  # fmt: skip
         assert getattr(again.quality, name) == pytest.approx(
             getattr(made.quality, name), rel=1e-5

@@ -84,7 +84,7 @@ def search(monkeypatch: pytest.MonkeyPatch) -> Install:
 @pytest.fixture
 def undrawn(monkeypatch: pytest.MonkeyPatch) -> None:
     """Leave pictures and paper blank where a test is not about them."""
-    monkeypatch.setattr("gsapp.report.document_writer.picture_png", lambda _: b"\x89PNG")
+    monkeypatch.setattr("gsapp.report.document_writer.render_png", lambda _: b"\x89PNG")
     monkeypatch.setattr("gsapp.report.document_writer.pdf_pages", lambda _, **__: b"%PDF")
 
 

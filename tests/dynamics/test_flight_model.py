@@ -206,7 +206,7 @@ def test_numbers_with_derivatives(a: float, b: float) -> None:
         (formula(a, b + h, np) - formula(a, b - h, np)) / (2 * h),
     ]
     assert found.value[0] == pytest.approx(formula(a, b, np))
-    assert np.allclose(found.slope[0], numeric, rtol=1e-6, atol=1e-6)
+    assert np.allclose(found.derivative[0], numeric, rtol=1e-6, atol=1e-6)
 
 
 def test_asymmetry_is_a_share_of_the_thrust(aircraft: Aircraft, model: Model) -> None:

@@ -226,7 +226,7 @@ def test_cards_that_come_later_count_what_was_flown() -> None:
     assert cues.card_progress is None
     cues.use_cards(CARDS)
     assert cues.card_progress is not None
-    assert [one.good for one in cues.flown.cards] == [1]
+    assert [one.good for one in cues.card_progress.cards] == [1]
     assert cues.snapshot().good == 1
 
 

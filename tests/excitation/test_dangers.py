@@ -403,5 +403,5 @@ def test_what_stands_does_not_flicker() -> None:
     standing.update(5.25 + ALERT_HOLD_TIME, [caution])
     assert standing.alerts[0].level is AlertLevel.CAUTION
     standing.update(20.0, [])
-    assert not standing.now
+    assert not standing.alerts
     assert [danger.since for danger in standing.log] == [0.0, 5.0]

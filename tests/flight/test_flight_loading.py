@@ -129,7 +129,7 @@ from gsapp.flight import cache
 counted = set()
 read = Path.read_bytes
 Path.read_bytes = lambda path: counted.add(path) or read(path)
-cache._code()
+cache._code_hash()
 used = {name: module.__file__ for name, module in sys.modules.items()
         if name.partition(".")[0] in ("gsapp", "calibration") and module.__file__}
 assert len(counted) > 50

@@ -205,8 +205,8 @@ def test_killed_in_the_midst_the_flight_stands(flight):
     folder, log = flight
     before = listing(folder)
     code = (
-        "import sys; from gsapp.flight.onboard_log.log_storage import place_log; "
-        "place_log(*sys.argv[1:])"
+        "import sys; from gsapp.flight.onboard_log.log_storage import install_log; "
+        "install_log(*sys.argv[1:])"
     )
     incoming = folder.cache_folder / "incoming"
     child = subprocess.Popen([sys.executable, "-c", code, str(folder.path), str(log)])

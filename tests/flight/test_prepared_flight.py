@@ -36,9 +36,9 @@ def test_a_card_is_changed_saved_and_read_by_others(tmp_path: Path) -> None:
     other.change({("weather", "temperature"): None})
     other.save()
     assert "weather" not in other.path.read_text(encoding="utf-8")
-    assert file.read()
+    assert file.reload_if_changed()
     assert file.model.weather.temperature is None
-    assert not file.read()
+    assert not file.reload_if_changed()
 
 
 def test_a_mistake_leaves_the_card_as_it_was(tmp_path: Path) -> None:

@@ -63,8 +63,8 @@ def test_the_login_manager_is_asked_and_let_go(inhibitor: Path) -> None:
 def test_it_is_let_go_however_the_process_ends(inhibitor: Path) -> None:
     """A recorder that is killed leaves a computer that falls asleep again."""
     program = (
-        "import time; from gsapp.foundation.sleep_inhibitor import kept_awake\n"
-        "with kept_awake('recording'): time.sleep(60)"
+        "import time; from gsapp.foundation.sleep_inhibitor import inhibit_sleep\n"
+        "with inhibit_sleep('recording'): time.sleep(60)"
     )
     process = subprocess.Popen([sys.executable, "-c", program])
     until((inhibitor / "process").exists)

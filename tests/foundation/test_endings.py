@@ -21,9 +21,9 @@ def run(body: str, log: Path) -> subprocess.Popen[bytes]:
     code = (
         "import sys, threading, time\n"
         "from pathlib import Path\n"
-        "from gsapp.foundation.process_shutdown import asked_to_end, ends_within\n"
+        "from gsapp.foundation.process_shutdown import on_termination_signal, exit_deadline\n"
         "end = threading.Event()\n"
-        "with asked_to_end(lambda _: end.set()), ends_within(1.0, Path(sys.argv[1])):\n"
+        "with on_termination_signal(lambda _: end.set()), exit_deadline(1.0, Path(sys.argv[1])):\n"
         "    print('ready', flush=True)\n"
         f"    {body}\n"
     )

@@ -47,12 +47,12 @@ def locking(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> 
 def test_one_holds_a_lock_and_its_file_tells_who(locking: ModuleType, tmp_path: Path) -> None:
     path = tmp_path / "lock"
     first, second = locking.FileLock(path), locking.FileLock(path)
-    assert locking.holder(path) is None
+    assert locking.lock_holder(path) is None
     assert first.acquire()
     assert not second.acquire(patience=0.05)
-    assert locking.holder(path) == os.getpid()
+    assert locking.lock_holder(path) == os.getpid()
     first.release()
-    assert locking.holder(path) is None
+    assert locking.lock_holder(path) is None
     assert second.acquire(patience=0.0)
     second.release()
 
@@ -68,7 +68,7 @@ def test_where_there_are_no_locks_nobody_is_said_to_hold_one(
         raise OSError(errno.ENOTSUP, "Operation not supported")
 
     monkeypatch.setattr(fcntl, "flock", refuse)
-    assert locking.holder(path) is None
+    assert locking.lock_holder(path) is None
     with pytest.raises(FlightError, match="no locks: choose a folder on a disk of this computer"):
         locking.FileLock(path).acquire()
 
@@ -85,7 +85,7 @@ def test_a_disk_that_fills_up_under_a_lock_does_not_keep_it(
         disk.setattr(os, "write", full)
         with pytest.raises(OSError, match="No space"):
             lock.acquire()
-    assert locking.holder(tmp_path / "lock") is None
+    assert locking.lock_holder(tmp_path / "lock") is None
     assert lock.acquire(patience=0.0)
     lock.release()
 
@@ -99,7 +99,7 @@ def test_who_looks_is_not_taken_for_a_holder(
     other = os.open(path, os.O_RDWR)
     assert locking._lock(other, shared=True)
     monkeypatch.setattr(time, "sleep", lambda _: locking._unlock(other))
-    assert locking.holder(path) is None
+    assert locking.lock_holder(path) is None
     os.close(other)
 
 
@@ -112,7 +112,7 @@ def test_who_waits_for_a_file_gets_it_soon_after_it_is_let_go(
 
     def hold() -> None:
         descriptor = os.open(path, os.O_RDWR)
-        with locking.alone(descriptor):
+        with locking.exclusive_lock(descriptor):
             holds.set()
             time.sleep(0.1)
             let_go.append(time.monotonic())
@@ -123,7 +123,7 @@ def test_who_waits_for_a_file_gets_it_soon_after_it_is_let_go(
     thread.start()
     assert holds.wait(5.0)
     descriptor = os.open(path, os.O_RDWR)
-    with locking.alone(descriptor):
+    with locking.exclusive_lock(descriptor):
         assert let_go
         assert time.monotonic() - let_go[0] < 0.5
     os.close(descriptor)

@@ -44,7 +44,7 @@ class Bench:
     def find(self, _: Path) -> Any:
         return self if self.running else None
 
-    def sees_folder(self) -> bool:
+    def is_folder_reachable(self) -> bool:
         return True
 
     def status(self) -> RecorderStatus:

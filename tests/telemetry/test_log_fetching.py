@@ -303,7 +303,7 @@ def test_a_killed_fetch_goes_on_and_leaves_no_recorder(autopilot, tmp_path, pati
     code = (
         "import sys; from gsapp.telemetry.log_download import LogFetcher\n"
         "with LogFetcher(sys.argv[1], sys.argv[2]) as fetcher:\n"
-        f"    fetcher.fetch(fetcher.choose({NUMBER}))\n"
+        f"    fetcher.fetch(fetcher.select({NUMBER}))\n"
     )
     child = subprocess.Popen([sys.executable, "-c", code, str(folder.path), autopilot.link])
     scratch = folder.cache_folder / "download"

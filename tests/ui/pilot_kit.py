@@ -103,7 +103,7 @@ STATES: dict[str, CueSnapshot] = {
     "fly": BASE,
     "hold": replace(BASE, trim=cue("hold", progress=0.6), speed=99 * FOOT),
     "go": replace(BASE, trim=cue("go"), speed=100.4 * FOOT),
-    "gusty": replace(BASE, trim=cue("gusty", gusts=0.9)),
+    "gusty": replace(BASE, trim=cue("gusty", gust_strength=0.9)),
     "turn": replace(
         BASE,
         trim=cue(

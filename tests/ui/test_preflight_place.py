@@ -191,7 +191,7 @@ def test_certificates_go_only_into_the_flight_that_goes_on(
     shelf.store.put_in_force(load_certificates("b777")["rudder"])
     flight = FlightFolder.create(tmp_path / "flight")
     session = SimpleNamespace(
-        aircraft=load_aircraft("b777"), path=flight.path, replaying=flight if replaying else None
+        aircraft=load_aircraft("b777"), path=flight.path, replay_feed=flight if replaying else None
     )
     at_hand = CalibrationController(
         SimpleNamespace(session=session), store, SimpleNamespace(running=False)
@@ -809,7 +809,7 @@ def test_a_flight_without_cards_has_none_at_every_place(
         assert window.pilot_page.cues.cards is None
         assert shown.state.text == "none in this flight"
     folder.store_cards(page.book.cards)
-    assert "of 5 cards done" in page.book.state.words
+    assert "of 5 cards done" in page.book.state.text
 
 
 def test_the_list_says_which_cards_are_done(window: MainWindow, qtbot: QtBot) -> None:
@@ -822,7 +822,7 @@ def test_the_list_says_which_cards_are_done(window: MainWindow, qtbot: QtBot) ->
     lines = page.list.listed.lines
     assert (lines[0].state, lines[0].state_text) == ("good", "3 of 3")
     assert lines[1].state_text.startswith("0 of")
-    assert "done" in page.book.state.words
+    assert "done" in page.book.state.text
     box = page.list.visualRect(page.list.listed.index(0))
     assert count(page.list.viewport(), window.display_style.theme.good, box) > 60
     window.resize(860, 800)

@@ -103,7 +103,7 @@ def test_a_crew_calibrates_by_one_key_and_checks_it(at_bench: Open) -> None:
     window.type("wire broken")
     window.press(KEY.Key_Return)
     assert window.view.phase == "done"
-    assert [one.words for one in window.page.summary.outcomes][1] == "uncalibrated: wire broken"
+    assert [one.text for one in window.page.summary.outcomes][1] == "uncalibrated: wire broken"
     assert "rudder" not in load_certificates(window.store.current.calibration)
     window.press(KEY.Key_Space)
     standings = {one.title: one for one in window.page.start.standings or ()}
@@ -144,7 +144,7 @@ def test_a_crew_calibrates_by_one_key_and_checks_it(at_bench: Open) -> None:
     window.type("no time")
     window.press(KEY.Key_Return)
     assert window.page.summary.title.text() == "Check done"
-    assert [one.words for one in window.page.summary.outcomes] == ["not checked: no time"]
+    assert [one.text for one in window.page.summary.outcomes] == ["not checked: no time"]
 
     # A horn that moved is remembered on the first page, until it is calibrated anew.
     bench = window.bench
@@ -435,7 +435,7 @@ def test_volts_that_stop_are_not_left_standing(
     assert not cue.volts_text
     assert window.page.work.picture.figure.angle is None
     # Where the flight is only being read anew nothing is wrong with the signal.
-    window.desk.session.feed.present = False
+    window.desk.session.feed.is_up_to_date = False
     window.desk.refreshed.emit()
     cue = window.page.work.cue.cue
     assert (cue.state, cue.state_text) == ("unknown", "Catching up")
@@ -546,7 +546,8 @@ def test_the_surfaces_at_the_end_are_those_of_now(
         window.page.summary, "show_deflections", lambda rows: shown.append(len(rows))
     )
     monkeypatch.setattr(
-        "ui.preflight.wizard_page.together_of", lambda history, _units: [history] if history else []
+        "ui.preflight.wizard_page.list_combined_deflections",
+        lambda history, _units: [history] if history else [],
     )
     window.desk.refreshed.emit()
     let_no_volts_come(monkeypatch)

@@ -545,7 +545,7 @@ def test_drawing_is_done_beside_the_window_and_stale_orders_are_dropped(bench: B
 _LEAVES = """
 import time
 from PySide6.QtCore import QCoreApplication
-from gsapp.report.palette import PAPER
+from gsapp.report.palette import PRINT_PALETTE
 from gsapp.report.document import DocumentFigure
 from ui.review.figure_renderer import FigureRenderer, FigureSize, RenderRequest
 
@@ -561,7 +561,7 @@ picture = DocumentFigure(name="it", caption="", height=4.0, draw=draw)
 room = FigureSize(width=6.0, height=4.0)
 drawer.begin(
     RenderRequest(
-        request_id=1, build=lambda *_: picture, palette=lambda: PAPER, room=room, dpi=100.0
+        request_id=1, build=lambda *_: picture, palette=lambda: PRINT_PALETTE, room=room, dpi=100.0
     )
 )
 time.sleep(0.15)
@@ -656,7 +656,7 @@ def test_copy_and_save_give_the_figure_and_its_numbers(bench: Bench, tmp_path: P
 SPOTS = st.lists(
     st.builds(
         ManeuverPoint,
-        pane=st.integers(0, 3),
+        subplot_index=st.integers(0, 3),
         maneuver=st.integers(0, 9).map(str),
         x=st.floats(0, 500),
         y=st.floats(0, 300),

@@ -214,7 +214,7 @@ def test_a_stretch_is_added_merged_named_and_noted(window, qtbot, tmp_path):
         pytest.approx(65.0, abs=0.1),
         pytest.approx(69, abs=0.1),
     )
-    assert window.review.selection.maneuver == "6"
+    assert window.review_page.selection.maneuver == "6"
     # With the next one in time.
     press(qtbot, Qt.Key.Key_J, CONTROL)
     merged = page.flights.flight["6"]
@@ -228,7 +228,7 @@ def test_a_stretch_is_added_merged_named_and_noted(window, qtbot, tmp_path):
     press(qtbot, Qt.Key.Key_N, CONTROL | SHIFT)
     qtbot.keyClicks(QApplication.focusWidget(), "aileron")
     press(qtbot, Qt.Key.Key_Return)
-    until(qtbot, lambda: window.review.selection.maneuver == "aileron")
+    until(qtbot, lambda: window.review_page.selection.maneuver == "aileron")
     assert page.flights.flight["aileron"].note == "calm air"
     assert written(page)[1:] == ["merge 6, 2", "note on 6", "rename 6 to aileron"]
     assert [one["id"] for one in listed(page, tmp_path / "m.json")] == [
@@ -247,7 +247,7 @@ def test_a_long_name_is_read_in_the_table(window, qtbot):
     press(qtbot, Qt.Key.Key_N, CONTROL | SHIFT)
     qtbot.keyClicks(QApplication.focusWidget(), "gusty second try")
     press(qtbot, Qt.Key.Key_Return)
-    until(qtbot, lambda: window.review.selection.maneuver == "gusty second try")
+    until(qtbot, lambda: window.review_page.selection.maneuver == "gusty second try")
     table = page.table
     cell = table.currentIndex().siblingAtColumn(COLUMN_INDEXES["id"])
     until(
@@ -305,11 +305,11 @@ def test_what_the_estimate_takes_is_chosen_in_the_table(window, qtbot):
 def test_a_grade_goes_to_the_maneuver_that_was_asked_about(window, qtbot, tmp_path):
     """Another window may take it out while the question stands; then no other is graded."""
     page = page_of(window)
-    window.review.selection.select_maneuver("2")
+    window.review_page.selection.select_maneuver("2")
 
     def grade(dialog: GradeDialog) -> None:
         open_reviewed_flight(tmp_path / "a.csv").remove("2")
-        until(qtbot, lambda: window.review.selection.maneuver != "2")
+        until(qtbot, lambda: window.review_page.selection.maneuver != "2")
         dialog.choice.setCurrentIndex(3)
         dialog.accept()
 
@@ -322,7 +322,7 @@ def test_a_grade_goes_to_the_maneuver_that_was_asked_about(window, qtbot, tmp_pa
 def test_a_note_is_typed_on_while_another_flight_opens(window, qtbot, record, tmp_path):
     """All ids are others then, and what other windows change is shown: no letter is lost."""
     page = page_of(window)
-    window.review.selection.select_maneuver("2")
+    window.review_page.selection.select_maneuver("2")
     press(qtbot, Qt.Key.Key_B, CONTROL)
     qtbot.keyClicks(QApplication.focusWidget(), "gut")
     press(qtbot, Qt.Key.Key_Left)
@@ -331,7 +331,7 @@ def test_a_note_is_typed_on_while_another_flight_opens(window, qtbot, record, tm
     qtbot.keyClicks(QApplication.focusWidget(), "s")
     page.opening.open([Path(shutil.copy(record, tmp_path / "b.csv"))])
     until(qtbot, lambda: len(page.review.flights) == 2 and not page.opening.status_text)
-    assert window.review.selection.maneuver == "1:2"
+    assert window.review_page.selection.maneuver == "1:2"
     qtbot.keyClicks(QApplication.focusWidget(), "t, not ca")
     press(qtbot, Qt.Key.Key_Return)
     until(qtbot, lambda: page.flights.flight["2"].note == "gust, not cat")
@@ -345,8 +345,8 @@ def test_two_flights_and_another_window(window, qtbot, record, tmp_path, monkeyp
     press(qtbot, Qt.Key.Key_F, CONTROL | ALT)
     until(qtbot, lambda: len(page.review.flights) == 2 and not page.opening.status_text)
     # The one that was looked at is called otherwise now.
-    assert window.review.selection.maneuver == "1:1"
-    window.review.selection.select_maneuver("2:4")
+    assert window.review_page.selection.maneuver == "1:1"
+    window.review_page.selection.select_maneuver("2:4")
     assert page.flights.flight.name == "b"
     assert page.timeline.accessibleDescription().startswith("maneuver 4")
     # Everything on the page calls it so, but what is typed is the name alone.
@@ -358,7 +358,7 @@ def test_two_flights_and_another_window(window, qtbot, record, tmp_path, monkeyp
     other.remove("4")
     until(qtbot, lambda: len(page.flights.flight.maneuvers) == 4)
     # Its neighbor is looked at in its place.
-    assert window.review.selection.maneuver in ("2:3", "2:5")
+    assert window.review_page.selection.maneuver in ("2:3", "2:5")
     assert len(window.store.current.review_flights) == 2
     monkeypatch.setattr(
         QFileDialog, "getOpenFileNames", lambda *_: ([str(tmp_path / "none.csv")], "")
@@ -371,11 +371,11 @@ def test_the_time_line_in_another_theme_and_size(window, qtbot):
     """The chosen span is where its maneuver is, and its edges can be told from it."""
     page = page_of(window)
     theme = "high-contrast"
-    window.look.set_theme(theme)
-    window.look.set_scale(200)
+    window.display_style.set_theme(theme)
+    window.display_style.set_scale(200)
     QApplication.processEvents()
     one = page.flights.flight["3"]
-    window.review.selection.select_maneuver("3")
+    window.review_page.selection.select_maneuver("3")
     page.zoom()
     assert chosen_columns(page) == (
         pytest.approx(one.t_start, abs=0.05), pytest.approx(one.t_end, abs=0.05),

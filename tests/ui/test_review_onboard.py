@@ -141,7 +141,7 @@ def test_a_log_is_fetched_stopped_killed_and_taken_back(reviewed, qtbot, tmp_pat
     # So slow that there is time to stop it.
     served = subprocess.Popen([*command, "2"])
     card = folder.info_file.read_bytes()
-    desk = window.review.onboard
+    desk = window.review_page.onboard
 
     def answer(dialog) -> None:
         dialog.origin.setFocus()
@@ -179,12 +179,12 @@ def test_a_log_is_fetched_stopped_killed_and_taken_back(reviewed, qtbot, tmp_pat
         served = subprocess.Popen([*command, "16"])
         press(window, KEYS, answer)
         qtbot.waitUntil(
-            lambda: window.review.review.flights[0].flight.onboard is not None, timeout=60_000
+            lambda: window.review_page.review.flights[0].flight.onboard is not None, timeout=60_000
         )
     finally:
         served.kill()
         served.wait()
-    after = window.review.review.flights[0].flight
+    after = window.review_page.review.flights[0].flight
     assert after.onboard.clock.offset == pytest.approx(OFFSET, abs=0.005)
     assert after.sources["q"].rate == pytest.approx(100.0, abs=1.0)
     assert folder.info().onboard_log == "onboard-8.tlog"
@@ -195,7 +195,9 @@ def test_a_log_is_fetched_stopped_killed_and_taken_back(reviewed, qtbot, tmp_pat
     assert "drift" in said.label.text()
     assert [button.text() for button in said.buttons] == ["Take back"]
     QTest.mouseClick(said.buttons[0], Qt.MouseButton.LeftButton)
-    qtbot.waitUntil(lambda: window.review.review.flights[0].flight.onboard is None, timeout=60_000)
+    qtbot.waitUntil(
+        lambda: window.review_page.review.flights[0].flight.onboard is None, timeout=60_000
+    )
     assert folder.info().onboard_log == ""
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as free:
         free.bind(("127.0.0.1", port))  # the link was given back

@@ -57,7 +57,7 @@ def test_jobs_are_done_in_order_and_one_asked_for_twice_only_once(
     desk: SimpleNamespace, qtbot: QtBot
 ) -> None:
     for number in (1, 2, 1, 2):
-        desk.work.begin(job(number), desk.results.append)
+        desk.work.submit(job(number), desk.results.append)
     assert desk.work.title == "Repeating run 1"
     desk.engine.go.set()
     qtbot.waitUntil(lambda: not desk.work.running)
@@ -71,21 +71,21 @@ def test_a_stop_ends_what_runs_and_what_waits_and_the_next_job_works(
 ) -> None:
     why: list[BaseException] = []
     for number in (1, 2):
-        desk.work.begin(job(number), desk.results.append, failed=why.append)
+        desk.work.submit(job(number), desk.results.append, failed=why.append)
     desk.work.cancel()
     qtbot.waitUntil(lambda: not desk.work.running)
     assert [type(one) for one in why] == [JobCanceledError, JobCanceledError]
     assert (desk.engine.done, desk.results, desk.errors) == ([], [], [])
     desk.engine.go.set()
-    desk.work.begin(job(3), desk.results.append)
+    desk.work.submit(job(3), desk.results.append)
     qtbot.waitUntil(lambda: desk.results == [3])
 
 
 def test_an_error_is_told_and_the_next_job_goes_on(desk: SimpleNamespace, qtbot: QtBot) -> None:
     why: list[BaseException] = []
     desk.engine.go.set()
-    desk.work.begin(job(13), desk.results.append, failed=why.append)
-    desk.work.begin(job(4), desk.results.append)
+    desk.work.submit(job(13), desk.results.append, failed=why.append)
+    desk.work.submit(job(4), desk.results.append)
     qtbot.waitUntil(lambda: desk.results == [4])
     assert [str(one) for one in desk.errors] == ["run 13 is not there"]
     assert why == desk.errors
@@ -93,8 +93,8 @@ def test_an_error_is_told_and_the_next_job_goes_on(desk: SimpleNamespace, qtbot:
 
 def test_nobody_is_told_once_the_window_closed(desk: SimpleNamespace, qtbot: QtBot) -> None:
     why: list[BaseException] = []
-    desk.work.begin(job(1), desk.results.append, failed=why.append)
-    desk.work.begin(job(2), desk.results.append, failed=why.append)
+    desk.work.submit(job(1), desk.results.append, failed=why.append)
+    desk.work.submit(job(2), desk.results.append, failed=why.append)
     desk.work.close()
     qtbot.waitUntil(lambda: not desk.work.running)
     assert (desk.results, why) == ([], [])

@@ -20,15 +20,15 @@ import sys, time
 from pathlib import Path
 from PySide6.QtCore import QTimer
 from tests.ui.window_kit import open_window
-from ui.app import make_application
+from ui.app import create_application
 
 def loaded():
     return " ".join(name for name in {SLOW!r} if name in sys.modules) or "none"
 
-application = make_application()
+application = create_application()
 window = open_window(Path(sys.argv[1]))
-window.desk.changed.connect(lambda: print(loaded()))
-window.desk.starter.open_flight(Path(sys.argv[2]))
+window.flight_controller.changed.connect(lambda: print(loaded()))
+window.flight_controller.starter.open_flight(Path(sys.argv[2]))
 deadline = time.monotonic() + 30.0
 
 def look():
@@ -39,7 +39,7 @@ timer = QTimer()
 timer.timeout.connect(look)
 timer.start(50)
 application.exec()
-window.desk.close()
+window.flight_controller.close()
 print(loaded())
 """
 
@@ -47,22 +47,22 @@ WAITING = """
 import sys
 from pathlib import Path
 from PySide6.QtCore import QTimer
-from ui.app import make_application, run_window
-from ui.preflight.preflight_steps import STEPS
-from ui.review.review_steps import CHAPTERS
+from ui.app import create_application, run_window
+from ui.preflight.preflight_steps import PREFLIGHT_STEPS
+from ui.review.review_steps import REVIEW_STEPS
 from ui.main_window import MainWindow
 
 OURS = ("calibration", "gsapp", "ui.preflight", "ui.review", "pyqtgraph", "scipy")
-application = make_application()
+application = create_application()
 
 def look():
     if "scipy.signal" not in sys.modules or "ui.review.summary_page" not in sys.modules:
         return
     there = set(sys.modules)
     (window,) = (one for one in application.topLevelWidgets() if isinstance(one, MainWindow))
-    for place, ids in ((window.preflight, STEPS), (window.review, CHAPTERS)):
+    for place, ids in ((window.preflight_page, PREFLIGHT_STEPS), (window.review_page, REVIEW_STEPS)):
         for one in ids:
-            place.go(one.id)
+            place.go_to_step(one.id)
     print(*(name for name in set(sys.modules) - there if name.startswith(OURS)))
     application.quit()
 
@@ -123,7 +123,7 @@ def test_a_window_that_is_asked_to_end_is_closed_in_order(tmp_path: Path) -> Non
 _BUSY = """
 import threading, time
 from PySide6.QtCore import QCoreApplication, QObject, Signal
-from gsapp.foundation.process_shutdown import end_process
+from gsapp.foundation.process_shutdown import exit_process
 
 class Work(QObject):
     told = Signal(object)
@@ -137,7 +137,7 @@ def tell():
 for _ in range(2):
     threading.Thread(target=tell, daemon=True).start()
 time.sleep(0.2)
-end_process(3)
+exit_process(3)
 """
 
 

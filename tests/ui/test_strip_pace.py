@@ -17,7 +17,7 @@ def frames(pace, looks, cost):
         if now >= busy and pace.may_begin_frame(now):
             begun.append(now)
             busy = now + cost
-            pace.took(now, busy)
+            pace.record_frame(now, busy)
     return begun
 
 

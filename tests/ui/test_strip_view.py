@@ -113,8 +113,8 @@ def test_a_jump_back_of_a_replay_ends_a_pause_in_what_is_now_the_future():
     """Proves that after a jump the display is not stuck where nothing has happened yet."""
     view = live_view()
     view.scroll(-20.0)
-    view.follow(490.0)
+    view.set_now(490.0)
     assert view.paused
-    view.follow(100.0)
+    view.set_now(100.0)
     assert not view.paused
     assert view.x(100.0) == view.width - 1

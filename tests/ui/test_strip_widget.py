@@ -493,7 +493,7 @@ def test_estimated_uncalibrated_and_out_of_limits_are_said_beside_the_value(qtbo
         {"q": ChannelOrigin("estimated", True), "alpha": ChannelOrigin("measured", False)}
     )
     settle(qtbot, strips)
-    assert (strips.displayed_values(3)[0].state, strips.displayed_values(3)[0].word) == (
+    assert (strips.displayed_values(3)[0].state, strips.displayed_values(3)[0].state_text) == (
         "warning",
         "HIGH",
     )

@@ -237,7 +237,7 @@ def test_from_the_first_byte_to_the_end_of_the_recording(
             qtbot,
             lambda: [line.cells[1] for line in again.view.marks.view.lines.lines] == ["first mark"],
         )
-        until(qtbot, lambda: again.flight_controller.records_here)
+        until(qtbot, lambda: again.flight_controller.is_recording)
 
     # The aircraft is silent now: no number of it is left standing.
     until(qtbot, lambda: again.bar.views["link"].part.state == "warning")

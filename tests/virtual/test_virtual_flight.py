@@ -103,7 +103,7 @@ def test_one_seed_is_one_flight_however_it_is_cut() -> None:
     other = _under_way(seed=4).advance(1500)
     pieces: list[FlightSimulation] = [_under_way()]
     parts = [pieces[0].advance(count) for count in (1, 2, 7, 490, 1000)]
-    for name in ("truth", "volts", "board"):
+    for name in ("truth", "volts", "onboard"):
         joined = np.concatenate([getattr(part, name) for part in parts])
         assert np.array_equal(joined, getattr(whole, name)), name
     assert not np.array_equal(whole.volts, other.volts)

@@ -135,7 +135,7 @@ class TrainingFlight(QObject):
             self._flies = flies
             if not flies:
                 self._timer.stop()
-                self.keys.let_go()
+                self.keys.release_all()
             self.changed.emit()
 
     def exchange_control(self) -> None:
@@ -144,7 +144,7 @@ class TrainingFlight(QObject):
         if aircraft is None:
             return
         if self._flies:
-            aircraft.hand_back()
+            aircraft.hand_over()
             return
         aircraft.take_over()
         aircraft.set_stick_size(self._size)
@@ -168,7 +168,7 @@ class TrainingFlight(QObject):
         if aircraft is None or doing is None:
             return
         if isinstance(doing, LeverStep):
-            aircraft.click(doing.axis, doing.by)
+            aircraft.move_lever(doing.axis, doing.by)
         elif isinstance(doing, StickTravel):
             self._size = doing.share
             aircraft.set_stick_size(doing.share)
@@ -181,5 +181,5 @@ class TrainingFlight(QObject):
     def _say_sticks(self) -> None:
         aircraft = self._flight.process
         if aircraft is not None:
-            push = self.keys.push
-            aircraft.sticks(push.pitch, push.roll, push.yaw)
+            push = self.keys.position
+            aircraft.send_sticks(push.pitch, push.roll, push.yaw)

@@ -171,7 +171,7 @@ def test_a_change_that_was_interrupted_is_whole_when_opened_again(
         raise KeyboardInterrupt
 
     with monkeypatch.context() as patch:
-        patch.setattr(calibration.store, "write_atomically", killed)
+        patch.setattr(calibration.certificate_store, "write_atomically", killed)
         with pytest.raises(KeyboardInterrupt):
             store.put_in_force(certificate(13))
     assert load_certificates(store.in_force_folder)["rudder"].stamp.day == 12

@@ -96,11 +96,11 @@ def test_a_dead_gyro_stays_uncalibrated_beside_the_good_ones(tmp_path: Path) -> 
     assert crew.view.phase == "done"
     assert crew.view.accepted == ("p", "r")
     assert set(crew.field.store.in_force()) == {"p", "r"}
-    assert "did not answer" in crew.field.store.skipped()["q"].reason
+    assert "did not answer" in crew.field.store.skipped_channels()["q"].reason
     crew.press("undo")
     assert crew.view.phase == "fit"
     assert crew.field.store.in_force() == {}
-    assert crew.field.store.skipped() == {}
+    assert crew.field.store.skipped_channels() == {}
 
 
 def test_pressures_take_one_key_and_the_fields_air(tmp_path: Path) -> None:
@@ -143,7 +143,7 @@ def test_a_forgotten_cover_is_asked_for_again(tmp_path: Path) -> None:
         assert crew.bench.time < 120.0
     crew.wizard = crew.field.resume().wizard
     view = crew.until("fit")
-    assert any("moved as in wind" in doubt for doubt in view.sentences)
+    assert any("moved as in wind" in doubt for doubt in view.problems)
     crew.wait(6.0)
     assert crew.view.phase == "fit", "such a zero is not accepted by itself"
     crew.press("accept")

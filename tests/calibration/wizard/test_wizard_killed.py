@@ -94,7 +94,9 @@ def test_killed_at_any_place_it_goes_on_there(
     crew = field.begin()
     monkeypatch.setattr(Journal, "append", spied(Journal.append, is_step=True))
     for name in ("write_certificate", "write_toml", "write_atomically"):
-        monkeypatch.setattr(calibration.store, name, spied(getattr(calibration.store, name)))
+        monkeypatch.setattr(
+            calibration.certificate_store, name, spied(getattr(calibration.certificate_store, name))
+        )
     expected = [(told(crew.wizard), in_force(field))]
     make = crew.wizard._ledger.execute
 
@@ -263,7 +265,7 @@ def test_certificates_that_cannot_be_written_are_written_later(
         raise OSError(28, "No space left on device")
 
     with monkeypatch.context() as patch:
-        patch.setattr(calibration.store, "write_certificate", full)
+        patch.setattr(calibration.certificate_store, "write_certificate", full)
         with pytest.raises(CalibrationError, match="make room on the disk"):
             crew.press("accept")
         with pytest.raises(CalibrationError, match="make room on the disk"):

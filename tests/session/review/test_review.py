@@ -52,7 +52,7 @@ def test_a_correction_stands_for_every_command(flight, tmp_path):
     first, second, third, *_ = flight.maneuvers
     flight.move(first.id, first.t_start + 0.507, first.t_end - 1.0)
     flight.rename(second.id, "aileron")
-    flight.regrade("aileron", "D", "a gust")
+    flight.set_grade("aileron", "D", "a gust")
     merged = flight.merge([third.id, "4"])
     flight.remove("5")
     put = flight.add(64.0, 67.0)
@@ -106,7 +106,7 @@ def test_changes_are_taken_back_in_their_order_by_whoever_looks(flight):
 
 def test_looking_at_other_edges_changes_nothing(unchanged):
     one = unchanged.maneuvers[0]
-    shorter = unchanged.moved("1", one.t_start, one.t_input_end + 0.2)
+    shorter = unchanged.preview_move("1", one.t_start, one.t_input_end + 0.2)
     assert shorter.grade > one.grade
     assert unchanged.maneuvers[0] == one
     assert not unchanged.can_undo
@@ -186,7 +186,7 @@ def test_the_catalog_follows_and_knows_what_the_pilot_was_told(flight, tmp_path)
 
     before = kept()
     assert {by for _, by in before.values()} == {"program"}
-    flight.regrade("2", "D", "wind")
+    flight.set_grade("2", "D", "wind")
     flight.remove("5")
     assert kept() == {
         name: ("D", "crew") if name == "2" else told for name, told in before.items() if name != "5"
