@@ -60,9 +60,10 @@ def look():
         return
     there = set(sys.modules)
     (window,) = (one for one in application.topLevelWidgets() if isinstance(one, MainWindow))
-    for place, ids in ((window.preflight_page, PREFLIGHT_STEPS), (window.review_page, REVIEW_STEPS)):
-        for one in ids:
-            place.go_to_step(one.id)
+    pages = ((window.preflight_page, PREFLIGHT_STEPS), (window.review_page, REVIEW_STEPS))
+    for page, steps in pages:
+        for one in steps:
+            page.go_to_step(one.id)
     print(*(name for name in set(sys.modules) - there if name.startswith(OURS)))
     application.quit()
 
