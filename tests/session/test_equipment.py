@@ -133,7 +133,7 @@ def test_a_recorder_that_fails_hangs_dies_or_was_stopped(bench: Bench) -> None:
     assert not bench.monitor.ended
     assert bench.look(state="stopped") == {}
     assert bench.monitor.ended
-    assert bench.monitor.link.words == "ended"
+    assert bench.monitor.link.state == "ended"
 
 
 def test_a_link_that_is_lost_silent_or_weak(bench: Bench, box: Any) -> None:

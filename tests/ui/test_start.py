@@ -28,7 +28,7 @@ def loaded():
 application = create_application()
 window = open_window(Path(sys.argv[1]))
 window.flight_controller.changed.connect(lambda: print(loaded()))
-window.flight_controller.starter.open_flight(Path(sys.argv[2]))
+window.flight_controller.flight_opener.open_flight(Path(sys.argv[2]))
 deadline = time.monotonic() + 30.0
 
 def look():

@@ -168,7 +168,7 @@ class TrainingFlight(QObject):
         if aircraft is None or doing is None:
             return
         if isinstance(doing, LeverStep):
-            aircraft.move_lever(doing.axis, doing.by)
+            aircraft.move_lever(doing.axis, doing.step)
         elif isinstance(doing, StickTravel):
             self._size = doing.share
             aircraft.set_stick_size(doing.share)
