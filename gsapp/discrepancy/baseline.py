@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
-from gsapp.discrepancy.filter_error.filter_error_fit import FilterErrorFit
-from gsapp.discrepancy.filter_error.maneuver_record import ManeuverRecord
-from gsapp.discrepancy.filter_error.noise_tuning import select_noise_correlation, tune_noise
 from gsapp.dynamics.model import Model, load_model
 from gsapp.identification.axes import axis_derivatives
+from gsapp.identification.filter_error.filter_error_fit import FilterErrorFit
+from gsapp.identification.filter_error.maneuver_record import ManeuverRecord
+from gsapp.identification.filter_error.noise_tuning import select_noise_correlation, tune_noise
 
 _MAX_PASSES = 5
 _NOISE_ROUNDS = 3

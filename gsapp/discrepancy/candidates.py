@@ -13,8 +13,6 @@ import numpy as np
 
 from gsapp.aircraft import Aircraft
 from gsapp.discrepancy.effect_catalog import EffectRecord
-from gsapp.discrepancy.filter_error.motion_linearization import Linearization
-from gsapp.discrepancy.filter_error.sensitivity_columns import SensitivityColumn, SensitivityEntry
 from gsapp.dynamics.flight_model import MODEL_INPUTS
 from gsapp.dynamics.recorded_controls import simulate_control_path
 from gsapp.dynamics.signal_terms import (
@@ -31,6 +29,11 @@ from gsapp.dynamics.signal_terms import (
     channels_of_target,
 )
 from gsapp.dynamics.terms import COEFFICIENTS, Term, create_term
+from gsapp.identification.filter_error.motion_linearization import Linearization
+from gsapp.identification.filter_error.sensitivity_columns import (
+    SensitivityColumn,
+    SensitivityEntry,
+)
 from gsapp.quantities import FloatArray
 from gsapp.quantities.constants import DEGREE
 

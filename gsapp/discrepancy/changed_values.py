@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 from scipy.stats import chi2, norm
 
-from gsapp.discrepancy.filter_error.filter_error_fit import FilterErrorFit
 from gsapp.discrepancy.results import ChangedValue
 from gsapp.dynamics.buildup import derivative_names
 from gsapp.dynamics.model import Model
+from gsapp.identification.filter_error.filter_error_fit import FilterErrorFit
 
 _FALSE_ALARM = 0.003
 _MIN_RELATIVE_CHANGE = 0.01

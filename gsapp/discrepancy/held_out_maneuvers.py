@@ -7,15 +7,15 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from gsapp.discrepancy.filter_error.equation_jacobian import CONTROLS
-from gsapp.discrepancy.filter_error.filter_error_fit import FilterErrorFit
-from gsapp.discrepancy.filter_error.maneuver_record import ManeuverRecord
-from gsapp.discrepancy.filter_error.maneuver_state import ManeuverState
-from gsapp.discrepancy.filter_error.motion_linearization import bias_sensitivity, outputs_along
-from gsapp.discrepancy.filter_error.noise_model import NoiseModel, sample_variance
 from gsapp.discrepancy.missing_coefficients import MissingCoefficients, compute_missing_coefficients
 from gsapp.discrepancy.results import ChannelGap, Gap, ManeuverHistories
 from gsapp.discrepancy.screening import CandidateScreening, candidate_columns
+from gsapp.identification.filter_error.equation_jacobian import CONTROLS
+from gsapp.identification.filter_error.filter_error_fit import FilterErrorFit
+from gsapp.identification.filter_error.maneuver_record import ManeuverRecord
+from gsapp.identification.filter_error.maneuver_state import ManeuverState
+from gsapp.identification.filter_error.motion_linearization import bias_sensitivity, outputs_along
+from gsapp.identification.filter_error.noise_model import NoiseModel, sample_variance
 from gsapp.identification.statistics import response_fit
 from gsapp.quantities import FloatArray
 

@@ -13,8 +13,6 @@ from gsapp.discrepancy.candidates import CandidateEffect, catalog_candidates
 from gsapp.discrepancy.effect_catalog import eligible_effects as catalog_competitors
 from gsapp.discrepancy.effect_catalog import find_effect as catalog_record
 from gsapp.discrepancy.effect_selection import EffectDecision, detection_threshold, select_effect
-from gsapp.discrepancy.filter_error.filter_error_fit import FilterErrorFit
-from gsapp.discrepancy.filter_error.maneuver_record import ManeuverRecord, create_maneuver_record
 from gsapp.discrepancy.held_out_maneuvers import HeldOutManeuvers
 from gsapp.discrepancy.instrument_checks import check_instruments
 from gsapp.discrepancy.model_match import check_model_match
@@ -40,6 +38,8 @@ from gsapp.discrepancy.unnamed_effects import unnamed_candidates
 from gsapp.dynamics.model import Model
 from gsapp.dynamics.terms import create_term
 from gsapp.foundation import FlightError
+from gsapp.identification.filter_error.filter_error_fit import FilterErrorFit
+from gsapp.identification.filter_error.maneuver_record import ManeuverRecord, create_maneuver_record
 from gsapp.identification.maneuver import Maneuver
 
 _REVERSAL_TOLERANCE = 0.15

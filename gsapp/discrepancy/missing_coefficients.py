@@ -7,8 +7,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gsapp.discrepancy.filter_error.maneuver_record import ManeuverRecord
-from gsapp.discrepancy.filter_error.noise_model import NoiseModel
 from gsapp.dynamics.equations import POLAR_STATES
 from gsapp.dynamics.flight_model import FlightModel
 from gsapp.dynamics.model import Model
@@ -19,6 +17,8 @@ from gsapp.identification.coefficients import (
     flight_model_without_aero,
     reconstruct_coefficients,
 )
+from gsapp.identification.filter_error.maneuver_record import ManeuverRecord
+from gsapp.identification.filter_error.noise_model import NoiseModel
 from gsapp.quantities import FloatArray
 
 _CUTOFF = 3.0

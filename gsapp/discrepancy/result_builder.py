@@ -21,7 +21,6 @@ from gsapp.discrepancy.effect_selection import (
     detection_threshold,
     posterior_probabilities,
 )
-from gsapp.discrepancy.filter_error.filter_error_fit import FilterErrorFit
 from gsapp.discrepancy.held_out_maneuvers import HeldOutManeuvers, compute_gap, maneuver_histories
 from gsapp.discrepancy.localization import localize_model_errors
 from gsapp.discrepancy.observability import VISIBLE_SIGMA, compute_observability
@@ -40,6 +39,7 @@ from gsapp.discrepancy.search_stages import SearchStage
 from gsapp.discrepancy.verdict_text import MAX_CONFIDENCE, explain_verdict, find_alternatives
 from gsapp.dynamics.model import Model
 from gsapp.dynamics.terms import create_term
+from gsapp.identification.filter_error.filter_error_fit import FilterErrorFit
 from gsapp.identification.maneuver import Maneuver
 from gsapp.quantities import FloatArray
 

@@ -8,8 +8,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from gsapp.discrepancy.effect_selection import EffectDecision
-from gsapp.discrepancy.filter_error.filter_error_fit import FilterErrorFit
 from gsapp.discrepancy.screening import CandidateScreening
+from gsapp.identification.filter_error.filter_error_fit import FilterErrorFit
 
 _MAX_UNEXPLAINED_SHARE = 0.15
 """Share of its own gain that a name may leave to structure without one."""

@@ -12,10 +12,13 @@ import numpy as np
 from scipy.signal import lfilter
 
 from gsapp.discrepancy.candidates import TRIAL_TIME_CONSTANT, CandidateEffect, ColumnBuilder
-from gsapp.discrepancy.filter_error.motion_linearization import Linearization
-from gsapp.discrepancy.filter_error.sensitivity_columns import SensitivityColumn, SensitivityEntry
 from gsapp.dynamics.signal_terms import apply_lag
 from gsapp.dynamics.terms import COEFFICIENTS
+from gsapp.identification.filter_error.motion_linearization import Linearization
+from gsapp.identification.filter_error.sensitivity_columns import (
+    SensitivityColumn,
+    SensitivityEntry,
+)
 from gsapp.quantities import FloatArray
 
 _LONGITUDINAL = ("alpha", "q_hat", "de", "v")

@@ -17,15 +17,6 @@ from gsapp.discrepancy.candidates import (
     trial_size,
 )
 from gsapp.discrepancy.effect_catalog import all_effects
-from gsapp.discrepancy.filter_error.filter_error_fit import FilterErrorFit, ManeuverState, bias_name
-from gsapp.discrepancy.filter_error.kalman import SteadyStateFilter, create_filter
-from gsapp.discrepancy.filter_error.motion_linearization import (
-    Linearization,
-    NominalMotion,
-    initial_motion,
-    linearize_along,
-)
-from gsapp.discrepancy.filter_error.sensitivity_columns import SensitivityColumn, filter_inputs
 from gsapp.discrepancy.screening import screen_candidates
 from gsapp.discrepancy.unnamed_effects import unnamed_candidates
 from gsapp.dynamics.flight_model import FlightModel
@@ -33,6 +24,19 @@ from gsapp.dynamics.model import Model
 from gsapp.dynamics.signal_terms import SURFACE_CHANNELS, Backlash, Delay, Lag, SignalTerm
 from gsapp.dynamics.terms import create_term
 from gsapp.identification.axes import axis_derivatives
+from gsapp.identification.filter_error.filter_error_fit import (
+    FilterErrorFit,
+    ManeuverState,
+    bias_name,
+)
+from gsapp.identification.filter_error.kalman import SteadyStateFilter, create_filter
+from gsapp.identification.filter_error.motion_linearization import (
+    Linearization,
+    NominalMotion,
+    initial_motion,
+    linearize_along,
+)
+from gsapp.identification.filter_error.sensitivity_columns import SensitivityColumn, filter_inputs
 from gsapp.quantities import FloatArray
 from tests.discrepancy.core_kit import AIRCRAFT, TRUTH, maneuver, prepared, true_noise, with_channel
 

@@ -8,22 +8,22 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from gsapp.discrepancy.filter_error.kalman import SteadyStateFilter, create_filter, solve_forward
-from gsapp.discrepancy.filter_error.maneuver_record import (
-    INTEGRATED_STATES,
-    ManeuverRecord,
-    create_maneuver_record,
-)
-from gsapp.discrepancy.filter_error.motion_linearization import (
-    Linearization,
-    NominalMotion,
-    linearize_along,
-)
-from gsapp.discrepancy.filter_error.noise_model import GUST_ROWS, NoiseModel
 from gsapp.dynamics.flight_model import MODEL_INPUTS, FlightModel
 from gsapp.dynamics.sensors import OutputModel
 from gsapp.dynamics.simulation import simulate_open_loop
 from gsapp.foundation import FlightError
+from gsapp.identification.filter_error.kalman import SteadyStateFilter, create_filter, solve_forward
+from gsapp.identification.filter_error.maneuver_record import (
+    INTEGRATED_STATES,
+    ManeuverRecord,
+    create_maneuver_record,
+)
+from gsapp.identification.filter_error.motion_linearization import (
+    Linearization,
+    NominalMotion,
+    linearize_along,
+)
+from gsapp.identification.filter_error.noise_model import GUST_ROWS, NoiseModel
 from gsapp.quantities import FloatArray
 from tests.discrepancy.core_kit import (
     AIRCRAFT,

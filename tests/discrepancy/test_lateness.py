@@ -9,15 +9,15 @@ import pytest
 from scipy.linalg import expm
 
 from gsapp.aircraft import load_aircraft
-from gsapp.discrepancy.filter_error.instrument_delay import (
+from gsapp.dynamics.signal_terms import PathTerms, SignalTerm, apply_lag
+from gsapp.dynamics.terms import create_term
+from gsapp.identification.filter_error.instrument_delay import (
     delay_sensitivity,
     instrument_output,
     lead_matrix,
     visible_shares,
 )
-from gsapp.discrepancy.filter_error.kalman import SteadyStateFilter, create_filter
-from gsapp.dynamics.signal_terms import PathTerms, SignalTerm, apply_lag
-from gsapp.dynamics.terms import create_term
+from gsapp.identification.filter_error.kalman import SteadyStateFilter, create_filter
 from gsapp.quantities import FloatArray
 from tests.discrepancy.core_kit import TOY_CHANNELS, TOY_NOISE, Toy
 

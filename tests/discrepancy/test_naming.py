@@ -18,11 +18,11 @@ from gsapp.discrepancy.effect_selection import (
     posterior_probabilities,
     select_effect,
 )
-from gsapp.discrepancy.filter_error.information_matrix import InformationMatrix
-from gsapp.discrepancy.filter_error.kalman import create_filter
 from gsapp.discrepancy.result_builder import is_contradicted
 from gsapp.discrepancy.screening import CandidateScreening
 from gsapp.discrepancy.search_stages import SearchStage, equivalent_effects_of
+from gsapp.identification.filter_error.information_matrix import InformationMatrix
+from gsapp.identification.filter_error.kalman import create_filter
 from gsapp.quantities import FloatArray
 from tests.discrepancy.core_kit import TOY_NOISE, Toy
 

@@ -6,17 +6,17 @@ import numpy as np
 import pytest
 
 from gsapp.discrepancy.baseline import fit_baseline
-from gsapp.discrepancy.filter_error.filter_error_fit import (
+from gsapp.dynamics.flight_model import FlightModel
+from gsapp.identification.filter_error.filter_error_fit import (
     BIAS_PRIOR_STD,
     FilterErrorFit,
     ManeuverState,
     bias_name,
 )
-from gsapp.discrepancy.filter_error.kalman import create_filter
-from gsapp.discrepancy.filter_error.maneuver_record import create_maneuver_record
-from gsapp.discrepancy.filter_error.noise_model import NoiseModel, initial_noise
-from gsapp.discrepancy.filter_error.noise_tuning import tune_noise
-from gsapp.dynamics.flight_model import FlightModel
+from gsapp.identification.filter_error.kalman import create_filter
+from gsapp.identification.filter_error.maneuver_record import create_maneuver_record
+from gsapp.identification.filter_error.noise_model import NoiseModel, initial_noise
+from gsapp.identification.filter_error.noise_tuning import tune_noise
 from tests.discrepancy.core_kit import (
     AIRCRAFT,
     NOISE,

@@ -17,10 +17,10 @@ from tests.discrepancy.blind.cases import WHOLE
 from tests.discrepancy.blind.flying import FlownCase
 
 if TYPE_CHECKING:
-    from gsapp.discrepancy.filter_error.filter_error_fit import FilterErrorFit
     from gsapp.discrepancy.investigation import Investigation
     from gsapp.discrepancy.results import DiscrepancyResult
     from gsapp.dynamics.model import Model
+    from gsapp.identification.filter_error.filter_error_fit import FilterErrorFit
 
 VISIBLE = 10.0
 """Reducible sum of squares below which maneuvers kept out show no gap: three sigmas of chance."""

@@ -22,12 +22,11 @@ import numpy as np
 from scipy.linalg import LinAlgError
 from scipy.linalg.lapack import dtbtrs
 
-from gsapp.discrepancy.filter_error.block_linearization import BlockLinearization
-from gsapp.discrepancy.filter_error.colored_noise import ColoredNoise
-from gsapp.discrepancy.filter_error.motion_linearization import Linearization, NominalMotion
-from gsapp.discrepancy.filter_error.noise_model import NoiseModel
-from gsapp.discrepancy.filter_error.riccati import solve_lyapunov, steady_covariance
 from gsapp.foundation import FlightError
+from gsapp.identification.filter_error.block_linearization import BlockLinearization
+from gsapp.identification.filter_error.motion_linearization import Linearization, NominalMotion
+from gsapp.identification.filter_error.noise_model import ColoredNoise, NoiseModel
+from gsapp.identification.filter_error.riccati import solve_lyapunov, steady_covariance
 from gsapp.quantities import BoolArray, FloatArray
 
 _BANDED_MAX_COLUMNS = 6

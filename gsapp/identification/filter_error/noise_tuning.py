@@ -13,9 +13,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from gsapp.discrepancy.filter_error.filter_error_fit import FilterErrorFit
-from gsapp.discrepancy.filter_error.maneuver_state import ManeuverState
-from gsapp.discrepancy.filter_error.noise_model import GUST_ROWS, GUSTS, WHITE_SHARE, NoiseModel
+from gsapp.identification.filter_error.filter_error_fit import FilterErrorFit
+from gsapp.identification.filter_error.maneuver_state import ManeuverState
+from gsapp.identification.filter_error.noise_model import GUST_ROWS, GUSTS, WHITE_SHARE, NoiseModel
 
 _LARGEST_STEP = 6.0
 _UP, _DOWN = 0.6, 2.0

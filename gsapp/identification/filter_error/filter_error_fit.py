@@ -13,28 +13,31 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from gsapp.discrepancy.filter_error.information_matrix import InformationMatrix
-from gsapp.discrepancy.filter_error.kalman import create_filter
-from gsapp.discrepancy.filter_error.maneuver_record import ManeuverRecord
-from gsapp.discrepancy.filter_error.maneuver_state import (
+from gsapp.dynamics.buildup import derivative_names, linear_variables
+from gsapp.dynamics.flight_model import FlightModel
+from gsapp.dynamics.model import Model
+from gsapp.foundation import FlightError
+from gsapp.identification.filter_error.information_matrix import InformationMatrix
+from gsapp.identification.filter_error.kalman import create_filter
+from gsapp.identification.filter_error.maneuver_record import ManeuverRecord
+from gsapp.identification.filter_error.maneuver_state import (
     FilteredColumns,
     ManeuverState,
     filter_columns,
     predicted_motion,
 )
-from gsapp.discrepancy.filter_error.motion_linearization import (
+from gsapp.identification.filter_error.motion_linearization import (
     Linearization,
     NominalMotion,
     initial_motion,
     linearize_along,
 )
-from gsapp.discrepancy.filter_error.noise_model import NoiseModel, initial_noise
-from gsapp.discrepancy.filter_error.path_sensitivity import path_columns
-from gsapp.discrepancy.filter_error.sensitivity_columns import SensitivityColumn, SensitivityEntry
-from gsapp.dynamics.buildup import derivative_names, linear_variables
-from gsapp.dynamics.flight_model import FlightModel
-from gsapp.dynamics.model import Model
-from gsapp.foundation import FlightError
+from gsapp.identification.filter_error.noise_model import NoiseModel, initial_noise
+from gsapp.identification.filter_error.sensitivity_columns import (
+    SensitivityColumn,
+    SensitivityEntry,
+    path_columns,
+)
 from gsapp.quantities import FloatArray
 from gsapp.quantities.constants import DEGREE, GRAVITY
 

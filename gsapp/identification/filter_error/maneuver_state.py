@@ -8,11 +8,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from gsapp.discrepancy.filter_error.kalman import SteadyStateFilter
-from gsapp.discrepancy.filter_error.maneuver_record import ManeuverRecord
-from gsapp.discrepancy.filter_error.motion_linearization import NominalMotion
-from gsapp.discrepancy.filter_error.sensitivity_columns import SensitivityColumn, filter_inputs
 from gsapp.dynamics.flight_model import FlightModel
+from gsapp.identification.filter_error.kalman import SteadyStateFilter
+from gsapp.identification.filter_error.maneuver_record import ManeuverRecord
+from gsapp.identification.filter_error.motion_linearization import NominalMotion
+from gsapp.identification.filter_error.sensitivity_columns import SensitivityColumn, filter_inputs
 from gsapp.quantities import FloatArray
 
 

@@ -10,12 +10,6 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from gsapp.discrepancy.filter_error.equation_jacobian import (
-    EquationJacobian,
-    SparseGradient,
-    add_scaled,
-    linear_combination,
-)
 from gsapp.dynamics.arithmetic import Value
 from gsapp.dynamics.equations import POLAR_STATES
 from gsapp.dynamics.flight_model import FlightModel
@@ -25,6 +19,12 @@ from gsapp.dynamics.sensors import (
     beta_vane,
     pitot_airspeed,
     velocity_at,
+)
+from gsapp.identification.filter_error.equation_jacobian import (
+    EquationJacobian,
+    SparseGradient,
+    add_scaled,
+    linear_combination,
 )
 
 _Vector = tuple[Value, Value, Value]

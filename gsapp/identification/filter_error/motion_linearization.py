@@ -10,16 +10,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gsapp.discrepancy.filter_error.equation_jacobian import (
-    CONTROLS,
-    EquationJacobian,
-    SparseGradient,
-    compute_jacobian,
-    linear_combination,
-)
-from gsapp.discrepancy.filter_error.instrument_delay import instrument_output, lead_matrix
-from gsapp.discrepancy.filter_error.maneuver_record import INTEGRATED_STATES, ManeuverRecord
-from gsapp.discrepancy.filter_error.output_jacobian import sensor_inputs
 from gsapp.dynamics.flight_model import MODEL_INPUTS, FlightModel
 from gsapp.dynamics.recorded_controls import simulate_control_path
 from gsapp.dynamics.sensors import OutputModel
@@ -31,6 +21,16 @@ from gsapp.dynamics.signal_terms import (
     path_response,
 )
 from gsapp.dynamics.terms import VARIABLES
+from gsapp.identification.filter_error.equation_jacobian import (
+    CONTROLS,
+    EquationJacobian,
+    SparseGradient,
+    compute_jacobian,
+    linear_combination,
+)
+from gsapp.identification.filter_error.instrument_delay import instrument_output, lead_matrix
+from gsapp.identification.filter_error.maneuver_record import INTEGRATED_STATES, ManeuverRecord
+from gsapp.identification.filter_error.output_jacobian import sensor_inputs
 from gsapp.quantities import FloatArray
 
 __all__ = [
