@@ -24,6 +24,10 @@ import numpy as np
 from gsapp.identification.compatibility.instrument_prediction import Prediction
 from gsapp.identification.compatibility.segments import CompatibilitySegment
 from gsapp.identification.compatibility.settings import KINEMATIC_INPUTS
+from gsapp.identification.filter_error.steady_state import (
+    InnovationsForm,
+    propagated_covariance,
+)
 from gsapp.quantities import BoolArray, FloatArray
 
 _UNMEASURED_RATE_DENSITY, _UNMEASURED_FORCE_DENSITY = 0.03, 4.0
@@ -202,27 +206,15 @@ def steady_kalman_gains(
 ) -> tuple[FloatArray, FloatArray]:
     """Return steady gains (c, 6, n_channels) and covariances of what they leave, for c noises.
 
-    The Riccati equation by doubling, from an exact start over a thousand steps: a state that
-    nothing shows grows as its random walk does, without harm.
+    The covariance has run over a thousand steps from an exact start.
     """
     drive = np.array([one.input_factors for one in noises]) * predictor.input_density
     Q = np.einsum("cd,dij->cij", drive, predictor.process)
     R = np.array([one.output_factors for one in noises]) * predictor.output_variance
     H = predictor.H.mean(axis=0)
-    F = predictor.Phi.mean(axis=0)
-    A = np.broadcast_to(F.T, Q.shape)
-    G = np.einsum("ki,ck,kj->cij", H, 1.0 / R, H)
-    P = Q
-    unit = np.eye(6)
-    for _ in range(_DOUBLINGS):
-        W = np.linalg.inv(unit + G @ P)
-        AW = A @ W
-        G, P, A = (
-            G + AW @ G @ A.swapaxes(1, 2),
-            P + A.swapaxes(1, 2) @ P @ W @ A,
-            AW @ A,
-        )
-        P = 0.5 * (P + P.swapaxes(1, 2))
+    P = propagated_covariance(
+        predictor.Phi.mean(axis=0), np.einsum("ki,ck,kj->cij", H, 1.0 / R, H), Q, _DOUBLINGS
+    )
     covariance = H @ P @ H.T
     covariance[:, np.arange(len(H)), np.arange(len(H))] += R
     K = P @ H.T @ np.linalg.inv(covariance)
@@ -256,21 +248,24 @@ def whiten_residuals(predictor: ErrorStateModel, K: FloatArray, columns: FloatAr
     ndarray, shape (..., m, n_channels, k)
         NaN where a sample does not count.
     """
+    n, n_channels, width = columns.shape
     counted = np.isfinite(columns)
-    whole = bool(counted.all())
-    clean = columns if whole else np.where(counted, columns, 0.0)
-    left = np.empty((len(columns), *K.shape[:-2], *columns.shape[1:]))
-    state = np.zeros((*K.shape[:-2], 6, columns.shape[2]))
-    for k, (Phi, H) in enumerate(zip(predictor.Phi, predictor.H, strict=True)):
-        e = clean[k] - H @ state
-        if not whole:
-            e *= counted[k]
-        left[k] = e
-        state = Phi @ (state + K @ e)
-    if not whole:
-        np.copyto(left.reshape(len(columns), -1, *columns.shape[1:]), np.nan,
-                  where=~counted[:, None])  # fmt: skip
-    return np.moveaxis(left, 0, -3)
+    gains = K.reshape(-1, *K.shape[-2:])
+    count, valid = len(gains), counted.all(axis=2)
+    # All gains in one run, end to end: nothing goes on from one to the next.
+    injection = (predictor.Phi @ gains[:, None]) * valid[:, None, :]
+    propagation = predictor.Phi - injection @ predictor.H
+    injection[:, -1], propagation[:, -1] = 0.0, 0.0
+    form = InnovationsForm(
+        by_state=np.tile(predictor.H, (count, 1, 1)),
+        propagation=propagation.reshape(-1, *propagation.shape[2:])[:-1],
+        injection=injection.reshape(-1, *injection.shape[2:])[:-1],
+        valid=np.tile(valid, (count, 1)),
+    )
+    left, _ = form.predict(np.tile(np.where(counted, columns, 0.0), (count, 1, 1)))
+    left = left.reshape(count, n, n_channels, width)
+    left[:, ~valid] = np.nan
+    return left.reshape(*K.shape[:-2], n, n_channels, width)
 
 
 def neg2_log_likelihood(left: FloatArray, covariance: FloatArray) -> FloatArray:

@@ -20,16 +20,19 @@ from typing import NamedTuple
 
 import numpy as np
 from scipy.linalg import LinAlgError
-from scipy.linalg.lapack import dtbtrs
 
 from gsapp.foundation import FlightError
 from gsapp.identification.filter_error.block_linearization import BlockLinearization
 from gsapp.identification.filter_error.motion_linearization import Linearization, NominalMotion
 from gsapp.identification.filter_error.noise_model import ColoredNoise, NoiseModel
-from gsapp.identification.filter_error.riccati import solve_lyapunov, steady_covariance
-from gsapp.quantities import BoolArray, FloatArray
+from gsapp.identification.filter_error.steady_state import (
+    InnovationsForm,
+    solve_forward,
+    solve_lyapunov,
+    steady_covariance,
+)
+from gsapp.quantities import FloatArray
 
-_BANDED_MAX_COLUMNS = 6
 _MIN_INTENSITY = 1e-9
 """Process noise that every state has, in units of the scales squared per second."""
 _DIVERGED = "the fit of a model ran away; refuse the effect, or check the data"
@@ -56,7 +59,7 @@ class Adjoints(NamedTuple):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class SteadyStateFilter:
+class SteadyStateFilter(InnovationsForm):
     """The filter of one maneuver.
 
     Its states are those of the blocks, and the noise of every colored channel at a block's start.
@@ -67,12 +70,6 @@ class SteadyStateFilter:
         What no noise changes.
     colors : ColoredNoise
         The colored channels.
-    by_state : ndarray, shape (n_blocks, n_channels, n_x + n_colored)
-        Derivatives of mean channels by the state at a block's start.
-    propagation : ndarray, shape (n_blocks - 1, n_x + n_colored, n_x + n_colored)
-        Phi (1 - K C).
-    injection : ndarray, shape (n_blocks - 1, n_x + n_colored, n_channels)
-        Phi K, zero for channels that do not count in a block.
     whitener : ndarray, shape (n_blocks, n_channels, n_channels)
         Turns innovations into uncorrelated ones of unit variance.
     log_determinant : float
@@ -85,9 +82,6 @@ class SteadyStateFilter:
 
     blocks: BlockLinearization
     colors: ColoredNoise
-    by_state: FloatArray
-    propagation: FloatArray
-    injection: FloatArray
     whitener: FloatArray
     log_determinant: float
     mean_injection: FloatArray
@@ -102,11 +96,6 @@ class SteadyStateFilter:
     def block_size(self) -> int:
         """Return the number of samples taken together."""
         return self.blocks.block_size
-
-    @property
-    def valid(self) -> BoolArray:
-        """Return which channels count in which block, shape (n_blocks, n_channels)."""
-        return self.blocks.valid
 
     def residual(self, bias: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Return the residual, `bias` given for each channel; see `BlockLinearization.residual`."""
@@ -136,27 +125,8 @@ class SteadyStateFilter:
             Zero for what does not count.
         deviations : ndarray, shape (n_blocks, n_x, m)
         """
-        found, deviations = self._followed(z, b, start)
+        found, deviations = self.predict(z, b, start)
         return found, deviations[:, : b.shape[1]]
-
-    def _followed(
-        self, z: FloatArray, b: FloatArray, start: FloatArray | None = None
-    ) -> tuple[FloatArray, FloatArray]:
-        """Return innovations, and deviations of all states with colored noise."""
-        n, _, m = z.shape
-        n_x = b.shape[1]
-        if not self.valid.all():
-            z = z * self.valid[:, :, None]
-        rows = np.zeros((n, self.by_state.shape[2], m))
-        np.matmul(self.injection, z[:-1], out=rows[1:])
-        rows[1:, :n_x] += b
-        if start is not None:
-            rows[0, :n_x] = start
-        deviations = solve_forward(self.propagation, rows)
-        found = z - self.by_state @ deviations
-        if not self.valid.all():
-            found *= self.valid[:, :, None]
-        return found, deviations
 
     def adjoints(self, innovations: FloatArray) -> Adjoints:
         """Return what the smoother makes of innovations, shape (n_blocks, n_channels)."""
@@ -207,7 +177,7 @@ class SteadyStateFilter:
             The residual; see `innovations`.
         """
         n_x = len(self.blocks.scales)
-        innovations, deviations = self._followed(z[:, :, None], b[:, :, None])
+        innovations, deviations = self.predict(z[:, :, None], b[:, :, None])
         adjoint, _ = self._backward(innovations[:, :, 0])
         smooth = deviations[:, n_x:, 0] + adjoint @ self.predicted_covariance[:, n_x:]
         information, _ = self._expected_backward()
@@ -282,6 +252,7 @@ def _filter(blocks: BlockLinearization, noise: NoiseModel | None) -> SteadyState
     return SteadyStateFilter(
         blocks=blocks,
         colors=colors,
+        valid=blocks.valid,
         by_state=by_state,
         propagation=transition - injection @ by_state[:-1],
         injection=injection,
@@ -368,28 +339,3 @@ def _steady_covariance(
         shared * scales[:, None] * units,
         noise_of_means * units[:, None] * units,
     )
-
-
-def solve_forward(propagation: FloatArray, rows: FloatArray) -> FloatArray:
-    """Solve d[0] = b[0], d[k+1] - M_k d[k] = b[k+1].
-
-    Parameters
-    ----------
-    propagation : ndarray, shape (n - 1, n_x, n_x)
-    rows : ndarray, shape (n, n_x, m)
-        Right-hand sides; overwritten with the solution, which is returned.
-    """
-    steps, size, _ = propagation.shape
-    n, _, m = rows.shape
-    if m > _BANDED_MAX_COLUMNS:
-        # With many right-hand sides a product a step is quicker than the banded solver.
-        for k in range(steps):
-            rows[k + 1] += propagation[k] @ rows[k]
-        return rows
-    band = np.zeros((n, size, 2 * size))
-    for i in range(size):
-        for j in range(size):
-            band[:-1, j, size + i - j] = -propagation[:, i, j]
-    flat = np.asfortranarray(rows.reshape(n * size, m))
-    solved, _ = dtbtrs(band.reshape(n * size, 2 * size).T, flat, uplo="L", diag="U", overwrite_b=1)
-    return np.asarray(solved).reshape(n, size, m)
