@@ -43,8 +43,7 @@ def run(*, json: Path | None = None) -> None:
     """
     from gsapp.cli._console import PlainConsole
     from gsapp.cli._json_output import format_json, is_stdout, write_json
-    from gsapp.discrepancy.effect_catalog import all_effects
-    from gsapp.discrepancy.effect_catalog_json import effect_catalog_json
+    from gsapp.discrepancy.effect_catalog import all_effects, effect_catalog_json
 
     if json is not None:
         write_json(json, format_json(effect_catalog_json()))

@@ -11,14 +11,12 @@ from dataclasses import dataclass
 from typing import Literal
 
 from gsapp.dynamics.model import Model
+from gsapp.dynamics.terms import EffectClass
 from gsapp.quantities import FloatArray
 
 DiscrepancyVerdict = Literal[
     "effects-found", "values-wrong", "model-adequate", "ambiguous", "unexplained", "not-observable"
 ]
-EffectClass = Literal["A", "B", "C"]
-"""A: seen with the baseline's own derivatives free; B: seen by kinematics; C: seen only against
-trusted prior values."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

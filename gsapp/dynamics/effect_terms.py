@@ -1,6 +1,6 @@
 """The forms of terms that effects are made of, beside powers and products (`Monomial`).
 
-`gsapp.dynamics.effects` enters them in the registry with their parameters and words.
+The modules of `gsapp.dynamics.effects` enter them in the registry with their parameters and words.
 """
 
 from __future__ import annotations

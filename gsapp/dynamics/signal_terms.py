@@ -20,7 +20,7 @@ path begins (`gsapp.dynamics.flight_model.FlightModel.exchanged`). The third, an
 sits elsewhere than the aircraft file says, is an offset in the equations (targets
 ``place.<instrument>.<axis>``) that `gsapp.dynamics.sensors.OutputModel` takes into account.
 
-The effects made of these terms stand in `gsapp.dynamics.signal_effects`.
+The effects made of these terms are in `gsapp.dynamics.effects`.
 """
 
 from __future__ import annotations

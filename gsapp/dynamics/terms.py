@@ -25,10 +25,14 @@ Targets
 from __future__ import annotations
 
 import importlib
+import pkgutil
+import warnings
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from functools import cache
+from importlib.metadata import entry_points
+from typing import Literal, NamedTuple
 
 from gsapp.aircraft import Aircraft
 from gsapp.dynamics.arithmetic import Value
@@ -277,33 +281,109 @@ class Monomial(Term):
 TermFactory = Callable[[Aircraft], Term]
 """Makes a term for an aircraft; its geometry may enter."""
 
-_REGISTRY: dict[str, TermFactory] = {}
-_EFFECT_MODULES = ("gsapp.dynamics.effects", "gsapp.dynamics.signal_effects")
-"""They enter their effects when they are imported, and they import this module."""
+EffectClass = Literal["A", "B", "C"]
+"""A: seen with the baseline's own derivatives free. B: seen by kinematics alone. C: seen only
+against trusted values; a measurement on the ground settles it."""
 
 
-def register_effect(term_id: str, factory: TermFactory) -> None:
+@dataclass(frozen=True, slots=True, kw_only=True)
+class EffectGuidance:
+    """What field experience and theory say of an effect beyond its formula.
+
+    Attributes
+    ----------
+    mistaken_for : tuple of str
+        Effects that look alike in ordinary maneuvers, most alike first.
+    separated_by : str
+        The maneuver or record that tells them apart.
+    effect_class : {"A", "B", "C"}
+    remedy : str
+        Class C: the measurement on the ground that settles it. Else empty.
+    needs : tuple of str
+        Channels that must be recorded (and, of inputs, must move) before it can be seen.
+    source : str
+    derivative : str
+        Of the linear build-up, if the effect is one of its derivatives: a baseline that has it
+        free leaves nothing to find.
+    variant_of : str
+        A plainer effect that this looks like in all but special maneuvers: the same physics in a
+        finer shape, or other physics of the same shape.
+    decoy : bool
+        Whether it stands for structure without a name: where it wins, nothing was explained.
+    """
+
+    mistaken_for: tuple[str, ...]
+    separated_by: str
+    effect_class: EffectClass
+    remedy: str = ""
+    needs: tuple[str, ...] = ()
+    source: str
+    derivative: str = ""
+    variant_of: str = ""
+    decoy: bool = False
+
+
+class EffectDefinition(NamedTuple):
+    """One effect: its id (``group.target.kind``), its term for an aircraft, its guidance.
+
+    What an entry point of the group ``gsapp.effects`` gives, alone or in a sequence.
+    """
+
+    id: str
+    create: TermFactory
+    guidance: EffectGuidance
+
+
+EFFECT_GROUPS = ("aero", "propulsion", "control", "sensor", "mass")
+ENTRY_POINT_GROUP = "gsapp.effects"
+
+_REGISTRY: dict[str, EffectDefinition] = {}
+_EFFECT_PACKAGE = "gsapp.dynamics.effects"
+"""Its modules enter their effects when they are imported, and they import this module."""
+
+
+def register_effect(effect_id: str, create: TermFactory, guidance: EffectGuidance) -> None:
     """Enter an effect under its id.
 
     Raises
     ------
     ValueError
-        If the id is taken.
+        If the id is taken, or is not of the form ``group.target.kind``.
     """
-    if term_id in _REGISTRY:
-        raise ValueError(f"the effect '{term_id}' is registered twice")
-    _REGISTRY[term_id] = factory
+    if effect_id in _REGISTRY:
+        raise ValueError(f"the effect '{effect_id}' is registered twice")
+    parts = effect_id.split(".")
+    if len(parts) != 3 or parts[0] not in EFFECT_GROUPS:
+        raise ValueError(
+            f"'{effect_id}' is no effect id: group.target.kind with a group of "
+            f"{', '.join(EFFECT_GROUPS)}"
+        )
+    _REGISTRY[effect_id] = EffectDefinition(effect_id, create, guidance)
 
 
-def _registered() -> Mapping[str, TermFactory]:
-    for name in _EFFECT_MODULES:
-        importlib.import_module(name)
+@cache
+def _registered() -> Mapping[str, EffectDefinition]:
+    package = importlib.import_module(_EFFECT_PACKAGE)
+    for module in pkgutil.iter_modules(package.__path__):
+        importlib.import_module(f"{_EFFECT_PACKAGE}.{module.name}")
+    for point in entry_points(group=ENTRY_POINT_GROUP):
+        try:
+            found = point.load()
+            for one in (found,) if isinstance(found, EffectDefinition) else found:
+                register_effect(*one)
+        except Exception as error:  # A package of somebody else's must not stop the program.
+            warnings.warn(f"effects of the package '{point.value}' left out: {error}", stacklevel=2)
     return _REGISTRY
 
 
 def effect_ids() -> tuple[str, ...]:
     """Return the ids of all registered effects, sorted."""
     return tuple(sorted(_registered()))
+
+
+def effect_guidance(effect_id: str) -> EffectGuidance:
+    """Return what is known of a registered effect beyond its formula."""
+    return _registered()[effect_id].guidance
 
 
 def create_term(term_id: str, aircraft: Aircraft) -> Term:
@@ -315,8 +395,8 @@ def create_term(term_id: str, aircraft: Aircraft) -> Term:
         If no effect has that id; the nearest are named.
     """
     known = _registered()
-    factory = known.get(term_id)
-    if factory is None:
+    found = known.get(term_id)
+    if found is None:
         hint = did_you_mean(term_id, known, "docs/virtual-aircraft.md lists them")
         raise UnknownNameError(f"no effect is called '{term_id}'; {hint}")
-    return factory(aircraft)
+    return found.create(aircraft)

@@ -15,12 +15,12 @@ from gsapp.cli._effect_catalog_text import print_catalog, run
 from gsapp.discrepancy.effect_catalog import (
     TURBULENCE,
     all_effects,
+    effect_catalog_json,
     eligible_effects,
     excluded_effects,
     find_effect,
     plausible_sizes,
 )
-from gsapp.discrepancy.effect_catalog_json import effect_catalog_json
 from gsapp.dynamics.buildup import derivative_names
 from gsapp.dynamics.flight_model import MODEL_INPUTS, FlightModel
 from gsapp.dynamics.model import load_model
