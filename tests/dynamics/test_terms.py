@@ -14,6 +14,7 @@ from gsapp.dynamics.terms import (
     Term,
     TermJacobian,
     create_term,
+    effect_guidance,
     effect_ids,
     register_effect,
 )
@@ -187,7 +188,20 @@ def test_stall_is_exactly_nothing_in_the_linear_range(aircraft: Aircraft) -> Non
 
 def test_an_id_is_registered_once() -> None:
     with pytest.raises(ValueError, match="registered twice"):
-        register_effect("aero.Cm.alpha2", lambda _: create_linear_terms()[0])
+        register_effect(
+            "aero.Cm.alpha2",
+            lambda _: create_linear_terms()[0],
+            effect_guidance("aero.Cm.alpha2"),
+        )
+
+
+def test_an_id_has_a_known_group() -> None:
+    with pytest.raises(ValueError, match="group"):
+        register_effect(
+            "flow.Cm.alpha2",
+            lambda _: create_linear_terms()[0],
+            effect_guidance("aero.Cm.alpha2"),
+        )
 
 
 def test_an_unknown_effect_is_named_with_its_neighbors(aircraft: Aircraft) -> None:
