@@ -8,13 +8,11 @@ from dataclasses import replace
 import numpy as np
 
 from gsapp.aircraft import Aircraft
-from gsapp.discrepancy.baseline import ActivityCallback, fit_baseline, fit_to_convergence
 from gsapp.discrepancy.candidates import CandidateEffect, catalog_candidates
 from gsapp.discrepancy.effect_catalog import eligible_effects as catalog_competitors
 from gsapp.discrepancy.effect_catalog import find_effect as catalog_record
 from gsapp.discrepancy.effect_selection import EffectDecision, detection_threshold, select_effect
 from gsapp.discrepancy.held_out_maneuvers import HeldOutManeuvers
-from gsapp.discrepancy.instrument_checks import check_instruments
 from gsapp.discrepancy.model_match import check_model_match
 from gsapp.discrepancy.result_builder import build_result, validate_on_held_out
 from gsapp.discrepancy.results import (
@@ -22,10 +20,18 @@ from gsapp.discrepancy.results import (
     InstrumentRemark,
 )
 from gsapp.discrepancy.screening import CandidateScreening, screen_candidates
-from gsapp.discrepancy.search_checks import check_forced_effects, check_maneuvers, moving_inputs
+from gsapp.discrepancy.search_checks import (
+    check_forced_effects,
+    check_instruments,
+    check_maneuvers,
+    moving_inputs,
+)
 from gsapp.discrepancy.search_stages import (
+    ActivityCallback,
     SearchStage,
     equivalent_effects_of,
+    fit_baseline,
+    fit_to_convergence,
     remove_misnamed_effects,
 )
 from gsapp.discrepancy.settings import (

@@ -3,19 +3,20 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
+from scipy.stats import chi2, norm
 
 from gsapp.aircraft import Aircraft
-from gsapp.discrepancy.changed_values import find_changed_values
 from gsapp.discrepancy.disagreements import (
     apply_residual_floor,
     coefficient_map,
     find_disagreements,
 )
+from gsapp.discrepancy.effect_catalog import all_effects, find_effect
 from gsapp.discrepancy.effect_selection import (
     DecisionKind,
     detection_threshold,
@@ -23,7 +24,6 @@ from gsapp.discrepancy.effect_selection import (
 )
 from gsapp.discrepancy.held_out_maneuvers import HeldOutManeuvers, compute_gap, maneuver_histories
 from gsapp.discrepancy.localization import localize_model_errors
-from gsapp.discrepancy.observability import VISIBLE_SIGMA, compute_observability
 from gsapp.discrepancy.remarks import record_remarks
 from gsapp.discrepancy.results import (
     ChangedValue,
@@ -35,13 +35,107 @@ from gsapp.discrepancy.results import (
     Observability,
     RankedCandidate,
 )
+from gsapp.discrepancy.screening import CandidateScreening
 from gsapp.discrepancy.search_stages import SearchStage
 from gsapp.discrepancy.verdict_text import MAX_CONFIDENCE, explain_verdict, find_alternatives
+from gsapp.dynamics.buildup import derivative_names
 from gsapp.dynamics.model import Model
 from gsapp.dynamics.terms import create_term
 from gsapp.identification.filter_error.filter_error_fit import FilterErrorFit
 from gsapp.identification.maneuver import Maneuver
 from gsapp.quantities import FloatArray
+
+_FALSE_ALARM = 0.003
+_MIN_RELATIVE_CHANGE = 0.01
+"""Differences below this share of a value are within what any model is good for."""
+
+
+def find_changed_values(model: Model | None, fit: FilterErrorFit) -> dict[str, ChangedValue]:
+    """Return the derivatives that moved beyond their bounds, all together significantly.
+
+    Empty where no model was given: a fitted one cannot be wrong in its values.
+    """
+    if model is None:
+        return {}
+    names = [name for name in fit.free if name in derivative_names()]
+    if not names:
+        return {}
+    information = fit.information().with_priors(fit.priors())
+    every = (*fit.free, *fit.bias_names())
+    _, covariance = information.solution(every)
+    places = [every.index(name) for name in names]
+    own = covariance[np.ix_(places, places)]
+    after = np.array([fit.values[name] for name in names])
+    before = np.array([model.derivative(name) for name in names])
+    own = own + np.diag((_MIN_RELATIVE_CHANGE * before) ** 2)
+    moved = after - before
+    together = float(moved @ np.linalg.solve(own, moved))
+    if chi2.sf(together, len(names)) > _FALSE_ALARM:
+        return {}
+    std = np.sqrt(own.diagonal())
+    least = float(norm.isf(0.5 * _FALSE_ALARM / len(names)))
+    return {
+        name: ChangedValue(before=float(old), after=float(new), std=float(bound))
+        for name, old, new, bound in zip(names, before, after, std, strict=True)
+        if abs(new - old) > least * bound
+    }
+
+
+_MIN_ALIAS_COSINE = 0.7
+_MOST_ALIASES = 4
+VISIBLE_SIGMA = 5.0
+"""Deviations from which an effect of a usual size counts as one that can be seen."""
+
+
+def compute_observability(
+    screening: CandidateScreening, found: Collection[str]
+) -> tuple[Observability, ...]:
+    """Return, for every effect of the catalog, what these flights could show of it."""
+    rows = []
+    ids = [one.id for one in screening.candidates]
+    for one in screening.candidates:
+        if not one.named:
+            continue
+        place = screening.index(one.id)
+        std = float(screening.std[place])
+        sigma = abs(one.plausible_size) / std if np.isfinite(std) else 0.0
+        aliases: tuple[tuple[str, float], ...] = ()
+        if np.isfinite(std):
+            cosines = screening.cosines(one.id)
+            table = dict(zip(screening.projected_information.names, cosines, strict=True))
+            alike = sorted(
+                (
+                    (name, float(table[name]))
+                    for name in ids
+                    if name != one.id
+                    and abs(table[name]) > _MIN_ALIAS_COSINE
+                    and np.isfinite(screening.std[screening.index(name)])
+                ),
+                key=lambda pair: -abs(pair[1]),
+            )
+            aliases = tuple(alike[:_MOST_ALIASES])
+        lore = find_effect(one.id)
+        fly = lore.separated_by if aliases or sigma < VISIBLE_SIGMA else ""
+        rows.append(
+            Observability(
+                effect=one.id,
+                effect_class=lore.effect_class,
+                sigma=float(sigma),
+                sigma_size=std,
+                aliases=aliases,
+                fly="" if one.id in found and not aliases else fly,
+            )
+        )
+    rows += [
+        Observability(
+            effect=one.id, effect_class="C", sigma=0.0, sigma_size=float("inf"), fly=one.remedy
+        )
+        for one in all_effects()
+        if one.effect_class == "C"
+    ]
+    rows.sort(key=lambda row: -row.sigma)
+    return tuple(rows)
+
 
 _REPORTED = ("CX", "CY", "CZ", "Cl", "Cm", "Cn")
 _STRONG_GAIN_RATIO = 3.0

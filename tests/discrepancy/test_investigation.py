@@ -11,9 +11,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from gsapp.discrepancy.instrument_checks import check_instruments
 from gsapp.discrepancy.investigation import Investigation, _check_gain, _Search
 from gsapp.discrepancy.results import DiscrepancyResult
+from gsapp.discrepancy.search_checks import check_instruments
 from gsapp.discrepancy.settings import DiscrepancySettings, SearchProgress, SearchStoppedError
 from gsapp.dynamics.model import Model
 from gsapp.foundation import FlightError

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from gsapp.discrepancy.baseline import fit_baseline
+from gsapp.discrepancy.search_stages import fit_baseline
 from gsapp.dynamics.flight_model import FlightModel
 from gsapp.identification.filter_error.filter_error_fit import (
     BIAS_PRIOR_STD,

@@ -251,7 +251,7 @@ def whiten_residuals(predictor: ErrorStateModel, K: FloatArray, columns: FloatAr
     n, n_channels, width = columns.shape
     counted = np.isfinite(columns)
     gains = K.reshape(-1, *K.shape[-2:])
-    count, valid = len(gains), counted.all(axis=2)
+    count, valid = len(gains), np.asarray(counted.all(axis=2))
     # All gains in one run, end to end: nothing goes on from one to the next.
     injection = (predictor.Phi @ gains[:, None]) * valid[:, None, :]
     propagation = predictor.Phi - injection @ predictor.H
