@@ -7,7 +7,7 @@ fitting again with the constant moved by that much, and goes into the bounds.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Final
 
@@ -105,42 +105,22 @@ def required_constants(
     }
 
 
-def fit_with_assumed_constants(
-    stand_ins: Mapping[str, AssumedConstant], fit: Callable[[Mapping[str, float]], Estimate]
-) -> Estimate:
-    """Return an estimate whose bounds hold the error of what stood in.
-
-    Parameters
-    ----------
-    stand_ins : mapping of str to AssumedConstant
-    fit : callable
-        Estimates with such constants.
-    """
-    values = {name: one.value for name, one in stand_ins.items()}
-    found = fit(values)
-    if not stand_ins or not found.converged:
-        return found
-    moved = []
-    for name, one in stand_ins.items():
-        changed = fit({**values, name: one.value + one.std})
-        if not changed.converged:
-            changed = fit({**values, name: one.value - one.std})
-        moved.append(changed)
-    said = tuple(
-        f"the bounds allow for {_std_text(name, one)} of error in the {_VARIABLE_TEXT[name]} "
-        "that stands in"
-        for name, one in stand_ins.items()
-    )
-    widened = _widen_bounds(found, moved)
-    return replace(widened, warnings=(*widened.warnings, *said))
-
-
 def _std_text(name: str, one: AssumedConstant) -> str:
     return f"{one.std:.1f} m/s" if name == "V" else f"{one.std / DEGREE:.1f} deg"
 
 
-def _widen_bounds(found: Estimate, moved: Sequence[Estimate]) -> Estimate:
-    """Return an estimate with the squares of what each change made of it added to its bounds."""
+def widen_bounds(
+    found: Estimate, moved: Sequence[Estimate], assumed: Mapping[str, AssumedConstant]
+) -> Estimate:
+    """Return an estimate with the squares of what each change made of it added to its bounds.
+
+    Parameters
+    ----------
+    found : Estimate
+    moved : sequence of Estimate
+        With each of the constants in `assumed` moved by its deviation.
+    assumed : mapping of str to AssumedConstant
+    """
     covariance = np.array(found.covariance)
     derivatives = dict(found.derivatives)
     kept = []
@@ -161,4 +141,15 @@ def _widen_bounds(found: Estimate, moved: Sequence[Estimate]) -> Estimate:
         covariance += np.outer(change, change)
     for place, name in enumerate(names):
         derivatives[name] = replace(derivatives[name], std=float(np.sqrt(covariance[place, place])))
-    return replace(found, derivatives=derivatives, free=tuple(names), covariance=covariance)
+    said = (
+        f"the bounds allow for {_std_text(name, one)} of error in the {_VARIABLE_TEXT[name]} "
+        "that stands in"
+        for name, one in assumed.items()
+    )
+    return replace(
+        found,
+        derivatives=derivatives,
+        free=tuple(names),
+        covariance=covariance,
+        warnings=(*found.warnings, *said),
+    )

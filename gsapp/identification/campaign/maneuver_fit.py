@@ -14,11 +14,7 @@ from gsapp.identification.axes import AXIS_SURFACES, Axis, axis_derivatives, fre
 from gsapp.identification.campaign.results import CampaignValue, ManeuverResult
 from gsapp.identification.campaign.settings import CampaignSettings
 from gsapp.identification.maneuver import Maneuver
-from gsapp.identification.missing_channels import (
-    AssumedConstant,
-    fit_with_assumed_constants,
-    required_constants,
-)
+from gsapp.identification.missing_channels import AssumedConstant, required_constants
 from gsapp.identification.moment_reference import (
     NO_CG_SHIFT,
     common_cg_shift,
@@ -157,26 +153,20 @@ def _estimate_about_cg(
     if settings.model is None and settings.free is None:
         beside = secondary_input_derivatives(maneuvers, axis, (*free, *held))
 
-    def fit(constants: Mapping[str, float]) -> Estimate:
-        return ml.estimate(
-            maneuvers,
-            replace(
-                settings.likelihood,
-                axis=axis,
-                free=(*derivatives, *beside),
-                # Derivatives of the other axis are no effects of this one.
-                free_effects=(
-                    *settings.likelihood.free_effects,
-                    *(name for name in free if name not in axis_derivatives("both")),
-                ),
-                held=held,
-                joint_weights=weights,
-                stand_ins={**constants, **settings.likelihood.stand_ins},
-                start={**start, **settings.likelihood.start},
-            ),
-        )
-
-    return _without(fit_with_assumed_constants(needed, fit), beside)
+    likelihood = replace(
+        settings.likelihood,
+        axis=axis,
+        free=(*derivatives, *beside),
+        # Derivatives of the other axis are no effects of this one.
+        free_effects=(
+            *settings.likelihood.free_effects,
+            *(name for name in free if name not in axis_derivatives("both")),
+        ),
+        held=held,
+        joint_weights=weights,
+        start={**start, **settings.likelihood.start},
+    )
+    return _without(ml.estimate(maneuvers, likelihood, assumed=needed), beside)
 
 
 def secondary_input_derivatives(

@@ -6,7 +6,8 @@ covariances (`MLSolution`); `simulate` computes responses with given parameters.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from types import MappingProxyType
 
 from gsapp.identification.axes import DEFAULT_BIASES
 from gsapp.identification.maneuver import Maneuver
@@ -18,6 +19,7 @@ from gsapp.identification.maximum_likelihood.settings import (
     MLSettings,
 )
 from gsapp.identification.maximum_likelihood.solution import MLSolution
+from gsapp.identification.missing_channels import AssumedConstant, widen_bounds
 from gsapp.identification.results import Estimate
 
 __all__ = [
@@ -37,6 +39,7 @@ def estimate(
     maneuvers: Sequence[Maneuver],
     settings: MLSettings,
     *,
+    assumed: Mapping[str, AssumedConstant] = MappingProxyType({}),
     progress: FitProgressCallback | None = None,
 ) -> Estimate:
     """Estimate derivatives from one maneuver, or from several in one joint fit.
@@ -46,6 +49,9 @@ def estimate(
     maneuvers : sequence of Maneuver
         Of one or several flights, each with its own aircraft, mass and weights.
     settings : MLSettings
+    assumed : mapping of str to AssumedConstant
+        Constants for channels that were not measured; their error goes into the bounds, by a fit
+        with each of them moved.
     progress : callable, optional
         Called after every iteration; returning False stops the fit where it is.
 
@@ -54,4 +60,15 @@ def estimate(
     FlightError
         If the maneuvers hold too little to fit anything, or the model diverges.
     """
-    return fit(maneuvers, settings, progress=progress).estimate
+    values = {name: one.value for name, one in assumed.items()}
+    found = fit(maneuvers, settings.with_stand_ins(values), progress=progress).estimate
+    if not assumed or not found.converged:
+        return found
+    moved = []
+    for name, one in assumed.items():
+        for value in (one.value + one.std, one.value - one.std):
+            changed = fit(maneuvers, settings.with_stand_ins({**values, name: value})).estimate
+            if changed.converged:
+                break
+        moved.append(changed)
+    return widen_bounds(found, moved, assumed)

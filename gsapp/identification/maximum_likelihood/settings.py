@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Literal
 
 from gsapp.dynamics.equations import POLAR_STATES
@@ -115,6 +115,10 @@ class MLSettings:
             for name, weight in (where or {}).items():
                 if not weight >= 0.0:
                     raise FlightError(f"the weight of {name} is {weight:g}; give 0 or more")
+
+    def with_stand_ins(self, values: Mapping[str, float]) -> MLSettings:
+        """Return settings with constants for further channels; those of the settings count."""
+        return replace(self, stand_ins={**values, **self.stand_ins})
 
 
 def _check_names(what: str, names: tuple[str, ...] | None, known: tuple[str, ...]) -> None:
