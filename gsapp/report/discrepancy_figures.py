@@ -14,8 +14,16 @@ from matplotlib.colors import LogNorm
 from matplotlib.figure import FigureBase
 from matplotlib.ticker import FuncFormatter, MaxNLocator
 
-from gsapp.discrepancy.results import DiscrepancyResult, Gap, ManeuverHistories, ModelStep
-from gsapp.quantities import FloatArray, channel, from_si
+from gsapp.discrepancy.results import DiscrepancyResult, ManeuverHistories, ModelStep
+from gsapp.quantities import FloatArray, channel
+from gsapp.report.discrepancy_pictures import (
+    CONDITIONS,
+    channel_gaps,
+    channel_overlay,
+    missing_by_condition,
+    missing_history,
+    waterfall_steps,
+)
 from gsapp.report.discrepancy_text import (
     coefficient_label,
     gain_text,
@@ -44,7 +52,6 @@ _FEW_ROWS, _FEW_COLUMNS = 12, 8
 _POINTS = 1200
 """Of a trace on paper: more cannot be told apart."""
 _LONGEST_TITLE = 50
-_REGIONS = ("alpha", "beta", "V", "throttle", "de", "da", "dr", "flap")
 _SCALE = (1.0, 2.0, 4.0, 10.0, 20.0, 40.0, 100.0, 200.0, 400.0, 1000.0)
 _BINS, _LEAST, _LEAST_SHARE = 12, 10, 0.01
 """Bins of a condition, and the fewest samples that make a median worth drawing."""
@@ -150,15 +157,13 @@ def missing_history_figure(
         charts = container.subplots(len(views), 1, sharey=True, squeeze=False)[:, 0]
         set_margins(container, left=0.72, top=0.42, hspace=0.6)
         for chart, view in zip(charts, views, strict=True):
-            floor = view.coefficient_noise_floor.get(coefficient, np.nan)
-            chart.axhspan(-2.0 * floor, 2.0 * floor, color=_BAND, linewidth=0, label="noise, ± 2")
+            shown = missing_history(found, view, coefficient)
+            _draw_noise_band(chart, shown.floor)
             few = _thinned(view.times)
-            chart.plot(view.times[few], view.missing[0][few, place], color=_BEFORE, label="before")
-            if len(view.missing) > 1:
-                chart.plot(
-                    view.times[few], view.missing[-1][few, place], label="after",
-                    color=PRINT_PALETTE.channel(coefficient),
-                )  # fmt: skip
+            chart.plot(view.times[few], shown.before[few], color=_BEFORE, label="before")
+            if shown.after is not None:
+                color = PRINT_PALETTE.channel(coefficient)
+                chart.plot(view.times[few], shown.after[few], label="after", color=color)
             _plain_axes(chart)
             format_clock_axis(chart)
             chart.set_title(f"maneuver {_row_label(view)}", loc="left", color=INK, fontsize=7.5)
@@ -193,8 +198,7 @@ def missing_by_condition_figure(
         The variable in which the disagreement grows.
     units : {"US", "SI"}
     """
-    place = found.coefficients.index(coefficient)
-    known = [name for name in _REGIONS if _varies(found, name)]
+    known = [name for name in CONDITIONS if _varies(found, name)]
     rows = max(1, -(-len(known) // 4))
 
     def draw(container: FigureBase) -> None:
@@ -204,16 +208,24 @@ def missing_by_condition_figure(
             chart.set_visible(False)
         ranges = []
         for chart, name in zip(charts.flat, known, strict=False):
-            label, values = _condition(found, name, units)
-            ranges += _draw_bins(chart, values, _stacked(found, place, 0), _BEFORE, "before", "o")
-            if len(found.steps) > 1:
-                color = PRINT_PALETTE.channel(coefficient)
-                ranges += _draw_bins(chart, values, _stacked(found, place, -1), color, "after", "s")
+            kinds = ((0, _BEFORE, "before", "o"),
+                     (-1, PRINT_PALETTE.channel(coefficient), "after", "s"))  # fmt: skip
+            for step, color, label, marker in kinds[: len(found.steps)]:
+                pairs = [
+                    pair
+                    for view in found.maneuvers
+                    if (pair := missing_by_condition(view, coefficient, name, step, units))
+                ]
+                x, y = (np.concatenate(parts) for parts in zip(*pairs, strict=True))
+                ranges += _draw_bins(chart, x, y, color, label, marker)
             chart.axhline(0.0, color=INK, linewidth=0.5)
             _plain_axes(chart)
             chart.xaxis.set_major_locator(MaxNLocator(nbins=4))
             chart.set_xlabel(
-                label, color=INK, fontweight="bold" if name == marked else "normal", parse_math=True
+                axis_label(name, units),
+                color=INK,
+                fontweight="bold" if name == marked else "normal",
+                parse_math=True,
             )
         for row in charts:
             row[0].set_ylabel(f"missing {symbol_mathtext(coefficient)}", color=INK, parse_math=True)
@@ -244,18 +256,8 @@ def _varies(found: DiscrepancyResult, name: str) -> bool:
     return bool(high - low > 2.0 * channel(name).precision)
 
 
-def _condition(found: DiscrepancyResult, name: str, units: str) -> tuple[str, FloatArray]:
-    """Return the label and the samples of all maneuvers, missing ones as NaN."""
-    spec = channel(name)
-    unit = spec.display_unit(units)
-    values = np.concatenate(
-        [one.conditions.get(name, np.full(one.times.size, np.nan)) for one in found.maneuvers]
-    )
-    return axis_label(name, units), np.asarray(from_si(values, unit, spec.quantity))
-
-
-def _stacked(found: DiscrepancyResult, place: int, step: int) -> FloatArray:
-    return np.concatenate([one.missing[step][:, place] for one in found.maneuvers])
+def _draw_noise_band(chart: Axes, floor: float) -> None:
+    chart.axhspan(-2.0 * floor, 2.0 * floor, color=_BAND, linewidth=0, label="noise, ± 2")
 
 
 def _draw_bins(
@@ -333,46 +335,36 @@ def _short(title: str) -> str:
 
 def response_overlay_figure(view: ManeuverHistories, units: str = "US") -> DocumentFigure:
     """Return one maneuver, measured and computed before and after, with what is left beside it."""
-    shown = [
-        place
-        for place in range(len(view.channels))
+    names = [
+        name
+        for place, name in enumerate(view.channels)
         if np.isfinite(view.measured[:, place]).any()
-    ]  # fmt: skip
-    several = len(view.computed) > 1
+    ]
 
     def draw(container: FigureBase) -> None:
-        charts = container.subplots(max(len(shown), 1), 2, sharex=True, squeeze=False)
+        charts = container.subplots(max(len(names), 1), 2, sharex=True, squeeze=False)
         set_margins(container, left=0.85, top=0.55, hspace=0.18, wspace=0.28)
         few = _thinned(view.times)
         times = view.times[few]
-        for (left, right), place in zip(charts, shown, strict=False):
-            spec = channel(view.channels[place])
-            unit = spec.display_unit(units)
-            zero = from_si(0.0, unit, spec.quantity)
-            measured = from_si(view.measured[few, place], unit, spec.quantity)
-            before = from_si(view.computed[0][few, place], unit, spec.quantity)
-            after = from_si(view.computed[-1][few, place], unit, spec.quantity)
-            left.plot(times, measured, color=PRINT_PALETTE.channel(spec.id), label="measured")
+        for (left, right), name in zip(charts, names, strict=False):
+            shown = channel_overlay(view, name, units)
+            measured, before = shown.measured[few], shown.before[few]
+            color = PRINT_PALETTE.channel(name)
+            left.plot(times, measured, color=color, label="measured")
             left.plot(times, before, color=_BEFORE, linestyle="--", label="computed before")
-            if several:
-                left.plot(times, after, color=INK, linestyle="--", label="computed after")
-            floor = (
-                from_si(view.noise_floor.get(view.channels[place], np.nan), unit, spec.quantity)
-                - zero
-            )
-            right.axhspan(-2.0 * floor, 2.0 * floor, color=_BAND, linewidth=0, label="noise, ± 2")
+            _draw_noise_band(right, shown.floor)
             right.plot(times, measured - before, color=_BEFORE)
-            if several:
-                right.plot(
-                    times, measured - after, color=PRINT_PALETTE.channel(spec.id), linewidth=0.7
-                )
+            if shown.after is not None:
+                after = shown.after[few]
+                left.plot(times, after, color=INK, linestyle="--", label="computed after")
+                right.plot(times, measured - after, color=color, linewidth=0.7)
             for chart in (left, right):
                 _plain_axes(chart)
                 chart.yaxis.set_major_locator(MaxNLocator(nbins=3, min_n_ticks=2))
             low, high = float(np.nanmin(measured)), float(np.nanmax(measured))
             _clip_axis(left, 2.0 * low - high, 2.0 * high - low)
             _clip_axis(right, low - high, high - low)
-            label_channel(left, spec.id, units, PRINT_PALETTE)
+            label_channel(left, name, units, PRINT_PALETTE)
             format_clock_axis(left, right)
         charts[0, 1].set_title("measured less computed", loc="left", color=INK, fontsize=7.5)
         for chart in charts[-1]:
@@ -388,7 +380,7 @@ def response_overlay_figure(view: ManeuverHistories, units: str = "US") -> Docum
         name=f"overlay-{view.id.replace(':', '-')}",
         caption=f"Maneuver {view.id} ({view.kind or 'no name'}) of {view.flight}, every "
         f"channel.{kept}",
-        height=min(MAX_FIGURE_HEIGHT, 1.1 + 0.72 * max(len(shown), 1)),
+        height=min(MAX_FIGURE_HEIGHT, 1.1 + 0.72 * max(len(names), 1)),
         draw=draw,
     )
 
@@ -400,34 +392,27 @@ def _clip_axis(chart: Axes, low: float, high: float) -> None:
         chart.set_ylim(max(bottom, low), min(top, high))
 
 
-def gap_figure(gap: Gap, *, changed: bool = True) -> DocumentFigure:
-    """Return the residual of each channel over its noise floor, before and after, as bars.
-
-    Parameters
-    ----------
-    gap : Gap
-    changed : bool
-        Whether there is another model after.
-    """
-    names = [name for name, one in gap.channels.items() if one.floor > 0.0]
-    before = np.array([gap.channels[name].before / gap.channels[name].floor for name in names])
-    after = np.array([gap.channels[name].after / gap.channels[name].floor for name in names])
+def gap_figure(found: DiscrepancyResult) -> DocumentFigure:
+    """Return the residual of each channel over its noise floor, before and after, as bars."""
+    pairs = channel_gaps(found)
+    before = np.array([one.before for one in pairs])
+    after = np.array([one.after for one in pairs])
 
     def draw(container: FigureBase) -> None:
         chart = container.subplots()
         set_margins(container, left=0.6, top=0.42, bottom=0.35)
-        places = np.arange(len(names))
+        places = np.arange(len(pairs))
         kinds = ((-0.2, before, _BEFORE, "before"), (0.2, after, _STEP, "after"))
-        for offset, values, color, label in kinds if changed else kinds[:1]:
+        for offset, values, color, label in kinds[: len(found.steps)]:
             bars = chart.bar(places + offset, values, width=0.36, color=color, label=label)
             chart.bar_label(bars, fmt=_times, fontsize=6.5, color=INK, padding=1.5)
         chart.axhline(1.0, color=INK, linewidth=0.8, linestyle=":", label="noise floor")
-        if names and max(before.max(), after.max()) > 15.0:
+        if pairs and max(before.max(), after.max()) > 15.0:
             chart.set_yscale("log")
             chart.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
             chart.set_ylim(min(0.7, 0.8 * float(min(before.min(), after.min()))), None)
         chart.margins(y=0.12)
-        symbols = [symbol_mathtext(channel(name).symbol) for name in names]
+        symbols = [symbol_mathtext(channel(one.channel).symbol) for one in pairs]
         chart.set_xticks(places, symbols, parse_math=True)
         chart.set_ylabel("RMS over the noise floor", color=INK)
         _plain_axes(chart)
@@ -450,14 +435,15 @@ def _times(value: float) -> str:
 
 def misfit_waterfall_figure(found: DiscrepancyResult) -> DocumentFigure:
     """Return the misfit of all channels together falling from step to step."""
-    misfits = [step.misfit for step in found.steps]
-    names = ["model before", *(step.added or "values refitted" for step in found.steps[1:])]
+    steps = waterfall_steps(found)
+    names = ["model before", *(one.added or "values refitted" for one in steps[1:])]
+    misfits = [one.after for one in steps]
 
     def draw(container: FigureBase) -> None:
         chart = container.subplots()
         set_margins(container, left=0.6, right=0.45, top=0.15, bottom=0.42)
         places = list(range(len(misfits) + 1))
-        tops = [misfits[0], *misfits[:-1], misfits[-1]]
+        tops = [*(one.before for one in steps), misfits[-1]]
         bottoms = [0.0, *misfits[1:], 0.0]
         colors = [_BEFORE, *[_STEP] * len(misfits)]
         for place, top, bottom, color in zip(places, tops, bottoms, colors, strict=True):

@@ -324,7 +324,7 @@ def _show(
 ) -> DocumentSection:
     parts: list[DocumentPart] = [Paragraph(text=closed_gap_text(found))]
     if found.gap.channels:
-        parts.append(gap_figure(found.gap, changed=len(found.steps) > 1))
+        parts.append(gap_figure(found))
     if len(found.steps) > 1:
         parts.append(misfit_waterfall_figure(found))
     if found.gap.channels:

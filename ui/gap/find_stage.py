@@ -8,6 +8,7 @@ import numpy as np
 from PySide6.QtCore import Qt
 
 from gsapp.quantities import symbol_markup, trace_color
+from gsapp.report.discrepancy_pictures import missing_history
 from ui.display_style import DisplayStyle
 from ui.gap.gap_selection import find_maneuver_view, list_plot_variables
 from ui.gap.gap_tables import DisagreementMapLegend, DisagreementMapView
@@ -15,7 +16,6 @@ from ui.gap.gap_text import channel_text, coefficient_text, noise_ratio_text
 from ui.gap.gap_view_models import (
     build_disagreement_map,
     build_disagreement_rows,
-    build_missing_history,
     build_missing_scatter,
     list_instrument_texts,
 )
@@ -99,22 +99,23 @@ class FindStage(StageView):
     def _draw_trace(self) -> None:
         if self.answer is None:
             return
-        picture = build_missing_history(self.answer, self.selection)
-        if picture is None:
+        found, chosen = self.answer.discrepancy, self.selection
+        view = find_maneuver_view(self.answer, chosen.maneuver)
+        if view is None or chosen.coefficient not in view.coefficients:
             return
+        picture = missing_history(found, view, chosen.coefficient, chosen.step)
+        title = f"Missing {coefficient_text(chosen.coefficient)}, maneuver {view.id}"
         curves = []
-        if picture.baseline is not None:
+        missing, name = picture.before, "missing"
+        if picture.after is not None:
+            missing, name = picture.after, "missing now"
             curves.append(
-                PlotCurve(x=picture.times, y=picture.baseline, color="previous", name="baseline",
+                PlotCurve(x=picture.times, y=picture.before, color="previous", name="baseline",
                       dashed=True)
             )  # fmt: skip
-        name = "missing now" if picture.baseline is not None else "missing"
         curves.append(
-            PlotCurve(
-                x=picture.times, y=picture.missing, name=name,
-                color=trace_color(self.selection.coefficient),
-            )
-        )  # fmt: skip
+            PlotCurve(x=picture.times, y=missing, name=name, color=trace_color(chosen.coefficient))
+        )
         bands = [PlotBand(low=-picture.floor, high=picture.floor, name="noise floor")]
         bands += [
             PlotBand(low=low, high=high, name="" if place else "proven", is_horizontal=False)
@@ -134,10 +135,10 @@ class FindStage(StageView):
         self.trace.draw(
             curves,
             bands,
-            title=picture.title,
+            title=title,
             bottom=FLIGHT_TIME_LABEL,
             left=symbol_markup(self.selection.coefficient),
-            words=f"{picture.title}: {noise_ratio_text(ratio)} times the noise floor",
+            words=f"{title}: {noise_ratio_text(ratio)} times the noise floor",
         )
 
     def _draw_cloud(self) -> None:

@@ -10,10 +10,11 @@ from PySide6.QtGui import QBrush, QFontMetricsF, QMouseEvent, QPainter, QPaintEv
 from PySide6.QtWidgets import QSizePolicy, QSlider, QWidget
 
 from gsapp.quantities import trace_color
+from gsapp.report.discrepancy_pictures import ChannelGapPair, WaterfallStep
 from ui.commands import shortcut_text
 from ui.display_style import DisplayStyle
 from ui.gap.gap_text import channel_symbol, noise_ratio_text
-from ui.gap.gap_view_models import ARROW, ChannelGapPair, WaterfallStep
+from ui.gap.gap_view_models import ARROW
 from ui.shortcut_filter import ArrowKeyNavigation
 from ui.widgets.paint_primitives import curve_color, paint_focus_frame
 
@@ -118,12 +119,17 @@ class MisfitWaterfall(_PaintedWidget):
     def __init__(self, look: DisplayStyle) -> None:
         super().__init__(look, "Misfit over the steps")
         self._falls: tuple[WaterfallStep, ...] = ()
+        self._titles: tuple[str, ...] = ()
+        self._current = 0
 
-    def show_steps(self, falls: Sequence[WaterfallStep]) -> None:
-        """Show other steps."""
-        self._falls = tuple(falls)
+    def show_steps(
+        self, falls: Sequence[WaterfallStep], titles: Sequence[str], current: int
+    ) -> None:
+        """Show other steps, one of them current."""
+        self._falls, self._titles, self._current = tuple(falls), tuple(titles), current
         words = "; ".join(
-            f"{one.title}: {noise_ratio_text(one.after)} times the noise floor" for one in falls
+            f"{title}: {noise_ratio_text(one.after)} times the noise floor"
+            for title, one in zip(titles, falls, strict=True)
         )
         self.setAccessibleDescription(words)
         self.setToolTip(words.replace("; ", "\n"))
@@ -146,12 +152,13 @@ class MisfitWaterfall(_PaintedWidget):
         metrics = QFontMetricsF(look.font("body"))
         for row, one in enumerate(self._falls):
             top = row * step
-            if one.current:
+            current = row == self._current
+            if current:
                 painter.fillRect(QRectF(0, top, self.width(), step - 2), look.color("chosen"))
-            painter.setFont(look.font("body", strong=one.current))
+            painter.setFont(look.font("body", strong=current))
             painter.setPen(look.color("text"))
             words = metrics.elidedText(
-                one.title, Qt.TextElideMode.ElideRight, self.width() - look.px(8)
+                self._titles[row], Qt.TextElideMode.ElideRight, self.width() - look.px(8)
             )
             painter.drawText(QRectF(look.px(4), top, self.width(), look.px(20)), _LEFT, words)
             low, high = sorted((one.before, one.after))

@@ -5,10 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 from gsapp.discrepancy.results import ManeuverHistories
+from gsapp.report.discrepancy_pictures import CONDITIONS
 from ui.gap.search_request import SearchResult
-
-_VARIABLE_ORDER = ("alpha", "beta", "V", "throttle", "de", "da", "dr", "flap")
-"""In this order they are offered."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -103,7 +101,7 @@ def find_maneuver_view(answer: SearchResult, maneuver: str) -> ManeuverHistories
 
 def list_plot_variables(view: ManeuverHistories) -> tuple[str, ...]:
     """Return what a coefficient can be drawn against, the usual ones first."""
-    known = [name for name in _VARIABLE_ORDER if name in view.conditions]
+    known = [name for name in CONDITIONS if name in view.conditions]
     return (*known, *(name for name in view.conditions if name not in known))
 
 

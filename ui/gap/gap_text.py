@@ -15,11 +15,9 @@ from gsapp.discrepancy.results import (
 from gsapp.foundation import UnknownNameError
 from gsapp.quantities import (
     ChannelSpec,
-    FloatArray,
     channel,
     convert_text_units,
     convert_value_and_std,
-    from_si,
 )
 from ui.gap.search_request import SearchResult
 from ui.icons import IndicatorState
@@ -187,12 +185,6 @@ def axis_unit(name: str, system: str) -> str:
     """Return the unit in which a channel is shown."""
     spec = find_channel_spec(name)
     return unit_text(spec.display_unit(system)) if spec is not None else ""
-
-
-def to_display_units(name: str, values: FloatArray, system: str) -> FloatArray:
-    """Return SI values of a channel in the unit of the screen."""
-    spec = find_channel_spec(name)
-    return values if spec is None else from_si(values, spec.display_unit(system), spec.quantity)
 
 
 def maneuver_kind_text(kind: str) -> str:

@@ -10,11 +10,11 @@ from gsapp.discrepancy.results import (
     ChannelGap,
     Disagreement,
     FoundEffect,
-    ManeuverHistories,
     Observability,
 )
 from gsapp.quantities import FloatArray, convert_text_units
-from ui.gap.gap_selection import GapSelection, find_maneuver_view, list_model_names
+from gsapp.report.discrepancy_pictures import missing_by_condition, to_display_units
+from ui.gap.gap_selection import GapSelection, find_maneuver_view
 from ui.gap.gap_text import (
     MIN_OBSERVABLE_SIGMA,
     axis_unit,
@@ -33,7 +33,6 @@ from ui.gap.gap_text import (
     region_text,
     sigma_text,
     signed_number_text,
-    to_display_units,
 )
 from ui.gap.search_request import SearchResult
 from ui.number_format import DASH, clock_text, symbol_text, value_to_std_digits
@@ -121,52 +120,6 @@ def build_disagreement_map(answer: SearchResult, step: int) -> DisagreementMap:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class MissingCoefficientHistory:
-    """The missing part of one coefficient over one maneuver.
-
-    Attributes
-    ----------
-    title : str
-    times, missing : ndarray, shape (n,)
-    baseline : ndarray or None
-        That of the baseline, where another model is looked at.
-    floor : float
-    spans : tuple of (float, float)
-        Where the disagreement is proven.
-    """
-
-    title: str
-    times: FloatArray
-    missing: FloatArray
-    baseline: FloatArray | None
-    floor: float
-    spans: tuple[tuple[float, float], ...]
-
-
-def build_missing_history(
-    answer: SearchResult, selection: GapSelection
-) -> MissingCoefficientHistory | None:
-    """Return the history behind the chosen cell."""
-    view = find_maneuver_view(answer, selection.maneuver)
-    if view is None or selection.coefficient not in view.coefficients:
-        return None
-    column = view.coefficients.index(selection.coefficient)
-    here = (selection.maneuver, selection.coefficient)
-    return MissingCoefficientHistory(
-        title=f"Missing {coefficient_text(selection.coefficient)}, maneuver {view.id}",
-        times=view.times,
-        missing=view.missing[selection.step][:, column],
-        baseline=view.missing[0][:, column] if selection.step else None,
-        floor=view.coefficient_noise_floor.get(selection.coefficient, float("nan")),
-        spans=tuple(
-            (one.t_start, one.t_end)
-            for one in answer.discrepancy.disagreements
-            if (one.maneuver, one.coefficient) == here
-        ),
-    )
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class MissingCoefficientScatter:
     """The missing part of one coefficient against what it may depend on.
 
@@ -200,12 +153,11 @@ def build_missing_scatter(
     if view is None or name not in view.conditions or coefficient not in view.coefficients:
         return None
 
-    def pair(one: ManeuverHistories) -> tuple[FloatArray, FloatArray]:
-        column = one.coefficients.index(coefficient)
-        return to_display_units(name, one.conditions[name], system), one.missing[selection.step][
-            :, column
-        ]
-
+    pairs = {
+        one.id: pair
+        for one in answer.discrepancy.maneuvers
+        if (pair := missing_by_condition(one, coefficient, name, selection.step, system))
+    }
     region = next(
         (
             one.region
@@ -224,12 +176,8 @@ def build_missing_scatter(
         title=f"Missing {symbol_text(coefficient)} against {channel_symbol(name)}",
         axis=channel_text(name),
         unit=axis_unit(name, system),
-        selected=pair(view),
-        others=tuple(
-            pair(one)
-            for one in answer.discrepancy.maneuvers
-            if one.id != view.id and name in one.conditions and coefficient in one.coefficients
-        ),
+        selected=pairs.pop(view.id),
+        others=tuple(pairs.values()),
         floor=view.coefficient_noise_floor.get(coefficient, float("nan")),
         region=bounds,
     )
@@ -504,101 +452,6 @@ def build_changed_value_rows(answer: SearchResult) -> tuple[TableRow, ...]:
 
 
 # --- Show ---------------------------------------------------------------------------------------
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class ChannelOverlay:
-    """One channel of one maneuver, measured and computed, in the unit of the screen.
-
-    Attributes
-    ----------
-    title, axis, unit : str
-    times, measured, before, after : ndarray, shape (n,)
-    floor : float
-    """
-
-    title: str
-    axis: str
-    unit: str
-    times: FloatArray
-    measured: FloatArray
-    before: FloatArray
-    after: FloatArray
-    floor: float
-
-
-def build_channel_overlay(
-    answer: SearchResult, selection: GapSelection, system: str
-) -> ChannelOverlay | None:
-    """Return the chosen channel of the chosen maneuver before and after."""
-    view = find_maneuver_view(answer, selection.maneuver)
-    name = selection.channel
-    if view is None or name not in view.channels:
-        return None
-    column = view.channels.index(name)
-    kept = "kept out of naming and fitting" if view.held_out else "used for naming and fitting"
-    floor = to_display_units(name, np.array([view.noise_floor.get(name, np.nan), 0.0]), system)
-    return ChannelOverlay(
-        title=f"Maneuver {view.id}, {kept}",
-        axis=channel_text(name),
-        unit=axis_unit(name, system),
-        times=view.times,
-        measured=to_display_units(name, view.measured[:, column], system),
-        before=to_display_units(name, view.computed[0][:, column], system),
-        after=to_display_units(name, view.computed[selection.step][:, column], system),
-        floor=float(floor[0] - floor[1]),
-    )
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class ChannelGapPair:
-    """Gap of one channel in units of its noise floor."""
-
-    channel: str
-    before: float
-    after: float
-
-
-def list_channel_gaps(answer: SearchResult, step: int) -> tuple[ChannelGapPair, ...]:
-    """Return the gap of each channel on the maneuvers kept out."""
-    steps = answer.discrepancy.steps
-    if not steps:
-        return ()
-    nan = float("nan")
-    return tuple(
-        ChannelGapPair(
-            channel=name,
-            before=steps[0].gap.get(name, nan),
-            after=steps[step].gap.get(name, nan),
-        )
-        for name in answer.discrepancy.channels
-        if name in steps[0].gap
-    )
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class WaterfallStep:
-    """One step of the waterfall: the misfit before and after it, 1 at the floor."""
-
-    title: str
-    before: float
-    after: float
-    current: bool
-
-
-def list_waterfall_steps(answer: SearchResult, step: int) -> tuple[WaterfallStep, ...]:
-    """Return how the misfit fell from the baseline on."""
-    steps = answer.discrepancy.steps
-    names = list_model_names(answer)
-    return tuple(
-        WaterfallStep(
-            title=names[place],
-            before=steps[place - 1].misfit if place else one.misfit,
-            after=one.misfit,
-            current=place == step,
-        )
-        for place, one in enumerate(steps)
-    )
 
 
 def build_gap_rows(answer: SearchResult, system: str) -> tuple[TableRow, ...]:

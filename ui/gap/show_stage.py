@@ -8,15 +8,13 @@ from dataclasses import replace
 from PySide6.QtGui import QAction, QResizeEvent
 
 from gsapp.quantities import trace_color
+from gsapp.report.discrepancy_pictures import channel_gaps, channel_overlay, waterfall_steps
 from ui.display_style import DisplayStyle
 from ui.gap.gap_bars import ChannelGapBars, MisfitWaterfall
-from ui.gap.gap_selection import list_model_names
-from ui.gap.gap_text import channel_text, gap_closed_text, join_with_and, maneuver_text
+from ui.gap.gap_selection import find_maneuver_view, list_model_names
+from ui.gap.gap_text import axis_unit, channel_text, gap_closed_text, join_with_and, maneuver_text
 from ui.gap.gap_view_models import (
-    build_channel_overlay,
     build_gap_rows,
-    list_channel_gaps,
-    list_waterfall_steps,
 )
 from ui.gap.stage_view import StageView
 from ui.widgets.action_button import ActionButton
@@ -114,8 +112,8 @@ class ShowStage(StageView):
         if gap.on:
             kept = f"Judged on maneuvers {join_with_and(gap.on)}, kept out of naming and fitting."
         self.on.setText(f"From the baseline to the last effect. {kept}")
-        self.bars.show_pairs(list_channel_gaps(answer, selection.step))
-        self.falls.show_steps(list_waterfall_steps(answer, selection.step))
+        self.bars.show_pairs(channel_gaps(found, selection.step))
+        self.falls.show_steps(waterfall_steps(found), list_model_names(answer), selection.step)
         lines = build_gap_rows(answer, self.look.units)
         self.numbers.setMaximumWidth(self.look.px(760))
         self.numbers.show_rows(lines)
@@ -125,14 +123,17 @@ class ShowStage(StageView):
 
     def _draw_overlay(self) -> None:
         answer, selection = self.answer, self.selection
-        picture = build_channel_overlay(answer, selection, self.look.units) if answer else None
+        view = find_maneuver_view(answer, selection.maneuver) if answer else None
+        shown = view is not None and selection.channel in view.channels
         for chart in (self.overlay, self.rest):
-            chart.setVisible(picture is not None)
-        if answer is None or picture is None:
+            chart.setVisible(shown)
+        if answer is None or view is None or not shown:
             return
+        picture = channel_overlay(view, selection.channel, self.look.units, selection.step)
         name = list_model_names(answer)[selection.step]
-        unit = f", {picture.unit}" if picture.unit else ""
-        left = f"{picture.axis.split(', ')[0]}{unit}"
+        axis, unit = channel_text(selection.channel), axis_unit(selection.channel, self.look.units)
+        left = f"{axis.split(', ')[0]}{f', {unit}' if unit else ''}"
+        kept = "kept out of naming and fitting" if view.held_out else "used for naming and fitting"
         color = trace_color(selection.channel)
         curves = [
             PlotCurve(x=picture.times, y=picture.before, color="previous", name="baseline",
@@ -143,7 +144,7 @@ class ShowStage(StageView):
             PlotCurve(x=picture.times, y=picture.measured - picture.before, color="previous",
                   name="baseline", dashed=True)
         ]  # fmt: skip
-        if selection.step:
+        if picture.after is not None:
             curves.append(
                 PlotCurve(x=picture.times, y=picture.after, color="text", name=name, dashed=True)
             )
@@ -151,11 +152,12 @@ class ShowStage(StageView):
                 PlotCurve(x=picture.times, y=picture.measured - picture.after, color=color,
                       name=name)
             )  # fmt: skip
-        self.overlay.draw(curves, title=picture.title, bottom=FLIGHT_TIME_LABEL, left=left)
+        title = f"Maneuver {view.id}, {kept}"
+        self.overlay.draw(curves, title=title, bottom=FLIGHT_TIME_LABEL, left=left)
         self.rest.draw(
             rests,
             [PlotBand(low=-picture.floor, high=picture.floor, name="noise floor")],
-            title=f"Measured minus computed: {picture.axis}",
+            title=f"Measured minus computed: {axis}",
             bottom=FLIGHT_TIME_LABEL,
             left=left,
         )

@@ -1,0 +1,162 @@
+"""What the pictures of a search show, on paper and in the window: data, units, titles of steps.
+
+Drawing is left to matplotlib (`gsapp.report.discrepancy_figures`) and pyqtgraph (`ui.gap`). On
+both the model before is gray, measured in the color of its channel, computed dashed.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from gsapp.discrepancy.results import DiscrepancyResult, ManeuverHistories
+from gsapp.foundation import UnknownNameError
+from gsapp.quantities import FloatArray, channel, from_si
+
+CONDITIONS = ("alpha", "beta", "V", "throttle", "de", "da", "dr", "flap")
+"""What a missing part is drawn against, in this order."""
+
+
+def to_display_units(name: str, values: FloatArray, system: str) -> FloatArray:
+    """Return SI values of a channel in the unit of display; as they are for no channel."""
+    try:
+        spec = channel(name)
+    except UnknownNameError:
+        return values
+    return np.asarray(from_si(values, spec.display_unit(system), spec.quantity))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class MissingHistory:
+    """The missing part of one coefficient over one maneuver.
+
+    Attributes
+    ----------
+    times, before : ndarray, shape (n,)
+        Under the baseline.
+    after : ndarray, shape (n,), or None
+        Under another model, if one is shown.
+    floor : float
+        Of the noise.
+    spans : tuple of (float, float)
+        Where the disagreement is proven, s.
+    """
+
+    times: FloatArray
+    before: FloatArray
+    after: FloatArray | None
+    floor: float
+    spans: tuple[tuple[float, float], ...]
+
+
+def missing_history(
+    found: DiscrepancyResult, view: ManeuverHistories, coefficient: str, step: int = -1
+) -> MissingHistory:
+    """Return the missing part of a coefficient in a maneuver, under the baseline and a step."""
+    column = view.coefficients.index(coefficient)
+    step = step % len(view.missing)
+    return MissingHistory(
+        times=view.times,
+        before=view.missing[0][:, column],
+        after=view.missing[step][:, column] if step else None,
+        floor=view.coefficient_noise_floor.get(coefficient, float("nan")),
+        spans=tuple(
+            (one.t_start, one.t_end)
+            for one in found.disagreements
+            if (one.maneuver, one.coefficient) == (view.id, coefficient)
+        ),
+    )
+
+
+def missing_by_condition(
+    view: ManeuverHistories, coefficient: str, condition: str, step: int, system: str
+) -> tuple[FloatArray, FloatArray] | None:
+    """Return a condition in the unit of display and the missing part of a coefficient.
+
+    None where the maneuver lacks one of them.
+    """
+    if condition not in view.conditions or coefficient not in view.coefficients:
+        return None
+    column = view.coefficients.index(coefficient)
+    return (
+        to_display_units(condition, view.conditions[condition], system),
+        view.missing[step][:, column],
+    )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class ChannelOverlay:
+    """One channel of one maneuver, measured and computed, in the unit of display.
+
+    Attributes
+    ----------
+    times, measured, before : ndarray, shape (n,)
+    after : ndarray, shape (n,), or None
+        Computed by another model than the baseline, if one is shown.
+    floor : float
+        Of the noise.
+    """
+
+    times: FloatArray
+    measured: FloatArray
+    before: FloatArray
+    after: FloatArray | None
+    floor: float
+
+
+def channel_overlay(
+    view: ManeuverHistories, name: str, system: str, step: int = -1
+) -> ChannelOverlay:
+    """Return a channel of a maneuver, measured, and computed by the baseline and a step."""
+    column, step = view.channels.index(name), step % len(view.computed)
+    floor = to_display_units(name, np.array([view.noise_floor.get(name, np.nan), 0.0]), system)
+    return ChannelOverlay(
+        times=view.times,
+        measured=to_display_units(name, view.measured[:, column], system),
+        before=to_display_units(name, view.computed[0][:, column], system),
+        after=to_display_units(name, view.computed[step][:, column], system) if step else None,
+        floor=float(floor[0] - floor[1]),
+    )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ChannelGapPair:
+    """Residual of one channel over its noise floor, RMS on the maneuvers kept out."""
+
+    channel: str
+    before: float
+    after: float
+
+
+def channel_gaps(found: DiscrepancyResult, step: int = -1) -> tuple[ChannelGapPair, ...]:
+    """Return the gap of each channel under the baseline and under a step."""
+    if not found.steps:
+        return ()
+    first, shown = found.steps[0].gap, found.steps[step].gap
+    return tuple(
+        ChannelGapPair(channel=name, before=first[name], after=shown.get(name, float("nan")))
+        for name in found.channels
+        if name in first
+    )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class WaterfallStep:
+    """One step of the waterfall: the misfit before and after it, 1 at the noise floor.
+
+    `added` is the id of an effect, or empty.
+    """
+
+    added: str
+    before: float
+    after: float
+
+
+def waterfall_steps(found: DiscrepancyResult) -> tuple[WaterfallStep, ...]:
+    """Return how the misfit of all channels fell from the baseline on."""
+    misfits = [one.misfit for one in found.steps]
+    return tuple(
+        WaterfallStep(added=one.added, before=before, after=one.misfit)
+        for one, before in zip(found.steps, [*misfits[:1], *misfits], strict=False)
+    )
