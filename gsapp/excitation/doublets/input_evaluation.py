@@ -5,10 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Final
 
-from gsapp.excitation.doublets.input_case import InputCase
 from gsapp.excitation.doublets.input_measurement import MeasuredInput
 from gsapp.excitation.doublets.verdict import InputFinding, InputVerdict
-from gsapp.excitation.doublets.verdict_criteria import find_deficiencies, list_unevaluated
+from gsapp.excitation.doublets.verdict_criteria import (
+    InputCase,
+    find_deficiencies,
+    list_unevaluated,
+)
 from gsapp.excitation.test_points.point import TestPoint
 from gsapp.excitation.test_points.target_input import TargetInput
 from gsapp.excitation.trim.tolerances import TrimTolerances

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import accumulate, pairwise
 from typing import Final
 
 import numpy as np
@@ -15,16 +16,77 @@ from gsapp.dynamics.atmosphere import SEA_LEVEL_DENSITY
 from gsapp.dynamics.sensors import flow_at_cg
 from gsapp.excitation.doublets.gust_analysis import GUST_ANALYSIS_CHANNELS, GustAnalyzer
 from gsapp.excitation.doublets.signal_history import SignalHistory
-from gsapp.excitation.doublets.step_durations import measure_step_durations
 from gsapp.excitation.flight_rows import TICK_DURATION
 from gsapp.excitation.trim.bank_observer import BankObserver
 from gsapp.flight.maneuvers.airborne_detection import flying_speed
-from gsapp.flight.maneuvers.clipping import clipping_ranges, is_at_range_limit
 from gsapp.flight.maneuvers.input_shape import SurfaceInput, smooth_samples
-from gsapp.flight.maneuvers.maneuver_grade import TRIM_TIME, GradingContext, ManeuverSamples
+from gsapp.flight.maneuvers.maneuver_grade import (
+    TRIM_TIME,
+    GradingContext,
+    ManeuverSamples,
+    clipped_samples,
+)
 from gsapp.flight.maneuvers.signals import SIGNAL_COLUMNS, SURFACES
 from gsapp.quantities import FloatArray
 from gsapp.quantities.constants import DEGREE
+
+_AROUND = 0.3
+"""Seconds before and after an input in which its edges are looked for."""
+
+
+def measure_step_durations(passage: ManeuverSamples, one: SurfaceInput) -> tuple[float, ...]:
+    """Return the length of each step of an input, s.
+
+    Parameters
+    ----------
+    passage : ManeuverSamples
+    one : SurfaceInput
+        One of its surfaces.
+    """
+    low, high = np.searchsorted(passage.times, (one.t_start - _AROUND, one.t_end + _AROUND))
+    times, samples = passage.times[low:high], passage.rows[low:high, SIGNAL_COLUMNS[one.surface]]
+    there = np.isfinite(samples)
+    times, samples = times[there], samples[there]
+    lengths = tuple(length for _, length in one.excursions)
+    if times.size < 3:
+        return lengths
+    level = smooth_samples(samples, float(np.median(np.diff(times))))
+    peaks = _peaks(times, level, one)
+    heights = [one.trim_before, *(float(level[place]) for place in peaks), one.trim_after]
+    middles = [0.5 * (former + next_) for former, next_ in pairwise(heights)]
+    edges = [_crossed(times, level, middles[0], peaks[0], -1)]
+    edges += [
+        _crossed(times, level, *one_edge, 1) for one_edge in zip(middles[1:], peaks, strict=True)
+    ]
+    found = tuple(later - former for former, later in pairwise(edges))
+    return found if min(found) > 0.0 else lengths
+
+
+def _peaks(times: FloatArray, level: FloatArray, one: SurfaceInput) -> list[int]:
+    """Return where each step is furthest to its side."""
+    ends = accumulate((length for _, length in one.excursions), initial=one.t_start)
+    found = []
+    for (side, _), (start, stop) in zip(one.excursions, pairwise(ends), strict=True):
+        low, high = np.searchsorted(times, (start, stop))
+        low = min(int(low), times.size - 1)
+        found.append(low + int(np.argmax(side * level[low : max(int(high), low + 1)])))
+    return found
+
+
+def _crossed(
+    times: FloatArray, level: FloatArray, middle: float, peak: int, direction: int
+) -> float:
+    """Return when the level passed a value next to a peak, after it (1) or before it (-1), s."""
+    beyond = (level - middle) * np.sign(level[peak] - middle)
+    outside = np.flatnonzero(beyond <= 0.0)
+    outside = outside[outside > peak] if direction > 0 else outside[outside < peak]
+    if not outside.size:
+        return float(times[-1 if direction > 0 else 0])
+    place = int(outside[0] if direction > 0 else outside[-1])
+    inner = place - direction
+    share = beyond[inner] / (beyond[inner] - beyond[place])
+    return float(times[inner] + share * (times[place] - times[inner]))
+
 
 PRE_INPUT_TIME: Final = 2.5
 """Seconds before an input that are looked at; the second of trim is the last of them."""
@@ -257,19 +319,11 @@ def _clipped(
     passage: ManeuverSamples, setting: GradingContext
 ) -> tuple[dict[str, int], tuple[str, ...]]:
     """Return how many samples of each instrument clipped, and which stood there before too."""
-    clipped, stuck = {}, []
-    for name, limits in clipping_ranges(setting.aircraft).items():
-        if not all(map(math.isfinite, limits)):
-            continue
-        before = passage.samples(name, passage.t_input - TRIM_TIME, passage.t_input)
-        if before.size and is_at_range_limit(before, limits).mean() > 0.5:
-            stuck.append(name)
-            continue
-        samples = passage.samples(name, passage.t_input, passage.t_end)
-        count = int(is_at_range_limit(samples, limits).sum())
-        if count:
-            clipped[name] = count
-    return clipped, tuple(stuck)
+    start, begun = passage.t_input - TRIM_TIME, passage.t_input
+    before = clipped_samples(passage, setting.aircraft, start, begun)
+    stuck = tuple(name for name, (count, total) in before.items() if count > 0.5 * total)
+    after = clipped_samples(passage, setting.aircraft, begun, passage.t_end)
+    return {name: count for name, (count, _) in after.items() if name not in stuck}, stuck
 
 
 def _gusts(

@@ -261,21 +261,29 @@ def _excitation(
     return found
 
 
-def _clipping(passage: ManeuverSamples, setting: GradingContext) -> list[Defect]:
-    found = []
-    for name, limits in clipping_ranges(setting.aircraft).items():
-        samples = passage.samples(name, passage.t_input - TRIM_TIME, passage.t_end)
+def clipped_samples(
+    passage: ManeuverSamples, aircraft: Aircraft, start: float, stop: float
+) -> dict[str, tuple[int, int]]:
+    """Return how many samples of each instrument that clips are at its limit, and of how many."""
+    found = {}
+    for name, limits in clipping_ranges(aircraft).items():
+        samples = passage.samples(name, start, stop)
         count = int(is_at_range_limit(samples, limits).sum())
-        if not count:
-            continue
-        share = count / samples.size
-        found.append(
-            Defect(
-                severity="small" if share < 0.05 else "large",
-                text=f"{name} clipped in {count} samples ({100.0 * share:.0f} %)",
-            )
-        )
+        if count:
+            found[name] = (count, samples.size)
     return found
+
+
+def _clipping(passage: ManeuverSamples, setting: GradingContext) -> list[Defect]:
+    start = passage.t_input - TRIM_TIME
+    clipped = clipped_samples(passage, setting.aircraft, start, passage.t_end)
+    return [
+        Defect(
+            severity="small" if count < 0.05 * total else "large",
+            text=f"{name} clipped in {count} samples ({100.0 * count / total:.0f} %)",
+        )
+        for name, (count, total) in clipped.items()
+    ]
 
 
 def _missing_samples(passage: ManeuverSamples, surfaces: Sequence[str]) -> list[Defect]:
