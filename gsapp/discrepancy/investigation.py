@@ -27,11 +27,9 @@ from gsapp.discrepancy.search_checks import (
     moving_inputs,
 )
 from gsapp.discrepancy.search_stages import (
-    ActivityCallback,
     SearchStage,
     equivalent_effects_of,
     fit_baseline,
-    fit_to_convergence,
     remove_misnamed_effects,
 )
 from gsapp.discrepancy.settings import (
@@ -46,6 +44,7 @@ from gsapp.dynamics.terms import create_term
 from gsapp.foundation import FlightError
 from gsapp.identification.filter_error.filter_error_fit import FilterErrorFit
 from gsapp.identification.filter_error.maneuver_record import ManeuverRecord, create_maneuver_record
+from gsapp.identification.filter_error.noise_tuning import ActivityCallback, fit_to_convergence
 from gsapp.identification.maneuver import Maneuver
 
 _REVERSAL_TOLERANCE = 0.15

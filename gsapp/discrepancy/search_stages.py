@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -13,14 +13,14 @@ from gsapp.dynamics.model import Model, load_model
 from gsapp.identification.axes import axis_derivatives
 from gsapp.identification.filter_error.filter_error_fit import FilterErrorFit
 from gsapp.identification.filter_error.maneuver_record import ManeuverRecord
-from gsapp.identification.filter_error.noise_tuning import select_noise_correlation, tune_noise
+from gsapp.identification.filter_error.noise_tuning import (
+    NOISE_ROUNDS,
+    ActivityCallback,
+    fit_to_convergence,
+    select_noise_correlation,
+)
 
 _MAX_PASSES = 5
-_NOISE_ROUNDS = 3
-_MAX_STEP_SIGMAS = 0.3
-"""A move of every parameter below this share of its deviation ends the fit."""
-
-ActivityCallback = Callable[[str], None]
 
 
 def free_parameters(model: Model, fitted: bool) -> tuple[str, ...]:
@@ -40,22 +40,6 @@ def initial_model() -> Model:
     return Model(name="linear build-up", derivatives=shipped.derivatives)
 
 
-def fit_to_convergence(
-    fit: FilterErrorFit, passes: int, tick: ActivityCallback, doing: str, *, fresh: bool = False
-) -> None:
-    """Fit a model, and its noise with it, in place; what is fresh is moved once before."""
-    for number in range(passes):
-        tick(doing)
-        fit.linearize()
-        if number or not fresh:
-            tune_noise(fit, rounds=_NOISE_ROUNDS)
-        move = fit.apply_step(fit.information())
-        if number > 1 and move < _MAX_STEP_SIGMAS:
-            break
-    fit.linearize()
-    tune_noise(fit, rounds=_NOISE_ROUNDS)
-
-
 def fit_baseline(
     records: Sequence[ManeuverRecord], model: Model | None, tick: ActivityCallback
 ) -> FilterErrorFit:
@@ -63,7 +47,7 @@ def fit_baseline(
     start = initial_model() if model is None else model
     fit = FilterErrorFit.create(records, start, free_parameters(start, model is None))
     fit_to_convergence(fit, 2, tick, "fitting the current model", fresh=True)
-    select_noise_correlation(fit, _NOISE_ROUNDS)
+    select_noise_correlation(fit, NOISE_ROUNDS)
     fit_to_convergence(fit, _MAX_PASSES - 2, tick, "fitting the current model")
     return fit
 

@@ -8,7 +8,7 @@ Comput. Graph. Stat. 28, 2019). One filter and one smoother pass serve all of th
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -22,6 +22,29 @@ _UP, _DOWN = 0.6, 2.0
 _BOUNDS = (1e-9, 100.0)
 _SKIPPED = 5
 """Blocks at the start, which the initial state has used up."""
+NOISE_ROUNDS = 3
+"""Rounds of noise to each pass of a fit."""
+_MAX_STEP_SIGMAS = 0.3
+"""A move of every parameter below this share of its deviation ends the fit."""
+
+ActivityCallback = Callable[[str], None]
+"""Told what is being done."""
+
+
+def fit_to_convergence(
+    fit: FilterErrorFit, passes: int, tick: ActivityCallback, doing: str, *, fresh: bool = False
+) -> None:
+    """Fit a model, and its noise with it, in place; what is fresh is moved once before."""
+    for number in range(passes):
+        tick(doing)
+        fit.linearize()
+        if number or not fresh:
+            tune_noise(fit, rounds=NOISE_ROUNDS)
+        move = fit.apply_step(fit.information())
+        if number > 1 and move < _MAX_STEP_SIGMAS:
+            break
+    fit.linearize()
+    tune_noise(fit, rounds=NOISE_ROUNDS)
 
 
 def tune_noise(fit: FilterErrorFit, rounds: int = 4) -> None:

@@ -11,8 +11,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from gsapp.discrepancy.held_out_maneuvers import HeldOutManeuvers
-from gsapp.discrepancy.search_stages import fit_to_convergence
 from gsapp.dynamics.terms import create_term
+from gsapp.identification.filter_error.noise_tuning import fit_to_convergence
 from tests.discrepancy.blind.cases import WHOLE
 from tests.discrepancy.blind.flying import FlownCase
 
