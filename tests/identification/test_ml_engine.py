@@ -14,7 +14,7 @@ from gsapp.dynamics.trim import trim
 from gsapp.identification.axes import AXIS_RESPONSES, AXIS_STATES, axis_derivatives
 from gsapp.identification.maximum_likelihood.axis_kernels import build_axis_kernel
 from gsapp.identification.maximum_likelihood.kernels import GeneralKernel
-from gsapp.identification.maximum_likelihood.responses import shift_samples
+from gsapp.identification.maximum_likelihood.problem import shift_samples
 from gsapp.identification.maximum_likelihood.trajectory_solver import (
     TrajectorySolver,
     build_segment_forcing,

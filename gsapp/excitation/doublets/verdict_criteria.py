@@ -33,6 +33,7 @@ from gsapp.flight.maneuvers.maneuver_grade import (
     RESPONSE_CHANNELS,
     TRIM_TIME,
     GradingContext,
+    linear_ranges,
     pre_input_motion_ratio,
 )
 from gsapp.quantities import FloatArray, channel
@@ -180,7 +181,7 @@ def list_unevaluated(case: InputCase) -> tuple[str, ...]:
 def _check_samples(case: InputCase) -> list[InputFinding]:
     passage, found = case.measured.passage, []
     start = passage.t_input - TRIM_TIME
-    total = int(np.diff(np.searchsorted(passage.times, (start, passage.t_end)))[0])
+    total = passage.count(start, passage.t_end)
     for surface in case.measured.surfaces:
         count = passage.samples(surface, start, passage.t_end).size
         if count < MIN_SAMPLE_SHARE * total:
@@ -289,12 +290,8 @@ def _check_min_amplitude(case: InputCase) -> list[InputFinding]:
 
 
 def _check_linear_range(case: InputCase) -> list[InputFinding]:
-    limits, found = case.aircraft.limits, []
-    for name, (low, high) in (
-        ("alpha", limits.alpha_linear),
-        ("beta", (-limits.beta_linear, limits.beta_linear)),
-        ("an", limits.load_factor),
-    ):
+    found = []
+    for name, (low, high) in linear_ranges(case.aircraft).items():
         values = case.measured.flow.get(name)
         if (
             values is not None

@@ -87,10 +87,25 @@ class ManeuverSamples:
         found = self.rows[low:high, SIGNAL_COLUMNS[name]]
         return found[np.isfinite(found)]
 
+    def count(self, start: float, stop: float) -> int:
+        """Return the number of samples from start to stop, s, missing ones included."""
+        low, high = np.searchsorted(self.times, (start, stop))
+        return int(high - low)
+
     def mean_at_trim(self, name: str) -> float:
         """Return the mean in the stretch of trim; NaN without a sample."""
         found = self.samples(name, self.t_input - TRIM_TIME, self.t_input)
         return float(found.mean()) if found.size else math.nan
+
+
+def linear_ranges(aircraft: Aircraft) -> dict[str, tuple[float, float]]:
+    """Return the ranges of alpha, beta (rad) and a_n (m/s^2) in which the model is linear."""
+    limits = aircraft.limits
+    return {
+        "alpha": limits.alpha_linear,
+        "beta": (-limits.beta_linear, limits.beta_linear),
+        "an": limits.load_factor,
+    }
 
 
 def measure_response(
@@ -205,7 +220,6 @@ def _amplitude(
     passage: ManeuverSamples, setting: GradingContext, main: SurfaceInput
 ) -> list[Defect]:
     found = []
-    limits = setting.aircraft.limits
     travel = setting.half_travel(main.surface)
     if main.amplitude < 0.03 * travel:
         found.append(
@@ -214,11 +228,8 @@ def _amplitude(
                 text=f"{main.surface} moved {main.amplitude / DEGREE:.1f} deg only",
             )
         )
-    for name, (low, high), unit, words in (
-        ("alpha", limits.alpha_linear, DEGREE, "deg"),
-        ("beta", (-limits.beta_linear, limits.beta_linear), DEGREE, "deg"),
-        ("an", limits.load_factor, GRAVITY, "g"),
-    ):
+    for name, (low, high) in linear_ranges(setting.aircraft).items():
+        unit, words = (GRAVITY, "g") if name == "an" else (DEGREE, "deg")
         samples = passage.samples(name, passage.t_input, passage.t_end)
         if samples.size < 5:
             continue
@@ -288,8 +299,7 @@ def _clipping(passage: ManeuverSamples, setting: GradingContext) -> list[Defect]
 
 def _missing_samples(passage: ManeuverSamples, surfaces: Sequence[str]) -> list[Defect]:
     start, stop = passage.t_input - TRIM_TIME, passage.t_end
-    low, high = np.searchsorted(passage.times, (start, stop))
-    total = int(high - low)
+    total = passage.count(start, stop)
     names = dict.fromkeys(
         name for surface in surfaces for name in (surface, *RESPONSE_CHANNELS[surface])
     )

@@ -19,7 +19,6 @@ from gsapp.dynamics.signal_terms import SURFACE_CHANNELS as SURFACE_NAMES
 from gsapp.dynamics.signal_terms import PathTerms, path_response
 from gsapp.dynamics.terms import Term
 from gsapp.identification.maneuver import Maneuver
-from gsapp.identification.maximum_likelihood.responses import shift_samples
 from gsapp.identification.maximum_likelihood.trajectory_solver import (
     SegmentForcing,
     TrajectorySolver,
@@ -27,6 +26,46 @@ from gsapp.identification.maximum_likelihood.trajectory_solver import (
 )
 from gsapp.identification.motion import MeasuredMotion
 from gsapp.quantities import BoolArray, FloatArray
+
+
+def shift_samples(rows: FloatArray, samples: float) -> tuple[FloatArray, FloatArray]:
+    """Return rows as they were `samples` samples ago, and the derivative by `samples`.
+
+    Cubic convolution (Catmull-Rom): smooth in the shift, so that Gauss-Newton can find it. Beyond
+    the ends the outermost sample holds.
+
+    Parameters
+    ----------
+    rows : ndarray, shape (..., n)
+    samples : float
+        Positive: late.
+    """
+    count = rows.shape[-1]
+    place = np.arange(count) - samples
+    base = np.floor(place)
+    u = float(place[0] - base[0])
+    weights = (
+        ((-0.5 * u + 1.0) * u - 0.5) * u,
+        (1.5 * u - 2.5) * u * u + 1.0,
+        ((-1.5 * u + 2.0) * u + 0.5) * u,
+        (0.5 * u - 0.5) * u * u,
+    )
+    slopes = (
+        (-1.5 * u + 2.0) * u - 0.5,
+        (4.5 * u - 5.0) * u,
+        (-4.5 * u + 4.0) * u + 0.5,
+        (1.5 * u - 1.0) * u,
+    )
+    moved = np.zeros_like(rows)
+    change = np.zeros_like(rows)
+    for offset, (weight, slope) in enumerate(zip(weights, slopes, strict=True)):
+        index = np.clip(base.astype(np.intp) + offset - 1, 0, count - 1)
+        taken = rows[..., index]
+        moved += weight * taken
+        # A later shift is an earlier place.
+        change -= slope * taken
+    return moved, change
+
 
 _PATH_SURFACES = ("de", "da", "dr")
 _DIVERGENCE_LIMITS = {"V": 1e3, "alpha": 1.5, "beta": 1.5, "theta": 1.56}
