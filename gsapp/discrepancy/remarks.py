@@ -20,13 +20,7 @@ _NEEDS = "needs "
 
 
 def record_remarks(maneuvers: Sequence[Maneuver], aircraft: Aircraft) -> tuple[str, ...]:
-    """Return a sentence for each channel that is clipped or lacks, and for a CG that moved.
-
-    Parameters
-    ----------
-    maneuvers : sequence of Maneuver
-    aircraft : Aircraft
-    """
+    """Return a sentence for each channel that is clipped or lacks, and for a CG that moved."""
     return (
         *_clipping_remarks(maneuvers),
         *_missing_channel_remarks(maneuvers, aircraft),

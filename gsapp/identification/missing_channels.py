@@ -30,12 +30,7 @@ _VARIABLE_TEXT: Final = {"V": "airspeed", "alpha": "angle of attack"}
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class AssumedConstant:
-    """A constant and how wrong it may be, SI.
-
-    Attributes
-    ----------
-    value, std : float
-    """
+    """A constant and how wrong it may be, SI."""
 
     value: float
     std: float

@@ -26,14 +26,7 @@ MIN_SYMMETRY: Final = 0.6
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class InputRequest:
-    """What an input is held against.
-
-    Attributes
-    ----------
-    target_input : TargetInput or None
-    point : TestPoint or None
-    card : TestCard or None
-    """
+    """What an input is held against."""
 
     target_input: TargetInput | None = None
     point: TestPoint | None = None

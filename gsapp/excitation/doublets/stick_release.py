@@ -122,13 +122,7 @@ _FAR, _SURELY = 2.0, 1.3
 
 
 class StickReleaseDetector:
-    """Reads the sticks from the surfaces.
-
-    Parameters
-    ----------
-    history : SignalHistory
-    around : FlightContext
-    """
+    """Reads the sticks from the surfaces."""
 
     def __init__(self, history: SignalHistory, around: FlightContext) -> None:
         self._history = history

@@ -34,10 +34,6 @@ def extract_signals(block: Block) -> FloatArray:
 
     Each row depends on its own samples only, so that pieces give what the whole gives.
 
-    Parameters
-    ----------
-    block : Block
-
     Returns
     -------
     ndarray, shape (n, len(SIGNALS))
