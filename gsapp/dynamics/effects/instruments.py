@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from gsapp.aircraft import Aircraft
-from gsapp.dynamics.effects.common import (
+from gsapp.dynamics.effects.effect_registration import (
     DELAY,
     TAU,
     one_parameter,

@@ -5,7 +5,7 @@ from __future__ import annotations
 from gsapp.aircraft import Aircraft
 from gsapp.dynamics.atmosphere import SEA_LEVEL_DENSITY
 from gsapp.dynamics.effect_terms import ThrustErrorTerm, ThrustSpeedTerm, UnsteadyTerm
-from gsapp.dynamics.effects.common import V_REF, register_monomial, register_term
+from gsapp.dynamics.effects.effect_registration import V_REF, register_monomial, register_term
 from gsapp.dynamics.terms import EffectGuidance, Monomial, Parameter, Term, register_effect
 
 _STEPS = "throttle steps with the wings level at low and at high speed, elevator held"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from gsapp.dynamics.buildup import COEFFICIENT_TITLES
 from gsapp.dynamics.effect_terms import EffectivenessLossTerm
-from gsapp.dynamics.effects.common import (
+from gsapp.dynamics.effects.effect_registration import (
     BEYOND,
     SURFACE_NAMES,
     VARIABLE_TITLES,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from gsapp.dynamics.buildup import linear_variables
-from gsapp.dynamics.effects.common import (
+from gsapp.dynamics.effects.effect_registration import (
     LONGITUDINAL,
     SURFACE_NAMES,
     VARIABLE_TITLES,

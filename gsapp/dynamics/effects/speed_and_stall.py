@@ -7,7 +7,12 @@ import math
 from gsapp.aircraft import Aircraft
 from gsapp.dynamics.buildup import COEFFICIENT_TITLES
 from gsapp.dynamics.effect_terms import SpeedTerm, StallTerm, UnsteadyTerm
-from gsapp.dynamics.effects.common import BEYOND, V_REF, register_monomial, register_term
+from gsapp.dynamics.effects.effect_registration import (
+    BEYOND,
+    V_REF,
+    register_monomial,
+    register_term,
+)
 from gsapp.dynamics.terms import EffectGuidance, Parameter, Term, TermFactory, register_effect
 
 # --- speed and flap -----------------------------------------------------------------------------

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from gsapp.dynamics.effects.common import DELAY, TAU, one_parameter, register_term
+from gsapp.dynamics.effects.effect_registration import DELAY, TAU, one_parameter, register_term
 from gsapp.dynamics.signal_terms import (
     SURFACE_CHANNELS,
     Backlash,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from gsapp.dynamics.effects.common import register_offset
+from gsapp.dynamics.effects.effect_registration import register_offset
 from gsapp.dynamics.terms import EffectGuidance
 
 _WEIGH = "weigh the aircraft on three scales under its wheels, ready to fly"
