@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import deque
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
@@ -37,7 +36,7 @@ from gsapp.identification.ftr.state_file import (
     strip_prefix,
     write_state,
 )
-from gsapp.identification.ftr.windows import EstimationWindow
+from gsapp.identification.ftr.windows import BlockBuffer, EstimationWindow
 from gsapp.identification.memory_allocator import retain_freed_memory
 from gsapp.quantities import Block, FloatArray
 
@@ -53,25 +52,19 @@ class FTR:
 
     Parameters
     ----------
-    aircraft : Aircraft
-    settings : FTRSettings, optional
-    rate : float
-        Samples per second of the grid that samples lie on.
-    origin : float
-        A time that lies on that grid, s.
-    axes : sequence of {"lon", "lat"}
+    rate, origin : float
+        Samples per second of the grid that samples lie on, Hz; a time that lies on it, s.
     measured : iterable of str, optional
-        Channels known to be measured. By default that shows: a channel that was silent for half
-        a second is not.
-    mass : float, optional
-        Where there is no channel for it, at the start, kg; the aircraft file's by default.
-    burning : bool
-        Whether fuel burns off that mass as the throttle asks.
+        Channels known to be measured. By default a channel that was silent for half a second is
+        not.
+    mass, burning : float, bool
+        Mass at the start where no channel gives it, kg, by default of the aircraft file; whether
+        fuel burns off it as the throttle asks.
     aligned : bool
         Whether channels that instruments record late were brought to their right time already;
         by default FTR does that by the aircraft file.
     known : KnownEffects, optional
-        Coefficients that are not the derivatives' doing, to be left out.
+        Coefficients of known effects, subtracted before the regression.
 
     Raises
     ------
@@ -128,7 +121,8 @@ class FTR:
             for axis in self.axes
         }
         self.names = tuple(name for axis in self.axes for name in axis_derivatives(axis))
-        self._lookback = max(1, round(self.settings.lookback * rate / self.block))
+        lookback = max(1, round(self.settings.lookback * rate / self.block))
+        self._buffer = BlockBuffer(self.axes, lookback)
         self._log = EstimateLog(self.names)
         self._forget()
 
@@ -164,7 +158,7 @@ class FTR:
     def _forget(self) -> None:
         self._next: int | None = None  # number of the block to come
         self._last: dict[FTRAxis, RegressionRows] = {}  # the last row of each axis
-        self._ring: deque[tuple[int, dict[FTRAxis, RegressionRows]]] = deque(maxlen=self._lookback)
+        self._buffer.clear()
         self._window: EstimationWindow | None = None
 
     # --- windows --------------------------------------------------------------------------------
@@ -183,8 +177,8 @@ class FTR:
                 f"FTR listens since {self._window.start:.1f} s; end that maneuver first"
             )
         start -= self.origin
-        if self._ring and self._ring.maxlen == len(self._ring):
-            oldest = self._ring[0][0] * self.block / self.rate
+        if self._buffer.oldest_if_full is not None:
+            oldest = self._buffer.oldest_if_full * self.block / self.rate
             if start < oldest:
                 raise FlightError(
                     f"FTR remembers the flight from {oldest + self.origin:.1f} s on; a maneuver "
@@ -227,14 +221,9 @@ class FTR:
         window = self._window
         if window is None:
             return
-        first, end = self._blocks_of(window)
-        inside = [(number, rows) for number, rows in self._ring if first <= number < end]
-        if not inside:
-            return
-        self._advance(
-            inside[0][0],
-            {axis: RegressionRows.joined([rows[axis] for _, rows in inside]) for axis in self.axes},
-        )
+        found = self._buffer.between(*self._blocks_of(window))
+        if found is not None:
+            self._advance(*found)
 
     def _blocks_of(self, window: EstimationWindow) -> tuple[int, int]:
         return window.blocks(self.rate, self.block)
@@ -279,10 +268,7 @@ class FTR:
                 valid=rows.valid[-1:], columns=rows.columns[-1:], running=rows.running[-1:]
             )
         if self.settings.gate == "maneuvers":
-            for k in range(blocks):
-                self._ring.append(
-                    (first + k, {axis: rows.part(k) for axis, rows in shaped.items()})
-                )
+            self._buffer.append(first, blocks, shaped)
             if self._window is None:
                 return
             if self._window.stop is not None:
@@ -401,33 +387,22 @@ class FTR:
 
     def save(self, path: Path) -> None:
         """Write everything to an ``.npz`` file from which `load` goes on, bit by bit the same."""
-        window = self._window
+        numbers, buffered = self._buffer.state()
         table: ArrayTable = {
             "next": np.array([] if self._next is None else [self._next], dtype=np.int64),
-            "window": np.array(
-                []
-                if window is None
-                else [
-                    window.start,
-                    np.nan if window.stop is None else window.stop,
-                    float(window.overrun),
-                ]
-            ),
-            "ring": np.array([number for number, _ in self._ring], dtype=np.int64),
+            "window": np.array([]) if self._window is None else self._window.state(),
+            "ring": numbers,
         }
         parts: dict[str, Mapping[str, npt.NDArray[np.generic]]] = {
             "rows": self._rows.state(),
             "equations": self._equations.state(),
             "log": self._log.state(),
+            **buffered,
         }
         for axis, run in self._runs.items():
             parts[f"run.{axis}"] = run.state()
             if axis in self._last:
                 parts[f"last.{axis}"] = self._last[axis].state()
-            if self._ring:
-                parts[f"ring.{axis}"] = RegressionRows.joined(
-                    [rows[axis] for _, rows in self._ring]
-                ).state()
         write_state(path, self._about(), {**table, **add_prefix(parts)})
 
     def load(self, path: Path) -> None:
@@ -445,33 +420,19 @@ class FTR:
             self.reset()
             raise FlightError(f"the state in {path} is not complete ({error})") from error
 
-    def _restore(self, table: Mapping[str, npt.NDArray[np.generic]]) -> None:
+    def _restore(self, table: ArrayTable) -> None:
         self._rows.restore(strip_prefix("rows", table))
         self._equations.restore(strip_prefix("equations", table))
         self._log.restore(strip_prefix("log", table))
+        self._forget()
         self._next = int(table["next"][0]) if table["next"].size else None
-        self._forget_but_next()
-        if table["window"].size:
-            start, stop, over = (float(x) for x in np.asarray(table["window"], dtype=np.float64))
-            self._window = EstimationWindow(
-                start=start, stop=None if np.isnan(stop) else stop, overrun=bool(over)
-            )
-        numbers = np.asarray(table["ring"], dtype=np.int64).tolist()
-        ring = {}
+        self._window = EstimationWindow.from_state(table["window"])
+        self._buffer.restore(table["ring"], table)
         for axis, run in self._runs.items():
             run.restore(strip_prefix(f"run.{axis}", table))
             last = strip_prefix(f"last.{axis}", table)
             if last:
                 self._last[axis] = RegressionRows.from_state(last)
-            if numbers:
-                ring[axis] = RegressionRows.from_state(strip_prefix(f"ring.{axis}", table))
-        for k, number in enumerate(numbers):
-            self._ring.append((number, {axis: rows.part(k) for axis, rows in ring.items()}))
-
-    def _forget_but_next(self) -> None:
-        upcoming = self._next
-        self._forget()
-        self._next = upcoming
 
     def _about(self) -> dict[str, object]:
         return {

@@ -1,0 +1,73 @@
+"""How frames of a message reach the streams of the pipeline."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from gsapp.decoding.channel_map import ARRIVAL, LINE, ChannelMap, MapEntry
+from gsapp.decoding.message_stream import MessageStream
+from gsapp.decoding.messages import StampField, message_id, message_layout, stamp_field_of
+
+
+class MessageRoute(NamedTuple):
+    """How frames of one message reach one stream."""
+
+    stream: int
+    message: str
+    select_at: slice | None
+    selected: bytes
+    stamp_at: slice | None
+    stamp_scale: int
+    stamp_period: int
+
+
+def has_vehicle_time(channel_map: ChannelMap, entry: MapEntry) -> bool:
+    """Return whether a message or line carries a stamp of the vehicle."""
+    if entry.time == ARRIVAL:
+        return False
+    if entry.message == LINE:
+        return channel_map.text_time is not None
+    return _stamp_field(entry) is not None
+
+
+def _stamp_field(entry: MapEntry) -> StampField | None:
+    layout = message_layout(message_id(entry.message))
+    if entry.time == ARRIVAL:
+        return None
+    return layout.stamp if entry.time is None else stamp_field_of(layout, entry.time)
+
+
+def routes_by_message(streams: Sequence[MessageStream]) -> dict[int, list[MessageRoute]]:
+    """Return the routes to all streams that take frames, by message id."""
+    routes: dict[int, list[MessageRoute]] = {}
+    for number, stream in enumerate(streams):
+        if stream.message == LINE:
+            continue
+        layout = message_layout(message_id(stream.message))
+        stamp = _stamp_field(stream.outputs[0].entry)
+        select_at: slice | None = None
+        selected = b""
+        if stream.selector is not None:
+            field, value = stream.selector.field, stream.selector.value
+            start = layout.offset(field)
+            select_at = slice(start, start + layout.dtype[field].itemsize)
+            selected = (
+                value.encode() if layout.is_text(field) else _stripped_payload_bytes(int(value))
+            )
+        route = MessageRoute(
+            stream=number,
+            message=stream.message,
+            select_at=select_at,
+            selected=selected,
+            stamp_at=None if stamp is None else slice(stamp.offset, stamp.offset + stamp.size),
+            stamp_scale=1 if stamp is None else stamp.scale,
+            stamp_period=2**32 * stamp.scale if stamp is not None and stamp.size == 4 else 0,
+        )
+        routes.setdefault(layout.id, []).append(route)
+    return routes
+
+
+def _stripped_payload_bytes(number: int) -> bytes:
+    """Return a number as the bytes of a payload, without zero bytes at the end."""
+    return number.to_bytes(number.bit_length() // 8 + 1, "little").rstrip(b"\0")

@@ -1,0 +1,146 @@
+"""Which system and which components of a link are decoded."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from gsapp.decoding.channel_map import ChannelMap
+from gsapp.decoding.health import (
+    AUTOPILOT_COMPONENT,
+    FIRST_GROUND_SYSTEM,
+    HEARTBEAT_ID,
+    RADIO_MESSAGES,
+    LinkHealth,
+    is_vehicle,
+)
+from gsapp.decoding.message_routes import MessageRoute
+from gsapp.decoding.messages import is_known
+from gsapp.decoding.notices import NoticeLog
+
+_AUTOPILOT_TIMEOUT = 3_000_000
+"""How long measurements of other components wait for an autopilot, us: it sends a heartbeat every
+second."""
+
+
+class VehicleSelector:
+    """Finds the flown system of a link, and the component that each message is taken from.
+
+    That is the system chosen, or else the first whose autopilot is heard: by its heartbeat, or by
+    any other message of component 1. In a record without an autopilot it is the first system that
+    sends a mapped message. Once found it stays. Ground stations are never flown.
+
+    Parameters
+    ----------
+    decode : callable
+        Decodes a frame (host stamp, bytes) that waited until the flown system was known.
+    """
+
+    def __init__(
+        self,
+        channel_map: ChannelMap,
+        system: int | None,
+        health: LinkHealth,
+        log: NoticeLog,
+        decode: Callable[[int, bytes], None],
+    ) -> None:
+        self._map_component = channel_map.component
+        self.system = system or channel_map.system
+        self._health = health
+        self._log = log
+        self._decode = decode
+        self._flown_heard = self._autopilot_heard = False
+        self._undecided: list[tuple[int, bytes]] = []
+        self._components: dict[int, int] = {}
+        if self.system is not None:
+            health.chosen = True
+            health.flown = self.system, channel_map.component or AUTOPILOT_COMPONENT
+
+    def accepts(self, host: int, system: int, component: int, number: int, data: bytes) -> bool:
+        """Return whether a mapped message is to be decoded, by the system that sent it."""
+        if number in RADIO_MESSAGES:  # those tell of the link, whatever system they name
+            return True
+        if system != self.system and not self._follow(host, system, component, data):
+            return False
+        self._judge_link_by(component, autopilot=component == AUTOPILOT_COMPONENT)
+        return True
+
+    def _follow(self, host: int, system: int, component: int, data: bytes) -> bool:
+        """Return whether a mapped message of a system not followed so far is to be decoded.
+
+        While no system is flown, messages of other components than the autopilot wait.
+        """
+        if system >= FIRST_GROUND_SYSTEM:
+            return False
+        if self.system is None:
+            if component == AUTOPILOT_COMPONENT:
+                self._fly(system)
+                return True
+            if not self._undecided or host - self._undecided[0][0] <= _AUTOPILOT_TIMEOUT:
+                self._undecided.append((host, data))
+                return False
+            self.decide()
+        if system == self.system:
+            return True
+        self._log.add_once(
+            ("other-system", system, 0),
+            host,
+            f"another aircraft is on the link: messages of system {system} are ignored, because "
+            f"system {self.system} is flown; to fly system {system}, choose it on the LINK tile "
+            f"or write system = {system} in the channel map",
+            system=system,
+        )
+        return False
+
+    def _fly(self, system: int) -> None:
+        """Take a system for the flown aircraft, and decode what it has sent so far."""
+        self.system = system
+        undecided, self._undecided = self._undecided, []
+        for host, data in undecided:
+            self._decode(host, data)
+
+    def decide(self) -> None:
+        """Fly the first system that sends measurements: no autopilot was heard."""
+        if self._undecided:
+            data = self._undecided[0][1]
+            self._fly(data[5] if data[0] == 0xFD else data[3])
+
+    def _judge_link_by(self, component: int, *, autopilot: bool) -> None:
+        """Let the link be judged by the autopilot, or by the component that the map names."""
+        if self.system is None or self._autopilot_heard or (self._flown_heard and not autopilot):
+            return
+        self._flown_heard, self._autopilot_heard = True, autopilot
+        self._health.flown = self.system, self._map_component or component
+
+    def hear_unmapped(self, system: int, component: int, number: int, payload: bytes) -> None:
+        """Fly the system of an autopilot that is heard by a message without a channel."""
+        if system >= FIRST_GROUND_SYSTEM or not (
+            is_vehicle(component, payload)
+            if number == HEARTBEAT_ID
+            else component == AUTOPILOT_COMPONENT
+            and number not in RADIO_MESSAGES
+            and is_known(number)
+        ):
+            return
+        if self.system is None:
+            self._fly(system)
+        if system == self.system:
+            self._judge_link_by(component, autopilot=True)
+
+    def takes_from(self, component: int, route: MessageRoute) -> bool:
+        """Return whether a component is known to be the one that a route takes messages from."""
+        return component == self._components.get(route.stream)
+
+    def follow_component(self, host: int, system: int, component: int, route: MessageRoute) -> bool:
+        """Return whether a route takes messages from a component; the first one heard stays."""
+        chosen = self._components.setdefault(route.stream, self._map_component or component)
+        if component == chosen:
+            return True
+        self._log.add_once(
+            ("other-component", component, route.stream),
+            host,
+            f"{route.message} of component {component} is left out: it is taken from component "
+            f"{chosen}; write component = {component} in the map to take it from there",
+            system=system,
+            component=component,
+        )
+        return False
