@@ -230,7 +230,7 @@ class FlightController(QObject):
 
     def _follow_choice(self, session: Session) -> None:
         """Read the flight again where the crew chose another system, here or in another window."""
-        chosen = session.selected_system
+        chosen = session.system_selection.pending
         if chosen is not None and chosen != self._system:
             self._system = chosen
             self.message_posted.emit(

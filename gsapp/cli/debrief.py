@@ -124,7 +124,7 @@ def replay_to_end(
 def _debrief_of(session: Session) -> Debrief:
     from gsapp.foundation import FlightError
 
-    debrief = session.debrief()
+    debrief = session.crew_cues.debrief()
     if debrief is None:
         raise FlightError(f"{session.path} was replayed without cues; nothing was judged")
     return debrief

@@ -212,7 +212,7 @@ def _same_as_live(live: Session, replayed: Session) -> int:
         theirs = replayed.history.samples(channel_id, first, last)
         if not np.array_equal(ours, theirs, equal_nan=True):
             raise FlightError(f"'{channel_id}' differs between the live view and the replay")
-    told, again = live.debrief(), replayed.debrief()
+    told, again = live.crew_cues.debrief(), replayed.crew_cues.debrief()
     if told is not None and again is not None and told.cues_json() != again.cues_json():
         raise FlightError("the replay tells the crew something else than the live view did")
     formed, found = live.estimates, replayed.estimates

@@ -94,7 +94,7 @@ def print_summary(session: Session, console: Console, json: Path | None) -> None
     from gsapp.cli._json_output import format_json, is_stdout, write_json
 
     whole = session.flight()
-    debrief = session.debrief()
+    debrief = session.crew_cues.debrief()
     if json is not None:
         write_json(json, format_json(summary_json(session)))
     if not is_stdout(json):
@@ -133,7 +133,7 @@ def summary_json(session: Session) -> dict[str, Any]:
         sort_events((*whole.events, *alarm_events(session.alarm_registry)))
     )
     summary |= _link_json(session.link_report(), whole.duration)
-    debrief = session.debrief()
+    debrief = session.crew_cues.debrief()
     if debrief is not None:
         summary["cues"] = debrief.cues_json()
         summary["verdicts"] = [one.to_json() for one in debrief.maneuvers]

@@ -154,6 +154,15 @@ class AlarmLog:
             )
         )
 
+    def acknowledge_next(self, key: str | None, now: float | None, by: str) -> bool:
+        """Take note of an alarm, by default of the newest that waits; return if there was one."""
+        waiting = self._board.unacknowledged
+        alarm = next(iter(waiting), None) if key is None else self._board.get(key)
+        if alarm is None or alarm.acknowledged:
+            return False
+        self.acknowledge(alarm, now, by)
+        return True
+
     def write_equipment(self, now: float | None) -> None:
         """Write alarms that no record of samples can tell again, once for all windows.
 

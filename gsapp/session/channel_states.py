@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
 from typing import Literal
@@ -11,6 +11,7 @@ from gsapp.decoding.derived_channels import select_derivations
 from gsapp.decoding.health import LinkReport
 from gsapp.decoding.pipeline import ChannelSource
 from gsapp.session.alarms import AlarmRegistry
+from gsapp.session.flight_metadata import FlightMetadata
 from gsapp.session.limits import LimitSet, Severity
 from gsapp.session.sample_history import SampleHistory
 
@@ -104,42 +105,81 @@ def stale_timeout_by_message(report: LinkReport | None) -> Mapping[str, float]:
     return found
 
 
-def build_channel_state(
-    channel_id: str,
-    *,
-    history: SampleHistory,
-    sources: Mapping[str, ChannelSource],
-    limits: LimitSet,
-    board: AlarmRegistry,
-    now: float | None,
-    patience: float,
-) -> ChannelState:
-    """Return the state of one channel at flight time `now` (s), stale beyond `patience` (s)."""
-    source = sources.get(channel_id)
-    last = history.last(channel_id) if history.has(channel_id) else None
-    kind = "measured" if source is None else source.kind
-    calibrated = True if source is None else source.calibrated
-    origin = "" if source is None else source.source
-    if last is None or now is None:
+class ChannelStates:
+    """States of all channels of a session, and which message carries which channel."""
+
+    def __init__(
+        self,
+        metadata: FlightMetadata,
+        history: SampleHistory,
+        limits: LimitSet,
+        registry: AlarmRegistry,
+    ) -> None:
+        self.history = history
+        self.limits = limits
+        self.registry = registry
+        self._metadata = metadata
+        self._messages: dict[str, str | None] = {}
+
+    def message_of(self, channel_id: str) -> str | None:
+        """Return the message, with its selector, that carries a channel; None for derived ones."""
+        if channel_id not in self._messages:
+            self._messages[channel_id] = source_message(self._metadata.sources.get(channel_id))
+        return self._messages[channel_id]
+
+    def share_message(self, one: str, other: str) -> bool:
+        """Return whether two channels come in the same blocks."""
+        return self._metadata.is_read_whole or share_message(one, other, self._metadata.sources)
+
+    def stale_timeouts(self, channel_ids: Sequence[str]) -> dict[str, float]:
+        """Return after how many seconds without a sample each channel is stale."""
+        decoder = self._metadata.decoder
+        late = stale_timeout_by_message(None if decoder is None else decoder.health.report())
+        carriers = {name: self.message_of(name) or "" for name in channel_ids}
+        return {
+            name: late.get(message.partition("[")[0], DEFAULT_STALE_SECONDS)
+            for name, message in carriers.items()
+        }
+
+    def states(
+        self, channel_ids: Sequence[str] | None, now: float | None
+    ) -> dict[str, ChannelState]:
+        """Return the states at flight time `now` (s); by default of all that there can be."""
+        names = channel_ids
+        if names is None:
+            names = list(dict.fromkeys((*self._metadata.sources, *self.history.channels)))
+        patience = self.stale_timeouts(names)
+        return {name: self._state(name, now, patience[name]) for name in names}
+
+    def _state(self, channel_id: str, now: float | None, patience: float) -> ChannelState:
+        source = self._metadata.sources.get(channel_id)
+        last = self.history.last(channel_id) if self.history.has(channel_id) else None
+        kind = "measured" if source is None else source.kind
+        calibrated = True if source is None else source.calibrated
+        origin = "" if source is None else source.source
+        if last is None or now is None:
+            return ChannelState(
+                channel=channel_id,
+                freshness=Freshness.MISSING,
+                kind=kind,
+                calibrated=calibrated,
+                source=origin,
+            )
+        age = max(now - last[0], 0.0)
+        fresh = age <= patience
+        alarms = (
+            self.registry.severity(f"{channel_id}:low"),
+            self.registry.severity(f"{channel_id}:high"),
+        )
         return ChannelState(
             channel=channel_id,
-            freshness=Freshness.MISSING,
+            freshness=Freshness.FRESH if fresh else Freshness.STALE,
+            time=last[0],
+            value=last[1],
+            age=age,
+            severity=max(alarms) if fresh else Severity.NORMAL,
+            clipped=fresh and self.limits.is_clipped(channel_id, last[1]),
             kind=kind,
             calibrated=calibrated,
             source=origin,
         )
-    age = max(now - last[0], 0.0)
-    fresh = age <= patience
-    alarms = (board.severity(f"{channel_id}:low"), board.severity(f"{channel_id}:high"))
-    return ChannelState(
-        channel=channel_id,
-        freshness=Freshness.FRESH if fresh else Freshness.STALE,
-        time=last[0],
-        value=last[1],
-        age=age,
-        severity=max(alarms) if fresh else Severity.NORMAL,
-        clipped=fresh and limits.is_clipped(channel_id, last[1]),
-        kind=kind,
-        calibrated=calibrated,
-        source=origin,
-    )

@@ -6,12 +6,16 @@ import logging
 from collections.abc import Callable
 from typing import TypeVar
 
+from gsapp.foundation import GroundStationError
 from gsapp.quantities import Block
 from gsapp.session.alarms import AlarmRegistry
 from gsapp.session.consumer_scheduler import Consumer, SlowConsumer
 from gsapp.session.limits import Severity
 
 T = TypeVar("T")
+
+_RETRY_AFTER = 1.0
+"""Seconds after which what failed in a live flight is tried again."""
 
 log = logging.getLogger(__name__)
 
@@ -70,6 +74,37 @@ class FailureGuard:
     def reset(self) -> None:
         """Begin anew: the next step is done again."""
         self.failure = ""
+
+
+class RetriedSteps:
+    """Does steps of a live flight; one that fails is tried again after a while.
+
+    Attributes
+    ----------
+    failures : dict of str to str
+        What fails at present, in words, by the name of the step.
+    """
+
+    def __init__(self) -> None:
+        self.failures: dict[str, str] = {}
+        self._next_attempt: dict[str, float] = {}
+
+    def attempt(self, name: str, step: Callable[[], None], now: float) -> None:
+        """Do a step at clock time `now` (s), unless it failed a moment ago."""
+        if now < self._next_attempt.get(name, now):
+            return
+        try:
+            step()
+        except Exception as error:
+            self._next_attempt[name] = now + _RETRY_AFTER
+            words = str(error)
+            if not isinstance(error, GroundStationError):
+                words = f"a step of the program failed ({error!r}); the log has more"
+            if words != self.failures.get(name):
+                self.failures[name] = words
+                log.error("a live flight cannot be followed", exc_info=error)
+        else:
+            self.failures.pop(name, None)
 
 
 class GuardedConsumer:

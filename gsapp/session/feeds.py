@@ -25,6 +25,7 @@ from gsapp.session.consumer_scheduler import (
     GridSegments,
 )
 from gsapp.session.sample_history import SampleHistory
+from gsapp.session.snapshot import Playhead
 
 UNLIMITED_SPEED = math.inf
 MIN_REPLAY_SPEED, MAX_REPLAY_SPEED = 0.1, 50.0
@@ -303,6 +304,21 @@ class ReplayFeed:
         self.speed = speed
 
     # What the window shows
+
+    @property
+    def playhead(self) -> Playhead | None:
+        """Return where the replay is and how it runs; None before the first sample was read."""
+        if self.now is None or self.start is None or self.end is None:
+            return None
+        return Playhead(
+            time=self.now,
+            start=self.start,
+            end=self.end,
+            playing=self.playing,
+            speed=self.speed,
+            complete=self.complete,
+            at_end=self.at_end,
+        )
 
     @property
     def now(self) -> float | None:

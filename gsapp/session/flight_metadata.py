@@ -2,47 +2,47 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 
 from calibration import Certificate
 from gsapp.decoding.decoder import Decoder
 from gsapp.decoding.pipeline import ChannelSource
-from gsapp.flight.certificates import AppliedCertificates, calibration_remarks
+from gsapp.flight.certificates import (
+    AppliedCertificates,
+    calibration_remarks,
+    instruments_out_of_range,
+    uncalibrated_channels,
+)
 from gsapp.flight.events import Event, event_from_notice, sort_events
 from gsapp.flight.flight import Flight, FrameCounts
 from gsapp.flight.flight_loader import damaged_events_text
 from gsapp.flight.folder import FlightFolder
+from gsapp.flight.info import FlightInfo
 from gsapp.flight.onboard_log import OnboardLogState
 from gsapp.flight.uniform_grid import combine_on_grid
+from gsapp.foundation import FileProblemsError
 from gsapp.quantities import Block
 from gsapp.session.marks import MarkStore
-from gsapp.session.readers import RecordReader
+from gsapp.session.readers import FlightReader, RecordReader
 from gsapp.session.sample_history import SampleHistory
 from gsapp.session.session_flight import SessionFlight
 
+_INFO_EVERY = 1.0
+"""Seconds between looks at the flight card on the disk."""
+
 
 class FlightMetadata:
-    """What can be told of a flight beside its samples.
-
-    Parameters
-    ----------
-    opened : SessionFlight
-        The flight.
-    name : str
-        As the crew calls it.
-    history : SampleHistory
-        All samples so far.
-    book : MarkStore
-        Marks and notes.
-    """
+    """What can be told of a flight beside its samples."""
 
     def __init__(
         self, opened: SessionFlight, name: str, history: SampleHistory, book: MarkStore
     ) -> None:
         self._opened = opened
-        self._name = name
+        self.name = name
         self._history = history
         self._book = book
+        self._read_info = opened.poll(self._info_on_disk, _INFO_EVERY)
 
     @property
     def decoder(self) -> Decoder | None:
@@ -76,6 +76,25 @@ class FlightMetadata:
         )
 
     @property
+    def uncalibrated(self) -> tuple[str, ...]:
+        """Return the channels whose instruments give volts only, for want of a certificate."""
+        return uncalibrated_channels(self.sources)
+
+    @property
+    def out_of_calibrated_range(self) -> tuple[str, ...]:
+        """Return the instruments that now read beyond what they were calibrated for."""
+        return instruments_out_of_range(self.calibration, self.sources, self._latest_value)
+
+    def _latest_value(self, name: str) -> float:
+        last = self._history.last(name) if name in self._history.channels else None
+        return math.nan if last is None else last[1]
+
+    @property
+    def is_read_whole(self) -> bool:
+        """Return whether the flight was read whole, rather than decoded record by record."""
+        return isinstance(self._opened.reader, FlightReader)
+
+    @property
     def problem(self) -> str:
         """Return why nothing can be read, in words; empty where it can."""
         reader = self._opened.reader
@@ -101,6 +120,18 @@ class FlightMetadata:
             calibration_remarks(self.calibration, self.sources, block) if read_whole is None else ()
         )
         return (*lost, *read, *self._opened.setting.remarks, *whole, *said)
+
+    def info(self) -> FlightInfo | None:
+        """Return the flight card as it is now; None without one, or if it holds mistakes."""
+        loaded = self._opened.loaded_flight
+        return self._read_info() if loaded is None else loaded.info
+
+    def _info_on_disk(self) -> FlightInfo | None:
+        path = self._opened.path
+        try:
+            return FlightFolder(path=path).info() if path.is_dir() else None
+        except FileProblemsError:
+            return None
 
     def messages(self, until: float | None) -> tuple[Event, ...]:
         """Return what the vehicle said, and what was noticed about it, by time.
@@ -136,7 +167,7 @@ class FlightMetadata:
         torn = sum(each.location_count for each in damage) if path.is_file() else 0
         counted = self.sources if decoder is None else decoder.counted_sources()
         return Flight(
-            name=self._name,
+            name=self.name,
             path=path,
             block=block,
             sources={name: counted[name] for name in block.channels},

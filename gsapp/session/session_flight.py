@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TypeVar
 
 from gsapp.flight.flight import Flight
 from gsapp.flight.flight_loader import load_flight
@@ -19,6 +20,8 @@ from gsapp.session.readers import (
     create_tlog_reader,
 )
 from gsapp.session.session_setting import SessionOptions, SessionSetting, find_session_setting
+
+T = TypeVar("T")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -53,6 +56,10 @@ class SessionFlight:
     find_damage: Callable[[], Sequence[RawDamage]] = tuple
     has_grown: Callable[[], bool] = lambda: True
     worker: FileWorker | None = None
+
+    def poll(self, read: Callable[[], T], every: float) -> Callable[[], T]:
+        """Return what gives the newest of something on the disk, without waiting for it."""
+        return read if self.worker is None else self.worker.poll_periodically(read, every)
 
 
 def open_live_flight(folder: Path | str, options: SessionOptions) -> SessionFlight:

@@ -161,24 +161,24 @@ def test_the_flown_system_that_is_chosen_counts_everywhere(link: Link) -> None:
     chosen = link.send(7, 1, "aircraft")
     follow(session, lambda: len(report_of(session).vehicles) == 2)
     other_window = Session.follow(link.folder, cues=False)
-    assert session.selected_system is other_window.selected_system is None
+    assert session.system_selection.pending is other_window.system_selection.pending is None
     session.select_system(1)  # as it is: nothing is read again, and nobody asks which any more
-    assert session.selected_system is None
+    assert session.system_selection.pending is None
     assert report_of(session).is_system_selected
     # Each counts flight time by its own clock, 6 s apart.
     now = session.now
     assert now is not None
     span = session.mark("first seen", at=now - 0.5, end=now)
     session.select_system(7)
-    assert session.selected_system == 7
+    assert session.system_selection.pending == 7
     assert session.marks == (span,)
-    follow(other_window, lambda: other_window.selected_system == 7)
+    follow(other_window, lambda: other_window.system_selection.pending == 7)
     session.close()
     other_window.close()
 
     again = Session.follow(link.folder, cues=False)
     follow(again, lambda: again.snapshot().link.state == "ok" and again.history.has("phi"))
-    assert (again.snapshot().link.system, again.selected_system) == (7, None)
+    assert (again.snapshot().link.system, again.system_selection.pending) == (7, None)
     last = again.history.last("phi")
     assert last is not None
     assert last[1] == pytest.approx(0.7)

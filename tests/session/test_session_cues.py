@@ -59,7 +59,7 @@ def replayed(folder: FlightFolder, aircraft: Aircraft = AIRCRAFT, **options: obj
 
 
 def told(session: Session) -> tuple[object, ...]:
-    debrief = session.debrief()
+    debrief = session.crew_cues.debrief()
     assert debrief is not None
     return json.dumps([debrief.to_json(), debrief.cues_json()]), debrief.cards
 
@@ -90,10 +90,10 @@ def test_two_live_windows_and_the_replay_tell_the_same_and_keep_it_once(tmp_path
         assert cues is not None
         assert cues.verdict is not None
         assert (cues.verdict.card, cues.good_repeats, cues.requested_repeats) == ("E1", 1, 2)
-        assert [one.text for one in steady.spoken_cues] == [one.text for one in seldom.spoken_cues]
+        assert [one.text for one in steady.crew_cues.spoken] == [one.text for one in seldom.crew_cues.spoken]
         with opened(replayed(folder)) as again:
             assert told(again) == told(steady)
-            assert again.spoken_cues == steady.spoken_cues
+            assert again.crew_cues.spoken == steady.crew_cues.spoken
             assert again.alarm_registry.onsets == steady.alarm_registry.onsets
             assert again.alarm_registry.onsets == seldom.alarm_registry.onsets
     assert verdicts_kept(folder) == [("good", "M1")]
@@ -106,7 +106,7 @@ def test_a_card_chosen_in_flight_is_kept_and_counts_in_the_replay(tmp_path: Path
     with opened(follow(folder, _UNMODELED)) as live:
         record.write(700)
         live.update(5.0)
-        live.select_card("E2")
+        live.crew_cues.select_card("E2")
         record.write()
         record.close()
         live.update(5.0)
@@ -141,7 +141,7 @@ def test_a_danger_is_an_alarm_and_said_until_it_is_over(tmp_path: Path) -> None:
         assert alarm.active
         assert alarm.message == stuck[0].text
         assert stuck[0].spoken_text.split(" ")[0] in " ".join(
-            one.text for one in session.spoken_cues
+            one.text for one in session.crew_cues.spoken
         )
 
 
@@ -153,7 +153,7 @@ def test_bad_cards_do_not_keep_a_flight_from_being_watched(tmp_path: Path) -> No
     record.write(300)
     record.close()
     with opened(replayed(folder)) as session:
-        assert session.cards is None
+        assert session.crew_cues.cards is None
         (said,) = (words for words in session.remarks if "test cards are not used" in words)
         assert "cards.toml" in said
         assert session.cues is not None
@@ -165,13 +165,13 @@ def test_cards_of_a_live_flight_are_kept_if_it_had_none(tmp_path: Path) -> None:
     folder = folder_with(tmp_path, None)
     Record(folder.path, flown()).close()
     with opened(replayed(folder)) as session:
-        session.set_cards(CARDS)
-        assert session.cards == CARDS
+        session.crew_cues.set_cards(CARDS)
+        assert session.crew_cues.cards == CARDS
         assert not folder.cards_file.exists()
     with opened(follow(folder)) as session:
-        session.set_cards(CARDS)
-        session.set_cards(_TWO)
-        assert session.cards == _TWO
+        session.crew_cues.set_cards(CARDS)
+        session.crew_cues.set_cards(_TWO)
+        assert session.crew_cues.cards == _TWO
     assert folder.cards() == CARDS
 
 
@@ -183,11 +183,11 @@ def test_cues_can_be_switched_off(tmp_path: Path) -> None:
     record.close()
     with opened(replayed(folder, cues=False)) as session:
         assert session.cues is None
-        assert session.debrief() is None
-        assert session.spoken_cues == ()
-        assert session.cards is None
-        session.select_card("E1")
-        session.set_cards(CARDS)
+        assert session.crew_cues.debrief() is None
+        assert session.crew_cues.spoken == ()
+        assert session.crew_cues.cards is None
+        session.crew_cues.select_card("E1")
+        session.crew_cues.set_cards(CARDS)
 
 
 def test_trouble_with_the_equipment_is_said_once_and_stands_among_the_dangers(
@@ -208,7 +208,7 @@ def test_trouble_with_the_equipment_is_said_once_and_stands_among_the_dangers(
             watch.check_equipment()
         assert session.cues is not None
         assert [danger.key for danger in session.cues.alerts] == ["link", "disk"]
-        said = [one for one in session.spoken_cues if one.tone in ("warning", "caution")]
+        said = [one for one in session.crew_cues.spoken if one.tone in ("warning", "caution")]
         assert [(one.text, one.priority) for one in said] == [
             ("telemetry lost", "warning"), ("disk nearly full", "prompt"),
         ]  # fmt: skip
@@ -217,7 +217,7 @@ def test_trouble_with_the_equipment_is_said_once_and_stands_among_the_dangers(
         assert [danger.key for danger in session.cues.alerts] == ["disk"]
         session.alarm_registry.raise_("link", Severity.WARNING, 9.0, "the aircraft is silent")
         watch.check_equipment()
-        assert session.spoken_cues[-1].text == "telemetry lost"
+        assert session.crew_cues.spoken[-1].text == "telemetry lost"
 
 
 def test_what_the_page_asks_for_costs_no_work_on_files(tmp_path: Path) -> None:
@@ -230,8 +230,8 @@ def test_what_the_page_asks_for_costs_no_work_on_files(tmp_path: Path) -> None:
         shutil.rmtree(folder.path)
         for _ in range(5):
             assert session.cues is not None
-            assert session.cards == CARDS
-            assert session.debrief() is not None
+            assert session.crew_cues.cards == CARDS
+            assert session.crew_cues.debrief() is not None
 
 
 def test_a_fault_in_a_cue_stops_neither_charts_nor_alarms(
@@ -298,12 +298,12 @@ def test_what_reads_beyond_its_calibration_is_said(
         cues = session.cues
         assert cues is not None
         assert not [words for words in cues.limitations if "beyond calibration" in words]
-        used = dict(session.certificates)
+        used = dict(session.metadata.certificates)
         # Of the whole range only the two degrees next to its lower end were calibrated.
         low, _ = used["alpha"].range
         used["alpha"] = replace(used["alpha"], range=(low, low + 0.1))
-        monkeypatch.setattr(Session, "calibration", AppliedCertificates(applied=used))
-        assert session.out_of_calibrated_range == ("alpha",)
+        monkeypatch.setattr(FlightMetadata, "calibration", AppliedCertificates(applied=used))
+        assert session.metadata.out_of_calibrated_range == ("alpha",)
         cues = session.cues
         assert cues is not None
         assert cues.limitations[0] == "beyond calibration, so less certain: Angle of attack"

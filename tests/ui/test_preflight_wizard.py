@@ -648,7 +648,7 @@ def test_practice_runs_over_a_real_link_and_comes_in_force_live(
         qtbot.keyClick(QApplication.focusWidget() or window, key, modifier)
 
     def calibrated() -> bool:
-        return desk.session is not None and "elevator_left" in desk.session.certificates
+        return desk.session is not None and "elevator_left" in desk.session.metadata.certificates
 
     try:
         qtbot.keyClick(window, KEY.Key_F1)

@@ -62,25 +62,25 @@ class FlightCues:
     def spoken_cues(self) -> Sequence[Announcement]:
         """Return what is to be heard, all of the flight so far."""
         session = self._desk.session
-        return () if session is None else session.spoken_cues
+        return () if session is None else session.crew_cues.spoken
 
     @property
     def cards(self) -> CardSet | None:
         """Return the test cards of the flight."""
         session = self._desk.session
-        return None if session is None else session.cards
+        return None if session is None else session.crew_cues.cards
 
     def debrief(self) -> Debrief | None:
         """Return every input judged so far; None without a flight, or where it gives no cues."""
         session = self._desk.session
-        return None if session is None else session.debrief()
+        return None if session is None else session.crew_cues.debrief()
 
     def set_units(self, units: str) -> None:
         """Have the cues of the open flight said in these units, ``US`` or ``SI``."""
         if self._desk.session is not None:
-            self._desk.session.set_units(units)
+            self._desk.session.crew_cues.set_units(units)
 
     def select_card(self, card_id: str) -> None:
         """Have a card flown until it is done; an empty one lets the program choose."""
         if self._desk.session is not None:
-            self._desk.session.select_card(card_id)
+            self._desk.session.crew_cues.select_card(card_id)

@@ -105,8 +105,8 @@ class TrainingFlight(QObject):
     def _launch(self, folder: Path, port: int) -> TrainingProcess:
         """Let it fly, for its own cards where the crew has prepared none."""
         session = self._desk.session
-        if session is not None and session.cards is None:
-            session.set_cards(load_cards(VIRTUAL_AIRCRAFT))
+        if session is not None and session.crew_cues.cards is None:
+            session.crew_cues.set_cards(load_cards(VIRTUAL_AIRCRAFT))
         return TrainingProcess(folder, port, seed=self.seed, turbulence=self.turbulence)
 
     def _began_or_ended(self) -> None:

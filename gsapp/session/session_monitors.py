@@ -1,0 +1,139 @@
+"""The consumers of a session's samples: alarms, cues, estimates and landing."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING
+
+from gsapp.session.alarm_monitor import AlarmMonitor
+from gsapp.session.alarms import AlarmRegistry
+from gsapp.session.channel_states import ChannelStates
+from gsapp.session.cue_monitor import CueMonitor
+from gsapp.session.failure_guard import FailureGuard, GuardedConsumer
+from gsapp.session.landing_monitor import LandingMonitor
+from gsapp.session.limits import Severity
+from gsapp.session.marks import MarkStore
+from gsapp.session.session_setting import SessionOptions, SessionSetting
+
+if TYPE_CHECKING:
+    from gsapp.excitation.doublets.verdict import InputVerdict
+    from gsapp.flight.info import FlightInfo
+    from gsapp.session.consumer_scheduler import Consumer
+    from gsapp.session.live_estimation.estimate_monitor import EstimateMonitor
+
+_LIMITS = "limits and missing messages are watched no more"
+_ESTIMATES = "there are no estimates any more"
+_LANDING = "the landing is not recognized"
+_FURTHER = "not everything that watches the samples works"
+
+
+class SessionMonitors:
+    """Makes the consumers of a session, and holds them.
+
+    Parameters
+    ----------
+    now : callable
+        Flight time, s.
+    info : callable
+        The flight card as it is now.
+    read_events : callable
+        Takes in what all windows wrote.
+
+    Attributes
+    ----------
+    consumers : list of Consumer
+        All, in the order in which they are fed. In a live flight none of them may hold up the
+        others.
+    urgent : list of Consumer
+        Those that find what the crew is told at once.
+    alarms_ahead : AlarmMonitor or None
+        In a replay, over the whole record as it is read.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        setting: SessionSetting,
+        options: SessionOptions,
+        states: ChannelStates,
+        marks: MarkStore,
+        *,
+        live: bool,
+        alarms_ahead: AlarmRegistry | None,
+        now: Callable[[], float | None],
+        info: Callable[[], FlightInfo | None],
+        read_events: Callable[[], None],
+        on_ground: Callable[[float], bool | None],
+    ) -> None:
+        self._registry = states.registry
+        self._live = live
+        self._now = now
+        history = states.history
+
+        def alarm_monitor(registry: AlarmRegistry) -> AlarmMonitor:
+            return AlarmMonitor(
+                registry, states.limits, history.rate, states.message_of, states.share_message
+            )
+
+        self.alarms = alarm_monitor(self._registry)
+        self.alarms_ahead = None if alarms_ahead is None else alarm_monitor(alarms_ahead)
+        self.cues: CueMonitor | None = None
+        if options.get("cues", True):
+            from gsapp.excitation.cueing import CueGenerator  # the window starts without it
+
+            cueing = CueGenerator(
+                setting.aircraft,
+                setting.model,
+                history.rate,
+                cards=setting.cards,
+                fence=setting.fence,
+                system=options.get("system", "US"),
+            )
+            self.cues = CueMonitor(cueing, self._registry, marks, read_events, live=live)
+        self.estimates: EstimateMonitor | None = None
+        workers = options.get("workers")
+        if workers is not None and setting.aircraft is not None:
+            from gsapp.session.live_estimation import estimate_monitor  # as above
+
+            self.estimates = estimate_monitor.EstimateMonitor(
+                setting.aircraft, setting.model, history, info, name, self._verdicts, workers
+            )
+        self.landing = LandingMonitor(setting.aircraft, history.rate, on_ground)
+        self.consumers = self._all(options.get("consumers", ()))
+        self.urgent = self.consumers[: 1 if self.cues is None else 2]
+
+    def _all(self, further: Sequence[Consumer]) -> list[Consumer]:
+        found = [self._guarded(self.alarms, _LIMITS, Severity.WARNING)]
+        if self.cues is not None:
+            found.append(self.cues)  # on its own guard, in a replay too
+        if self.estimates is not None:
+            found.append(self._guarded(self.estimates, _ESTIMATES))
+        if self._live:
+            found.append(self._guarded(self.landing, _LANDING))
+        return [*found, *(self._guarded(one, _FURTHER) for one in further)]
+
+    def _guarded(
+        self, consumer: Consumer, what: str, severity: Severity = Severity.CAUTION
+    ) -> Consumer:
+        if not self._live:
+            return consumer
+        key = f"failed:{type(consumer).__name__}"
+        return GuardedConsumer(
+            consumer, FailureGuard(key, what, severity, self._registry, self._now)
+        )
+
+    def _verdicts(self) -> Sequence[InputVerdict]:
+        return () if self.cues is None else self.cues.cueing.verdicts
+
+    def reload_limits(self, channel_id: str) -> None:
+        """Take other limits for a channel."""
+        for monitor in (self.alarms, self.alarms_ahead):
+            if monitor is not None:
+                monitor.reload_limits(channel_id)
+
+    def finish(self, *, wait: bool) -> None:
+        """Judge the very last rows of a flight that is over."""
+        if self.cues is not None:
+            self.cues.finish()
+        if self.estimates is not None:
+            self.estimates.finish(wait=wait)
