@@ -23,6 +23,7 @@ from gsapp.flight.folder import FlightFolder
 from gsapp.quantities import Block
 from gsapp.session import UNLIMITED_SPEED, Session, Severity
 from gsapp.session.cue_monitor import VERDICT_EVENT
+from gsapp.session.flight_metadata import FlightMetadata
 from gsapp.session.replay_runner import run_replay
 from tests.excitation.cue_kit import AIRCRAFT, CARDS, Record, card, flown
 
@@ -90,7 +91,9 @@ def test_two_live_windows_and_the_replay_tell_the_same_and_keep_it_once(tmp_path
         assert cues is not None
         assert cues.verdict is not None
         assert (cues.verdict.card, cues.good_repeats, cues.requested_repeats) == ("E1", 1, 2)
-        assert [one.text for one in steady.crew_cues.spoken] == [one.text for one in seldom.crew_cues.spoken]
+        assert [one.text for one in steady.crew_cues.spoken] == [
+            one.text for one in seldom.crew_cues.spoken
+        ]
         with opened(replayed(folder)) as again:
             assert told(again) == told(steady)
             assert again.crew_cues.spoken == steady.crew_cues.spoken
