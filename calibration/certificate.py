@@ -25,61 +25,42 @@ _ROUNDING = 1e-6
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Certificate:
-    """How the volts of one instrument become a channel.
-
-    Attributes
-    ----------
-    channel : str
-        Id in the vocabulary, such as ``elevator_left``.
-    unit : str
-        Unit of `points`, `coefficients`, `hysteresis`, `rms_residual`, `max_residual`.
-    coefficients : tuple of float
-        Ascending powers of volts; degree 1 to 3.
-    range : tuple of float
-        Lowest and highest voltage covered, V.
-    points : tuple of CalibrationPoint
-        The readings.
-    hysteresis, rms_residual, max_residual : float
-        As in `calibration.polynomial_fit.PolynomialFit`.
-    excitation_voltage : float or None
-        Supply of the instrument while it was calibrated, V.
-    ratiometric : bool
-        Whether its volts follow the supply, as a potentiometer's do. A supply measured in flight
-        then corrects them.
-    who : str
-        Who took the readings.
-    stamp : datetime
-        When, to the second.
-    temperature : float or None
-        Of the surroundings, K.
-    instrument, notes : str
-        What was calibrated, and what is to be known about it.
-    quality : CalibrationQuality or None
-        How good it is; None in files written before that was kept.
-    si_coefficients : tuple of float
-        As `coefficients`, to the SI unit of the channel.
-    end_slopes : tuple of float
-        Slope of the curve at either end of `range`, SI per V.
-    """
+    """How the volts of one instrument become a channel."""
 
     channel: str
+    """Id in the vocabulary, such as ``elevator_left``."""
     unit: str
+    """Unit of `points`, `coefficients`, `hysteresis`, `rms_residual`, `max_residual`."""
     coefficients: tuple[float, ...]
+    """Ascending powers of volts; degree 1 to 3."""
     range: tuple[float, float]
+    """Lowest and highest voltage covered, V."""
     who: str
+    """Who took the readings."""
     stamp: datetime
+    """When, to the second."""
     points: tuple[CalibrationPoint, ...] = ()
+    """The readings."""
     hysteresis: float = 0.0
     rms_residual: float = 0.0
     max_residual: float = 0.0
+    """As in `calibration.polynomial_fit.PolynomialFit`."""
     excitation_voltage: float | None = None
+    """Supply of the instrument while it was calibrated, V."""
     ratiometric: bool = False
+    """Whether its volts follow the supply, as a potentiometer's do. A supply measured in flight
+    then corrects them."""
     temperature: float | None = None
+    """Of the surroundings, K."""
     instrument: str = ""
     notes: str = ""
+    """What was calibrated, and what is to be known about it."""
     quality: CalibrationQuality | None = None
+    """How good it is; None in files written before that was kept."""
     si_coefficients: tuple[float, ...] = field(init=False)
+    """As `coefficients`, to the SI unit of the channel."""
     end_slopes: tuple[float, float] = field(init=False)
+    """Slope of the curve at either end of `range`, SI per V."""
 
     def __post_init__(self) -> None:
         key = channel(self.channel).quantity

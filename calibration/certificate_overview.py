@@ -25,26 +25,17 @@ _IN_FORCE = "in_force"
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class CertificateStatus:
-    """A certificate in force.
-
-    Attributes
-    ----------
-    certificate : Certificate
-    file : Path
-        Where it was read from.
-    quality : CalibrationQuality or None
-        Its own, or told anew by its points; None where they do not suffice.
-    former : Certificate or None
-        The one before, where it is known.
-    drift : Drift or None
-        How far the instrument moved since; None where the two cannot be compared.
-    """
+    """A certificate in force."""
 
     certificate: Certificate
     file: Path
+    """Where it was read from."""
     quality: CalibrationQuality | None
+    """Its own, or told anew by its points; None where they do not suffice."""
     former: Certificate | None
+    """The one before, where it is known."""
     drift: Drift | None
+    """How far the instrument moved since; None where the two cannot be compared."""
 
     def age(self, now: datetime) -> timedelta:
         """Return how long ago it was made; `now` is the field's local time, as the stamp is."""
@@ -54,18 +45,12 @@ class CertificateStatus:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class CertificateOverview:
-    """What a folder holds.
-
-    Attributes
-    ----------
-    in_force : tuple of CertificateStatus
-        Those in force, by file name.
-    skipped : tuple of SkippedChannel
-        Channels that were left uncalibrated on purpose, by name.
-    """
+    """What a folder holds."""
 
     in_force: tuple[CertificateStatus, ...]
+    """Those in force, by file name."""
     skipped: tuple[SkippedChannel, ...] = ()
+    """Channels that were left uncalibrated on purpose, by name."""
 
 
 def evaluate_certificate(
@@ -75,7 +60,6 @@ def evaluate_certificate(
 
     Parameters
     ----------
-    certificate : Certificate
     file : Path
         Where it stands.
     former : Certificate, optional

@@ -51,22 +51,15 @@ _STAMP = "%Y-%m-%dT%H%M%S"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SkippedChannel:
-    """Why a channel is uncalibrated.
-
-    Attributes
-    ----------
-    channel : str
-        Channel id.
-    reason, who : str
-        In words.
-    stamp : datetime
-        When, to the second.
-    """
+    """Why a channel is uncalibrated."""
 
     channel: str
+    """Channel id."""
     reason: str
     who: str
+    """In words."""
     stamp: datetime
+    """When, to the second."""
 
 
 class _SkippedFile(StrictModel):
@@ -85,11 +78,6 @@ class CertificateStore:
         Of all aircraft; made when needed.
     aircraft : str
         Name of the aircraft.
-
-    Attributes
-    ----------
-    aircraft : str
-        As given.
     """
 
     def __init__(self, folder: Path, aircraft: str) -> None:
@@ -181,8 +169,6 @@ class CertificateStore:
 
         Parameters
         ----------
-        channel_id : str
-            Channel id.
         stamp : datetime, optional
             Withdraw only what carries this stamp: asking twice then withdraws once.
 

@@ -12,30 +12,20 @@ from gsapp.foundation import StrictModel, read_toml, write_toml
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CheckRecord:
-    """A check of one instrument.
-
-    Attributes
-    ----------
-    channel : str
-        Channel id.
-    who : str
-        Took the readings.
-    stamp : datetime
-        When.
-    certificate : datetime
-        Stamp of the certificate that was checked.
-    unit : str
-        Of the result.
-    result : CheckResult
-        What was found.
-    """
+    """A check of one instrument."""
 
     channel: str
+    """Channel id."""
     who: str
+    """Took the readings."""
     stamp: datetime
+    """When."""
     certificate: datetime
+    """Stamp of the certificate that was checked."""
     unit: str
+    """Of the result."""
     result: CheckResult
+    """What was found."""
 
 
 class _ResultTable(StrictModel):

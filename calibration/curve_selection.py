@@ -115,10 +115,6 @@ def create_certificate(
         The points that it was drawn through.
     channel_id, unit, who, stamp, excitation_voltage, ratiometric, temperature, instrument, notes
         As in `Certificate`.
-
-    Returns
-    -------
-    Certificate
     """
     volts = [point.volts for point in points]
     return Certificate(

@@ -24,60 +24,41 @@ _CHANCE = 0.01
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Drift:
-    """How far an instrument has moved from a former certificate.
-
-    Attributes
-    ----------
-    zero : float
-        Value now minus value by the former certificate, at zero (or at the middle of the range,
-        where zero is not in it), in the unit of the certificate.
-    zero_uncertainty : float
-        95 % half width.
-    slope : float
-        Relative: 0.01 where the value now changes by 1 % more for the same volts.
-    slope_uncertainty : float
-        95 % half width.
-    significant : bool
-        Whether zero or slope moved by more than points taken like these explain (99 %).
-    sentence : str
-        For the person at the screen.
-    """
+    """How far an instrument has moved from a former certificate."""
 
     zero: float
+    """Value now minus value by the former certificate, at zero (or at the middle of the range,
+    where zero is not in it), in the unit of the certificate."""
     zero_uncertainty: float
+    """95 % half width."""
     slope: float
+    """Relative: 0.01 where the value now changes by 1 % more for the same volts."""
     slope_uncertainty: float
+    """95 % half width."""
     significant: bool
+    """Whether zero or slope moved by more than points taken like these explain (99 %)."""
     sentence: str
+    """For the person at the screen."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CheckResult:
-    """What a few points say of the certificate in force.
-
-    Attributes
-    ----------
-    zero, zero_uncertainty, slope, slope_uncertainty : float
-        As in `Drift`.
-    largest : float
-        Largest distance of a point from the certificate, its branch allowed for, in the unit.
-    off : tuple of float
-        How far each point lies off the certificate, its branch allowed for, in the unit and in
-        their order.
-    passed : bool
-        Whether the certificate still holds.
-    sentence : str
-        For the person at the screen.
-    """
+    """What a few points say of the certificate in force."""
 
     zero: float
     zero_uncertainty: float
     slope: float
     slope_uncertainty: float
+    """As in `Drift`."""
     largest: float
+    """Largest distance of a point from the certificate, its branch allowed for, in the unit."""
     off: tuple[float, ...]
+    """How far each point lies off the certificate, its branch allowed for, in the unit and in their
+    order."""
     passed: bool
+    """Whether the certificate still holds."""
     sentence: str
+    """For the person at the screen."""
 
 
 def compute_drift(new: Certificate, former: Certificate) -> Drift:
@@ -89,10 +70,6 @@ def compute_drift(new: Certificate, former: Certificate) -> Drift:
         With its points.
     former : Certificate
         Of the same channel. Its uncertainty counts where it holds its points.
-
-    Returns
-    -------
-    Drift
 
     Raises
     ------
@@ -130,10 +107,6 @@ def check_certificate(certificate: Certificate, points: Sequence[CalibrationPoin
         In force.
     points : sequence of CalibrationPoint
         In its unit, volts referred to its supply; at two settings or more.
-
-    Returns
-    -------
-    CheckResult
 
     Raises
     ------

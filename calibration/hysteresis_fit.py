@@ -34,27 +34,19 @@ PRIOR_DEGREES_OF_FREEDOM = 4.0
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class CalibrationReadings:
-    """Points as arrays, with the branch of each.
-
-    Attributes
-    ----------
-    volts, values : ndarray, shape (n,)
-    side : ndarray, shape (n,)
-        s: +1 upward branch, -1 downward, 0 where it cannot be told.
-    settings : ndarray of int, shape (n,)
-        Number of the setting of each point; settings ascend.
-    two_sided : bool
-        Whether both branches were measured, so that h can be found.
-    noise : float
-        Standard deviation of single samples, V, over the points where it was noted; 0 otherwise.
-    """
+    """Points as arrays, with the branch of each."""
 
     volts: FloatArray
     values: FloatArray
+    """Shape (n,)."""
     side: FloatArray
+    """Shape (n,). s: +1 upward branch, -1 downward, 0 where it cannot be told."""
     settings: FloatArray
+    """Shape (n,). Number of the setting of each point; settings ascend."""
     two_sided: bool
+    """Whether both branches were measured, so that h can be found."""
     noise: float = 0.0
+    """Standard deviation of single samples, V, over the points where it was noted; 0 otherwise."""
 
     @classmethod
     def from_points(cls, points: Sequence[CalibrationPoint]) -> CalibrationReadings:
@@ -154,37 +146,26 @@ def cluster_settings(values: FloatArray, sweep: int) -> FloatArray:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class HysteresisFit:
-    """A curve midway between the branches, and their distance.
-
-    Attributes
-    ----------
-    degree : int
-    center, half_range : float
-        Of the voltages, V: the curve is a polynomial of x = (volts - middle) / half.
-    parameters : ndarray, shape (degree + 1,) or (degree + 2,)
-        Coefficients of x, ascending; then h where both branches were measured.
-    covariance : ndarray, shape (m, m)
-        Of the parameters, for points that scatter by 1.
-    scatter : float
-        Standard deviation of one setting about its branch, in the unit of the values; NaN where
-        the points leave no freedom to tell.
-    degrees_of_freedom : float
-        Degrees of freedom behind `scatter`.
-    weights : ndarray, shape (n,)
-        Of the points; 1 for those on a known branch.
-    residuals : ndarray, shape (n,)
-        Value minus curve, where the branch is known minus s h / 2, too.
-    """
+    """A curve midway between the branches, and their distance."""
 
     degree: int
     center: float
     half_range: float
+    """Of the voltages, V: the curve is a polynomial of x = (volts - middle) / half."""
     parameters: FloatArray
+    """Shape (degree + 1,) or (degree + 2,). Coefficients of x, ascending; then h where both
+    branches were measured."""
     covariance: FloatArray
+    """Shape (m, m). Of the parameters, for points that scatter by 1."""
     scatter: float
+    """Standard deviation of one setting about its branch, in the unit of the values; NaN where the
+    points leave no freedom to tell."""
     degrees_of_freedom: float
+    """Degrees of freedom behind `scatter`."""
     weights: FloatArray
+    """Shape (n,). Of the points; 1 for those on a known branch."""
     residuals: FloatArray
+    """Shape (n,). Value minus curve, where the branch is known minus s h / 2, too."""
 
     def spend_degree_of_freedom(self) -> HysteresisFit:
         """Return the same curve with one freedom spent: on choosing it among others."""
@@ -250,10 +231,6 @@ def fit_with_hysteresis(
     setting_error : float, optional
         Standard deviation of one setting as known beforehand, in the unit of the values; counts
         as much as four points.
-
-    Returns
-    -------
-    HysteresisFit
     """
     low, high = float(readings.volts.min()), float(readings.volts.max())
     middle, half = 0.5 * (low + high), 0.5 * (high - low) or 1.0

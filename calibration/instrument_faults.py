@@ -32,23 +32,14 @@ MIN_FAULT_SAMPLES = 8
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class InstrumentFault:
-    """One fault of one instrument.
-
-    Attributes
-    ----------
-    kind : {"dead", "noisy", "clipped", "swapped", "reversed"}
-    channel : str
-        Of the instrument at fault.
-    swapped_with : str
-        The channel that followed in its place, where swapped.
-    sentence : str
-        What was seen, and what to do.
-    """
+    """One fault of one instrument."""
 
     kind: FaultKind
     channel: str
     swapped_with: str = ""
+    """The channel that followed in its place, where swapped."""
     sentence: str = ""
+    """What was seen, and what to do."""
 
 
 def find_faults(
@@ -151,30 +142,20 @@ def _find_responding_channel(moved: str, volts: Mapping[str, FloatArray]) -> str
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Movement:
-    """How the volts of one channel moved.
-
-    Attributes
-    ----------
-    excursion : float
-        Between the lowest and the highest running median, V, beyond what noise explains.
-    change : float
-        From the first tenth of the samples to the last, V.
-    noise : float
-        Standard deviation from one sample to the next, V; what is lost at times counts in full.
-    clipped : float
-        Share of samples at an end of the converter.
-    middle : float
-        Median, V.
-    end : float
-        The volts farthest from the middle of the converter.
-    """
+    """How the volts of one channel moved."""
 
     excursion: float
+    """Between the lowest and the highest running median, V, beyond what noise explains."""
     change: float
+    """From the first tenth of the samples to the last, V."""
     noise: float
+    """Standard deviation from one sample to the next, V; what is lost at times counts in full."""
     clipped: float
+    """Share of samples at an end of the converter."""
     middle: float
+    """Median, V."""
     end: float
+    """The volts farthest from the middle of the converter."""
 
     @classmethod
     def of(cls, samples: FloatArray) -> _Movement:

@@ -67,57 +67,39 @@ _CHECKED = 3
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class InstrumentPlan:
-    """How one instrument is calibrated.
-
-    Attributes
-    ----------
-    channel : str
-        Channel id; its volts are ``<channel>_volts``.
-    title : str
-        As the crew calls it.
-    kind : {"surface", "vane", "gyro", "accelerometer", "pressure"}
-        Which steps it takes.
-    unit : str
-        Of settings, travel and certificate.
-    settings : tuple of float
-        Angles at the protractor, ascending, `unit`; taken up, then down. Empty for instruments
-        that are not set by hand.
-    check_settings : tuple of float
-        The three of the short check, ascending, `unit`.
-    travel : tuple of float or None
-        Least and greatest value it reaches on the aircraft, `unit`.
-    positive, negative : str
-        What a positive and a negative value look like, such as ``trailing edge down``.
-    partner : str
-        Channel on the other side of the aircraft; empty where there is none.
-    sign_with_partner : int
-        +1 where both values have the same sign when both are driven together, else -1.
-    ratiometric : bool
-        Whether its volts follow the supply.
-    view : {"side", "above"}
-        From where the aircraft is drawn so that the movement is seen.
-    turn : float or None
-        Of a gyro: angle of the turntable, there and back, deg. None leaves the scale unchecked.
-    setting_error : float or None
-        Standard deviation of one setting as known beforehand, `unit`: a protractor read to half a
-        degree is off by 0.15 deg. None leaves it to the points.
-    """
+    """How one instrument is calibrated."""
 
     channel: str
+    """Channel id; its volts are ``<channel>_volts``."""
     title: str
+    """As the crew calls it."""
     kind: InstrumentKind
+    """Which steps it takes."""
     unit: str
+    """Of settings, travel and certificate."""
     settings: tuple[float, ...] = ()
+    """Angles at the protractor, ascending, `unit`; taken up, then down. Empty for instruments that
+    are not set by hand."""
     check_settings: tuple[float, ...] = ()
+    """The three of the short check, ascending, `unit`."""
     travel: tuple[float, float] | None = None
+    """Least and greatest value it reaches on the aircraft, `unit`."""
     positive: str = ""
     negative: str = ""
+    """What a positive and a negative value look like, such as ``trailing edge down``."""
     partner: str = ""
+    """Channel on the other side of the aircraft; empty where there is none."""
     sign_with_partner: int = 1
+    """+1 where both values have the same sign when both are driven together, else -1."""
     ratiometric: bool = False
+    """Whether its volts follow the supply."""
     view: AircraftView = "side"
+    """From where the aircraft is drawn so that the movement is seen."""
     turn: float | None = None
+    """Of a gyro: angle of the turntable, there and back, deg. None leaves the scale unchecked."""
     setting_error: float | None = None
+    """Standard deviation of one setting as known beforehand, `unit`: a protractor read to half a
+    degree is off by 0.15 deg. None leaves it to the points."""
 
     @property
     def is_angle_sensor(self) -> bool:
@@ -139,22 +121,15 @@ class InstrumentPlan:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CalibrationPlan:
-    """The instruments of an aircraft in the order in which they are calibrated.
-
-    Attributes
-    ----------
-    name : str
-        Of the aircraft.
-    instruments : tuple of InstrumentPlan
-        In order.
-    nominal : str
-        Folder or shipped set of certificates: the factory's figures, and the way each instrument
-        is mounted. What is measured is held against it where nothing better is known.
-    """
+    """The instruments of an aircraft in the order in which they are calibrated."""
 
     name: str
+    """Of the aircraft."""
     instruments: tuple[InstrumentPlan, ...]
+    """In order."""
     nominal: str = ""
+    """Folder or shipped set of certificates: the factory's figures, and the way each instrument is
+    mounted. What is measured is held against it where nothing better is known."""
 
     def __getitem__(self, channel_id: str) -> InstrumentPlan:
         """Return the plan of one channel.

@@ -26,22 +26,14 @@ class CalibrationError(GroundStationError, ValueError):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CalibrationPoint:
-    """One reading taken while calibrating.
-
-    Attributes
-    ----------
-    volts : float
-        Voltage read, V.
-    value : float
-        What the instrument was set to, in the unit of the certificate.
-    direction : {"up", "down", "single"}
-        ``up`` where the value was increasing as it was reached, ``down`` where it was decreasing;
-        ``single`` where it was not noted.
-    noise : float
-        Standard deviation of single samples meanwhile, V; 0 where it was not noted.
-    """
+    """One reading taken while calibrating."""
 
     volts: float
+    """Voltage read, V."""
     value: float
+    """What the instrument was set to, in the unit of the certificate."""
     direction: Direction = "single"
+    """``up`` where the value was increasing as it was reached, ``down`` where it was decreasing;
+    ``single`` where it was not noted."""
     noise: float = 0.0
+    """Standard deviation of single samples meanwhile, V; 0 where it was not noted."""

@@ -32,24 +32,16 @@ _DIRECTIONS: dict[str, Direction] = {
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PointsFile:
-    """What a file of points holds.
-
-    Attributes
-    ----------
-    unit : str
-        Of the values.
-    points : tuple of CalibrationPoint
-        In the order of the file, volts referred to `excitation` where it was measured.
-    lines : tuple of int
-        Where each point stands.
-    excitation : float or None
-        Mean supply, V.
-    """
+    """What a file of points holds."""
 
     unit: str
+    """Of the values."""
     points: tuple[CalibrationPoint, ...]
+    """In the order of the file, volts referred to `excitation` where it was measured."""
     lines: tuple[int, ...]
+    """Where each point stands."""
     excitation: float | None = None
+    """Mean supply, V."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -72,10 +64,6 @@ def load_points(path: str | Path, channel_id: str) -> PointsFile:
         CSV, UTF-8.
     channel_id : str
         Whose points they are; its quantity decides which units the values may have.
-
-    Returns
-    -------
-    PointsFile
 
     Raises
     ------

@@ -16,26 +16,18 @@ MAX_DEGREE = 3
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PolynomialFit:
-    """A polynomial in volts and how well it represents the points.
-
-    Attributes
-    ----------
-    coefficients : tuple of float
-        Ascending powers of volts, in the unit of the values per V^n.
-    residuals : tuple of float
-        Value minus curve, for each point.
-    rms, max_residual : float
-        Root mean square (with the degrees of freedom left) and largest absolute residual.
-    hysteresis : float
-        Distance between the upward and the downward branch, in the unit of the values, by
-        `calibration.hysteresis_fit`; 0 where only one direction was measured.
-    """
+    """A polynomial in volts and how well it represents the points."""
 
     coefficients: tuple[float, ...]
+    """Ascending powers of volts, in the unit of the values per V^n."""
     residuals: tuple[float, ...]
+    """Value minus curve, for each point."""
     rms: float
     max_residual: float
+    """Root mean square (with the degrees of freedom left) and largest absolute residual."""
     hysteresis: float
+    """Distance between the upward and the downward branch, in the unit of the values, by
+    `calibration.hysteresis_fit`; 0 where only one direction was measured."""
 
 
 def evaluate_polynomial(coefficients: Sequence[float], volts: FloatArray) -> FloatArray:

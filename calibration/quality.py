@@ -20,58 +20,41 @@ _CONFIDENCE = 0.95
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CalibrationQuality:
-    """What a calibration is worth. All in the unit of the certificate where nothing else is said.
-
-    Attributes
-    ----------
-    degree : int
-        Of the curve.
-    rms, max_residual : float
-        As in `calibration.polynomial_fit.PolynomialFit`.
-    linearity : float
-        Largest distance of the curve from the straight line that fits it best over the range.
-    scatter : float or None
-        Standard deviation of one setting about its branch: reading the protractor, mostly. None
-        where the points leave no freedom to tell.
-    hysteresis : float or None
-        Width of the loop, by `calibration.hysteresis_fit`; None where only one direction was
-        measured.
-    hysteresis_uncertainty : float or None
-        Half width of its 95 % interval.
-    return_to_zero : float or None
-        How far apart the instrument shows the same zero, reached from below and from above (both
-        by the curve); None where zero was not met from both sides.
-    resolution : float
-        One count of the converter where the curve is steepest.
-    covered : tuple of float
-        Lowest and highest value set.
-    travel : tuple of float or None
-        Of the surface, as far as it is known.
-    uncertainty_volts : tuple of float
-        Voltages along the range, V, ascending.
-    half_widths : tuple of float
-        95 % half widths of the value there, for one sample whose direction is not known: from
-        scatter of the settings, play, converter, and noise where the points tell it. What all
-        settings have in common, as an error of the protractor's own zero, no points can tell.
-        Empty where nothing is known.
-    outliers : tuple of int
-        Indices of points that do not fit the others.
-    """
+    """Quality of a calibration, in the unit of the certificate where nothing else is given."""
 
     degree: int
+    """Of the curve."""
     rms: float
     max_residual: float
+    """As in `calibration.polynomial_fit.PolynomialFit`."""
     linearity: float
+    """Largest distance of the curve from the straight line that fits it best over the range."""
     scatter: float | None
+    """Standard deviation of one setting about its branch: reading the protractor, mostly. None
+    where the points leave no freedom to tell."""
     hysteresis: float | None
+    """Width of the loop, by `calibration.hysteresis_fit`; None where only one direction was
+    measured."""
     hysteresis_uncertainty: float | None
+    """Half width of its 95 % interval."""
     return_to_zero: float | None
+    """How far apart the instrument shows the same zero, reached from below and from above (both by
+    the curve); None where zero was not met from both sides."""
     resolution: float
+    """One count of the converter where the curve is steepest."""
     covered: tuple[float, float]
+    """Lowest and highest value set."""
     travel: tuple[float, float] | None = None
+    """Of the surface, as far as it is known."""
     uncertainty_volts: tuple[float, ...] = ()
+    """Voltages along the range, V, ascending."""
     half_widths: tuple[float, ...] = ()
+    """95 % half widths of the value there, for one sample whose direction is not known: from
+    scatter of the settings, play, converter, and noise where the points tell it. What all settings
+    have in common, as an error of the protractor's own zero, no points can tell. Empty where
+    nothing is known."""
     outliers: tuple[int, ...] = ()
+    """Indices of points that do not fit the others."""
 
     @property
     def coverage(self) -> float | None:
@@ -134,10 +117,6 @@ def assess_quality(
         One count of the converter, V.
     outliers : tuple of int
         As found before.
-
-    Returns
-    -------
-    CalibrationQuality
     """
     low, high = float(readings.volts.min()), float(readings.volts.max())
     volts = np.linspace(low, high, 201)
@@ -283,24 +262,16 @@ def student_t_95(freedom: float) -> float:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Calibration:
-    """A curve chosen on evidence, and how good it is.
-
-    Attributes
-    ----------
-    fit : PolynomialFit
-        The curve, midway between the branches.
-    quality : CalibrationQuality
-    losses : dict of int to float
-        Root mean square error of predicting each setting from the others, by degree, in the unit
-        of the values; only degrees that could be tried.
-    branch_fit : HysteresisFit
-        The curve with its covariance.
-    """
+    """A curve chosen on evidence, and how good it is."""
 
     fit: PolynomialFit
+    """The curve, midway between the branches."""
     quality: CalibrationQuality
     losses: dict[int, float]
+    """Root mean square error of predicting each setting from the others, by degree, in the unit of
+    the values; only degrees that could be tried."""
     branch_fit: HysteresisFit
+    """The curve with its covariance."""
 
     @property
     def degree(self) -> int:

@@ -45,8 +45,6 @@ def read_quality(
 
     Parameters
     ----------
-    section : QualitySection
-        As read.
     fit : PolynomialFit
         Of the same file: what it says is not said twice.
     two_sided : bool

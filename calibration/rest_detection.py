@@ -34,67 +34,45 @@ _LONGEST = 240
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RestCriteria:
-    """What still counts as rest, V.
-
-    Attributes
-    ----------
-    std : float
-        Largest standard deviation of the samples within half a second.
-    mean_spread : float
-        Largest distance between the means of any two half seconds.
-    noise_factor : float
-        The same in standard deviations that noise of the samples alone gives such a mean, where
-        that is less; a step of the converter is always granted. Infinite where slow movements
-        are no matter.
-    """
+    """What still counts as rest, V."""
 
     std: float
+    """Largest standard deviation of the samples within half a second."""
     mean_spread: float
+    """Largest distance between the means of any two half seconds."""
     noise_factor: float = math.inf
+    """The same in standard deviations that noise of the samples alone gives such a mean, where that
+    is less; a step of the converter is always granted. Infinite where slow movements are no
+    matter."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RestPeriod:
-    """A period of rest.
-
-    Attributes
-    ----------
-    start, end : float
-        Flight time, s.
-    volts, std : mapping of str to float
-        Mean and standard deviation of single samples by instrument, V.
-    uncertainty : mapping of str to float
-        Of the mean, half width at 95 %, V. From the scatter of half-second means, so that slow
-        noise counts in full; no finer than what the converter's steps allow.
-    """
+    """A period of rest."""
 
     start: float
     end: float
+    """Flight time, s."""
     volts: Mapping[str, float]
     std: Mapping[str, float]
+    """Mean and standard deviation of single samples by instrument, V."""
     uncertainty: Mapping[str, float]
+    """Of the mean, half width at 95 %, V. From the scatter of half-second means, so that slow noise
+    counts in full; no finer than what the converter's steps allow."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RestStatus:
-    """How a rest goes on.
-
-    Attributes
-    ----------
-    state : {"absent", "moving", "resting", "rested"}
-        No samples yet; not still; still, but not for long enough; still for long enough.
-    progress : float
-        Share of the time of rest that has passed, 0 to 1.
-    rest : RestPeriod or None
-        The rest so far; None before there are two blocks of it.
-    why : str
-        What moved last, in words; empty where nothing has.
-    """
+    """How a rest goes on."""
 
     state: RestState
+    """No samples yet; not still; still, but not for long enough; still for long enough."""
     progress: float = 0.0
+    """Share of the time of rest that has passed, 0 to 1."""
     rest: RestPeriod | None = None
+    """The rest so far; None before there are two blocks of it."""
     why: str = ""
+    """What moved last, in words; empty where nothing has."""
 
 
 class RestMonitor:

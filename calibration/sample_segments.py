@@ -16,26 +16,18 @@ from gsapp.quantities import FloatArray
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SampleSegment:
-    """All samples of one stretch.
-
-    Attributes
-    ----------
-    number : int
-        It begins at ``number * length``.
-    times : ndarray, shape (n,)
-        s.
-    volts : ndarray, shape (n, n_channels)
-        V; NaN where missing.
-    count, mean, std : ndarray, shape (n_channels,)
-        Of each channel's samples; the mean is NaN where there are none.
-    """
+    """All samples of one stretch."""
 
     number: int
+    """It begins at ``number * length``."""
     times: FloatArray
+    """Shape (n,). s."""
     volts: FloatArray
+    """Shape (n, n_channels). V; NaN where missing."""
     count: FloatArray
     mean: FloatArray
     std: FloatArray
+    """Shape (n_channels,). Of each channel's samples; the mean is NaN where there are none."""
 
     @classmethod
     def from_samples(cls, number: int, times: FloatArray, volts: FloatArray) -> SampleSegment:

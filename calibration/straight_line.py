@@ -26,26 +26,18 @@ _PLACES = 9
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StraightLineCalibration:
-    """What was found of an instrument.
-
-    Attributes
-    ----------
-    zero, zero_uncertainty : float
-        V; half width at 95 %.
-    sensitivity, sensitivity_uncertainty : float
-        V per unit; half width at 95 %.
-    noise : float
-        Standard deviation of a sample, V.
-    range : tuple of float
-        Volts between which it holds; widened where a point lies outside.
-    """
+    """What was found of an instrument."""
 
     zero: float
     zero_uncertainty: float
+    """V; half width at 95 %."""
     sensitivity: float
     sensitivity_uncertainty: float
+    """V per unit; half width at 95 %."""
     noise: float
+    """Standard deviation of a sample, V."""
     range: tuple[float, float]
+    """Volts between which it holds; widened where a point lies outside."""
 
     def value(self, volts: FloatArray) -> FloatArray:
         """Return what volts stand for."""

@@ -26,43 +26,28 @@ _ORDER: Final = {name: at for at, name in enumerate(CHANNELS)}
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CalibrationStatus:
-    """How the calibration stands.
-
-    Attributes
-    ----------
-    state : {"good", "caution", "warning", "unknown"}
-        ``unknown`` where nothing is calibrated here: the aircraft sends engineering units.
-    summary : str
-        A few words, for a tile.
-    detail : str
-        A sentence without its full stop.
-    """
+    """How the calibration stands."""
 
     state: Literal["good", "caution", "warning", "unknown"]
+    """``unknown`` where nothing is calibrated here: the aircraft sends engineering units."""
     summary: str
+    """A few words, for a tile."""
     detail: str
+    """A sentence without its full stop."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class CalibrationInForce:
-    """The certificates in force, and what else decides whether they count.
-
-    Attributes
-    ----------
-    certificates : mapping of str to Certificate
-        By channel.
-    flight_date : datetime or None
-        When the flight takes place; None where that is not known, so that nothing is out of date.
-    missing : collection of str
-        Channels that need a certificate and have none.
-    failed_checks : mapping of str to datetime
-        Channels whose last check failed, with the stamp of the certificate that was checked.
-    """
+    """The certificates in force, and what else decides whether they count."""
 
     certificates: Mapping[str, Certificate]
+    """By channel."""
     flight_date: datetime | None
+    """When the flight takes place; None where that is not known, so that nothing is out of date."""
     missing: Collection[str] = ()
+    """Channels that need a certificate and have none."""
     failed_checks: Mapping[str, datetime] = field(default_factory=dict)
+    """Channels whose last check failed, with the stamp of the certificate that was checked."""
 
     def evaluate(
         self, names: Iterable[str] | None = None, valid_for: timedelta | None = None

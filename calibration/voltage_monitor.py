@@ -45,40 +45,28 @@ MAX_GAP_SECONDS = 0.5
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class VoltageReading:
-    """What is known of an instrument's volts at this moment.
-
-    Attributes
-    ----------
-    state : {"absent", "moving", "steady", "noisy", "clipped"}
-        ``absent``: no samples. ``clipped``: at an end of the converter. ``noisy``: at rest, but
-        single samples scatter so much that the contact must be bad.
-    volts : float
-        Mean over the window, V; NaN where absent.
-    std : float
-        Of single samples about their mean, V.
-    uncertainty : float
-        Standard deviation of the mean, V; samples that resemble their neighbors count for less.
-        While the instrument moves, that of single samples.
-    steady_for : float
-        Seconds since the instrument came to rest; 0 while it is not at rest, and after `restart`
-        until it has been seen to move.
-    moved : bool
-        Whether it was seen to move since the beginning or the last `restart`. A point is taken by
-        itself only where this is so.
-    excitation : float or None
-        Mean supply over the same window, V.
-    time : float
-        When that was judged, s; NaN before the first time.
-    """
+    """What is known of an instrument's volts at this moment."""
 
     state: VoltageState
+    """``absent``: no samples. ``clipped``: at an end of the converter. ``noisy``: at rest, but
+    single samples scatter so much that the contact must be bad."""
     volts: float = float("nan")
+    """Mean over the window, V; NaN where absent."""
     std: float = float("nan")
+    """Of single samples about their mean, V."""
     uncertainty: float = float("nan")
+    """Standard deviation of the mean, V; samples that resemble their neighbors count for less.
+    While the instrument moves, that of single samples."""
     steady_for: float = 0.0
+    """Seconds since the instrument came to rest; 0 while it is not at rest, and after `restart`
+    until it has been seen to move."""
     moved: bool = False
+    """Whether it was seen to move since the beginning or the last `restart`. A point is taken by
+    itself only where this is so."""
     excitation: float | None = None
+    """Mean supply over the same window, V."""
     time: float = float("nan")
+    """When that was judged, s; NaN before the first time."""
 
 
 class VoltageMonitor:

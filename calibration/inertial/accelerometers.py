@@ -94,74 +94,49 @@ def recognize_position(
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PositionReading:
-    """The three accelerometers in one position.
-
-    Attributes
-    ----------
-    position : Position
-        How the aircraft lay.
-    rest : RestPeriod
-        Of `ACCELEROMETERS`, found by `calibration.inertial.still_watch`.
-    """
+    """The three accelerometers in one position."""
 
     position: Position
+    """How the aircraft lay."""
     rest: RestPeriod
+    """Of `ACCELEROMETERS`, found by `calibration.inertial.still_watch`."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class AccelerometerFit:
-    """One accelerometer.
-
-    Attributes
-    ----------
-    channel : str
-        ``ax``, ``ay`` or ``an``.
-    zero, zero_uncertainty : float
-        Volts at zero g, V; half width at 95 %, as are all uncertainties here.
-    sensitivity, sensitivity_uncertainty : float
-        V/g, of standard gravity.
-    cross, cross_uncertainty : mapping of str to float
-        Angle by which it leans toward each other axis, deg.
-    verdict : SensorVerdict
-        Against the factory's figures.
-    """
+    """One accelerometer."""
 
     channel: str
+    """``ax``, ``ay`` or ``an``."""
     zero: float
     zero_uncertainty: float
+    """Volts at zero g, V; half width at 95 %, as are all uncertainties here."""
     sensitivity: float
     sensitivity_uncertainty: float
+    """V/g, of standard gravity."""
     cross: Mapping[str, float]
     cross_uncertainty: Mapping[str, float]
+    """Angle by which it leans toward each other axis, deg."""
     verdict: SensorVerdict
+    """Against the factory's figures."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SixPositionResult:
-    """What six positions tell.
-
-    Attributes
-    ----------
-    fits : mapping of str to AccelerometerFit
-        By channel.
-    readings : tuple of PositionReading
-        As taken.
-    tilts : tuple of float
-        How far the aircraft lay from each position, as far as it can be told, deg.
-    issue : str
-        What does not fit together; empty where all does.
-    gravity : float
-        At the field, m/s^2.
-    factory : mapping of str to FactoryCalibration
-        What they were held against.
-    """
+    """What six positions tell."""
 
     fits: Mapping[str, AccelerometerFit]
+    """By channel."""
     readings: tuple[PositionReading, ...]
+    """As taken."""
     tilts: tuple[float, ...]
+    """How far the aircraft lay from each position, as far as it can be told, deg."""
     issue: str
+    """What does not fit together; empty where all does."""
     gravity: float
+    """At the field, m/s^2."""
     factory: Mapping[str, FactoryCalibration]
+    """What they were held against."""
 
     def certificate(
         self, channel: str, *, who: str, stamp: datetime, temperature: float | None = None

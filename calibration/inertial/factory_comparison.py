@@ -19,18 +19,12 @@ SensorVerdictKind = Literal["agrees", "differs", "dead", "reversed", "swapped", 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SensorVerdict:
-    """What became of the comparison with the factory's figures.
-
-    Attributes
-    ----------
-    kind : {"agrees", "differs", "dead", "reversed", "swapped", "clipped"}
-        ``agrees`` and ``differs``: the instrument can be used as measured.
-    sentence : str
-        For the crew.
-    """
+    """What became of the comparison with the factory's figures."""
 
     kind: SensorVerdictKind
+    """``agrees`` and ``differs``: the instrument can be used as measured."""
     sentence: str
+    """For the crew."""
 
     @property
     def passed(self) -> bool:
@@ -45,25 +39,17 @@ class SensorVerdict:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FactoryCalibration:
-    """A straight line by the factory.
-
-    Attributes
-    ----------
-    channel, unit : str
-        Of what is measured.
-    zero : float
-        Volts at zero.
-    sensitivity : float
-        V per unit.
-    range : tuple of float
-        Volts between which it holds.
-    """
+    """A straight line by the factory."""
 
     channel: str
     unit: str
+    """Of what is measured."""
     zero: float
+    """Volts at zero."""
     sensitivity: float
+    """V per unit."""
     range: tuple[float, float]
+    """Volts between which it holds."""
 
     @classmethod
     def from_certificate(cls, certificate: Certificate) -> FactoryCalibration:

@@ -55,31 +55,21 @@ def create_inertial_rest_monitor(
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class GyroZero:
-    """The volts of a gyro at rest.
-
-    Attributes
-    ----------
-    channel : str
-        ``p``, ``q`` or ``r``.
-    volts, uncertainty : float
-        Mean, and its half width at 95 %, V.
-    noise : float
-        Standard deviation of single samples, deg/s by the factory's scale.
-    shift : float
-        From the factory's zero, deg/s by the factory's scale.
-    seconds : float
-        Length of the rest.
-    verdict : SensorVerdict
-        Against the factory's zero.
-    """
+    """The volts of a gyro at rest."""
 
     channel: str
+    """``p``, ``q`` or ``r``."""
     volts: float
     uncertainty: float
+    """Mean, and its half width at 95 %, V."""
     noise: float
+    """Standard deviation of single samples, deg/s by the factory's scale."""
     shift: float
+    """From the factory's zero, deg/s by the factory's scale."""
     seconds: float
+    """Length of the rest."""
     verdict: SensorVerdict
+    """Against the factory's zero."""
 
 
 def gyro_zero(

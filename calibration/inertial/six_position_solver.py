@@ -20,46 +20,31 @@ _ROUNDS = 20
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SixPositionSolution:
-    """What was found.
-
-    Attributes
-    ----------
-    zero, zero_std : ndarray, shape (3,)
-        V, with standard deviations.
-    matrix, matrix_std : ndarray, shape (3, 3)
-        V/g; a row for each accelerometer, a column for each axis of the force.
-    tilts : ndarray, shape (n, 2)
-        Of each reading toward the two axes that were to be level, rad.
-    misfit : float
-        Sum of squares of all residuals, each in its standard deviations.
-    """
+    """What was found."""
 
     zero: FloatArray
     zero_std: FloatArray
+    """Shape (3,). V, with standard deviations."""
     matrix: FloatArray
     matrix_std: FloatArray
+    """Shape (3, 3). V/g; a row for each accelerometer, a column for each axis of the force."""
     tilts: FloatArray
+    """Shape (n, 2). Of each reading toward the two axes that were to be level, rad."""
     misfit: float
+    """Sum of squares of all residuals, each in its standard deviations."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SixPositionProblem:
-    """What was read.
-
-    Attributes
-    ----------
-    force : ndarray, shape (n, 3)
-        Specific force of each reading, had the aircraft lain as asked, g.
-    volts, noise : ndarray, shape (n, 3)
-        Means of the three accelerometers, with standard deviations, V.
-    tilt : float
-        Standard deviation with which the aircraft is laid, rad.
-    """
+    """What was read."""
 
     force: FloatArray
+    """Shape (n, 3). Specific force of each reading, had the aircraft lain as asked, g."""
     volts: FloatArray
     noise: FloatArray
+    """Shape (n, 3). Means of the three accelerometers, with standard deviations, V."""
     tilt: float
+    """Standard deviation with which the aircraft is laid, rad."""
 
     def solve(self) -> SixPositionSolution:
         """Solve by Gauss-Newton; the unknowns are z (3), K (9, by rows), and two tilts each."""

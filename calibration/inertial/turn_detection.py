@@ -38,24 +38,16 @@ _LEAST = 135.0
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TurnStatus:
-    """How a turn goes on.
-
-    Attributes
-    ----------
-    state : {"unsettled", "ready", "turning", "stopping", "turned"}
-        Not yet at rest; at rest, so turn now; turning; at rest after it; over.
-    angle : float
-        By the factory's scale of the gyro that moves most, deg, unsigned.
-    rate : float
-        Now, deg/s, likewise.
-    seconds : float
-        Since the turn began.
-    """
+    """How a turn goes on."""
 
     state: TurnState
+    """Not yet at rest; at rest, so turn now; turning; at rest after it; over."""
     angle: float = 0.0
+    """By the factory's scale of the gyro that moves most, deg, unsigned."""
     rate: float = 0.0
+    """Now, deg/s, likewise."""
     seconds: float = 0.0
+    """Since the turn began."""
 
 
 class TurnMonitor:

@@ -37,39 +37,27 @@ _DEAD_SHARE = 0.2
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Turn:
-    """One turn through a known angle, as one gyro saw it.
-
-    Attributes
-    ----------
-    channel : str
-        The gyro about whose axis the turn went.
-    angle : float
-        Known, deg; positive right-handed about the body axis (right wing down, nose up, nose
-        right).
-    start, end : float
-        Flight time, s.
-    zero : float
-        Volts at rest during the turn, V.
-    mean_volts : float
-        Mean volts over the turn, V.
-    sensitivity, uncertainty : float
-        V per deg/s, and its half width at 95 %.
-    cross : mapping of str to float
-        What the other gyros saw, as a share of the turn, each by its factory scale.
-    verdict : SensorVerdict
-        Against the factory's scale.
-    """
+    """One turn through a known angle, as one gyro saw it."""
 
     channel: str
+    """The gyro about whose axis the turn went."""
     angle: float
+    """Known, deg; positive right-handed about the body axis (right wing down, nose up, nose
+    right)."""
     start: float
     end: float
+    """Flight time, s."""
     zero: float
+    """Volts at rest during the turn, V."""
     mean_volts: float
+    """Mean volts over the turn, V."""
     sensitivity: float
     uncertainty: float
+    """V per deg/s, and its half width at 95 %."""
     cross: Mapping[str, float]
+    """What the other gyros saw, as a share of the turn, each by its factory scale."""
     verdict: SensorVerdict
+    """Against the factory's scale."""
 
     @property
     def seconds(self) -> float:
@@ -241,22 +229,15 @@ def _evaluate_turn_verdict(
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class GyroScale:
-    """The sensitivity of a gyro from one turn or several.
-
-    Attributes
-    ----------
-    channel : str
-        ``p``, ``q`` or ``r``.
-    sensitivity, uncertainty : float
-        V per deg/s, and its half width at 95 %.
-    deviation : float
-        From the factory's, relative.
-    """
+    """The sensitivity of a gyro from one turn or several."""
 
     channel: str
+    """``p``, ``q`` or ``r``."""
     sensitivity: float
     uncertainty: float
+    """V per deg/s, and its half width at 95 %."""
     deviation: float
+    """From the factory's, relative."""
 
 
 def gyro_scale(

@@ -10,18 +10,12 @@ from gsapp.quantities import to_si
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class GroundAir:
-    """The air at the field as entered.
-
-    Attributes
-    ----------
-    pressure : float
-        Not reduced to sea level, Pa.
-    temperature : float
-        K.
-    """
+    """The air at the field as entered."""
 
     pressure: float
+    """Not reduced to sea level, Pa."""
     temperature: float
+    """K."""
 
     @classmethod
     def from_input(

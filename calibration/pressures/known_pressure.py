@@ -78,28 +78,19 @@ def _rest_criteria(
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PressureZero:
-    """A transducer at a known pressure.
-
-    Attributes
-    ----------
-    certificate : Certificate
-        The former curve, moved through today's point.
-    volts, uncertainty : float
-        Mean, and its half width at 95 %, V.
-    shift : float
-        Pressure that the former certificate showed above the known one, Pa.
-    passed : bool
-        Whether the shift is within what such a transducer drifts.
-    sentence : str
-        For the crew.
-    """
+    """A transducer at a known pressure."""
 
     certificate: Certificate
+    """The former curve, moved through today's point."""
     volts: float
     uncertainty: float
+    """Mean, and its half width at 95 %, V."""
     shift: float
+    """Pressure that the former certificate showed above the known one, Pa."""
     passed: bool
+    """Whether the shift is within what such a transducer drifts."""
     sentence: str
+    """For the crew."""
 
 
 def dynamic_pressure_zero(

@@ -30,24 +30,16 @@ _LENGTH = 0.05
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PitotBlowStatus:
-    """How a breath into the pitot goes on.
-
-    Attributes
-    ----------
-    state : {"waiting", "blowing", "green", "reversed", "blocked", "leaking"}
-        ``green`` once a breath was seen and has gone again, and stays. ``reversed``: the
-        pressure fell. ``blocked``: it does not go back. ``leaking``: the static pressure rose
-        with it.
-    pressure, peak : float
-        Now, and the highest of the breath, Pa.
-    sentence : str
-        For the crew; empty while there is nothing to say.
-    """
+    """How a breath into the pitot goes on."""
 
     state: PitotBlowState
+    """``green`` once a breath was seen and has gone again, and stays. ``reversed``: the pressure
+    fell. ``blocked``: it does not go back. ``leaking``: the static pressure rose with it."""
     pressure: float
     peak: float
+    """Now, and the highest of the breath, Pa."""
     sentence: str
+    """For the crew; empty while there is nothing to say."""
 
 
 _SENTENCES: Mapping[PitotBlowState, str] = {

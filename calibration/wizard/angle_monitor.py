@@ -47,21 +47,14 @@ two points or more, or by one and the reference; one farther than that beyond it
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StepProposal:
-    """What the volts allow at this moment.
-
-    Attributes
-    ----------
-    data : dict or None
-        Of the step that may be taken now.
-    hint : str
-        Why none may, or what is odd about it; empty where all is well.
-    value : float or None
-        Where the instrument seems to stand, by the points taken so far, in its unit.
-    """
+    """What the volts allow at this moment."""
 
     data: dict[str, Any] | None = None
+    """Of the step that may be taken now."""
     hint: PointHint = ""
+    """Why none may, or what is odd about it; empty where all is well."""
     value: float | None = None
+    """Where the instrument seems to stand, by the points taken so far, in its unit."""
 
 
 class AngleMonitor:
@@ -69,8 +62,6 @@ class AngleMonitor:
 
     Parameters
     ----------
-    instrument : InstrumentPlan
-        Which.
     reference : Certificate or None
         In force, or nominal; it tells what movement to expect.
     trusted : bool

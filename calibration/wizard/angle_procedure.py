@@ -41,8 +41,6 @@ class AngleProcedure(CalibrationProcedure):
 
     Parameters
     ----------
-    instrument : InstrumentPlan
-        Which.
     header : JournalHeader
         Of the calibration.
     reference : ReferenceCertificates

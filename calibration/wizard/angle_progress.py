@@ -12,31 +12,21 @@ from calibration.wizard.setting_schedule import ScheduledSetting
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RecordedPoint:
-    """A point that was taken.
-
-    Attributes
-    ----------
-    value : float
-        Setting, in the unit of the plan.
-    volts : float
-        Mean, V.
-    direction : {"up", "down", "single"}
-        The side from which it was in truth reached; ``single`` where that was not seen.
-    slot : int
-        Which setting of the schedule it fills.
-    excitation : float or None
-        Supply, V.
-    std, uncertainty : float
-        Of single samples and of the mean, V.
-    """
+    """A point that was taken."""
 
     value: float
+    """Setting, in the unit of the plan."""
     volts: float
+    """Mean, V."""
     direction: Direction
+    """The side from which it was in truth reached; ``single`` where that was not seen."""
     slot: int
+    """Which setting of the schedule it fills."""
     excitation: float | None
+    """Supply, V."""
     std: float
     uncertainty: float
+    """Of single samples and of the mean, V."""
 
     @property
     def point(self) -> CalibrationPoint:
@@ -48,27 +38,18 @@ class RecordedPoint:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class AngleProgress:
-    """How far an instrument that is set by hand has come.
-
-    Attributes
-    ----------
-    slots : tuple of ScheduledSetting
-        The schedule and what was added to it.
-    rising : bool or None
-        Whether volts rise towards positive values; None until that is proven.
-    points : tuple of RecordedPoint
-        In the order taken.
-    left_out : frozenset of int
-        Settings that are not asked for any more.
-    degree : int or None
-        Chosen by hand; None leaves it to the evidence.
-    """
+    """How far an instrument that is set by hand has come."""
 
     slots: tuple[ScheduledSetting, ...]
+    """The schedule and what was added to it."""
     rising: bool | None = None
+    """Whether volts rise towards positive values; None until that is proven."""
     points: tuple[RecordedPoint, ...] = ()
+    """In the order taken."""
     left_out: frozenset[int] = frozenset()
+    """Settings that are not asked for any more."""
     degree: int | None = None
+    """Chosen by hand; None leaves it to the evidence."""
 
     @property
     def open_slot_indices(self) -> tuple[int, ...]:

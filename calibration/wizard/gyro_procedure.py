@@ -46,8 +46,6 @@ class GyroProcedure(CalibrationProcedure):
 
     Parameters
     ----------
-    group : InstrumentGroup
-        Of all gyros.
     header : JournalHeader
         Of the calibration.
     reference : ReferenceCertificates

@@ -23,24 +23,16 @@ from gsapp.foundation.files import flush_to_disk
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class JournalStep:
-    """Something that was done.
-
-    Attributes
-    ----------
-    kind : str
-        ``begin``, ``sign``, ``point``, ``accept`` ...
-    channel : str
-        The instrument it concerns; empty for the calibration as a whole.
-    stamp : datetime
-        When, to the second.
-    data : mapping
-        What belongs to it, of types that JSON has.
-    """
+    """Something that was done."""
 
     kind: str
+    """``begin``, ``sign``, ``point``, ``accept`` ..."""
     channel: str = ""
+    """The instrument it concerns; empty for the calibration as a whole."""
     stamp: datetime
+    """When, to the second."""
     data: Mapping[str, Any] = field(default_factory=dict)
+    """What belongs to it, of types that JSON has."""
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "stamp", self.stamp.replace(microsecond=0))

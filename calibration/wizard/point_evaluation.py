@@ -39,10 +39,6 @@ def evaluate_points(
 
     Parameters
     ----------
-    instrument : InstrumentPlan
-        Which.
-    work : AngleProgress
-        Its points.
     header : JournalHeader
         Says who takes the readings.
     former : Certificate or None

@@ -30,52 +30,34 @@ from calibration.wizard.view import FeedbackTone, WizardAction, WizardPhase
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class JournalHeader:
-    """What a calibration is, as its journal begins.
-
-    Attributes
-    ----------
-    plan : CalibrationPlan
-        What is calibrated.
-    mode : {"full", "check"}
-        All settings, or three.
-    who : str
-        Takes the readings.
-    temperature : float or None
-        K.
-    auto : bool
-        Whether points are taken by themselves.
-    rising : mapping of str to bool
-        Signs known beforehand, by channel.
-    any_side : collection of str
-        Channels whose settings may be come to from either side in a check.
-    """
+    """What a calibration is, as its journal begins."""
 
     plan: CalibrationPlan
+    """What is calibrated."""
     mode: CalibrationMode
+    """All settings, or three."""
     who: str
+    """Takes the readings."""
     temperature: float | None
+    """K."""
     auto: bool
+    """Whether points are taken by themselves."""
     rising: Mapping[str, bool]
+    """Signs known beforehand, by channel."""
     any_side: Collection[str] = ()
+    """Channels whose settings may be come to from either side in a check."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ReferenceCertificates:
-    """What today's readings are held against.
-
-    Attributes
-    ----------
-    former : mapping of str to Certificate
-        In force when the calibration was begun, by channel.
-    current : mapping of str to Certificate
-        In force by now.
-    nominal : mapping of str to Certificate
-        Of the factory, or as the instruments are mounted.
-    """
+    """What today's readings are held against."""
 
     former: Mapping[str, Certificate]
+    """In force when the calibration was begun, by channel."""
     current: Mapping[str, Certificate]
+    """In force by now."""
     nominal: Mapping[str, Certificate]
+    """Of the factory, or as the instruments are mounted."""
 
     def former_or_nominal(self, channel: str) -> Certificate | None:
         """Return the certificate that was in force, else the nominal one."""
@@ -112,36 +94,24 @@ class ActionFeedback:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CalibrationOutcome:
-    """What the work of a group comes to.
-
-    Attributes
-    ----------
-    certificates : tuple of Certificate
-        To be put in force.
-    uncalibrated : mapping of str to str
-        Channels that cannot be certified, and why.
-    issues : tuple of str
-        Sentences; without any the outcome is accepted by itself.
-    remarks : tuple of str
-        What is worth knowing besides.
-    ready : bool
-        Whether it can be accepted at all.
-    calibration : Calibration or None
-        The curve, for instruments set by hand.
-    drift : Drift or None
-        Against the certificate that was in force.
-    check_result : CheckResult or None
-        Of a three-point check.
-    """
+    """What the work of a group comes to."""
 
     certificates: tuple[Certificate, ...] = ()
+    """To be put in force."""
     uncalibrated: Mapping[str, str] = field(default_factory=dict)
+    """Channels that cannot be certified, and why."""
     issues: tuple[str, ...] = ()
+    """Sentences; without any the outcome is accepted by itself."""
     remarks: tuple[str, ...] = ()
+    """What is worth knowing besides."""
     ready: bool = False
+    """Whether it can be accepted at all."""
     calibration: Calibration | None = None
+    """The curve, for instruments set by hand."""
     drift: Drift | None = None
+    """Against the certificate that was in force."""
     check_result: CheckResult | None = None
+    """Of a three-point check."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

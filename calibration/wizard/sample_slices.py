@@ -17,25 +17,17 @@ _RESTARTED = 1.0
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class SampleSlice:
-    """The samples of a tenth of a second.
-
-    Attributes
-    ----------
-    start, end : float
-        Flight time, s.
-    times : ndarray, shape (n,)
-        s.
-    volts : mapping of str to ndarray, shape (n,)
-        By instrument, V; NaN where missing.
-    excitation : ndarray, shape (n,)
-        V; NaN where missing.
-    """
+    """The samples of a tenth of a second."""
 
     start: float
     end: float
+    """Flight time, s."""
     times: FloatArray
+    """Shape (n,). s."""
     volts: Mapping[str, FloatArray]
+    """Shape (n,). By instrument, V; NaN where missing."""
     excitation: FloatArray
+    """Shape (n,). V; NaN where missing."""
 
     @property
     def present(self) -> bool:

@@ -21,27 +21,18 @@ class RequestedTurn:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class GyroProgress:
-    """How far the gyros have come.
-
-    Attributes
-    ----------
-    requested_turns : tuple of RequestedTurn
-        In order.
-    rest : RestPeriod or None
-        The still period that gives the zeros.
-    turns : tuple of (int, Turn)
-        Which of `requested_turns` each is, and what it gave.
-    left_out : frozenset of int
-        Turns that are not asked for any more.
-    unresponsive : frozenset of str
-        Gyros that did not answer to a turn.
-    """
+    """How far the gyros have come."""
 
     requested_turns: tuple[RequestedTurn, ...]
+    """In order."""
     rest: RestPeriod | None = None
+    """The still period that gives the zeros."""
     turns: tuple[tuple[int, Turn], ...] = ()
+    """Which of `requested_turns` each is, and what it gave."""
     left_out: frozenset[int] = frozenset()
+    """Turns that are not asked for any more."""
     unresponsive: frozenset[str] = frozenset()
+    """Gyros that did not answer to a turn."""
 
     @property
     def open_turn_indices(self) -> tuple[int, ...]:
@@ -106,24 +97,16 @@ class AccelerometerProgress:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PressureProgress:
-    """How far the pressures have come.
-
-    Attributes
-    ----------
-    zero : RestPeriod or None
-        With the pitot covered.
-    in_wind : bool
-        Whether the pressure moved meanwhile, as in wind.
-    blow_detected : bool
-        Whether a breath was seen.
-    left_out : bool
-        Whether none is asked for.
-    """
+    """How far the pressures have come."""
 
     zero: RestPeriod | None = None
+    """With the pitot covered."""
     in_wind: bool = False
+    """Whether the pressure moved meanwhile, as in wind."""
     blow_detected: bool = False
+    """Whether a breath was seen."""
     left_out: bool = False
+    """Whether none is asked for."""
 
     @property
     def fraction_done(self) -> float:

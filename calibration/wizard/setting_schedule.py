@@ -13,21 +13,14 @@ CalibrationMode = Literal["full", "check"]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ScheduledSetting:
-    """One setting to be taken.
-
-    Attributes
-    ----------
-    value : float
-        In the unit of the plan.
-    direction : {"up", "down", "single"}
-        From which side it is to be reached; ``single`` where that does not matter.
-    is_turning_point : bool
-        Whether the side changes here: the setting has to be passed first and come back to.
-    """
+    """One setting to be taken."""
 
     value: float
+    """In the unit of the plan."""
     direction: Direction
+    """From which side it is to be reached; ``single`` where that does not matter."""
     is_turning_point: bool = False
+    """Whether the side changes here: the setting has to be passed first and come back to."""
 
 
 def build_schedule(
@@ -37,8 +30,6 @@ def build_schedule(
 
     Parameters
     ----------
-    instrument : InstrumentPlan
-        Which.
     mode : {"full", "check"}
         What for.
     any_side : bool

@@ -28,18 +28,12 @@ GroupProgress = AngleProgress | GyroProgress | AccelerometerProgress | PressureP
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class InstrumentGroup:
-    """Instruments that are calibrated together: a surface alone, or all gyros at once.
-
-    Attributes
-    ----------
-    key : str
-        Channel of the first.
-    instruments : tuple of InstrumentPlan
-        All of one kind.
-    """
+    """Instruments that are calibrated together: a surface alone, or all gyros at once."""
 
     key: str
+    """Channel of the first."""
     instruments: tuple[InstrumentPlan, ...]
+    """All of one kind."""
 
     @property
     def channels(self) -> tuple[str, ...]:
@@ -69,33 +63,21 @@ def group_instruments(plan: CalibrationPlan) -> tuple[InstrumentGroup, ...]:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class WizardState:
-    """How far a calibration has come.
-
-    Attributes
-    ----------
-    groups : tuple of InstrumentGroup
-        In order.
-    begun : bool
-        Whether the first group was reached.
-    current_key : str
-        The group at hand; empty where none is.
-    progress : mapping of str to GroupProgress
-        By group.
-    closing_steps : mapping of str to JournalStep
-        Groups that are done with: the step that accepted or skipped each.
-    ground_air : GroundAir or None
-        At the field, as entered.
-    aborted : bool
-        Whether the calibration was broken off.
-    """
+    """How far a calibration has come."""
 
     groups: tuple[InstrumentGroup, ...]
+    """In order."""
     progress: Mapping[str, GroupProgress]
     begun: bool = False
+    """Whether the first group was reached."""
     current_key: str = ""
+    """The group at hand; empty where none is."""
     closing_steps: Mapping[str, JournalStep] = field(default_factory=dict)
+    """Groups that are done with: the step that accepted or skipped each."""
     ground_air: GroundAir | None = None
+    """At the field, as entered."""
     aborted: bool = False
+    """Whether the calibration was broken off."""
 
     @classmethod
     def initial(

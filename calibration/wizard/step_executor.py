@@ -78,8 +78,6 @@ class StepExecutor:
 
     Attributes
     ----------
-    header : JournalHeader
-        What it is.
     reference : ReferenceCertificates
         What readings are held against.
     """

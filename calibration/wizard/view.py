@@ -50,21 +50,16 @@ FeedbackTone = Literal["", "steady", "taken", "moved", "error"]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class WizardAction:
-    """One thing that the crew does.
-
-    Attributes
-    ----------
-    kind : str
-        ``take`` a reading now; ``repeat`` a point (the last, or `index`); ``delete`` a point
-        (the last, or `index`); ``add`` a setting (`value`); ``undo`` the last step; ``back`` to
-        the instrument before; ``next``: go on without (begin at once, leave a setting or a turn
-        out, leave the instrument for later); ``skip`` the instrument (`reason`): it is
-        uncalibrated; ``confirm_sign`` (`yes`); ``choose_degree`` (`degree`, None for the
-        evidence); ``accept``; ``abort``; ``open`` an instrument (`channel`); ``enter`` the air at
-        the field (`pressure` in Pa, not reduced to sea level, and `temperature` in K).
-    """
+    """One thing that the crew does."""
 
     kind: WizardActionKind
+    """``take`` a reading now; ``repeat`` a point (the last, or `index`); ``delete`` a point (the
+    last, or `index`); ``add`` a setting (`value`); ``undo`` the last step; ``back`` to the
+    instrument before; ``next``: go on without (begin at once, leave a setting or a turn out, leave
+    the instrument for later); ``skip`` the instrument (`reason`): it is uncalibrated;
+    ``confirm_sign`` (`yes`); ``choose_degree`` (`degree`, None for the evidence); ``accept``;
+    ``abort``; ``open`` an instrument (`channel`); ``enter`` the air at the field (`pressure` in Pa,
+    not reduced to sea level, and `temperature` in K)."""
     index: int | None = None
     value: float | None = None
     reason: str = ""
@@ -77,109 +72,73 @@ class WizardAction:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class WizardView:
-    """The wizard as it is to be shown.
-
-    Attributes
-    ----------
-    instrument : InstrumentPlan or None
-        At hand; of instruments that are calibrated together, the one concerned.
-    index, count : int
-        Which one it is, from 0, and how many there are; gyros, accelerometers and pressures count
-        as one each.
-    phase : str
-        Which page it is.
-    mode : {"full", "check"}
-        Whether certificates are made, or those in force checked.
-    prompt : str
-        What to do now, one sentence.
-    spoken : str
-        The same in few words; changes only when there is something new to say.
-    target : float or None
-        Setting asked for, in the unit of the instrument.
-    direction : {"up", "down", "single"}
-        From which side.
-    reading : VoltageReading or None
-        Volts of the instrument at hand.
-    current_value : float or None
-        What they stand for by the certificate in force (where there is none, by the nominal one),
-        and once all points are taken by these; unit of the instrument.
-    amount, amount_goal : float or None
-        Of what takes its time, the one big number: seconds of rest, degrees turned, pressure.
-    amount_unit : str
-        Its unit.
-    position : Position or None
-        In which the aircraft is to lie, for accelerometers.
-    points : tuple of CalibrationPoint
-        Taken so far, in order.
-    remaining : tuple of ScheduledSetting
-        Settings still to be taken, the next first.
-    calibration : Calibration or None
-        The curve, as soon as the points allow one.
-    drift : Drift or None
-        Of that curve against the certificate in force.
-    degree : int or None
-        Chosen by hand; None where the evidence decides.
-    check_result : CheckResult or None
-        Of a three-point check.
-    faults : tuple of InstrumentFault
-        What is wrong with the instrument, as seen so far; their sentences stand in `problems`.
-    problems : tuple of str
-        What is wrong: faults, outliers, whatever keeps a fit from being accepted by itself.
-    remarks : tuple of str
-        What is worth knowing: drift, how left and right compare.
-    accepted_checks : mapping of str to CheckResult
-        Of the three-point checks made so far, by channel.
-    available_actions : frozenset of str
-        Kinds of actions that are possible now.
-    progress : float
-        Of the whole, 0 to 1.
-    accepted : tuple of str
-        Channels that are done.
-    skipped : mapping of str to str
-        Channels left uncalibrated, or unchecked, and why.
-    certificates : mapping of str to Certificate
-        Made so far, by channel.
-    message : str
-        What just happened.
-    tone : str
-        What to sound: ``steady``, ``taken``, ``moved``, ``error``; empty for nothing.
-    event_count : int
-        Counts what happened, so that the same message or tone twice is told apart.
-    """
+    """The wizard as it is to be shown."""
 
     instrument: InstrumentPlan | None
+    """At hand; of instruments that are calibrated together, the one concerned."""
     index: int
     count: int
+    """Which one it is, from 0, and how many there are; gyros, accelerometers and pressures count as
+    one each."""
     phase: WizardPhase
+    """Which page it is."""
     prompt: str
+    """What to do now, one sentence."""
     mode: CalibrationMode = "full"
+    """Whether certificates are made, or those in force checked."""
     spoken: str = ""
+    """The same in few words; changes only when there is something new to say."""
     target: float | None = None
+    """Setting asked for, in the unit of the instrument."""
     direction: Direction = "single"
+    """From which side."""
     reading: VoltageReading | None = None
+    """Volts of the instrument at hand."""
     current_value: float | None = None
+    """What they stand for by the certificate in force (where there is none, by the nominal one),
+    and once all points are taken by these; unit of the instrument."""
     amount: float | None = None
     amount_goal: float | None = None
+    """Of what takes its time, the one big number: seconds of rest, degrees turned, pressure."""
     amount_unit: str = ""
     position: Position | None = None
+    """In which the aircraft is to lie, for accelerometers."""
     points: tuple[CalibrationPoint, ...] = ()
+    """Taken so far, in order."""
     remaining: tuple[ScheduledSetting, ...] = ()
+    """Settings still to be taken, the next first."""
     calibration: Calibration | None = None
+    """The curve, as soon as the points allow one."""
     drift: Drift | None = None
+    """Of that curve against the certificate in force."""
     degree: int | None = None
+    """Chosen by hand; None where the evidence decides."""
     check_result: CheckResult | None = None
+    """Of a three-point check."""
     faults: tuple[InstrumentFault, ...] = ()
+    """What is wrong with the instrument, as seen so far; their sentences stand in `problems`."""
     problems: tuple[str, ...] = ()
+    """What is wrong: faults, outliers, whatever keeps a fit from being accepted by itself."""
     remarks: tuple[str, ...] = ()
+    """What is worth knowing: drift, how left and right compare."""
     accepted_checks: Mapping[str, CheckResult] = field(default_factory=dict)
+    """Of the three-point checks made so far, by channel."""
     available_actions: frozenset[str] = frozenset()
+    """Kinds of actions that are possible now."""
     progress: float = 0.0
+    """Of the whole, 0 to 1."""
     accepted: tuple[str, ...] = ()
+    """Channels that are done."""
     skipped: Mapping[str, str] = field(default_factory=dict)
+    """Channels left uncalibrated, or unchecked, and why."""
     certificates: Mapping[str, Certificate] = field(default_factory=dict)
+    """Made so far, by channel."""
     message: str = ""
+    """What just happened."""
     tone: FeedbackTone = ""
+    """What to sound: ``steady``, ``taken``, ``moved``, ``error``; empty for nothing."""
     event_count: int = 0
+    """Counts what happened, so that the same message or tone twice is told apart."""
 
     @property
     def residuals(self) -> tuple[float, ...]:

@@ -50,24 +50,16 @@ def _several_positions(value: Any) -> Any:
 
 
 class Geometry(StrictModel):
-    """Reference geometry.
-
-    Attributes
-    ----------
-    wing_area : float
-        S, m^2.
-    span : float
-        b, m.
-    chord : float
-        Mean aerodynamic chord c, m.
-    length : float or None
-        Over all, m.
-    """
+    """Reference geometry."""
 
     wing_area: Area
+    """S, m^2."""
     span: Length
+    """b, m."""
     chord: Length
+    """Mean aerodynamic chord c, m."""
     length: Length | None = None
+    """Over all, m."""
 
     @field_validator("wing_area", "span", "chord")
     @classmethod
@@ -76,31 +68,22 @@ class Geometry(StrictModel):
 
 
 class MassProperties(StrictModel):
-    """Mass and inertia at take-off, about the center of gravity in body axes.
-
-    Attributes
-    ----------
-    mass : float
-        With payload and full fuel, kg.
-    ixx, iyy, izz, ixz : float
-        kg m^2; Ixy = Iyz = 0 by symmetry.
-    fuel : float
-        The part of `mass` that is fuel at take-off, kg.
-    fuel_position : tuple of float
-        Where the fuel's own center of gravity lies, from the CG, m.
-    fuel_flow_idle, fuel_flow_full : float
-        All engines, kg/s.
-    """
+    """Mass and inertia at take-off, about the center of gravity in body axes."""
 
     mass: Mass
+    """With payload and full fuel, kg."""
     ixx: Inertia
     iyy: Inertia
     izz: Inertia
     ixz: Inertia = 0.0
+    """kg m^2; Ixy = Iyz = 0 by symmetry."""
     fuel: Mass = 0.0
+    """The part of `mass` that is fuel at take-off, kg."""
     fuel_position: Position = AT_CG
+    """Where the fuel's own center of gravity lies, from the CG, m."""
     fuel_flow_idle: MassFlow = 0.0
     fuel_flow_full: MassFlow = 0.0
+    """All engines, kg/s."""
 
     @field_validator("mass", "ixx", "iyy", "izz")
     @classmethod
@@ -132,28 +115,19 @@ class MassProperties(StrictModel):
 
 
 class Propulsion(StrictModel):
-    """Engines: thrust = max_thrust * throttle * rho/rho0 * (1 - V/zero_thrust_speed) along x.
-
-    Attributes
-    ----------
-    max_thrust : float
-        Static, all engines, sea level, N.
-    zero_thrust_speed : float
-        m/s.
-    lag : float
-        Time constant from throttle to thrust, s.
-    position : tuple of positions
-        One for each engine, from the CG, m.
-    rpm_idle, rpm_full : float
-        Fan speed at closed and full throttle, rad/s.
-    """
+    """Engines: thrust = max_thrust * throttle * rho/rho0 * (1 - V/zero_thrust_speed) along x."""
 
     max_thrust: Force = 0.0
+    """Static, all engines, sea level, N."""
     zero_thrust_speed: Speed = 1e9
+    """m/s."""
     lag: Time = 0.0
+    """Time constant from throttle to thrust, s."""
     position: Annotated[tuple[Position, ...], BeforeValidator(_several_positions)] = (AT_CG,)
+    """One for each engine, from the CG, m."""
     rpm_idle: RotationSpeed = 0.0
     rpm_full: RotationSpeed = 0.0
+    """Fan speed at closed and full throttle, rad/s."""
 
     @field_validator("zero_thrust_speed")
     @classmethod
@@ -244,34 +218,24 @@ class Sensors(StrictModel):
 
 
 class Control(StrictModel):
-    """One control: how it is measured, how it moves, what the pilot's stick does to it.
-
-    Attributes
-    ----------
-    kind : {"position", "servo", "command"}
-        Where the recorded signal is taken: on the surface, at the servo before the linkage, or
-        as commanded.
-    travel : tuple of float
-        Lowest and highest deflection, rad.
-    full_stick_high, full_stick_low : float
-        Deflection at full positive stick with the rate switch high and low, rad. Pulled back,
-        and to the right, is positive: the elevator's is negative.
-    lag, delay : float
-        Of the servo, s.
-    rate_limit : float
-        rad/s.
-    slop : float
-        Free play of the linkage, whole width, rad.
-    """
+    """One control: how it is measured, how it moves, what the pilot's stick does to it."""
 
     kind: Literal["position", "servo", "command"] = "position"
+    """Where the recorded signal is taken: on the surface, at the servo before the linkage, or as
+    commanded."""
     travel: tuple[Angle, Angle] = (-25 * DEGREE, 25 * DEGREE)
+    """Lowest and highest deflection, rad."""
     full_stick_high: Angle = 20 * DEGREE
     full_stick_low: Angle = 12 * DEGREE
+    """Deflection at full positive stick with the rate switch high and low, rad. Pulled back, and to
+    the right, is positive: the elevator's is negative."""
     lag: Time = 0.0
     delay: Time = 0.0
+    """Of the servo, s."""
     rate_limit: AngularRate = 1e9
+    """rad/s."""
     slop: Angle = 0.0
+    """Free play of the linkage, whole width, rad."""
 
     @field_validator("travel")
     @classmethod
@@ -282,37 +246,25 @@ class Control(StrictModel):
 
 
 class Limits(StrictModel):
-    """Limits of the flight and of the linear model.
-
-    Attributes
-    ----------
-    alpha_linear : tuple of float
-        Where the aerodynamics are linear, rad.
-    alpha_stall : float
-        rad.
-    beta_linear : float
-        Largest sideslip of the linear model, rad.
-    load_factor : tuple of float
-        Lowest and highest normal acceleration, m/s^2.
-    stall_speed, maximum_speed : float
-        Calibrated airspeed, m/s.
-    bank : float
-        rad.
-    flight_time : float or None
-        From take-off to landing, s; None where no time is agreed on.
-    battery_empty : float or None
-        Where the recorder or the aircraft stops for want of it, V; None where that is not known.
-    """
+    """Limits of the flight and of the linear model."""
 
     alpha_linear: tuple[Angle, Angle] = (-5 * DEGREE, 10 * DEGREE)
+    """Where the aerodynamics are linear, rad."""
     alpha_stall: Angle = 14 * DEGREE
+    """rad."""
     beta_linear: Angle = 12 * DEGREE
+    """Largest sideslip of the linear model, rad."""
     load_factor: tuple[Acceleration, Acceleration] = (-2 * GRAVITY, 4 * GRAVITY)
+    """Lowest and highest normal acceleration, m/s^2."""
     stall_speed: Speed = 0.0
     maximum_speed: Speed = 1e9
+    """Calibrated airspeed, m/s."""
     bank: Angle = 75 * DEGREE
+    """rad."""
     flight_time: Time | None = None
+    """From take-off to landing, s; None where no time is agreed on."""
     battery_empty: Voltage | None = None
+    """Where the recorder or the aircraft stops for want of it, V; None where that is not known."""
 
     @field_validator("flight_time")
     @classmethod
@@ -358,20 +310,12 @@ class Axles(StrictModel):
 
 
 class Aircraft(StrictModel):
-    """An aircraft file, read.
-
-    Attributes
-    ----------
-    name : str
-        For titles and reports.
-    source : str
-        Where the numbers come from.
-    axles : Axles
-        For weighing.
-    """
+    """An aircraft file, read."""
 
     name: str = "aircraft"
+    """For titles and reports."""
     source: str = ""
+    """Where the numbers come from."""
     geometry: Geometry
     mass: MassProperties
     propulsion: Propulsion = Field(default_factory=Propulsion)
@@ -379,6 +323,7 @@ class Aircraft(StrictModel):
     controls: Controls = Field(default_factory=Controls)
     limits: Limits = Field(default_factory=Limits)
     axles: Axles = Field(default_factory=Axles)
+    """For weighing."""
 
     def warnings(self) -> tuple[str, ...]:
         """Return sentences about values that are possible but suspicious."""

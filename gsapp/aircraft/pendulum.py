@@ -29,49 +29,33 @@ def small_amplitude_period(period: float, amplitude: float = 0.0, damping: float
 
 
 class CompoundSwing(NamedTuple):
-    """A compound pendulum: aircraft and cradle about one horizontal axis.
-
-    Attributes
-    ----------
-    period, cradle_period : float
-        Of aircraft and cradle together, and of the cradle alone, by `small_amplitude_period`, s.
-    aircraft_weight, cradle_weight : float
-        N.
-    aircraft_arm, cradle_arm : float
-        From the pivot down to the CG of each, vertical, m.
-    distance : float
-        From the pivot to the aircraft's CG, m; equal to `aircraft_arm` for a level aircraft that
-        hangs plumb.
-    air_mass : float
-        Air that the aircraft displaces and drags along, kg.
-    """
+    """A compound pendulum: aircraft and cradle about one horizontal axis."""
 
     period: float
     cradle_period: float
+    """Of aircraft and cradle together, and of the cradle alone, by `small_amplitude_period`, s."""
     aircraft_weight: float
     cradle_weight: float
+    """N."""
     aircraft_arm: float
     cradle_arm: float
+    """From the pivot down to the CG of each, vertical, m."""
     distance: float
+    """From the pivot to the aircraft's CG, m; equal to `aircraft_arm` for a level aircraft that
+    hangs plumb."""
     air_mass: float = 0.0
+    """Air that the aircraft displaces and drags along, kg."""
 
 
 class PendulumInertia(NamedTuple):
-    """A moment of inertia and what it is the difference of, kg m^2.
-
-    Attributes
-    ----------
-    whole : float
-        Of all that swings, about the axis of the swing.
-    cradle : float
-        The cradle's part.
-    transfer : float
-        What the parallel-axis rule takes off, entrained air included.
-    """
+    """A moment of inertia and what it is the difference of, kg m^2."""
 
     whole: float
+    """Of all that swings, about the axis of the swing."""
     cradle: float
+    """The cradle's part."""
     transfer: float
+    """What the parallel-axis rule takes off, entrained air included."""
 
     @property
     def value(self) -> float:
@@ -92,28 +76,20 @@ def compound_inertia(swing: CompoundSwing) -> PendulumInertia:
 
 
 class BifilarSwing(NamedTuple):
-    """A bifilar pendulum: aircraft and cradle on two wires, turning about the vertical.
-
-    Attributes
-    ----------
-    period, cradle_period : float
-        As in `CompoundSwing`, s.
-    aircraft_weight, cradle_weight : float
-        N.
-    stiffness : float
-        Restoring moment over angle and weight, m; see `parallel_wire_stiffness` and
-        `slanted_wire_stiffness`.
-    aircraft_offset, cradle_offset : float
-        Horizontal distance of each CG from the one of both together, m.
-    """
+    """A bifilar pendulum: aircraft and cradle on two wires, turning about the vertical."""
 
     period: float
     cradle_period: float
+    """As in `CompoundSwing`, s."""
     aircraft_weight: float
     cradle_weight: float
+    """N."""
     stiffness: float
+    """Restoring moment over angle and weight, m; see `parallel_wire_stiffness` and
+    `slanted_wire_stiffness`."""
     aircraft_offset: float = 0.0
     cradle_offset: float = 0.0
+    """Horizontal distance of each CG from the one of both together, m."""
 
 
 def parallel_wire_stiffness(length: float, first: float, second: float) -> float:

@@ -45,27 +45,19 @@ reaches: wing, tail and fuselage lie nearly in one plane."""
 
 
 class _Timing(StrictModel):
-    """Times of swings.
-
-    Attributes
-    ----------
-    times, cradle_times : tuple of float
-        Each of `cycles` whole swings, with the aircraft and with the cradle alone, s.
-    cycles : int
-    amplitude : float
-        Mean angle to either side, rad.
-    damping, cradle_damping : float
-        Ratio zeta.
-    """
+    """Times of swings."""
 
     times: tuple[Time, ...]
     cradle_times: tuple[Time, ...] = ()
+    """Each of `cycles` whole swings, with the aircraft and with the cradle alone, s."""
     cycles: int
     cradle_cycles: int | None = None
     amplitude: Angle = 0.0
+    """Mean angle to either side, rad."""
     cradle_amplitude: Angle | None = None
     damping: Ratio = 0.0
     cradle_damping: Ratio = 0.0
+    """Ratio zeta."""
 
     @field_validator("times")
     @classmethod
@@ -121,47 +113,32 @@ def _period(
 
 
 class CompoundSwings(_Timing):
-    """Swings about a horizontal axis.
-
-    Attributes
-    ----------
-    pivot_to_cg : MeasuredValue
-        From the pivot to the aircraft's CG, m.
-    pivot_to_cg_vertical : MeasuredValue or None
-        Its vertical part, where the aircraft does not hang plumb, m.
-    pivot_to_cradle_cg : MeasuredValue
-        Vertical, m.
-    additional_mass : MeasuredValue
-        Of air that the swinging aircraft drags along, beyond what it displaces, kg.
-    """
+    """Swings about a horizontal axis."""
 
     pivot_to_cg: MeasuredLength
+    """From the pivot to the aircraft's CG, m."""
     pivot_to_cg_vertical: MeasuredLength | None = None
+    """Its vertical part, where the aircraft does not hang plumb, m."""
     pivot_to_cradle_cg: MeasuredLength = MeasuredValue(0.0)
+    """Vertical, m."""
     additional_mass: MeasuredMass = MeasuredValue(0.0)
+    """Of air that the swinging aircraft drags along, beyond what it displaces, kg."""
 
 
 class BifilarSwings(_Timing):
-    """Swings about the vertical, on two wires.
-
-    Attributes
-    ----------
-    wire_length, first_distance, second_distance : MeasuredValue or None
-        Parallel wires: their length and distances from the combined CG, m.
-    height, upper_spacing, lower_spacing : MeasuredValue or None
-        Slanted wires instead, m.
-    aircraft_offset, cradle_offset : MeasuredValue
-        Horizontal distance of each CG from the combined one, m.
-    """
+    """Swings about the vertical, on two wires."""
 
     wire_length: MeasuredLength | None = None
     first_distance: MeasuredLength | None = None
     second_distance: MeasuredLength | None = None
+    """Parallel wires: their length and distances from the combined CG, m."""
     height: MeasuredLength | None = None
     upper_spacing: MeasuredLength | None = None
     lower_spacing: MeasuredLength | None = None
+    """Slanted wires instead, m."""
     aircraft_offset: MeasuredLength = MeasuredValue(0.0)
     cradle_offset: MeasuredLength = MeasuredValue(0.0)
+    """Horizontal distance of each CG from the combined one, m."""
 
     @model_validator(mode="after")
     def _one_geometry(self) -> BifilarSwings:
@@ -191,21 +168,14 @@ class TiltedSwings(BifilarSwings):
 
 
 class SwungAircraft(StrictModel):
-    """What swings.
-
-    Attributes
-    ----------
-    weight : MeasuredValue
-        As flown, N.
-    volume : float
-        Of the air it displaces, m^3.
-    depth : MeasuredValue or None
-        Overall height of the aircraft, m: bounds how far mass can lie above and below the CG.
-    """
+    """What swings."""
 
     weight: MeasuredWeight
+    """As flown, N."""
     volume: Volume = 0.0
+    """Of the air it displaces, m^3."""
     depth: MeasuredLength | None = None
+    """Overall height of the aircraft, m: bounds how far mass can lie above and below the CG."""
 
     @field_validator("weight")
     @classmethod
@@ -222,29 +192,18 @@ class Cradle(StrictModel):
 
 
 class Swings(StrictModel):
-    """A whole file of swings.
-
-    Attributes
-    ----------
-    name : str
-    air_density : float
-        kg/m^3.
-    aircraft : SwungAircraft
-    cradle : Cradle
-    x, y : CompoundSwings or None
-    z : BifilarSwings or None
-    tilted : TiltedSwings or None
-        Needs x and z.
-    """
+    """A whole file of swings."""
 
     name: str = ""
     air_density: Density = 1.225
+    """kg/m^3."""
     aircraft: SwungAircraft
     cradle: Cradle = Cradle()
     x: CompoundSwings | None = None
     y: CompoundSwings | None = None
     z: BifilarSwings | None = None
     tilted: TiltedSwings | None = None
+    """Needs x and z."""
 
     @model_validator(mode="after")
     def _consistent(self) -> Swings:
@@ -263,25 +222,16 @@ class Swings(StrictModel):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class InertiaResult:
-    """What swings mean.
-
-    Attributes
-    ----------
-    values : mapping of str to MeasuredValue
-        ``ixx``, ``iyy``, ``izz``, ``ixz`` as far as swung, kg m^2.
-    parts : mapping of str to PendulumInertia
-        What each is the difference of.
-    shares : mapping of str to mapping of str to float
-        Share of the variance of each value, by measured quantity.
-    mass : float
-        kg.
-    warnings : tuple of str
-    """
+    """What swings mean."""
 
     values: Mapping[str, MeasuredValue]
+    """``ixx``, ``iyy``, ``izz``, ``ixz`` as far as swung, kg m^2."""
     parts: Mapping[str, PendulumInertia]
+    """What each is the difference of."""
     shares: Mapping[str, Mapping[str, float]]
+    """Share of the variance of each value, by measured quantity."""
     mass: float
+    """kg."""
     warnings: tuple[str, ...]
 
 

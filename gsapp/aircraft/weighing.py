@@ -47,32 +47,22 @@ _APART = 0.02
 
 
 class WeighingRecord(StrictModel):
-    """What was read off the scales, as the flight card holds it.
-
-    Attributes
-    ----------
-    loads : mapping of str to MeasuredValue
-        Reading under each axle, N; two axles give the CG along x, three wheels along y as well.
-        ``main`` is both main wheels on one scale, or added up.
-    axles : mapping of str to position
-        Places of axles' centers in place of those of the aircraft file, in its frame, m.
-    pitch, bank : MeasuredValue
-        Attitude on the scales, nose up and right wing down, rad.
-    fuel : float or None
-        On board when weighed, kg; None for as much as at take-off.
-    scale_error : float
-        Standard deviation of each reading that states none, N.
-    axle_error : float
-        Standard deviation of each coordinate of an axle, m.
-    """
+    """What was read off the scales, as the flight card holds it."""
 
     loads: Mapping[str, MeasuredWeight]
+    """Reading under each axle, N; two axles give the CG along x, three wheels along y as well.
+    ``main`` is both main wheels on one scale, or added up."""
     axles: Mapping[str, Position] = Field(default_factory=dict)
+    """Places of axles' centers in place of those of the aircraft file, in its frame, m."""
     pitch: MeasuredAngle = LEVEL
     bank: MeasuredAngle = LEVEL
+    """Attitude on the scales, nose up and right wing down, rad."""
     fuel: Mass | None = None
+    """On board when weighed, kg; None for as much as at take-off."""
     scale_error: Weight = SCALE_ERROR
+    """Standard deviation of each reading that states none, N."""
     axle_error: Length = AXLE_ERROR
+    """Standard deviation of each coordinate of an axle, m."""
 
     @field_validator("loads")
     @classmethod
@@ -107,47 +97,31 @@ class WeighingRecord(StrictModel):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Support:
-    """One axle or wheel on a scale.
-
-    Attributes
-    ----------
-    name : str
-        For messages: ``nose``, ``left`` ...
-    position : tuple of float
-        Center of the axle in the frame of the aircraft file, m.
-    load : MeasuredValue
-        Reading of the scale, N.
-    position_std : float
-        Of each coordinate, m.
-    """
+    """One axle or wheel on a scale."""
 
     name: str
+    """For messages: ``nose``, ``left`` ..."""
     position: Position
+    """Center of the axle in the frame of the aircraft file, m."""
     load: MeasuredValue
+    """Reading of the scale, N."""
     position_std: float = AXLE_ERROR
+    """Of each coordinate, m."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Weighing:
-    """What a weighing says.
-
-    Attributes
-    ----------
-    mass : MeasuredValue
-        As it stood on the scales, kg.
-    cg : tuple of float
-        In the frame of the aircraft file: from the CG that its positions count from, body axes,
-        m. Zero along an axis that was not measured.
-    cg_std : tuple of float
-        Standard deviations, m; NaN along an axis that was not measured.
-    shares : mapping of str to float
-        Part of the weight on each support, 0 to 1.
-    """
+    """What a weighing says."""
 
     mass: MeasuredValue
+    """As it stood on the scales, kg."""
     cg: Position
+    """In the frame of the aircraft file: from the CG that its positions count from, body axes, m.
+    Zero along an axis that was not measured."""
     cg_std: Position
+    """Standard deviations, m; NaN along an axis that was not measured."""
     shares: Mapping[str, float]
+    """Part of the weight on each support, 0 to 1."""
 
     @property
     def measured(self) -> tuple[bool, bool, bool]:
@@ -207,7 +181,6 @@ def evaluate_weighing(record: WeighingRecord, axles: Axles | Mapping[str, Positi
 
     Parameters
     ----------
-    record : WeighingRecord
     axles : Axles or mapping of str to position
         Those of the aircraft file, m.
 

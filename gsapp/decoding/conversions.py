@@ -14,24 +14,16 @@ ConvertFunction = Callable[[tuple[FloatArray, ...]], FloatArray]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Conversion:
-    """A function of several numbers of one message.
-
-    Attributes
-    ----------
-    name : str
-        As written in a channel map.
-    inputs : int
-        How many numbers it takes: fields, or elements of one array field.
-    compute : callable
-        From arrays of shape (n,) to one of shape (n,).
-    meaning : str
-        What goes in and what comes out.
-    """
+    """A function of several numbers of one message."""
 
     name: str
+    """As written in a channel map."""
     inputs: int
+    """How many numbers it takes: fields, or elements of one array field."""
     compute: ConvertFunction
+    """From arrays of shape (n,) to one of shape (n,)."""
     meaning: str
+    """What goes in and what comes out."""
 
 
 def _quaternion_phi(q: tuple[FloatArray, ...]) -> FloatArray:

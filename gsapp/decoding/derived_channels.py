@@ -28,31 +28,21 @@ LONGEST_HOLD = 30_000_000
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Derivation:
-    """How one channel is computed from others.
-
-    Attributes
-    ----------
-    output : str
-        The channel.
-    fast_inputs, slow_inputs : tuple of str
-        Its inputs, in the order in which `compute` takes them.
-    compute : callable
-        From arrays of shape (n,) to one, or from numbers to a number.
-    density : callable or None
-        From the slow inputs to the density of the air, which `compute` takes in their place.
-    source : str
-        The formula, or where it stands.
-    assumed : str
-        What is assumed for want of a sensor; empty for nothing.
-    """
+    """How one channel is computed from others."""
 
     output: str
+    """The channel."""
     fast_inputs: tuple[str, ...]
     slow_inputs: tuple[str, ...] = ()
+    """Its inputs, in the order in which `compute` takes them."""
     compute: DeriveFunction
+    """From arrays of shape (n,) to one, or from numbers to a number."""
     density: DeriveFunction | None = None
+    """From the slow inputs to the density of the air, which `compute` takes in their place."""
     source: str
+    """The formula, or where it stands."""
     assumed: str = ""
+    """What is assumed for want of a sensor; empty for nothing."""
 
     @property
     def description(self) -> str:

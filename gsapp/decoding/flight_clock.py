@@ -72,21 +72,14 @@ class TimedItem(NamedTuple):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ClockEvent:
-    """Something that happened to a clock.
-
-    Attributes
-    ----------
-    kind : {"restart", "step", "outlier", "other-clock", "frozen-clock", "no-clock", "host-step"}
-        What.
-    time : int
-        Flight time, microseconds.
-    text : str
-        In words.
-    """
+    """Something that happened to a clock."""
 
     kind: str
+    """What."""
     time: int
+    """Flight time, microseconds."""
     text: str
+    """In words."""
 
 
 class _HeldItem(NamedTuple):
@@ -120,8 +113,6 @@ class FlightClock:
     ----------
     now : int
         The latest flight time placed, microseconds.
-    first : int or None
-        The first.
     released : list of TimedItem
         Items that had to wait and now have their time.
     events : list of ClockEvent

@@ -410,21 +410,14 @@ class Framer:
 
 
 class TextLine(NamedTuple):
-    """One whole text line.
-
-    Attributes
-    ----------
-    offset : int
-        Position of its first byte in the stream.
-    data : bytes
-        The line without its end; valid UTF-8.
-    end : bytes
-        What ended it: CR, LF, CR LF, or nothing at the end of the stream.
-    """
+    """One whole text line."""
 
     offset: int
+    """Position of its first byte in the stream."""
     data: bytes
+    """The line without its end; valid UTF-8."""
     end: bytes
+    """What ended it: CR, LF, CR LF, or nothing at the end of the stream."""
 
 
 class LineFramer:

@@ -37,26 +37,18 @@ _FEW_BETWEEN = 4  # rows between two samples are quicker one by one
 
 
 class _Plan(NamedTuple):
-    """Successive rows to be laid: each between two samples, or on one, given by their places.
-
-    Attributes
-    ----------
-    first : int
-        The first row.
-    before, after : list of int
-        Samples before and after each row; the same twice where the row stands on it.
-    weights : list of float
-        Share of the sample after.
-    gaps, silent : list of int
-        Rows, counted from the first, that lie in a gap; that lie in a silence.
-    """
+    """Successive rows to be laid: each between two samples, or on one, given by their places."""
 
     first: int
+    """The first row."""
     before: list[int]
     after: list[int]
+    """Samples before and after each row; the same twice where the row stands on it."""
     weights: list[float]
+    """Share of the sample after."""
     gaps: list[int]
     silent: list[int]
+    """Rows, counted from the first, that lie in a gap; that lie in a silence."""
 
     def silence(self) -> BoolArray | None:
         """Return which rows lie in a silence; None for none."""
@@ -72,8 +64,6 @@ class Gridder:
 
     Parameters
     ----------
-    grid : Grid
-        The grid.
     circular : ndarray of bool, shape (m,)
         Channels that go round: angles from -pi to pi. They come out in that range.
     stepwise : ndarray of bool, shape (m,)

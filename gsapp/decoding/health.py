@@ -47,50 +47,28 @@ _CHANCE = 4
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MessageHealth:
-    """One message of one sender.
-
-    Attributes
-    ----------
-    system, component, message_id : int
-        Who sent what.
-    name : str
-        Name of the message; ``UNKNOWN_<id>`` where the dialect does not hold it.
-    count : int
-        Frames, without duplicates.
-    rate : float
-        Frames per second over the last two seconds or so; 0 once it has stopped.
-    age : float
-        Seconds since the last one.
-    delay : float or None
-        Seconds by which the last one came later than the fastest of the last minutes; None
-        where the sender does not stamp it.
-    """
+    """One message of one sender."""
 
     system: int
     component: int
     message_id: int
+    """Who sent what."""
     name: str
+    """Name of the message; ``UNKNOWN_<id>`` where the dialect does not hold it."""
     count: int
+    """Frames, without duplicates."""
     rate: float
+    """Frames per second over the last two seconds or so; 0 once it has stopped."""
     age: float
+    """Seconds since the last one."""
     delay: float | None
+    """Seconds by which the last one came later than the fastest of the last minutes; None where the
+    sender does not stamp it."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SenderHealth:
-    """One (system, component) on the link; attributes as in `LinkReport`.
-
-    Attributes
-    ----------
-    age : float
-        Seconds since its last frame; frames of a radio do not count.
-    is_vehicle : bool
-        Whether its heartbeat is that of a vehicle.
-    vehicle_type, autopilot : str
-        What its heartbeat says it is; empty before the first.
-    radio : bool
-        Whether all that it sends is the status of a radio.
-    """
+    """One (system, component) on the link; attributes as in `LinkReport`."""
 
     system: int
     component: int
@@ -101,10 +79,14 @@ class SenderHealth:
     reordered: int
     rate: float
     age: float
+    """Seconds since its last frame; frames of a radio do not count."""
     is_vehicle: bool
+    """Whether its heartbeat is that of a vehicle."""
     vehicle_type: str = ""
     autopilot: str = ""
+    """What its heartbeat says it is; empty before the first."""
     radio: bool = False
+    """Whether all that it sends is the status of a radio."""
 
     def __str__(self) -> str:
         """Return who it is in words."""
@@ -128,63 +110,43 @@ class SenderHealth:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LinkReport:
-    """The state of a link at one moment.
-
-    Attributes
-    ----------
-    good : int
-        Frames whose checksum fitted, duplicates included.
-    damaged : int
-        Damaged frames, as far as the residue lets them be told apart.
-    unknown : int
-        Frames of unknown id, recorded but not decoded.
-    lost : int
-        Frames missing in the sequence numbers of their senders. Ground stations do not count:
-        a log holds only some of what they send.
-    duplicates, reordered : int
-        Frames that came twice, and frames that came late.
-    lines : int
-        Text lines.
-    residue_bytes : int
-        Bytes that belong to no frame.
-    rate : float
-        Frames of the flown aircraft, or lines, per second.
-    age : float or None
-        Seconds since the last of them; None before the first.
-    loss : float
-        Share of its frames lost since the beginning, 0 to 1.
-    system : int or None
-        The flown system, heard or chosen; None before it is known, and for lines of text.
-    is_system_selected : bool
-        Whether the crew or the channel map has named it.
-    flown : SenderHealth or None
-        The flown aircraft; None before it is heard, and for lines of text.
-    senders, messages : tuple
-        The same by sender and by message, of those of whom one frame was good.
-    warnings : tuple of str
-        What the crew should know, in words.
-    unreadable : str
-        The one of them that says that nothing of what arrives can be read; empty where it can.
-    """
+    """The state of a link at one moment."""
 
     good: int
+    """Frames whose checksum fitted, duplicates included."""
     damaged: int
+    """Damaged frames, as far as the residue lets them be told apart."""
     unknown: int
+    """Frames of unknown id, recorded but not decoded."""
     lost: int
+    """Frames missing in the sequence numbers of their senders. Ground stations do not count: a log
+    holds only some of what they send."""
     duplicates: int
     reordered: int
+    """Frames that came twice, and frames that came late."""
     lines: int
+    """Text lines."""
     residue_bytes: int
+    """Bytes that belong to no frame."""
     rate: float
+    """Frames of the flown aircraft, or lines, per second."""
     age: float | None
+    """Seconds since the last of them; None before the first."""
     loss: float
+    """Share of its frames lost since the beginning, 0 to 1."""
     system: int | None
+    """The flown system, heard or chosen; None before it is known, and for lines of text."""
     is_system_selected: bool
+    """Whether the crew or the channel map has named it."""
     flown: SenderHealth | None
+    """The flown aircraft; None before it is heard, and for lines of text."""
     senders: tuple[SenderHealth, ...]
     messages: tuple[MessageHealth, ...]
+    """The same by sender and by message, of those of whom one frame was good."""
     warnings: tuple[str, ...]
+    """What the crew should know, in words."""
     unreadable: str
+    """The one of them that says that nothing of what arrives can be read; empty where it can."""
 
     @property
     def arrived(self) -> int:

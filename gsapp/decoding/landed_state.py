@@ -39,7 +39,6 @@ class LandedState:
         ----------
         number : int
             Message id; others than the two are ignored.
-        component : int
         payload : bytes
             Zero bytes at its end may be missing.
         time : float or None

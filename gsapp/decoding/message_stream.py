@@ -65,42 +65,27 @@ def linear_factors(entry: MapEntry) -> tuple[float, float]:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StreamColumn:
-    """One column that a stream yields.
-
-    Attributes
-    ----------
-    channel : str
-        Id.
-    entry : MapEntry
-        Where it comes from.
-    calibrated : bool
-        Whether a certificate turned volts into it.
-    uncalibrated_channel : str
-        The channel that these volts would give, had it a certificate; else empty.
-    """
+    """One column that a stream yields."""
 
     channel: str
+    """Id."""
     entry: MapEntry
+    """Where it comes from."""
     calibrated: bool
+    """Whether a certificate turned volts into it."""
     uncalibrated_channel: str = ""
+    """The channel that these volts would give, had it a certificate; else empty."""
 
 
 class _CalibrationCurves(NamedTuple):
-    """Calibrations that refer to one supply, for single numbers.
-
-    Attributes
-    ----------
-    straight : list of (int, float, float, float, float)
-        Column, ends of the range (V), coefficients with the highest power first.
-    bent : list of (int, float, float, float, float, float, float)
-        The same, up to the third power.
-    certificates : dict of int to Certificate
-        By column.
-    """
+    """Calibrations that refer to one supply, for single numbers."""
 
     straight: list[tuple[int, float, float, float, float]]
+    """Column, ends of the range (V), coefficients with the highest power first."""
     bent: list[tuple[int, float, float, float, float, float, float]]
+    """The same, up to the third power."""
     certificates: dict[int, Certificate]
+    """By column."""
 
 
 class _Calibrations:

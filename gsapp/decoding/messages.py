@@ -35,50 +35,32 @@ _MICROSECONDS = {"ms": 1000, "us": 1}
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StampField:
-    """Where a message carries the vehicle's time.
-
-    Attributes
-    ----------
-    field : str
-        Name of the field.
-    offset, size : int
-        Place in the payload, bytes. Unsigned, little-endian.
-    scale : int
-        Microseconds per count.
-    """
+    """Where a message carries the vehicle's time."""
 
     field: str
+    """Name of the field."""
     offset: int
     size: int
+    """Place in the payload, bytes. Unsigned, little-endian."""
     scale: int
+    """Microseconds per count."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class MessageLayout:
-    """How the payload of one message is laid out.
-
-    Attributes
-    ----------
-    id : int
-        Message id.
-    name : str
-        Such as ``ATTITUDE``.
-    dtype : numpy.dtype
-        Structured, packed, in the order of the wire, extensions included.
-    units : mapping of str to str
-        Units that the dialect states, by field.
-    instance_field : str or None
-        The field that tells several senders of the same message apart.
-    stamp : StampField or None
-        The vehicle's time; None where the message carries none.
-    """
+    """How the payload of one message is laid out."""
 
     id: int
     name: str
+    """Such as ``ATTITUDE``."""
     dtype: np.dtype[np.void]
+    """Structured, packed, in the order of the wire, extensions included."""
     units: Mapping[str, str]
+    """Units that the dialect states, by field."""
     instance_field: str | None
+    """The field that tells several senders of the same message apart."""
     stamp: StampField | None
+    """The vehicle's time; None where the message carries none."""
 
     @property
     def fields(self) -> tuple[str, ...]:
@@ -201,8 +183,6 @@ def decode_columns(message_id: int, payloads: Sequence[bytes]) -> npt.NDArray[np
 
     Parameters
     ----------
-    message_id : int
-        Id of the message.
     payloads : sequence of bytes
         As sent. MAVLink 2 cuts trailing zeros, MAVLink 1 has no extensions: what is missing is
         zero. What is longer than the layout (a newer dialect) is cut.
@@ -238,8 +218,6 @@ def number_reader(
 
     Parameters
     ----------
-    message_id : int
-        Id of the message.
     wanted : sequence of (str, int or None)
         Field, and element of it where it is an array. A number may be wanted more than once.
 

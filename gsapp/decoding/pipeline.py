@@ -36,56 +36,36 @@ _LONGEST_WAIT = 2 * round(MAX_FILLED_PAUSE * 1e6)
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ChannelSource:
-    """Where a channel comes from.
-
-    Attributes
-    ----------
-    source : str
-        Source in the map, the better first where there are several; or the formula and inputs.
-    kind : {"measured", "estimated", "derived"}
-        What the best source does for it.
-    calibrated : bool
-        Whether a certificate is in force for it, or for all that it is derived from.
-    uncalibrated_channel : str
-        Of volts that want a certificate and have none: the channel that they would give. Empty
-        for all others.
-    timing : {"vehicle", "arrival"}
-        Whether its samples carry the vehicle's time. Those timed by arrival stay out of
-        identification unless asked for.
-    samples : int or None
-        How many arrived, before the grid: of the source that gave most, or of the input of a
-        derived channel that gave least. None where nobody counted.
-    rate : float or None
-        Their rate, Hz: one over the median period of late.
-    gaps : int or None
-        How often they were further apart than the grid bridges.
-    """
+    """Where a channel comes from."""
 
     source: str
+    """Source in the map, the better first where there are several; or the formula and inputs."""
     kind: Literal["measured", "estimated", "derived"]
+    """What the best source does for it."""
     calibrated: bool
+    """Whether a certificate is in force for it, or for all that it is derived from."""
     uncalibrated_channel: str = ""
+    """Of volts that want a certificate and have none: the channel that they would give. Empty for
+    all others."""
     timing: Literal["vehicle", "arrival"] = "vehicle"
+    """Whether its samples carry the vehicle's time. Those timed by arrival stay out of
+    identification unless asked for."""
     samples: int | None = None
+    """How many arrived, before the grid: of the source that gave most, or of the input of a derived
+    channel that gave least. None where nobody counted."""
     rate: float | None = None
+    """Their rate, Hz: one over the median period of late."""
     gaps: int | None = None
+    """How often they were further apart than the grid bridges."""
 
 
 class _ColumnStep(NamedTuple):
-    """One more column of a group: a slow input, or what is computed from columns before it.
-
-    Attributes
-    ----------
-    compute : callable or None
-        From the columns `inputs` to this one; None for a slow input.
-    inputs : tuple of int
-        Places of columns.
-    slow : SlowInput or None
-        The slow input.
-    """
+    """One more column of a group: a slow input, or what is computed from columns before it."""
 
     compute: DeriveFunction | None
+    """From the columns `inputs` to this one; None for a slow input."""
     inputs: tuple[int, ...] = ()
+    """Places of columns."""
     slow: SlowInput | None = None
 
 
@@ -94,29 +74,20 @@ class _Group:
     """Channels that share their rows: its own, then the derived ones.
 
     A group with `join` takes its own channels from other groups, and emits the derived ones only.
-
-    Attributes
-    ----------
-    channels : tuple of str
-        Its own and the derived ones.
-    width : int
-        Number of its own.
-    join : _Join or None
-        Where its own channels come from, if not from a stream.
-    steps : list of _Step
-        Columns that follow its own; some of them are derived channels, others lead to them.
-    derived : list of int
-        Places of the derived channels among all columns.
-    ready : list of GridRows
-        What waits for the next pull.
     """
 
     channels: tuple[str, ...]
+    """Its own and the derived ones."""
     width: int
+    """Number of its own."""
     join: _Join | None = None
+    """Where its own channels come from, if not from a stream."""
     steps: list[_ColumnStep] = field(default_factory=list)
+    """Columns that follow its own; some of them are derived channels, others lead to them."""
     derived: list[int] = field(default_factory=list)
+    """Places of the derived channels among all columns."""
     ready: list[GridRows] = field(default_factory=list)
+    """What waits for the next pull."""
 
     @property
     def emitted(self) -> tuple[str, ...]:
@@ -229,8 +200,6 @@ class Pipeline:
 
     Attributes
     ----------
-    grid : Grid
-        The grid.
     streams : tuple of MessageStream
         One for each message and sender; their numbers are those of `push`.
     sources : dict of str to ChannelSource

@@ -26,8 +26,6 @@ class SourceSelector:
 
     Parameters
     ----------
-    grid : Grid
-        The grid.
     sources : sequence of Gridder
         The better first. Their rows go to `push`.
     width : int

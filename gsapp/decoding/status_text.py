@@ -13,25 +13,17 @@ _MANY: Final = 1000
 
 
 class StatusText(NamedTuple):
-    """One text.
-
-    Attributes
-    ----------
-    stamp_us : int
-        Host time of its last piece.
-    system, component : int
-        Who said it.
-    severity : int
-        MAVLink's.
-    text : str
-        In words, with an ellipsis where pieces are missing.
-    """
+    """One text."""
 
     stamp_us: int
+    """Host time of its last piece."""
     system: int
     component: int
+    """Who said it."""
     severity: int
+    """MAVLink's."""
     text: str
+    """In words, with an ellipsis where pieces are missing."""
 
 
 @dataclass(slots=True)

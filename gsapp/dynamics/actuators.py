@@ -29,17 +29,12 @@ _NO_LIMIT = 1e6
 
 
 class ControlPosition(NamedTuple):
-    """Where one control is.
-
-    Attributes
-    ----------
-    command, servo, surface : float
-        As asked by the receiver, before the linkage, and on the surface, rad.
-    """
+    """Where one control is."""
 
     command: float
     servo: float
     surface: float
+    """As asked by the receiver, before the linkage, and on the surface, rad."""
 
 
 def control_paths(
@@ -49,7 +44,6 @@ def control_paths(
 
     Parameters
     ----------
-    aircraft : Aircraft
     channel : {"de", "da", "dr", "flap"}
     effects : sequence of (Term, tuple of float)
         Effects of the model on this control, with their parameters.
@@ -85,7 +79,6 @@ class Actuator:
 
     Parameters
     ----------
-    aircraft : Aircraft
     channel : {"de", "da", "dr", "flap"}
     dt : float
         Sample time, s.

@@ -26,40 +26,26 @@ _EXPONENT = GRAVITY / (GAS_CONSTANT * LAPSE_RATE)
 
 
 class AirState(NamedTuple):
-    """State of the air at one height, or at many.
-
-    Attributes
-    ----------
-    density : float or ndarray
-        kg/m^3.
-    pressure : float or ndarray
-        Pa.
-    temperature : float or ndarray
-        K.
-    """
+    """State of the air at one height, or at many."""
 
     density: Value
+    """kg/m^3."""
     pressure: Value
+    """Pa."""
     temperature: Value
+    """K."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Atmosphere:
-    """The troposphere of the day, below 11 km.
-
-    Attributes
-    ----------
-    ground_altitude : float
-        Height of the field above sea level, m.
-    ground_temperature : float or None
-        Read at the field, K; None takes the standard one for that height.
-    ground_pressure : float or None
-        Read at the field (not reduced to sea level), Pa; None takes the standard one.
-    """
+    """The troposphere of the day, below 11 km."""
 
     ground_altitude: float = 0.0
+    """Height of the field above sea level, m."""
     ground_temperature: float | None = None
+    """Read at the field, K; None takes the standard one for that height."""
     ground_pressure: float | None = None
+    """Read at the field (not reduced to sea level), Pa; None takes the standard one."""
 
     def temperature(self, altitude: Value) -> Value:
         """Return the temperature (K) at a geometric altitude above sea level (m)."""
@@ -105,24 +91,17 @@ def pressure_altitude(pressure: Value) -> Value:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Wind:
-    """Steady wind, as the velocity of the air over the ground.
-
-    Attributes
-    ----------
-    north, east, down : float
-        Velocity of the air at `reference_height`, m/s. A wind *from* the north has north < 0.
-    shear : float
-        Exponent of the power law with height; 0 is the same wind at every height, 0.14 is
-        usual over grass.
-    reference_height : float
-        m above the ground.
-    """
+    """Steady wind, as the velocity of the air over the ground."""
 
     north: float = 0.0
     east: float = 0.0
     down: float = 0.0
+    """Velocity of the air at `reference_height`, m/s. A wind *from* the north has north < 0."""
     shear: float = 0.0
+    """Exponent of the power law with height; 0 is the same wind at every height, 0.14 is usual over
+    grass."""
     reference_height: float = 10.0
+    """m above the ground."""
 
     def at(self, height: float) -> tuple[float, float, float]:
         """Return the velocity of the air (north, east, down; m/s) at a height (m) above ground."""

@@ -74,7 +74,6 @@ def wind_axis_rates(
 
     Parameters
     ----------
-    state : PolarState
     X, Y, Z : float or ndarray
         Forces without gravity along the body axes, N.
     mass : float or ndarray
@@ -128,21 +127,14 @@ def polar_rates(state: PolarState, loads: Loads, body: RigidBody) -> tuple[Value
 
 
 class PolarJacobian(NamedTuple):
-    """Derivatives of the nine polar rates.
-
-    Attributes
-    ----------
-    states : ndarray, shape (n, 9, 9)
-        With respect to `POLAR_STATES`.
-    loads : ndarray, shape (n, 9, 6)
-        With respect to the loads, in the order of `Loads`.
-    body : ndarray, shape (n, 9, 5)
-        With respect to `INERTIA_NAMES`.
-    """
+    """Derivatives of the nine polar rates."""
 
     states: FloatArray
+    """Shape (n, 9, 9). With respect to `POLAR_STATES`."""
     loads: FloatArray
+    """Shape (n, 9, 6). With respect to the loads, in the order of `Loads`."""
     body: FloatArray
+    """Shape (n, 9, 5). With respect to `INERTIA_NAMES`."""
 
 
 def polar_jacobian(state: PolarState, loads: Loads, body: RigidBody) -> PolarJacobian:

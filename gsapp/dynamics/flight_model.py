@@ -72,70 +72,48 @@ class _Entry(NamedTuple):
 
 
 class ModelEvaluation(NamedTuple):
-    """Everything on the way from states to rates.
-
-    Attributes
-    ----------
-    coefficients : dict of str to float or ndarray
-        CN, CA, CY, Cl, Cm, Cn with all effects, about the aircraft file's CG.
-    loads : Loads
-        Forces (N) and moments about the CG (N m), thrust included.
-    thrust : float or ndarray
-        N.
-    body : RigidBody
-        Mass and inertia with the effects' offsets.
-    cg : tuple
-        Where the CG lies from the aircraft file's, m.
-    term_rates : tuple
-        Rates of the terms' own states.
-    variables : list
-        In the order of `gsapp.dynamics.terms.VARIABLES`.
-    position_offsets : dict of str to tuple
-        How far an instrument sits from where the aircraft file says, m; only those that do.
-    """
+    """Everything on the way from states to rates."""
 
     coefficients: dict[str, Value]
+    """CN, CA, CY, Cl, Cm, Cn with all effects, about the aircraft file's CG."""
     loads: Loads
+    """Forces (N) and moments about the CG (N m), thrust included."""
     thrust: Value
+    """N."""
     body: RigidBody
+    """Mass and inertia with the effects' offsets."""
     cg: tuple[Value, Value, Value]
+    """Where the CG lies from the aircraft file's, m."""
     term_rates: tuple[Value, ...]
+    """Rates of the terms' own states."""
     variables: list[Value]
+    """In the order of `gsapp.dynamics.terms.VARIABLES`."""
     position_offsets: dict[str, tuple[Value, Value, Value]]
+    """How far an instrument sits from where the aircraft file says, m; only those that do."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class ModelJacobian:
-    """Derivatives by all states, `MODEL_INPUTS`, then the free parameters: n_all columns.
-
-    Attributes
-    ----------
-    evaluation : ModelEvaluation
-        The values, arrays of shape (n,) or floats.
-    coefficients : ndarray, shape (n, 6, n_all)
-        Of CN, CA, CY, Cl, Cm, Cn.
-    thrust : ndarray, shape (n, n_all)
-    loads : ndarray, shape (n, 6, n_all)
-        Of X, Y, Z, L, M, N.
-    body : ndarray, shape (n, 5, n_all)
-        Of mass, ixx, iyy, izz, ixz.
-    cg : ndarray, shape (n, 3, n_all)
-    position_offsets : dict of str to ndarray, shape (n, 3, n_all)
-        Of the instruments in ``totals.places``.
-    rates : ndarray, shape (n, n_states, n_all)
-    free_parameters : tuple of str
-        The parameters in the last columns.
-    """
+    """Derivatives by all states, `MODEL_INPUTS`, then the free parameters: n_all columns."""
 
     evaluation: ModelEvaluation
+    """The values, arrays of shape (n,) or floats."""
     coefficients: FloatArray
+    """Shape (n, 6, n_all). Of CN, CA, CY, Cl, Cm, Cn."""
     thrust: FloatArray
+    """Shape (n, n_all)."""
     loads: FloatArray
+    """Shape (n, 6, n_all). Of X, Y, Z, L, M, N."""
     body: FloatArray
+    """Shape (n, 5, n_all). Of mass, ixx, iyy, izz, ixz."""
     cg: FloatArray
+    """Shape (n, 3, n_all)."""
     position_offsets: dict[str, FloatArray]
+    """Shape (n, 3, n_all). Of the instruments in ``totals.places``."""
     rates: FloatArray
+    """Shape (n, n_states, n_all)."""
     free_parameters: tuple[str, ...]
+    """The parameters in the last columns."""
 
     def split(self, array: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Return the columns by states, by inputs and by parameters of one of the arrays."""
@@ -149,8 +127,6 @@ class FlightModel:
 
     Parameters
     ----------
-    aircraft : Aircraft
-    model : Model
     extra : sequence of Term
         Terms beside those of the model file, with their default parameters (the stall of a
         virtual aircraft, a candidate under test).

@@ -23,44 +23,30 @@ LATERAL_OUTPUTS = ("beta", "p", "r", "phi", "ay")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class OperatingPoint:
-    """The steady flight that a linear model is about.
-
-    Attributes
-    ----------
-    speed : float
-        True airspeed, m/s.
-    density : float or None
-        kg/m^3.
-    mass : float or None
-        kg.
-    """
+    """The steady flight that a linear model is about."""
 
     speed: float
+    """True airspeed, m/s."""
     density: float | None = None
+    """kg/m^3."""
     mass: float | None = None
+    """kg."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class LinearModel:
-    """x' = A x + B u, y = C x + D u, for small changes from a steady condition.
-
-    Attributes
-    ----------
-    states, inputs, outputs : tuple of str
-        SI and radians.
-    A, B, C, D : ndarray
-    operating_point : OperatingPoint or None
-        None where nobody said.
-    """
+    """x' = A x + B u, y = C x + D u, for small changes from a steady condition."""
 
     states: tuple[str, ...]
     inputs: tuple[str, ...]
     outputs: tuple[str, ...]
+    """SI and radians."""
     A: FloatArray
     B: FloatArray
     C: FloatArray
     D: FloatArray
     operating_point: OperatingPoint | None = None
+    """None where nobody said."""
 
     def modes(self) -> tuple[Mode, ...]:
         """Return the modes of A, named where they can be."""
@@ -69,19 +55,13 @@ class LinearModel:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Mode:
-    """One natural motion: a real pole, or a pair.
-
-    Attributes
-    ----------
-    name : str
-        ``short period``, ``phugoid``, ``roll``, ``dutch roll``, ``spiral``; of a short period
-        without oscillation ``short period, fast`` and ``..., slow``; else ``real`` or ``pair``.
-    pole : complex
-        1/s; that of a pair with the positive imaginary part.
-    """
+    """One natural motion: a real pole, or a pair."""
 
     name: str
+    """``short period``, ``phugoid``, ``roll``, ``dutch roll``, ``spiral``; of a short period
+    without oscillation ``short period, fast`` and ``..., slow``; else ``real`` or ``pair``."""
     pole: complex
+    """1/s; that of a pair with the positive imaginary part."""
 
     @property
     def frequency(self) -> float:
@@ -116,8 +96,6 @@ def linearize(
 
     Parameters
     ----------
-    model : FlightModel
-    trim : Trim
     states : sequence of str, optional
         From ``model.state_names``; all by default. What is left out is held.
     inputs : sequence of str

@@ -31,18 +31,12 @@ SHIPPED_MODELS = ShippedFiles(folder=Path(__file__).parent / "models", kind="mod
 
 
 class Effect(StrictModel):
-    """One effect in a model.
-
-    Attributes
-    ----------
-    id : str
-        As in the registry, ``aero.Cm.alpha2``.
-    parameters : dict of str to float
-        SI and radians; what is left out takes the effect's default.
-    """
+    """One effect in a model."""
 
     id: str
+    """As in the registry, ``aero.Cm.alpha2``."""
     parameters: dict[str, float] = Field(default_factory=dict)
+    """SI and radians; what is left out takes the effect's default."""
 
     @field_validator("id")
     @classmethod
@@ -62,29 +56,19 @@ class Effect(StrictModel):
 
 
 class Model(StrictModel):
-    """A model file, read.
-
-    Attributes
-    ----------
-    name : str
-    parent : str or None
-        Name of the model that this one revises.
-    evidence : str
-        Why it was revised, in words.
-    source : str
-        Where the numbers come from.
-    derivatives : dict of str to float
-        Those given; `derivative` returns zero for the rest.
-    effects : tuple of Effect
-        In the order in which they were found.
-    """
+    """A model file, read."""
 
     name: str = "model"
     parent: str | None = None
+    """Name of the model that this one revises."""
     evidence: str = ""
+    """Why it was revised, in words."""
     source: str = ""
+    """Where the numbers come from."""
     derivatives: dict[str, float] = Field(default_factory=dict)
+    """Those given; `derivative` returns zero for the rest."""
     effects: tuple[Effect, ...] = ()
+    """In the order in which they were found."""
 
     @field_validator("derivatives")
     @classmethod

@@ -44,27 +44,19 @@ def fan_speed(aircraft: Aircraft, throttle: Value) -> Value:
 
 
 class EngineState(NamedTuple):
-    """What the engines do now.
-
-    Attributes
-    ----------
-    throttle, difference : float
-        As followed: mean of left and right, and half of left minus right.
-    left, right : float
-        As followed, 0 to 1.
-    rpm_left, rpm_right : float
-        Fan speed, rad/s.
-    fuel_flow : float
-        kg/s.
-    """
+    """What the engines do now."""
 
     throttle: float
     difference: float
+    """As followed: mean of left and right, and half of left minus right."""
     left: float
     right: float
+    """As followed, 0 to 1."""
     rpm_left: float
     rpm_right: float
+    """Fan speed, rad/s."""
     fuel_flow: float
+    """kg/s."""
 
 
 class Engines:
@@ -72,12 +64,10 @@ class Engines:
 
     Parameters
     ----------
-    aircraft : Aircraft
     dt : float
         Sample time, s.
     throttle : float
         At which they run at the start, settled.
-    running : bool
     """
 
     def __init__(

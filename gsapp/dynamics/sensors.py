@@ -159,7 +159,6 @@ class OutputModel:
 
     Parameters
     ----------
-    model : FlightModel
     channels : sequence of str
         From `OUTPUTS`. V, qbar, alpha, beta, ax, ay, an are as their instruments show them where
         they sit, relative to the CG with the model's offset; the rest belongs to the whole body.
@@ -217,7 +216,6 @@ class OutputModel:
         values : ndarray, shape (n, n_channels)
         derivatives : ndarray, shape (n, n_channels, n_all)
             By all states, then inputs, then the free parameters, as in `ModelJacobian`.
-        differential : ModelJacobian
         """
         differential = self.model.differentiate(state, inputs, parameters, free=free)
         count, n_states, n_all = differential.rates.shape

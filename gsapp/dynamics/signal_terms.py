@@ -66,21 +66,15 @@ SWAPPABLE_PAIRS = (
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class PathResponse:
-    """A signal after its path.
-
-    Attributes
-    ----------
-    values : ndarray, shape (n,)
-    parameters : ndarray, shape (n, n_parameters)
-        Derivatives of the values by the term's parameters.
-    tangent : callable
-        Takes derivatives of the signal going in, shape (n, m), and returns those of the signal
-        coming out, shape (n, m).
-    """
+    """A signal after its path."""
 
     values: FloatArray
+    """Shape (n,)."""
     parameters: FloatArray
+    """Shape (n, n_parameters). Derivatives of the values by the term's parameters."""
     tangent: Callable[[FloatArray], FloatArray]
+    """Takes derivatives of the signal going in, shape (n, m), and returns those of the signal
+    coming out, shape (n, m)."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -121,15 +115,10 @@ def _identity_response(signal: FloatArray, n_parameters: int) -> PathResponse:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SwappedChannels(Term):
-    """Two channels that carry each other's signal.
-
-    Attributes
-    ----------
-    pair : tuple of str
-        The two channels.
-    """
+    """Two channels that carry each other's signal."""
 
     pair: tuple[str, str]
+    """The two channels."""
 
     def value(self, reads: Values, states: Values, parameters: Values) -> Value:
         """Return what the first channel records: the second signal."""
@@ -622,7 +611,6 @@ class SignalPath:
 
     Parameters
     ----------
-    terms : PathTerms
     dt : float
         Sample time, s.
     """

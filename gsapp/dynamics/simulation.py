@@ -57,34 +57,24 @@ _NO_LOADS = Loads(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ControlCommands:
-    """What the receiver asks of the aircraft during one sample.
-
-    Attributes
-    ----------
-    de, da, dr, flap : float
-        Deflections asked for, rad.
-    throttle : float
-        Of both engines, 0 to 1.
-    throttle_left, throttle_right : float or None
-        Of one engine, where they differ.
-    steer : float
-        Nose wheel, -1 to 1, positive right.
-    brake : float
-        0 to 1.
-    engines : bool
-        Whether the engines run.
-    """
+    """What the receiver asks of the aircraft during one sample."""
 
     de: float = 0.0
     da: float = 0.0
     dr: float = 0.0
     flap: float = 0.0
+    """Deflections asked for, rad."""
     throttle: float = 0.0
+    """Of both engines, 0 to 1."""
     throttle_left: float | None = None
     throttle_right: float | None = None
+    """Of one engine, where they differ."""
     steer: float = 0.0
+    """Nose wheel, -1 to 1, positive right."""
     brake: float = 0.0
+    """0 to 1."""
     engines: bool = True
+    """Whether the engines run."""
 
 
 class GroundContact(Protocol):
@@ -181,14 +171,11 @@ class Simulator:
 
     Parameters
     ----------
-    aircraft : Aircraft
     model : Model
         The truth: derivatives and effects, those of control paths included. Effects of
         instruments are applied by whoever measures (`gsapp.dynamics.sensors`).
     atmosphere : Atmosphere
         Of the day; its ground is the runway.
-    wind : Wind
-    turbulence : DrydenTurbulence or None
     ground : GroundContact or None
         None lets the aircraft fall through.
     stall : bool
@@ -659,7 +646,6 @@ def simulate_open_loop(
 
     Parameters
     ----------
-    model : FlightModel
     start : sequence of float
         The nine polar states at the first sample; the terms' own states may follow, else they
         start settled.

@@ -94,82 +94,54 @@ TARGETS = (
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Parameter:
-    """A number in a term that may be given, held, or estimated.
-
-    Attributes
-    ----------
-    name : str
-        Unique within its term; derivatives keep their usual name (``Cm_alpha2``).
-    unit : str
-        SI unit as text; empty for pure numbers.
-    default : float
-        A plausible size: what is taken where a file or command names the effect alone.
-    bounds : tuple of float
-        Outside is not physical.
-    description : str
-        In words.
-    neutral : float
-        The value at which the term does nothing.
-    free : bool
-        Whether estimation may move it. A reference speed is not free.
-    """
+    """A number in a term that may be given, held, or estimated."""
 
     name: str
+    """Unique within its term; derivatives keep their usual name (``Cm_alpha2``)."""
     unit: str
+    """SI unit as text; empty for pure numbers."""
     default: float
+    """A plausible size: what is taken where a file or command names the effect alone."""
     bounds: tuple[float, float]
+    """Outside is not physical."""
     description: str
+    """In words."""
     neutral: float = 0.0
+    """The value at which the term does nothing."""
     free: bool = True
+    """Whether estimation may move it. A reference speed is not free."""
 
 
 class TermJacobian(NamedTuple):
-    """Partial derivatives of a term, each element a float or an array of shape (n,).
-
-    Attributes
-    ----------
-    reads, states, parameters : tuple
-        Of the value.
-    rate_reads, rate_states, rate_parameters : tuple of tuples
-        Of the rates: one inner tuple for each state of the term.
-    """
+    """Partial derivatives of a term, each element a float or an array of shape (n,)."""
 
     reads: tuple[Value, ...]
     states: tuple[Value, ...] = ()
     parameters: tuple[Value, ...] = ()
+    """Of the value."""
     rate_reads: tuple[tuple[Value, ...], ...] = ()
     rate_states: tuple[tuple[Value, ...], ...] = ()
     rate_parameters: tuple[tuple[Value, ...], ...] = ()
+    """Of the rates: one inner tuple for each state of the term."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Term(ABC):
-    """Base of all terms.
-
-    Attributes
-    ----------
-    id : str
-        ``group.target.kind``, such as ``aero.Cm.alpha2``.
-    title : str
-        In a field engineer's words.
-    equation : str
-        The physics, as text.
-    target : str
-        What it adds to.
-    reads : tuple of str
-        Names of the variables read.
-    parameters : tuple of Parameter
-    states : tuple of str
-        Names of its own states; empty for a static term.
-    """
+    """Base of all terms."""
 
     id: str
+    """``group.target.kind``, such as ``aero.Cm.alpha2``."""
     title: str
+    """In a field engineer's words."""
     equation: str
+    """The physics, as text."""
     target: str
+    """What it adds to."""
     reads: tuple[str, ...]
+    """Names of the variables read."""
     parameters: tuple[Parameter, ...] = ()
     states: tuple[str, ...] = ()
+    """Names of its own states; empty for a static term."""
 
     @abstractmethod
     def value(self, reads: Values, states: Values, parameters: Values) -> Value:
@@ -241,18 +213,12 @@ class LinearTerm(Term):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Monomial(Term):
-    """One parameter times a product of whole powers of variables.
-
-    Attributes
-    ----------
-    powers : tuple of int
-        One for each variable read, 1 or more.
-    scale : float
-        A fixed factor, such as a length of the aircraft.
-    """
+    """One parameter times a product of whole powers of variables."""
 
     powers: tuple[int, ...]
+    """One for each variable read, 1 or more."""
     scale: float = 1.0
+    """A fixed factor, such as a length of the aircraft."""
 
     def value(self, reads: Values, states: Values, parameters: Values) -> Value:
         """Return scale * parameter * x1^n1 * x2^n2 ..."""

@@ -21,24 +21,16 @@ from gsapp.quantities.constants import DEGREE, GRAVITY
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Trim:
-    """A steady condition.
-
-    Attributes
-    ----------
-    state : tuple of float
-        Polar states, then those of the terms, settled; psi = 0.
-    inputs : tuple of float
-        In the order of `gsapp.dynamics.flight_model.MODEL_INPUTS`.
-    climb_angle : float
-        rad.
-    turn_rate : float
-        psi', rad/s.
-    """
+    """A steady condition."""
 
     state: tuple[float, ...]
+    """Polar states, then those of the terms, settled; psi = 0."""
     inputs: tuple[float, ...]
+    """In the order of `gsapp.dynamics.flight_model.MODEL_INPUTS`."""
     climb_angle: float
+    """rad."""
     turn_rate: float
+    """psi', rad/s."""
 
     @property
     def polar(self) -> PolarState:
@@ -65,7 +57,6 @@ def trim(
 
     Parameters
     ----------
-    model : FlightModel
     V : float
         True airspeed, m/s.
     climb_angle : float

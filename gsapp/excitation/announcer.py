@@ -70,23 +70,15 @@ _ALOUD: Final[Mapping[str, str]] = {
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Announcement:
-    """Something to be heard.
-
-    Attributes
-    ----------
-    time : float
-        Flight time, s.
-    text : str
-        One short sentence; empty where the tone says it all.
-    priority : {"note", "prompt", "warning"}
-    tone : str
-        Name of a tone to be played with it; empty for none.
-    """
+    """Something to be heard."""
 
     time: float
+    """Flight time, s."""
     text: str
+    """One short sentence; empty where the tone says it all."""
     priority: SpeechPriority
     tone: str = ""
+    """Name of a tone to be played with it; empty for none."""
 
 
 def spell_out_units(words: str) -> str:
@@ -146,8 +138,6 @@ class Announcer:
             Since the last call, in order.
         trim : TrimCue or None
             As it stands.
-        standing : sequence of Alert
-            That stand.
         moving : bool
             Whether the sticks move quickly: an input, unless it turns out to be steering.
         """

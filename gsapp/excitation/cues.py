@@ -25,30 +25,21 @@ VERDICT_DISPLAY_TIME: Final = 6.0
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CueEvent:
-    """Something that changed what the crew is told.
-
-    Attributes
-    ----------
-    time : float
-        Flight time, s.
-    kind : str
-        See `EventKind`.
-    state : str
-        ``trim``: a state of `TrimCue`; ``input``: ``made``, noted once the sticks are let go;
-        ``hands-off``: ``begins``, ``ends`` or ``broken``; ``verdict``: its result;
-        ``danger``: ``caution``, ``warning`` or ``over``; ``card``: ``next``, ``chosen``,
-        ``captured`` or ``done``.
-    text : str
-        Short enough to be spoken.
-    data : mapping
-        Further values that JSON can hold, SI.
-    """
+    """Something that changed what the crew is told."""
 
     time: float
+    """Flight time, s."""
     kind: EventKind
+    """See `EventKind`."""
     state: str
+    """``trim``: a state of `TrimCue`; ``input``: ``made``, noted once the sticks are let go;
+    ``hands-off``: ``begins``, ``ends`` or ``broken``; ``verdict``: its result; ``danger``:
+    ``caution``, ``warning`` or ``over``; ``card``: ``next``, ``chosen``, ``captured`` or
+    ``done``."""
     text: str = ""
+    """Short enough to be spoken."""
     data: Mapping[str, Any] = field(default_factory=dict)
+    """Further values that JSON can hold, SI."""
 
     def to_json(self) -> dict[str, Any]:
         """Return what a program reads."""
@@ -63,90 +54,60 @@ class CueEvent:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class NextCard:
-    """The card that is to be flown now.
-
-    Attributes
-    ----------
-    card : TestCard
-    good_repeats : int
-        Repeats that count so far.
-    point : TestPoint or None
-        None where the card asks for what cannot be flown; `problem` says why.
-    target_input : TargetInput or None
-        None where no input can be told.
-    stick_text : mapping of str to str
-        By surface: "half stick, high rate".
-    text : str
-        To be read and spoken: "aileron and rudder doublet at 100 ft/s, half stick, then two
-        thirds rudder, low rate".
-    reason : {"chosen", "captured", "most to gain", "next on the list"}
-        How it was found.
-    problem : str
-        What is wrong with the card, in words; empty for nothing.
-    """
+    """The card that is to be flown now."""
 
     card: TestCard
     good_repeats: int
+    """Repeats that count so far."""
     point: TestPoint | None
+    """None where the card asks for what cannot be flown; `problem` says why."""
     target_input: TargetInput | None
+    """None where no input can be told."""
     stick_text: Mapping[str, str]
+    """By surface: "half stick, high rate"."""
     text: str
+    """To be read and spoken: "aileron and rudder doublet at 100 ft/s, half stick, then two thirds
+    rudder, low rate"."""
     reason: CardSelectionReason
+    """How it was found."""
     problem: str = ""
+    """What is wrong with the card, in words; empty for nothing."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CueSnapshot:
-    """Everything that is to be told at one moment.
-
-    Attributes
-    ----------
-    time : float or None
-        Flight time of the newest row judged, s; None before the first.
-    trim : TrimCue or None
-        None before the first row.
-    input_in_progress : InputInProgress or None
-        An input that is being made, or its answer awaited.
-    verdict : InputVerdict or None
-        The latest.
-    card : NextCard or None
-        None without cards, and once all are flown.
-    outlook : Outlook or None
-        What was learned and what comes next; None where no model tells.
-    alerts : tuple of Alert
-        Those that stand, the most urgent first.
-    speed, alpha : float or None
-        Airspeed, m/s, and angle of attack, rad, over the last half second; None where missing.
-    guidance : str
-        Towards the test point, short; empty where there is nothing to say.
-    judged_by : tuple of str
-        By what is judged, in words.
-    limitations : tuple of str
-        What cannot be judged and why, in words.
-    unmeasured_surfaces : tuple of str
-        Surfaces that nothing shows: an input on them gets no verdict.
-    good_repeats, requested_repeats : int
-        Repeats that count, and those that all cards ask for.
-    event_count : int
-        How many events the log holds: grows with every change.
-    """
+    """Everything that is to be told at one moment."""
 
     time: float | None = None
+    """Flight time of the newest row judged, s; None before the first."""
     trim: TrimCue | None = None
+    """None before the first row."""
     input_in_progress: InputInProgress | None = None
+    """An input that is being made, or its answer awaited."""
     verdict: InputVerdict | None = None
+    """The latest."""
     card: NextCard | None = None
+    """None without cards, and once all are flown."""
     outlook: Outlook | None = None
+    """What was learned and what comes next; None where no model tells."""
     alerts: tuple[Alert, ...] = ()
+    """Those that stand, the most urgent first."""
     speed: float | None = None
     alpha: float | None = None
+    """Airspeed, m/s, and angle of attack, rad, over the last half second; None where missing."""
     guidance: str = ""
+    """Towards the test point, short; empty where there is nothing to say."""
     judged_by: tuple[str, ...] = ()
+    """By what is judged, in words."""
     limitations: tuple[str, ...] = ()
+    """What cannot be judged and why, in words."""
     unmeasured_surfaces: tuple[str, ...] = ()
+    """Surfaces that nothing shows: an input on them gets no verdict."""
     good_repeats: int = 0
     requested_repeats: int = 0
+    """Repeats that count, and those that all cards ask for."""
     event_count: int = 0
+    """How many events the log holds: grows with every change."""
 
     @property
     def verdict_age(self) -> float | None:

@@ -18,30 +18,20 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Debrief:
-    """What there is to say of a flight afterwards.
-
-    Attributes
-    ----------
-    flight : str
-        Its name.
-    maneuvers : tuple of EvaluatedManeuver
-        Every input, by time.
-    cards : tuple of CardScore
-        In the order of the cards; empty without cards.
-    events : tuple of CueEvent
-        All that changed for the crew.
-    announcements : tuple of Announcement
-        All that was to be heard.
-    limitations : tuple of str
-        What could not be judged, in words.
-    """
+    """What there is to say of a flight afterwards."""
 
     flight: str
+    """Its name."""
     maneuvers: tuple[EvaluatedManeuver, ...]
+    """Every input, by time."""
     cards: tuple[CardScore, ...] = ()
+    """In the order of the cards; empty without cards."""
     events: tuple[CueEvent, ...] = ()
+    """All that changed for the crew."""
     announcements: tuple[Announcement, ...] = ()
+    """All that was to be heard."""
     limitations: tuple[str, ...] = ()
+    """What could not be judged, in words."""
 
     @property
     def good(self) -> int:

@@ -30,43 +30,27 @@ _ANSWERS: Final[Mapping[str, tuple[str, ...]]] = {
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class ManeuverCurves:
-    """A few samples a second of some channels, for a small plot.
-
-    Attributes
-    ----------
-    times : ndarray, shape (n,)
-        Flight time, s.
-    series : mapping of str to ndarray, shape (n,)
-        By channel, SI; NaN where missing.
-    """
+    """A few samples a second of some channels, for a small plot."""
 
     times: FloatArray
+    """Shape (n,). Flight time, s."""
     series: Mapping[str, FloatArray]
+    """Shape (n,). By channel, SI; NaN where missing."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class EvaluatedManeuver:
-    """A maneuver with all that the debrief shows of it.
-
-    Attributes
-    ----------
-    verdict : InputVerdict
-    target_input : TargetInput or None
-        What was asked for when it was flown.
-    point : TestPoint or None
-        Where it should have begun.
-    go_at : float or None
-        When GO was given before it, s; None if it was flown without.
-    trim_deviations : mapping of str to float
-        What was off as it began, in tolerances, signed; of ``speed``, ``bank`` ...
-    curves : ManeuverCurves
-    """
+    """A maneuver with all that the debrief shows of it."""
 
     verdict: InputVerdict
     target_input: TargetInput | None
+    """What was asked for when it was flown."""
     point: TestPoint | None
+    """Where it should have begun."""
     go_at: float | None
+    """When GO was given before it, s; None if it was flown without."""
     trim_deviations: Mapping[str, float]
+    """What was off as it began, in tolerances, signed; of ``speed``, ``bank`` ..."""
     curves: ManeuverCurves
 
     def to_json(self) -> dict[str, Any]:

@@ -14,39 +14,26 @@ from gsapp.flight.catalog import CardScore, StoredVerdict
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FlightTrend:
-    """One flight in a row of flights.
-
-    Attributes
-    ----------
-    flight : str
-    inputs, good : int
-        All that were judged, and the good ones.
-    results : mapping of str to int
-        How many came to each verdict.
-    amplitudes : mapping of str to float
-        By surface: median of the amplitude flown over the best of what was wanted; 1 is right.
-    widths : float or None
-        The same of the width of the steps.
-    trim_errors : mapping of str to float
-        Median of what was off as inputs began, in tolerances; of ``speed``, ``bank`` ...
-    without_go : int
-        Inputs begun without GO.
-    seconds_each : float or None
-        Median time from one input to the next; None for fewer than two.
-    score : float or None
-        Share of the repeats asked for that were flown well; None without cards.
-    """
+    """One flight in a row of flights."""
 
     flight: str
     inputs: int
     good: int
+    """All that were judged, and the good ones."""
     results: Mapping[str, int]
+    """How many came to each verdict."""
     amplitudes: Mapping[str, float]
+    """By surface: median of the amplitude flown over the best of what was wanted; 1 is right."""
     widths: float | None
+    """The same of the width of the steps."""
     trim_errors: Mapping[str, float]
+    """Median of what was off as inputs began, in tolerances; of ``speed``, ``bank`` ..."""
     without_go: int
+    """Inputs begun without GO."""
     seconds_each: float | None
+    """Median time from one input to the next; None for fewer than two."""
     score: float | None
+    """Share of the repeats asked for that were flown well; None without cards."""
 
     @property
     def share_good(self) -> float:
@@ -102,8 +89,6 @@ def compute_flight_trend(
         Its name.
     maneuvers : sequence of EvaluatedManeuver
         By time.
-    scores : sequence of CardScore
-        Of its cards.
     """
     sizes: dict[str, list[float]] = {}
     widths: list[float] = []

@@ -65,26 +65,18 @@ IndexArray = npt.NDArray[np.int64]
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class FlightRows:
-    """Successive rows of the grid, without a gap between them.
-
-    Attributes
-    ----------
-    first_index : int
-        Number of the first row: its time is ``first / rate``.
-    times : ndarray, shape (n,)
-        Flight time, s.
-    values : ndarray, shape (n, ...)
-        SI; read by name: ``rows["q"]``. The signals that maneuver detection looks at (`SIGNALS`:
-        surfaces, flow, rates, accelerations, ``V``, ``altitude``, ``throttle``, ``rpm``) come
-        with their stand-ins, all others as measured. NaN where missing.
-    starts_segment : bool
-        Whether a new stretch begins: what was watched before does not lead up to these rows.
-    """
+    """Successive rows of the grid, without a gap between them."""
 
     first_index: int
+    """Number of the first row: its time is ``first / rate``."""
     times: FloatArray
+    """Shape (n,). Flight time, s."""
     values: FloatArray
+    """Shape (n, ...). SI; read by name: ``rows["q"]``. The signals that maneuver detection looks at
+    (`SIGNALS`: surfaces, flow, rates, accelerations, ``V``, ``altitude``, ``throttle``, ``rpm``)
+    come with their stand-ins, all others as measured. NaN where missing."""
     starts_segment: bool = False
+    """Whether a new stretch begins: what was watched before does not lead up to these rows."""
 
     def __len__(self) -> int:
         """Return the number of rows."""

@@ -19,21 +19,14 @@ VOLTS_SUFFIX = "_volts"
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class AppliedCertificates:
-    """The certificates behind the numbers of a flight.
-
-    Attributes
-    ----------
-    applied : mapping of str to Certificate
-        Those in force, by channel.
-    override_source : str
-        What was given in place of the flight's own: a folder, or a shipped set; empty if nothing.
-    recorded : mapping of str to Certificate, or None
-        Those kept with the flight; None if none are.
-    """
+    """The certificates behind the numbers of a flight."""
 
     applied: Mapping[str, Certificate] = field(default_factory=dict)
+    """Those in force, by channel."""
     override_source: str = ""
+    """What was given in place of the flight's own: a folder, or a shipped set; empty if nothing."""
     recorded: Mapping[str, Certificate] | None = None
+    """Those kept with the flight; None if none are."""
 
     @property
     def differing_channels(self) -> tuple[str, ...]:
@@ -105,8 +98,6 @@ def calibration_remarks(
 
     Parameters
     ----------
-    used : AppliedCertificates
-    sources : mapping of str to ChannelSource
     block : Block, optional
         The whole flight, for which channels left the range that was calibrated.
     """
@@ -151,8 +142,6 @@ def instruments_out_of_range(
 
     Parameters
     ----------
-    used : AppliedCertificates
-    sources : mapping of str to ChannelSource
     value_of : callable
         From a channel to what it reads, SI; NaN for nothing.
     """

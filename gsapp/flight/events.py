@@ -41,28 +41,19 @@ _SAME_CLOCK: Final = 0.1
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Event:
-    """Something that happened in a flight.
-
-    Attributes
-    ----------
-    kind : str
-        ``mark``, ``note``, ``alarm``, ``acknowledge``, ``vehicle`` (the flown system is chosen),
-        ``status`` (said by the vehicle) ...
-    text : str
-        In words.
-    time : float or None
-        Flight time, s; None where no vehicle time was known.
-    host_time_us : int
-        Host time, microseconds since 1970 (UTC).
-    data : mapping
-        Further values that JSON can hold.
-    """
+    """Something that happened in a flight."""
 
     kind: str
+    """``mark``, ``note``, ``alarm``, ``acknowledge``, ``vehicle`` (the flown system is chosen),
+    ``status`` (said by the vehicle) ..."""
     text: str = ""
+    """In words."""
     time: float | None = None
+    """Flight time, s; None where no vehicle time was known."""
     host_time_us: int = 0
+    """Host time, microseconds since 1970 (UTC)."""
     data: Mapping[str, Any] = field(default_factory=dict)
+    """Further values that JSON can hold."""
 
     def __post_init__(self) -> None:
         if not self.kind:
@@ -129,7 +120,6 @@ def vehicle_event(system: int, *, time: float | None = None, stamp_us: int = 0) 
 
     Parameters
     ----------
-    system : int
     time : float, optional
         Flight time (s) by the clock of the system flown so far, at `stamp_us`; relates the events
         before to the clock of the system chosen, see `convert_to_flown_clock`.

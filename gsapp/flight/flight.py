@@ -25,73 +25,49 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FrameCounts:
-    """What became of the frames of a record.
-
-    Attributes
-    ----------
-    good : int
-        Frames with a good checksum and a known id.
-    damaged : int
-        Pieces of bytes that belong to no whole frame.
-    unknown : int
-        Whole frames of an id outside the dialect, so that they could not be checked.
-    lost : int
-        Frames missing by their sequence numbers.
-    lines : int
-        Lines of text that were read.
-    bad_lines : int
-        Lines of text that were left out.
-    """
+    """What became of the frames of a record."""
 
     good: int
+    """Frames with a good checksum and a known id."""
     damaged: int
+    """Pieces of bytes that belong to no whole frame."""
     unknown: int
+    """Whole frames of an id outside the dialect, so that they could not be checked."""
     lost: int
+    """Frames missing by their sequence numbers."""
     lines: int = 0
+    """Lines of text that were read."""
     bad_lines: int = 0
+    """Lines of text that were left out."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Flight:
-    """A whole flight in engineering units.
-
-    Attributes
-    ----------
-    name : str
-        As the crew calls it; else the name of the file.
-    path : Path
-        The folder or file it was read from.
-    block : Block
-        All channels on one uniform grid. Pauses without any sample longer than
-        `gsapp.flight.uniform_grid.MAX_FILLED_GAP` are left out but for one missing row at either
-        end.
-    sources : mapping of str to ChannelSource
-        Where each channel came from, and whether it was measured.
-    info : FlightInfo or None
-        From ``flight.toml``.
-    frames : FrameCounts or None
-        None where the flight was not recorded as frames.
-    events : tuple of Event
-        Marks, notes and alarms, and what the vehicle said.
-    remarks : tuple of str
-        What was lost or left out on reading, and how it was read, in words.
-    certificates : AppliedCertificates
-        With which volts became engineering units.
-    onboard : OnboardLogState or None
-        What became of the on-board log; None where the flight has none, or only the live record
-        was read.
-    """
+    """A whole flight in engineering units."""
 
     name: str
+    """As the crew calls it; else the name of the file."""
     path: Path
+    """The folder or file it was read from."""
     block: Block
+    """All channels on one uniform grid. Pauses without any sample longer than
+    `gsapp.flight.uniform_grid.MAX_FILLED_GAP` are left out but for one missing row at either
+    end."""
     sources: Mapping[str, ChannelSource]
+    """Where each channel came from, and whether it was measured."""
     info: FlightInfo | None = None
+    """From ``flight.toml``."""
     frames: FrameCounts | None = None
+    """None where the flight was not recorded as frames."""
     events: tuple[Event, ...] = ()
+    """Marks, notes and alarms, and what the vehicle said."""
     remarks: tuple[str, ...] = ()
+    """What was lost or left out on reading, and how it was read, in words."""
     certificates: AppliedCertificates = field(default_factory=AppliedCertificates)
+    """With which volts became engineering units."""
     onboard: OnboardLogState | None = None
+    """What became of the on-board log; None where the flight has none, or only the live record was
+    read."""
 
     @property
     def uncalibrated_channels(self) -> tuple[str, ...]:

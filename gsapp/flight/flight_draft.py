@@ -79,11 +79,6 @@ def apply_draft(
 def reset_draft(waiting: Path) -> None:
     """Leave of what waits only what stays from flight to flight: the rest was handed over.
 
-    Parameters
-    ----------
-    waiting : Path
-        Where it waits.
-
     Raises
     ------
     FileProblemsError

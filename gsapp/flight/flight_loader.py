@@ -142,8 +142,6 @@ def load_with_log(folder: FlightFolder, log: Path) -> Flight:
 
     Parameters
     ----------
-    folder : FlightFolder
-        The flight.
     log : Path
         Anywhere; `Flight.onboard` says whether it fits.
 

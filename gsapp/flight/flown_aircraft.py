@@ -42,21 +42,14 @@ _NAMES = {"ixx": (0, 0), "iyy": (1, 1), "izz": (2, 2)}
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FlownAircraft:
-    """What a flight card makes of an aircraft file.
-
-    Attributes
-    ----------
-    aircraft : Aircraft
-        With mass, fuel and inertia at take-off; its positions are from the CG as flown.
-    cg_shift : tuple of float
-        From the CG of the aircraft file to that of the flight, body axes, m.
-    remarks : tuple of str
-        What was changed and why, in words; empty where the card says nothing new.
-    """
+    """What a flight card makes of an aircraft file."""
 
     aircraft: Aircraft
+    """With mass, fuel and inertia at take-off; its positions are from the CG as flown."""
     cg_shift: Position = _ORIGIN
+    """From the CG of the aircraft file to that of the flight, body axes, m."""
     remarks: tuple[str, ...] = ()
+    """What was changed and why, in words; empty where the card says nothing new."""
 
     def after_fuel_burn(self, burned: float) -> FlownAircraft:
         """Return the aircraft with so much fuel gone, kg: what tanks off the CG do in flight.

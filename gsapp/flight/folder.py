@@ -68,13 +68,7 @@ _FLIGHT_FILES = (
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FlightFolder:
-    """A flight folder on disk. Nothing is held in memory but its path.
-
-    Attributes
-    ----------
-    path : Path
-        The folder.
-    """
+    """A flight folder on disk. Nothing is held in memory but its path."""
 
     path: Path
 

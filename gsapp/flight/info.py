@@ -48,108 +48,71 @@ _WRITTEN_UNITS: dict[str, str] = {
 
 
 class Weather(StrictModel):
-    """The air at the field.
-
-    Attributes
-    ----------
-    temperature : float or None
-        K.
-    pressure : float or None
-        At the field, not reduced to sea level, Pa.
-    wind_speed : float or None
-        m/s.
-    wind_from : float or None
-        Direction the wind comes from, from true north, rad.
-    remarks : str
-        Gusts, clouds, thermals, in words.
-    """
+    """The air at the field."""
 
     temperature: Temperature | None = None
+    """K."""
     pressure: Pressure | None = None
+    """At the field, not reduced to sea level, Pa."""
     wind_speed: Speed | None = None
+    """m/s."""
     wind_from: Angle | None = None
+    """Direction the wind comes from, from true north, rad."""
     remarks: str = ""
+    """Gusts, clouds, thermals, in words."""
 
 
 class LoadingItem(StrictModel):
-    """Something on board that the aircraft file does not count, or that was taken out.
-
-    Attributes
-    ----------
-    what : str
-        In words: ``nose ballast``.
-    mass : float
-        kg; negative for what was taken out.
-    position : tuple of float
-        In the frame of the aircraft file, m.
-    """
+    """Something on board that the aircraft file does not count, or that was taken out."""
 
     what: str
+    """In words: ``nose ballast``."""
     mass: Mass
+    """kg; negative for what was taken out."""
     position: Position
+    """In the frame of the aircraft file, m."""
 
 
 class FlightInfo(StrictModel):
-    """The content of ``flight.toml``. Every value is SI once read; None = not known.
-
-    Attributes
-    ----------
-    name : str
-        What the crew calls the flight.
-    date : datetime or None
-        When the record began; with its time zone.
-    aircraft : str
-        Name of the aircraft file in force.
-    takeoff_weight, landing_weight : float or None
-        N, as in table 6.2.3. A scale's pounds may be written as ``"46.5 lb"``.
-    fuel, fuel_end : float or None
-        On board at take-off and after landing, kg.
-    flap : float or None
-        Setting for the maneuvers, rad.
-    weighing : WeighingRecord or None
-        Readings of scales under the wheels, for weight and center of gravity.
-    loading : tuple of LoadingItem
-        What is on board beside, or missing from, what the aircraft file counts.
-    weather : Weather
-        The air at the field.
-    transmitter : Transmitter
-        Dual rates, mixers, trims.
-    crew : mapping of str to str
-        Role to name.
-    notes, pilot_comments : str
-        In words, as many lines as needed; the comments are those of the debrief.
-    source : str
-        The link, or the file that was imported.
-    channel_map : str
-        Name of the channel map in force.
-    onboard_log : str
-        File name of the on-board log inside the folder; empty if there is none.
-    grid_rate : float or None
-        Samples per second of the grid, Hz; None leaves it to the reader.
-    versions : mapping of str to str
-        Of the program and of what it reads with.
-    """
+    """The content of ``flight.toml``. Every value is SI once read; None = not known."""
 
     name: str = ""
+    """What the crew calls the flight."""
     date: datetime | None = None
+    """When the record began; with its time zone."""
     aircraft: str = ""
+    """Name of the aircraft file in force."""
     takeoff_weight: Weight | None = None
     landing_weight: Weight | None = None
+    """N, as in table 6.2.3. A scale's pounds may be written as ``"46.5 lb"``."""
     fuel: Mass | None = None
     fuel_end: Mass | None = None
+    """On board at take-off and after landing, kg."""
     flap: Angle | None = None
+    """Setting for the maneuvers, rad."""
     weighing: WeighingRecord | None = None
+    """Readings of scales under the wheels, for weight and center of gravity."""
     loading: tuple[LoadingItem, ...] = ()
+    """What is on board beside, or missing from, what the aircraft file counts."""
     weather: Weather = Weather()
+    """The air at the field."""
     transmitter: Transmitter = Transmitter()
+    """Dual rates, mixers, trims."""
     crew: Mapping[str, str] = Field(default_factory=dict)
+    """Role to name."""
     notes: str = ""
     pilot_comments: str = ""
+    """In words, as many lines as needed; the comments are those of the debrief."""
     source: str = ""
+    """The link, or the file that was imported."""
     channel_map: str = ""
+    """Name of the channel map in force."""
     onboard_log: str = ""
+    """File name of the on-board log inside the folder; empty if there is none."""
     grid_rate: Frequency | None = None
+    """Samples per second of the grid, Hz; None leaves it to the reader."""
     versions: Mapping[str, str] = Field(default_factory=dict)
+    """Of the program and of what it reads with."""
 
     @field_validator("onboard_log")
     @classmethod

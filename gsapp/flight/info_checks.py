@@ -60,18 +60,12 @@ _KINDS = {"temperature": "temperature", "pressure": "pressure", "wind_speed": "s
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class InfoWarning:
-    """Something on a card that looks like a slip.
-
-    Attributes
-    ----------
-    field : str
-        Key path in ``flight.toml``: ``weather.temperature``.
-    text : str
-        What, and what was probably meant.
-    """
+    """Something on a card that looks like a slip."""
 
     field: str
+    """Key path in ``flight.toml``: ``weather.temperature``."""
     text: str
+    """What, and what was probably meant."""
 
 
 def check_flight_info(
@@ -81,7 +75,6 @@ def check_flight_info(
 
     Parameters
     ----------
-    info : FlightInfo
     aircraft : Aircraft, optional
         As its file says; what weights and fuel are held against.
     system : {"US", "SI"}

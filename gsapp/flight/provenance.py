@@ -24,24 +24,16 @@ NON_DATA_FILES: Final = frozenset({EVENTS_FILE, STATUS_FILE, LOCK_FILE, STOP_FIL
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class InputFile:
-    """A file or folder that went in.
-
-    Attributes
-    ----------
-    role : str
-        "flight", "aircraft", ...
-    name : str
-        As the user called it.
-    sha256 : str
-        Of the bytes; of a folder: of the names and bytes of all its files but its cache.
-    parts : mapping of str to str
-        Of a folder: the sum of each of its files; empty for a file.
-    """
+    """A file or folder that went in."""
 
     role: str
+    """"flight", "aircraft", ..."""
     name: str
+    """As the user called it."""
     sha256: str
+    """Of the bytes; of a folder: of the names and bytes of all its files but its cache."""
     parts: Mapping[str, str] = field(default_factory=dict)
+    """Of a folder: the sum of each of its files; empty for a file."""
 
 
 def hash_input_file(role: str, path: Path, *, name: str = "") -> InputFile:
@@ -49,8 +41,6 @@ def hash_input_file(role: str, path: Path, *, name: str = "") -> InputFile:
 
     Parameters
     ----------
-    role : str
-    path : Path
     name : str
         As it shall be called; the path where empty.
 
@@ -76,10 +66,6 @@ def find_changed_parts(before: InputFile, now: InputFile) -> tuple[str, ...]:
     """Return what changed of an input that can change numbers, by name; empty for nothing.
 
     Marks, notes and edits of maneuvers are no part of the record.
-
-    Parameters
-    ----------
-    before, now : InputFile
     """
     if before.sha256 == now.sha256:
         return ()

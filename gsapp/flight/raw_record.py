@@ -6,18 +6,11 @@ from typing import Literal, NamedTuple
 
 
 class RawRecord(NamedTuple):
-    """One record of a raw file.
-
-    Attributes
-    ----------
-    stamp_us : int
-        Host time of arrival, microseconds since 1970 (UTC).
-    kind : {"frame", "line", "residue"}
-        From ``raw.tlog``, ``raw.txt`` or ``residue.bin``.
-    data : bytes
-        A whole MAVLink frame, a text line without its end, or stray bytes.
-    """
+    """One record of a raw file."""
 
     stamp_us: int
+    """Host time of arrival, microseconds since 1970 (UTC)."""
     kind: Literal["frame", "line", "residue"]
+    """From ``raw.tlog``, ``raw.txt`` or ``residue.bin``."""
     data: bytes
+    """A whole MAVLink frame, a text line without its end, or stray bytes."""

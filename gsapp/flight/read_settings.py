@@ -27,34 +27,23 @@ NameOrPath = str | Path
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FlightReadSettings:
-    """What shapes the numbers of a flight, beside the record itself.
-
-    Attributes
-    ----------
-    channel_map : ChannelMap or None
-        None leaves it to be guessed from the record.
-    certificates : mapping of str to Certificate, or None
-        By channel; None takes those that the map names.
-    override_source : str
-        What `certificates` were given as, in place of the flight's own; empty where they are its
-        own.
-    recorded : mapping of str to Certificate, or None
-        Those kept with the flight; None if none are.
-    aircraft : Aircraft or None
-        For limits and instrument ranges.
-    rate : float or None
-        Of the grid, Hz; None leaves it to the reader.
-    system : int or None
-        The flown system that the crew has chosen; None leaves it to the map and the record.
-    """
+    """What shapes the numbers of a flight, beside the record itself."""
 
     channel_map: ChannelMap | None = None
+    """None leaves it to be guessed from the record."""
     certificates: Mapping[str, Certificate] | None = None
+    """By channel; None takes those that the map names."""
     override_source: str = ""
+    """What `certificates` were given as, in place of the flight's own; empty where they are its
+    own."""
     recorded: Mapping[str, Certificate] | None = None
+    """Those kept with the flight; None if none are."""
     aircraft: Aircraft | None = None
+    """For limits and instrument ranges."""
     rate: float | None = None
+    """Of the grid, Hz; None leaves it to the reader."""
     system: int | None = None
+    """The flown system that the crew has chosen; None leaves it to the map and the record."""
 
     @classmethod
     def load(
@@ -159,7 +148,6 @@ def find_aircraft(path: Path, given: Aircraft | NameOrPath | None = None) -> Air
     ----------
     path : Path
         Flight folder or file.
-    given : name, path or Aircraft, optional
 
     Raises
     ------
@@ -183,7 +171,6 @@ def assumed_aircraft_text(flight: str, card: FlightInfo | None) -> str:
     ----------
     flight : str
         Its name.
-    card : FlightInfo or None
     """
     if card is not None and card.aircraft.lower() == DEFAULT_AIRCRAFT:
         return ""

@@ -26,8 +26,6 @@ def summarize_flight(flight: Flight, aircraft: Aircraft | None = None) -> dict[s
 
     Parameters
     ----------
-    flight : Flight
-        The flight.
     aircraft : Aircraft, optional
         That flew it, for what its maneuvers are judged by; ``b777`` where nobody knows.
 

@@ -32,8 +32,6 @@ class TomlDocument(ABC, Generic[Model]):
 
     Attributes
     ----------
-    path : Path
-        As given.
     content : mapping
         What it holds, saved or not. Replaced by a change, never changed in place.
     model : BaseModel

@@ -18,19 +18,13 @@ MAX_THROW = 1.5
 
 
 class DualRate(StrictModel):
-    """Throw of one stick at either position of the rate switch.
-
-    Attributes
-    ----------
-    high, low : float
-        Shares of the full throw.
-    expo : float
-        Softness about the center: 0 is a straight line, 1 all cubic.
-    """
+    """Throw of one stick at either position of the rate switch."""
 
     high: Ratio = 1.0
     low: Ratio = 1.0
+    """Shares of the full throw."""
     expo: Ratio = 0.0
+    """Softness about the center: 0 is a straight line, 1 all cubic."""
 
     @model_validator(mode="after")
     def _must_make_sense(self) -> DualRate:
@@ -44,19 +38,13 @@ class DualRate(StrictModel):
 
 
 class Mixer(StrictModel):
-    """One lever that moves another's servo as well.
-
-    Attributes
-    ----------
-    source, target : str
-        ``aileron`` with target ``rudder`` turns the rudder with the ailerons.
-    share : float
-        Of the target's throw at full throw of the source.
-    """
+    """One lever that moves another's servo as well."""
 
     source: Lever
     target: Lever
+    """``aileron`` with target ``rudder`` turns the rudder with the ailerons."""
     share: Ratio
+    """Of the target's throw at full throw of the source."""
 
     @model_validator(mode="after")
     def _must_make_sense(self) -> Mixer:
@@ -68,30 +56,20 @@ class Mixer(StrictModel):
 
 
 class Transmitter(StrictModel):
-    """What the pilot's transmitter does with the sticks.
-
-    Attributes
-    ----------
-    model : str
-        Make and memory, in words.
-    rate : {"high", "low"} or None
-        Position of the rate switch at take-off.
-    dual_rates : mapping of stick to DualRate
-        ``elevator``, ``aileron``, ``rudder``.
-    mixers : tuple of Mixer
-    trims : mapping of lever to float
-        Trim levers at take-off as shares of full stick; signs as of the sticks: nose up, right
-        wing down, nose right positive.
-    remarks : str
-        In words.
-    """
+    """What the pilot's transmitter does with the sticks."""
 
     model: str = ""
+    """Make and memory, in words."""
     rate: Literal["high", "low"] | None = None
+    """Position of the rate switch at take-off."""
     dual_rates: Mapping[Stick, DualRate] = Field(default_factory=dict)
+    """``elevator``, ``aileron``, ``rudder``."""
     mixers: tuple[Mixer, ...] = ()
     trims: Mapping[Lever, Ratio] = Field(default_factory=dict)
+    """Trim levers at take-off as shares of full stick; signs as of the sticks: nose up, right wing
+    down, nose right positive."""
     remarks: str = ""
+    """In words."""
 
     @model_validator(mode="after")
     def _must_make_sense(self) -> Transmitter:

@@ -41,21 +41,14 @@ class UnmappedError(FlightError):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FileProblem:
-    """One mistake in a file.
-
-    Attributes
-    ----------
-    where : str
-        Key path (``mass.ixx``), or ``line 12`` where it is a matter of syntax.
-    what : str
-        What is wrong, in words.
-    remedy : str
-        What to write instead; empty where nothing can be proposed.
-    """
+    """One mistake in a file."""
 
     where: str
+    """Key path (``mass.ixx``), or ``line 12`` where it is a matter of syntax."""
     what: str
+    """What is wrong, in words."""
     remedy: str = ""
+    """What to write instead; empty where nothing can be proposed."""
 
     @classmethod
     def from_error(cls, where: str, error: Exception) -> FileProblem:
@@ -74,8 +67,6 @@ class FileProblemsError(GroundStationError, ValueError):
 
     Parameters
     ----------
-    path : Path or str
-        The file.
     problems : sequence of FileProblem
         Every mistake found, in the order of the file.
     """

@@ -50,9 +50,6 @@ def close_matches(
 
     Parameters
     ----------
-    name : str
-    known : iterable of str
-    most : int
     cutoff : float
         How like, from 0 to 1; see `difflib.get_close_matches`.
     """

@@ -105,11 +105,6 @@ def exit_process(code: int) -> NoReturn:
 
     As Python takes itself apart it stops such threads where they are; inside a C++ library, such
     as Qt, that aborts the process.
-
-    Parameters
-    ----------
-    code : int
-        Exit code.
     """
     for thread in threading.enumerate():
         if thread is not threading.current_thread() and not thread.daemon:

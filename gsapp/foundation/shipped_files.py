@@ -12,18 +12,12 @@ from gsapp.foundation.name_suggestions import did_you_mean
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ShippedFiles:
-    """A folder of TOML files that can be named without path or ending.
-
-    Attributes
-    ----------
-    folder : Path
-        Where they lie.
-    kind : str
-        What they are, in words.
-    """
+    """A folder of TOML files that can be named without path or ending."""
 
     folder: Path
+    """Where they lie."""
     kind: str
+    """What they are, in words."""
 
     def names(self) -> tuple[str, ...]:
         """Return the names, sorted."""

@@ -20,15 +20,6 @@ BoolArray = npt.NDArray[np.bool_]
 class Block:
     """Samples of several channels at common times.
 
-    Attributes
-    ----------
-    channels : tuple of str
-        Channel ids, each in the vocabulary.
-    times : ndarray, shape (n,)
-        Flight time in s, increasing.
-    values : ndarray, shape (n, n_channels)
-        SI units, radians; NaN where missing. Both arrays are float64 and read-only.
-
     Raises
     ------
     ValueError
@@ -38,8 +29,12 @@ class Block:
     """
 
     channels: tuple[str, ...]
+    """Channel ids, each in the vocabulary."""
     times: FloatArray
+    """Shape (n,). Flight time in s, increasing."""
     values: FloatArray
+    """Shape (n, n_channels). SI units, radians; NaN where missing. Both arrays are float64 and
+    read-only."""
 
     def __post_init__(self) -> None:
         times = np.array(self.times, dtype=np.float64)

@@ -19,40 +19,27 @@ from gsapp.quantities.constants import DEGREE, FOOT, GRAVITY
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ChannelSpec:
-    """What a channel means and how it is shown.
-
-    Attributes
-    ----------
-    id : str
-        Name in files and in code. A redundant sensor of ``q`` is ``q.2``.
-    symbol : str
-        As shown beside a chart.
-    title : str
-        In words.
-    quantity : str
-        Key in `gsapp.quantities.units.QUANTITIES`: SI unit and allowed units.
-    si_display, us_display : str
-        Unit on screen when the user chose SI or US customary units.
-    limits : tuple of float
-        Lowest and highest plausible value, SI. Outside is an instrument at fault.
-    precision : float
-        The smallest difference that the sensor earns, in SI; sets the digits shown.
-    group : str
-        Which charts it is listed with.
-    description : str
-        What it is and what a positive value means.
-    """
+    """What a channel means and how it is shown."""
 
     id: str
+    """Name in files and in code. A redundant sensor of ``q`` is ``q.2``."""
     symbol: str
+    """As shown beside a chart."""
     title: str
+    """In words."""
     quantity: str
+    """Key in `gsapp.quantities.units.QUANTITIES`: SI unit and allowed units."""
     si_display: str
     us_display: str
+    """Unit on screen when the user chose SI or US customary units."""
     limits: tuple[float, float]
+    """Lowest and highest plausible value, SI. Outside is an instrument at fault."""
     precision: float
+    """The smallest difference that the sensor earns, in SI; sets the digits shown."""
     group: str
+    """Which charts it is listed with."""
     description: str
+    """What it is and what a positive value means."""
 
     @property
     def unit(self) -> str:

@@ -63,7 +63,6 @@ def convert_text_units(sentence: str, system: str) -> str:
 
     Parameters
     ----------
-    sentence : str
     system : {"US", "SI"}
 
     Examples

@@ -27,18 +27,12 @@ Values = TypeVar("Values", float, npt.NDArray[np.float64])
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Quantity:
-    """A physical quantity and the units it may be written in.
-
-    Attributes
-    ----------
-    name : str
-        In words, as used in messages.
-    units : tuple of str
-        Allowed units; the first is the SI unit used inside.
-    """
+    """A physical quantity and the units it may be written in."""
 
     name: str
+    """In words, as used in messages."""
     units: tuple[str, ...]
+    """Allowed units; the first is the SI unit used inside."""
 
     @property
     def si(self) -> str:
@@ -245,8 +239,6 @@ def parse_quantity(text: str | float, key: str) -> float:
     ----------
     text : str or number
         A bare number is taken only for quantities without a unit.
-    key : str
-        Key of the quantity.
 
     Raises
     ------

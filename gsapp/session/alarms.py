@@ -15,39 +15,26 @@ from gsapp.session.limits import LimitRule, Severity
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Alarm:
-    """One alarm as it stands.
-
-    Attributes
-    ----------
-    key : str
-        What it is about: ``alpha:high``, ``link``, ``recorder``, ``disk`` ...
-    severity : Severity
-        The worst since it was raised or acknowledged.
-    current : Severity
-        As of now; NORMAL once the cause is gone.
-    time : float or None
-        Flight time at which it was raised (or grew worse), s.
-    message : str
-        What it means, or the whole sentence for alarms without a value.
-    rule : LimitRule or None
-        The limit, for alarms with a value.
-    value : float or None
-        The farthest value since it was raised, SI.
-    acknowledged : bool
-        Whether somebody has said so since it was raised or grew worse.
-    count : int
-        How many times it was raised since it last left the list.
-    """
+    """One alarm as it stands."""
 
     key: str
+    """What it is about: ``alpha:high``, ``link``, ``recorder``, ``disk`` ..."""
     severity: Severity
+    """The worst since it was raised or acknowledged."""
     current: Severity
+    """As of now; NORMAL once the cause is gone."""
     time: float | None
+    """Flight time at which it was raised (or grew worse), s."""
     message: str
+    """What it means, or the whole sentence for alarms without a value."""
     rule: LimitRule | None = None
+    """The limit, for alarms with a value."""
     value: float | None = None
+    """The farthest value since it was raised, SI."""
     acknowledged: bool = False
+    """Whether somebody has said so since it was raised or grew worse."""
     count: int = 1
+    """How many times it was raised since it last left the list."""
 
     @property
     def active(self) -> bool:
@@ -99,61 +86,40 @@ class AlarmOnset:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class AlarmAcknowledgment:
-    """Who has seen an alarm, and when.
-
-    Attributes
-    ----------
-    raised : float or None
-        Flight time at which the alarm was raised, s; tells which one is meant.
-    by : str
-        Who, and how: ``crew, key K``; empty where it was not written.
-    time : float or None
-        Flight time of the acknowledgment, s.
-    """
+    """Who has seen an alarm, and when."""
 
     raised: float | None
+    """Flight time at which the alarm was raised, s; tells which one is meant."""
     by: str = ""
+    """Who, and how: ``crew, key K``; empty where it was not written."""
     time: float | None = None
+    """Flight time of the acknowledgment, s."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class AlarmEpisode:
-    """An alarm from when its cause came to when it was gone.
-
-    Attributes
-    ----------
-    key : str
-        What it is about.
-    severity : Severity
-        The worst.
-    onset : float or None
-        Flight time at which it was raised, s.
-    end : float or None
-        Flight time at which the cause was gone, s; None while it stays, or if nobody knows.
-    message : str
-        As in `Alarm`.
-    rule : LimitRule or None
-        The limit, for alarms with a value.
-    value : float or None
-        The farthest value, SI.
-    raised : float or None
-        Flight time at which it was raised or last grew worse, s.
-    acknowledgment : AlarmAcknowledgment or None
-        Of the alarm since then; None while nobody has seen it.
-    is_over : bool
-        Whether the cause is gone, even if nobody knows since when.
-    """
+    """An alarm from when its cause came to when it was gone."""
 
     key: str
+    """What it is about."""
     severity: Severity
+    """The worst."""
     onset: float | None
+    """Flight time at which it was raised, s."""
     end: float | None = None
+    """Flight time at which the cause was gone, s; None while it stays, or if nobody knows."""
     message: str
+    """As in `Alarm`."""
     rule: LimitRule | None = None
+    """The limit, for alarms with a value."""
     value: float | None = None
+    """The farthest value, SI."""
     raised: float | None
+    """Flight time at which it was raised or last grew worse, s."""
     acknowledgment: AlarmAcknowledgment | None = None
+    """Of the alarm since then; None while nobody has seen it."""
     is_over: bool = False
+    """Whether the cause is gone, even if nobody knows since when."""
 
     @property
     def acknowledged(self) -> bool:

@@ -32,40 +32,27 @@ class Freshness(Enum):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ChannelState:
-    """A channel at one moment.
-
-    Attributes
-    ----------
-    channel : str
-        Its id.
-    freshness : Freshness
-        MISSING if it never had a sample.
-    time, value : float or None
-        The latest sample: flight time (s), SI. Not to be shown as a value unless fresh.
-    age : float or None
-        Seconds since that sample.
-    severity : Severity
-        Of its limits, as of now.
-    clipped : bool
-        Whether it stands at the end of its instrument's range.
-    kind : {"measured", "estimated", "derived"}
-        Where it comes from.
-    calibrated : bool
-        Whether a certificate is in force, where one is needed.
-    source : str
-        Message and field, column, or formula.
-    """
+    """A channel at one moment."""
 
     channel: str
+    """Its id."""
     freshness: Freshness
+    """MISSING if it never had a sample."""
     time: float | None = None
     value: float | None = None
+    """The latest sample: flight time (s), SI. Not to be shown as a value unless fresh."""
     age: float | None = None
+    """Seconds since that sample."""
     severity: Severity = Severity.NORMAL
+    """Of its limits, as of now."""
     clipped: bool = False
+    """Whether it stands at the end of its instrument's range."""
     kind: Literal["measured", "estimated", "derived"] = "measured"
+    """Where it comes from."""
     calibrated: bool = True
+    """Whether a certificate is in force, where one is needed."""
     source: str = ""
+    """Message and field, column, or formula."""
 
 
 def source_message(source: ChannelSource | None) -> str | None:

@@ -109,7 +109,6 @@ class ConsumerCursor:
 
     Attributes
     ----------
-    consumer : Consumer
     next_index : int
         The next place on the grid that is to be given to it.
     """

@@ -46,7 +46,6 @@ class CueMonitor:
 
     Parameters
     ----------
-    cueing : CueGenerator
     board : AlarmRegistry
         Where alarms go.
     book : MarkStore

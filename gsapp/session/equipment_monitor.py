@@ -36,122 +36,81 @@ _SET_BACK_US = 1_000_000
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LinkSummary:
-    """The link as the bar shows it.
-
-    Attributes
-    ----------
-    state : str
-        ``ok``, ``waiting``, ``no data``, ``no aircraft``, ``silent``, ``unreadable``, ``lost``,
-        ``ended`` ...
-    severity : Severity
-        Whether that is as it should be.
-    system : int or None
-        The flown system; None before it is known, and for lines of text.
-    rate : float
-        Messages of the flown aircraft per second.
-    age : float or None
-        Seconds since the last of them; None before the first, where it cannot be read, and in a
-        replay.
-    loss : float
-        Share of its frames lost in the last seconds (in a replay: in all), 0 to 1.
-    problem : str
-        Why no aircraft is heard and what to try, in sentences; empty where one is.
-    good, damaged, unknown, lost : int
-        Frames since the beginning.
-    remarks : tuple of str
-        What else the crew should know, in words.
-    """
+    """The link as the bar shows it."""
 
     state: str
+    """``ok``, ``waiting``, ``no data``, ``no aircraft``, ``silent``, ``unreadable``, ``lost``,
+    ``ended`` ..."""
     severity: Severity = Severity.NORMAL
+    """Whether that is as it should be."""
     system: int | None = None
+    """The flown system; None before it is known, and for lines of text."""
     problem: str = ""
+    """Why no aircraft is heard and what to try, in sentences; empty where one is."""
     rate: float = 0.0
+    """Messages of the flown aircraft per second."""
     age: float | None = None
+    """Seconds since the last of them; None before the first, where it cannot be read, and in a
+    replay."""
     loss: float = 0.0
+    """Share of its frames lost in the last seconds (in a replay: in all), 0 to 1."""
     good: int = 0
     damaged: int = 0
     unknown: int = 0
     lost: int = 0
+    """Frames since the beginning."""
     remarks: tuple[str, ...] = ()
+    """What else the crew should know, in words."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RecorderSummary:
-    """The recorder as the bar shows it.
-
-    Attributes
-    ----------
-    state : str
-        ``recording``, ``stopped``, ``dead`` ...
-    severity : Severity
-        Whether that is as it should be.
-    pid : int or None
-        Its process, if one runs.
-    link : str
-        What it records.
-    source_state : str
-        How the link fares, in its words.
-    received_bytes : int
-        Since its start.
-    byte_rate : float
-        Bytes per second.
-    growing : bool
-        Whether what was written grew since the look before.
-    remarks : tuple of str
-        What was found in the folder at its start, and what is wrong.
-    """
+    """The recorder as the bar shows it."""
 
     state: str
+    """``recording``, ``stopped``, ``dead`` ..."""
     severity: Severity = Severity.NORMAL
+    """Whether that is as it should be."""
     pid: int | None = None
+    """Its process, if one runs."""
     link: str = ""
+    """What it records."""
     source_state: str = ""
+    """How the link fares, in its words."""
     received_bytes: int = 0
+    """Since its start."""
     byte_rate: float = 0.0
+    """Bytes per second."""
     growing: bool = False
+    """Whether what was written grew since the look before."""
     remarks: tuple[str, ...] = ()
+    """What was found in the folder at its start, and what is wrong."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DiskSummary:
-    """The room for recording.
-
-    Attributes
-    ----------
-    free_bytes : int or None
-        On the disk of the flight.
-    seconds_left : float or None
-        For how long it lasts at the present rate; None while nothing comes.
-    severity : Severity
-        Whether that is enough.
-    """
+    """The room for recording."""
 
     free_bytes: int | None = None
+    """On the disk of the flight."""
     seconds_left: float | None = None
+    """For how long it lasts at the present rate; None while nothing comes."""
     severity: Severity = Severity.NORMAL
+    """Whether that is enough."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RecorderObservation:
-    """What the disk tells of a recorder.
-
-    Attributes
-    ----------
-    handle : RecorderHandle or None
-        The recorder that runs.
-    status : RecorderStatus or None
-        What it told of itself at the latest.
-    is_folder_reachable : bool
-        Whether the flight folder is where it was.
-    free_bytes : int or None
-        On the disk of the flight, where the recorder does not say so.
-    """
+    """What the disk tells of a recorder."""
 
     handle: RecorderHandle | None = None
+    """The recorder that runs."""
     status: RecorderStatus | None = None
+    """What it told of itself at the latest."""
     is_folder_reachable: bool = True
+    """Whether the flight folder is where it was."""
     free_bytes: int | None = None
+    """On the disk of the flight, where the recorder does not say so."""
 
 
 class RecorderProbe:

@@ -150,7 +150,6 @@ class RecordBuffer:
 
     Parameters
     ----------
-    worker : FileWorker
     poll : callable
         Gives at most so many of the next records.
     has_grown : callable or None

@@ -39,43 +39,30 @@ class Severity(IntEnum):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LimitRule:
-    """One side of one channel.
-
-    Attributes
-    ----------
-    channel : str
-        Channel id.
-    side : {"low", "high"}
-        Whether values below or above are meant.
-    caution, warning : float or None
-        SI; beyond it the alarm is raised.
-    hysteresis : float
-        How far a value must come back before the alarm ends, SI.
-    duration : float
-        How long a value must stay beyond, or back, s.
-    caution_text, warning_text : str
-        What it means, in words.
-    armed_at : float or None
-        The rule sleeps until a value was on the safe side of this, SI ...
-    disarmed_at : float or None
-        ... and again once a value is beyond this: an aircraft on the ground is below its stall
-        speed.
-    airborne_only : bool
-        Whether it waits near the ground from which the aircraft took off; see
-        `gsapp.session.ground_proximity`.
-    """
+    """One side of one channel."""
 
     channel: str
+    """Channel id."""
     side: LimitSide
+    """Whether values below or above are meant."""
     caution: float | None = None
     warning: float | None = None
+    """SI; beyond it the alarm is raised."""
     hysteresis: float = 0.0
+    """How far a value must come back before the alarm ends, SI."""
     duration: float = _SHORTEST
+    """How long a value must stay beyond, or back, s."""
     caution_text: str = ""
     warning_text: str = ""
+    """What it means, in words."""
     armed_at: float | None = None
+    """The rule sleeps until a value was on the safe side of this, SI ..."""
     disarmed_at: float | None = None
+    """... and again once a value is beyond this: an aircraft on the ground is below its stall
+    speed."""
     airborne_only: bool = False
+    """Whether it waits near the ground from which the aircraft took off; see
+    `gsapp.session.ground_proximity`."""
 
     @property
     def key(self) -> str:

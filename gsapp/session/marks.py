@@ -35,30 +35,20 @@ MarkKind = Literal["mark", "note"]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FlightMark:
-    """A mark or a note as it stands.
-
-    Attributes
-    ----------
-    id : str
-        Names it in later events.
-    kind : {"mark", "note"}
-        A note has more to say than a label.
-    time : float or None
-        Flight time, s.
-    end : float or None
-        Where a span ends, s; None for a moment.
-    text : str
-        In words.
-    host_time_us : int
-        When it was made, host time, microseconds since 1970.
-    """
+    """A mark or a note as it stands."""
 
     id: str
+    """Names it in later events."""
     kind: MarkKind
+    """A note has more to say than a label."""
     time: float | None
+    """Flight time, s."""
     end: float | None
+    """Where a span ends, s; None for a moment."""
     text: str
+    """In words."""
     host_time_us: int
+    """When it was made, host time, microseconds since 1970."""
 
 
 class MarkStore:

@@ -24,7 +24,6 @@ class PendingChecklist:
     ----------
     log : EventLog
         Where ticks are kept until there is a flight.
-    file : ChecklistFile
     card : callable
         Gives the card of the next flight as it stands.
     aircraft : Aircraft, optional

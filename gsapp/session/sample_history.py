@@ -245,8 +245,6 @@ class SampleHistory:
 
         Parameters
         ----------
-        channel_id : str
-            The channel.
         first_bin, last_bin : int
             ``first_bin <= j < last_bin``.
         bin_size : int

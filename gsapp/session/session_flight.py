@@ -26,36 +26,24 @@ T = TypeVar("T")
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class SessionFlight:
-    """A flight that was opened, and where its samples come from.
-
-    Attributes
-    ----------
-    path : Path
-        Its folder or file.
-    reader : RecordReader or FlightReader
-        Gives its blocks.
-    setting : SessionSetting
-        What it is read and watched with.
-    rate : float
-        Of the grid, Hz.
-    loaded_flight : Flight or None
-        A flight that was read whole.
-    find_damage : callable
-        Returns what was lost of the record.
-    has_grown : callable
-        Returns whether the record may hold something new.
-    worker : FileWorker or None
-        In whose thread its files are read and written; None where that is done at once.
-    """
+    """A flight that was opened, and where its samples come from."""
 
     path: Path
+    """Its folder or file."""
     reader: RecordReader | FlightReader
+    """Gives its blocks."""
     setting: SessionSetting
+    """What it is read and watched with."""
     rate: float
+    """Of the grid, Hz."""
     loaded_flight: Flight | None = None
+    """A flight that was read whole."""
     find_damage: Callable[[], Sequence[RawDamage]] = tuple
+    """Returns what was lost of the record."""
     has_grown: Callable[[], bool] = lambda: True
+    """Returns whether the record may hold something new."""
     worker: FileWorker | None = None
+    """In whose thread its files are read and written; None where that is done at once."""
 
     def poll(self, read: Callable[[], T], every: float) -> Callable[[], T]:
         """Return what gives the newest of something on the disk, without waiting for it."""

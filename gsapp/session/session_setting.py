@@ -24,86 +24,57 @@ if TYPE_CHECKING:
 
 
 class SettingOverrides(TypedDict, total=False):
-    """What a flight is watched with in place of what lies in its folder; all may be left out.
-
-    Attributes
-    ----------
-    channel_map, certificates, aircraft : name, path or object
-        See `gsapp.flight.read_settings.FlightReadSettings.find`.
-    rate : float
-        Of the grid, Hz; by default as the flight says.
-    limits : name or path
-        In place of those in the folder, or shipped for the aircraft.
-    model : name, path or object
-        In place of the one shipped for the aircraft: what cues and bounds go by.
-    cards : name, path or object
-        Test cards in place of those in the folder.
-    """
+    """What a flight is watched with in place of what lies in its folder; all may be left out."""
 
     channel_map: ChannelMap | NameOrPath | None
     certificates: NameOrPath | None
     aircraft: Aircraft | NameOrPath | None
+    """See `gsapp.flight.read_settings.FlightReadSettings.find`."""
     rate: float | None
+    """Of the grid, Hz; by default as the flight says."""
     limits: NameOrPath | None
+    """In place of those in the folder, or shipped for the aircraft."""
     model: Model | NameOrPath | None
+    """In place of the one shipped for the aircraft: what cues and bounds go by."""
     cards: CardSet | NameOrPath | None
+    """Test cards in place of those in the folder."""
 
 
 class SessionOptions(SettingOverrides, total=False):
-    """Everything that may be said of a session beside its flight; all may be left out.
-
-    Attributes
-    ----------
-    consumers : sequence of Consumer
-        Estimators and the like, fed with all samples in order, after the alarms.
-    clock : callable
-        Seconds of a clock that never goes back.
-    wall_us : callable
-        Microseconds since 1970.
-    cues : bool
-        Whether the crew is to be told what to fly and how it was; by default it is.
-    system : {"US", "SI"}
-        Units of what is said.
-    workers : FitWorker
-        Where maneuvers are fitted as they end; without it no derivatives are estimated.
-    in_background : bool
-        Whether files are read and written in a thread, so that `Session.update` waits for no disk.
-        What is taken in follows a moment later.
-    """
+    """Everything that may be said of a session beside its flight; all may be left out."""
 
     consumers: Sequence[Consumer]
+    """Estimators and the like, fed with all samples in order, after the alarms."""
     clock: Callable[[], float]
+    """Seconds of a clock that never goes back."""
     wall_us: Callable[[], int]
+    """Microseconds since 1970."""
     cues: bool
+    """Whether the crew is to be told what to fly and how it was; by default it is."""
     system: str
+    """Units of what is said."""
     workers: FitWorker
+    """Where maneuvers are fitted as they end; without it no derivatives are estimated."""
     in_background: bool
+    """Whether files are read and written in a thread, so that `Session.update` waits for no disk.
+    What is taken in follows a moment later."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SessionSetting(FlightReadSettings):
-    """What a flight is read with, and the limits in force.
-
-    Attributes
-    ----------
-    limits : tuple of LimitRule
-        The crew's own.
-    model : Model or None
-        Of the aerodynamics, as far as it is known before the flight.
-    cards : CardSet or None
-        The test cards of the flight.
-    fence : Geofence or None
-        Where the aircraft may fly; None for the usual space.
-    remarks : tuple of str
-        What of the folder could not be used, in words: bad test cards must not keep a flight
-        from being watched.
-    """
+    """What a flight is read with, and the limits in force."""
 
     limits: tuple[LimitRule, ...] = ()
+    """The crew's own."""
     model: Model | None = None
+    """Of the aerodynamics, as far as it is known before the flight."""
     cards: CardSet | None = None
+    """The test cards of the flight."""
     fence: Geofence | None = None
+    """Where the aircraft may fly; None for the usual space."""
     remarks: tuple[str, ...] = ()
+    """What of the folder could not be used, in words: bad test cards must not keep a flight from
+    being watched."""
 
 
 def find_session_setting(path: Path, chosen: SettingOverrides | None = None) -> SessionSetting:
@@ -113,8 +84,6 @@ def find_session_setting(path: Path, chosen: SettingOverrides | None = None) -> 
     ----------
     path : Path
         Flight folder or file. The folder need not hold anything yet.
-    chosen : SettingOverrides, optional
-        What is given.
 
     Raises
     ------

@@ -86,8 +86,6 @@ class UserLimitStore:
 
         Parameters
         ----------
-        channel_id : str
-            Channel id.
         bands : LimitBands or None
             SI; None forgets what was typed, and limits that are all None switch them off.
         system : {"US", "SI"}

@@ -80,12 +80,10 @@ class Airframe:
     ----------
     plan : FlightPlan
         Field and engines.
-    aircraft : Aircraft
     model : Model
         The truth, hidden effects included.
     turbulence : float
         Standard deviation of the gusts, m/s.
-    random : numpy.random.Generator
     dt : float
         Step, s.
     """

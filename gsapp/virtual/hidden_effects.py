@@ -15,7 +15,6 @@ def add_hidden_effects(aircraft: Aircraft, model: Model, hide: Sequence[str] = (
 
     Parameters
     ----------
-    aircraft : Aircraft
     model : Model
         What the crew believes.
     hide : sequence of str

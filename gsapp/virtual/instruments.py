@@ -27,29 +27,20 @@ _NO_RANGE = (-math.inf, math.inf)
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Instrument:
-    """One instrument.
-
-    Attributes
-    ----------
-    name : str
-        Channel of the converter.
-    low_pass : float or None
-        Corner of the filter before the converter, Hz.
-    lag, delay : float
-        s.
-    bias, noise : float
-        SI; `noise` is the standard deviation of each sample.
-    range : tuple of float
-        Lowest and highest value that it can show, SI.
-    """
+    """One instrument."""
 
     name: str
+    """Channel of the converter."""
     low_pass: float | None = DEFAULT_LOW_PASS_HZ
+    """Corner of the filter before the converter, Hz."""
     lag: float = 0.0
     delay: float = 0.0
+    """s."""
     bias: float = 0.0
     noise: float = 0.0
+    """SI; `noise` is the standard deviation of each sample."""
     range: tuple[float, float] = _NO_RANGE
+    """Lowest and highest value that it can show, SI."""
 
 
 def create_instruments(aircraft: Aircraft) -> tuple[Instrument, ...]:
@@ -193,7 +184,6 @@ class Instruments:
     ----------
     aircraft : Aircraft
         Noise, bias, range, lag and delay of each.
-    random : numpy.random.Generator
     dt : float
         Between samples, s.
     faults : sequence of SensorFault

@@ -37,7 +37,6 @@ class KeyboardPilot:
         Where the pattern lies; its maneuvers are left to the trainee.
     feel : AircraftHandling
         What the built-in pilot knows of the aircraft.
-    random : numpy.random.Generator
     dt : float
         Time between two moves, s.
     airborne : bool

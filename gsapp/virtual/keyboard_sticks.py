@@ -30,20 +30,14 @@ DEFAULT_KEY_TRAVEL: Final = 0.25
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class KeyPositions:
-    """Where the keys push.
-
-    Attributes
-    ----------
-    pitch, roll, yaw : float
-        -1 to 1 of the chosen size; pulled, right, right are positive; 0 lets go.
-    throttle : float or None
-        0 idle to 1 full; None leaves the lever where it is.
-    """
+    """Where the keys push."""
 
     pitch: float = 0.0
     roll: float = 0.0
     yaw: float = 0.0
+    """-1 to 1 of the chosen size; pulled, right, right are positive; 0 lets go."""
     throttle: float | None = None
+    """0 idle to 1 full; None leaves the lever where it is."""
 
 
 class KeyboardSticks:

@@ -20,19 +20,13 @@ _CREEP = 0.12
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Wheel:
-    """One wheel.
-
-    Attributes
-    ----------
-    position : tuple of float
-        Of the unloaded tire's lowest point from the CG, body axes, m.
-    steers, brakes : bool
-        Whether it turns with the rudder stick, and whether it has a brake.
-    """
+    """One wheel."""
 
     position: tuple[float, float, float]
+    """Of the unloaded tire's lowest point from the CG, body axes, m."""
     steers: bool
     brakes: bool
+    """Whether it turns with the rudder stick, and whether it has a brake."""
 
 
 class LandingGear:

@@ -12,44 +12,30 @@ from gsapp.virtual.pilot_perception import PilotView
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class AircraftHandling:
-    """What a pilot has learned of an aircraft in earlier flights, at one airspeed.
-
-    Attributes
-    ----------
-    speed : float
-        Airspeed of the numbers below, m/s.
-    pitch_rate, roll_rate : float
-        Steady rate for full stick at the high rate, rad/s.
-    low_rate : tuple of float
-        Deflection at the low rate as a share of the high one: pitch, roll, yaw.
-    pitch : float
-        Attitude in level flight, rad.
-    trim : float
-        Pitch stick in level flight.
-    throttle, throttle_slope : float
-        In level flight; and its change for each m/s more.
-    turn_pull : float
-        Pitch stick for each unit of (1/cos(bank) - 1).
-    turn_roll : float
-        Roll stick for each unit of sin(bank), against the bank's steepening by itself.
-    turn_yaw : float
-        Yaw stick for each unit of sin(bank), for a turn without sideslip.
-    flap_travel : float
-        Full travel of the flaps, rad.
-    """
+    """What a pilot has learned of an aircraft in earlier flights, at one airspeed."""
 
     speed: float
+    """Airspeed of the numbers below, m/s."""
     pitch_rate: float
     roll_rate: float
+    """Steady rate for full stick at the high rate, rad/s."""
     low_rate: tuple[float, float, float]
+    """Deflection at the low rate as a share of the high one: pitch, roll, yaw."""
     pitch: float
+    """Attitude in level flight, rad."""
     trim: float
+    """Pitch stick in level flight."""
     throttle: float
     throttle_slope: float
+    """In level flight; and its change for each m/s more."""
     turn_pull: float
+    """Pitch stick for each unit of (1/cos(bank) - 1)."""
     turn_roll: float
+    """Roll stick for each unit of sin(bank), against the bank's steepening by itself."""
     turn_yaw: float
+    """Yaw stick for each unit of sin(bank), for a turn without sideslip."""
     flap_travel: float
+    """Full travel of the flaps, rad."""
 
 
 class PitchController:
@@ -57,7 +43,6 @@ class PitchController:
 
     Parameters
     ----------
-    feel : AircraftHandling
     trim_error : float
         Stick by which the trim lever is off at the start.
     dt : float

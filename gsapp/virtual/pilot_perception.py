@@ -23,83 +23,58 @@ _HANGING = math.radians(8.0)
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class AircraftState:
-    """Where the aircraft really is and how it moves: SI, radians.
-
-    Attributes
-    ----------
-    time : float
-        s since the box was switched on.
-    phi, theta, psi : float
-        Attitude.
-    p, q, r : float
-        Body rates.
-    north, east, height : float
-        From the middle of the runway; `height` of the wheels above it.
-    velocity_north, velocity_east, climb_rate : float
-        Over the ground.
-    airspeed : float
-        True airspeed.
-    on_ground : bool
-        Whether a main wheel carries weight.
-    """
+    """Where the aircraft really is and how it moves: SI, radians."""
 
     time: float
+    """s since the box was switched on."""
     phi: float
     theta: float
     psi: float
+    """Attitude."""
     p: float
     q: float
     r: float
+    """Body rates."""
     north: float
     east: float
     height: float
+    """From the middle of the runway; `height` of the wheels above it."""
     velocity_north: float
     velocity_east: float
     climb_rate: float
+    """Over the ground."""
     airspeed: float
+    """True airspeed."""
     on_ground: bool
+    """Whether a main wheel carries weight."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PilotView:
-    """What the pilot believes, `PilotLimits.delay` late; in the pilot's frame.
-
-    Attributes
-    ----------
-    time : float
-        Now, s.
-    bank, pitch : float
-        Attitude, rad; bank positive towards the pattern.
-    roll_rate, pitch_rate : float
-        rad/s.
-    course : float
-        Direction of motion from that of take-off, rad, in (-pi, pi].
-    along, across, height : float
-        Position, m.
-    climb : float
-        Rate of climb, m/s.
-    path : float
-        Angle of the flight path, rad.
-    speed : float
-        Airspeed guessed, m/s.
-    ground_speed : float
-        m/s.
-    on_ground : bool
-    """
+    """What the pilot believes, `PilotLimits.delay` late; in the pilot's frame."""
 
     time: float
+    """Now, s."""
     bank: float
     pitch: float
+    """Attitude, rad; bank positive towards the pattern."""
     roll_rate: float
     pitch_rate: float
+    """rad/s."""
     course: float
+    """Direction of motion from that of take-off, rad, in (-pi, pi]."""
     along: float
     across: float
     height: float
+    """Position, m."""
     climb: float
+    """Rate of climb, m/s."""
     path: float
+    """Angle of the flight path, rad."""
     speed: float
+    """Airspeed guessed, m/s."""
     ground_speed: float
+    """m/s."""
     on_ground: bool
 
 
@@ -165,8 +140,6 @@ class PilotPerception:
     ----------
     plan : FlightPlan
         The pilot's limits and the side of the pattern.
-    runway : RunwayFrame
-    random : numpy.random.Generator
     dt : float
         Time between two looks, s.
     """

@@ -25,33 +25,23 @@ _NEVER = sys.maxsize
 
 
 class SensorFault(StrictModel):
-    """One thing that goes wrong with one instrument.
-
-    Attributes
-    ----------
-    channel : str
-        The input of the converter: one of
-        `gsapp.virtual.ad_converter.DAQ_CHANNELS`.
-    kind : {"dropout", "stuck", "clip"}
-        ``dropout``: the input is open, which the converter reads as 0 V. ``stuck``: the sample at
-        its beginning is repeated. ``clip``: nothing beyond `low` and `high` is shown.
-    start, end : float
-        When it may act, s since the box was switched on.
-    every, length : float or None
-        It comes and goes: mean time from one end to the next beginning, and mean duration, s,
-        both spread exponentially. Without them it acts from `start` to `end`.
-    low, high : float or None
-        What ``clip`` cuts off, in the SI unit of the channel.
-    """
+    """One thing that goes wrong with one instrument."""
 
     channel: str
+    """The input of the converter: one of `gsapp.virtual.ad_converter.DAQ_CHANNELS`."""
     kind: Literal["dropout", "stuck", "clip"]
+    """``dropout``: the input is open, which the converter reads as 0 V. ``stuck``: the sample at
+    its beginning is repeated. ``clip``: nothing beyond `low` and `high` is shown."""
     start: Time = 0.0
     end: Time = math.inf
+    """When it may act, s since the box was switched on."""
     every: Time | None = Field(default=None, gt=0.0)
     length: Time | None = Field(default=None, gt=0.0)
+    """It comes and goes: mean time from one end to the next beginning, and mean duration, s, both
+    spread exponentially. Without them it acts from `start` to `end`."""
     low: float | None = None
     high: float | None = None
+    """What ``clip`` cuts off, in the SI unit of the channel."""
 
     @field_validator("channel")
     @classmethod
@@ -114,10 +104,8 @@ class SensorFaultInjector:
 
     Parameters
     ----------
-    fault : SensorFault
     dt : float
         Between samples, s.
-    random : numpy.random.Generator
     """
 
     def __init__(self, fault: SensorFault, dt: float, random: np.random.Generator) -> None:

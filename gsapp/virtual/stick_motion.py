@@ -20,32 +20,22 @@ from gsapp.virtual.pilot_perception import AircraftState
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StickPositions:
-    """What the transmitter sends.
-
-    Attributes
-    ----------
-    pitch, roll, yaw : float
-        -1 to 1 with the trim levers added; pulled, right, right are positive.
-    throttle : float
-        0 idle to 1 full.
-    flap : float
-        0 up to 1, full travel.
-    high_rate : bool
-        The rate switch.
-    brake : float
-        0 to 1; the nose wheel turns with `yaw`.
-    engines : bool
-        Whether the engines run.
-    """
+    """What the transmitter sends."""
 
     pitch: float = 0.0
     roll: float = 0.0
     yaw: float = 0.0
+    """-1 to 1 with the trim levers added; pulled, right, right are positive."""
     throttle: float = 0.0
+    """0 idle to 1 full."""
     flap: float = 0.0
+    """0 up to 1, full travel."""
     high_rate: bool = True
+    """The rate switch."""
     brake: float = 0.0
+    """0 to 1; the nose wheel turns with `yaw`."""
     engines: bool = False
+    """Whether the engines run."""
 
 
 class StickSource(Protocol):
@@ -78,7 +68,6 @@ class StickInput:
         As intended.
     human : PilotLimits
         By how much it is missed.
-    random : numpy.random.Generator
     """
 
     def __init__(
@@ -125,7 +114,6 @@ class StickMotionModel:
     ----------
     human : PilotLimits
         `hand` is the whole lag, `residual` the size of the unrest.
-    random : numpy.random.Generator
     dt : float
         Time between two moves, s.
     """

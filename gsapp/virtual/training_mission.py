@@ -33,7 +33,6 @@ class TrainingMission(Mission):
     ----------
     plan : FlightPlan
         Field, pattern and landing; its maneuvers are the trainee's to fly.
-    random : numpy.random.Generator
     airborne : bool
         Begin on the upwind leg of the pattern.
     """

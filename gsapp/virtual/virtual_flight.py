@@ -44,32 +44,21 @@ MAX_FLIGHT_DURATION = 11.0 * 60.0
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class FlightSegment:
-    """Some successive samples of a flight.
-
-    Attributes
-    ----------
-    first_index : int
-        Number of the first sample since the box was switched on.
-    times : ndarray, shape (n,)
-        s since then.
-    truth : ndarray, shape (n, len(TRUTH))
-        What really happened, SI.
-    volts : ndarray, shape (n, 20)
-        The converter's readings, V.
-    onboard_names : tuple of str
-    onboard : ndarray, shape (n, len(board_names))
-        What the autopilot-like board knows besides.
-    phases : tuple of str
-        What was being done.
-    """
+    """Some successive samples of a flight."""
 
     first_index: int
+    """Number of the first sample since the box was switched on."""
     times: FloatArray
+    """Shape (n,). s since then."""
     truth: FloatArray
+    """Shape (n, len(TRUTH)). What really happened, SI."""
     volts: FloatArray
+    """Shape (n, 20). The converter's readings, V."""
     onboard_names: tuple[str, ...]
     onboard: FloatArray
+    """Shape (n, len(board_names)). What the autopilot-like board knows besides."""
     phases: tuple[str, ...]
+    """What was being done."""
 
     def __len__(self) -> int:
         """Return the number of samples."""
@@ -78,48 +67,30 @@ class FlightSegment:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FlownManeuver:
-    """A maneuver as it was flown.
-
-    Attributes
-    ----------
-    t_start, t_end : float
-        s since the box was switched on; the end is where the pilot took over again.
-    inputs : tuple of str
-        ``de``, ``da``, ``dr``.
-    kind : str
-        The shape.
-    """
+    """A maneuver as it was flown."""
 
     t_start: float
     t_end: float
+    """s since the box was switched on; the end is where the pilot took over again."""
     inputs: tuple[str, ...]
+    """``de``, ``da``, ``dr``."""
     kind: str
+    """The shape."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class VirtualFlight:
-    """A flight that was flown to its end.
-
-    Attributes
-    ----------
-    truth : Block
-        What really happened: `gsapp.virtual.airframe.TRUTH_CHANNELS`, at the CG.
-    measured : Block
-        What the ground makes of the converter's volts:
-        `gsapp.virtual.ad_converter.DAQ_CHANNELS` and the combined surfaces
-        (6.1.1)-(6.1.3).
-    volts : ndarray, shape (n, 20)
-        V.
-    phases : tuple of (str, float)
-        Each phase with the time at which it began, s.
-    maneuvers : tuple of FlownManeuver
-    crashed : bool
-    """
+    """A flight that was flown to its end."""
 
     truth: Block
+    """What really happened: `gsapp.virtual.airframe.TRUTH_CHANNELS`, at the CG."""
     measured: Block
+    """What the ground makes of the converter's volts: `gsapp.virtual.ad_converter.DAQ_CHANNELS` and
+    the combined surfaces (6.1.1)-(6.1.3)."""
     volts: FloatArray
+    """Shape (n, 20). V."""
     phases: tuple[tuple[str, float], ...]
+    """Each phase with the time at which it began, s."""
     maneuvers: tuple[FlownManeuver, ...]
     crashed: bool
 
@@ -147,7 +118,6 @@ class FlightSimulation:
     ----------
     plan : FlightPlan
         What is flown.
-    aircraft : Aircraft
     model : Model or str
         The aerodynamics; a file or the name of a shipped one.
     seed : int

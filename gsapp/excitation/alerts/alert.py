@@ -15,26 +15,16 @@ class AlertLevel(IntEnum):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Alert:
-    """One thing that stands.
-
-    Attributes
-    ----------
-    key : str
-        What it is about: ``nose``, ``alpha``, ``gyro.q``, ``stall``, ``fence``, ``clip.r`` ...
-    level : AlertLevel
-    since : float
-        Flight time, s.
-    text : str
-        A sentence to be read, with what to do.
-    spoken_text : str
-        A few words to be heard: "nose sensors lost: land".
-    channels : tuple of str
-        Channels that are not to be trusted while it stands.
-    """
+    """One thing that stands."""
 
     key: str
+    """What it is about: ``nose``, ``alpha``, ``gyro.q``, ``stall``, ``fence``, ``clip.r`` ..."""
     level: AlertLevel
     since: float
+    """Flight time, s."""
     text: str
+    """A sentence to be read, with what to do."""
     spoken_text: str
+    """A few words to be heard: "nose sensors lost: land"."""
     channels: tuple[str, ...] = ()
+    """Channels that are not to be trusted while it stands."""

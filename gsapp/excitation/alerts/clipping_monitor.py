@@ -71,7 +71,6 @@ class ClippingMonitor:
 
         Parameters
         ----------
-        frame : FlightFrame
         doubted : frozenset of str
             Sensors of which something worse is known.
         """

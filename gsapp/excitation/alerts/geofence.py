@@ -32,28 +32,20 @@ class Geofence(StrictModel):
 
     The usual one suits flying by eye: a model of nine feet can no longer be told from its back at
     half a mile, and 120 m above the ground is where other traffic may be.
-
-    Attributes
-    ----------
-    latitude, longitude : float or None
-        Of its center, rad; without them the place where it was seen first: where it stood
-        before the take-off.
-    radius : float
-        m.
-    ceiling : float
-        Above the field, m.
-    floor : float or None
-        Above the field, m; None where there is none. With flaps out it does not count.
-    ahead : float
-        How far ahead is looked, s.
     """
 
     latitude: Angle | None = None
     longitude: Angle | None = None
+    """Of its center, rad; without them the place where it was seen first: where it stood before the
+    take-off."""
     radius: Length = Field(default=800.0, gt=0.0)
+    """m."""
     ceiling: Length = Field(default=120.0, gt=0.0)
+    """Above the field, m."""
     floor: Length | None = None
+    """Above the field, m; None where there is none. With flaps out it does not count."""
     ahead: Time = Field(default=4.0, ge=0.0)
+    """How far ahead is looked, s."""
 
     @model_validator(mode="after")
     def _hangs_together(self) -> Geofence:
@@ -76,12 +68,7 @@ def load_geofence(path: Path) -> Geofence:
 
 
 class GeofenceMonitor:
-    """Watches place and height.
-
-    Parameters
-    ----------
-    fence : Geofence
-    """
+    """Watches place and height."""
 
     def __init__(self, fence: Geofence) -> None:
         self._fence = fence

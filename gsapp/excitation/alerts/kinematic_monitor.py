@@ -118,7 +118,6 @@ class KinematicMonitor:
 
         Parameters
         ----------
-        frame : FlightFrame
         doubted : frozenset of str
             Sensors of which others say so already; nothing is compared with those.
         """

@@ -43,22 +43,15 @@ _USUAL_MISS: Final = 0.5
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SensorPositions:
-    """Where the flow is measured, seen from the accelerometer, and how.
-
-    Attributes
-    ----------
-    alpha_vane, beta_vane : tuple of float
-        Body axes, m.
-    upwash, sidewash : float
-    swivel : bool
-        Whether the beta vane turns with alpha.
-    """
+    """Where the flow is measured, seen from the accelerometer, and how."""
 
     alpha_vane: tuple[float, float, float] = (0.0, 0.0, 0.0)
     beta_vane: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    """Body axes, m."""
     upwash: float = 1.0
     sidewash: float = 1.0
     swivel: bool = False
+    """Whether the beta vane turns with alpha."""
 
     @classmethod
     def from_aircraft(cls, aircraft: Aircraft | None) -> SensorPositions:
@@ -84,31 +77,23 @@ class SensorPositions:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class ReconstructedMotion:
-    """What both tell of one stretch.
-
-    Attributes
-    ----------
-    dt : float
-        s.
-    rates, specific_force : ndarray, shape (n, 3)
-        rad/s; specific force, m/s^2.
-    initial_velocity, gravity : ndarray, shape (3,)
-        Velocity, m/s, and gravity, m/s^2, along the axes of the first sample, as fitted.
-    residual : ndarray, shape (n, 3)
-        u, v, w shown less what rates and accelerations make of them, m/s.
-    measured, reconstructed : mapping of str to ndarray, shape (n,)
-        V (m/s), alpha and beta (rad) as shown, and as rates and accelerations make them; each
-        without its straight line.
-    """
+    """What both tell of one stretch."""
 
     dt: float
+    """s."""
     rates: FloatArray
     specific_force: FloatArray
+    """Shape (n, 3). rad/s; specific force, m/s^2."""
     initial_velocity: FloatArray
     gravity: FloatArray
+    """Shape (3,). Velocity, m/s, and gravity, m/s^2, along the axes of the first sample, as
+    fitted."""
     residual: FloatArray
+    """Shape (n, 3). u, v, w shown less what rates and accelerations make of them, m/s."""
     measured: dict[str, FloatArray]
     reconstructed: dict[str, FloatArray]
+    """Shape (n,). V (m/s), alpha and beta (rad) as shown, and as rates and accelerations make them;
+    each without its straight line."""
 
     def reconstruct_rate(self, axis: int) -> tuple[FloatArray, float]:
         """Return what all other sensors make of one rate.
@@ -159,7 +144,6 @@ def reconstruct_motion(
         SI, without gaps.
     dt : float
         s.
-    places : SensorPositions
     """
     rates = samples[:, :3]
     force = samples[:, 3:6] * (1.0, 1.0, -1.0)

@@ -25,28 +25,19 @@ _ABSURD: Final = 1e9
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FlightFrame:
-    """Some successive rows, and the state of the flight.
-
-    Attributes
-    ----------
-    rows : FlightRows
-        One frame's worth; ``rows.fresh`` says whether nothing leads up to it.
-    time_since_takeoff : float
-        Seconds since the take-off; negative on the ground, infinite where the record begins in
-        the air.
-    time_airborne : float
-        Seconds in the air so far.
-    height : float
-        Above the field, m; NaN where unknown.
-    near_ground : bool
-        Whether it is so low that it may be landing; False where no height tells.
-    """
+    """Some successive rows, and the state of the flight."""
 
     rows: FlightRows
+    """One frame's worth; ``rows.fresh`` says whether nothing leads up to it."""
     time_since_takeoff: float = -1.0
+    """Seconds since the take-off; negative on the ground, infinite where the record begins in the
+    air."""
     time_airborne: float = 0.0
+    """Seconds in the air so far."""
     height: float = math.nan
+    """Above the field, m; NaN where unknown."""
     near_ground: bool = False
+    """Whether it is so low that it may be landing; False where no height tells."""
 
     @property
     def time(self) -> float:

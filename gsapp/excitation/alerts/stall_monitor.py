@@ -67,7 +67,6 @@ class StallMonitor:
 
         Parameters
         ----------
-        frame : FlightFrame
         distrusted : frozenset of str
             Channels that are not believed.
         system : {"US", "SI"}

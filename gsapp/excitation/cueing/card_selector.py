@@ -38,15 +38,11 @@ class CardSelector:
 
     Parameters
     ----------
-    aircraft : Aircraft or None
-    model : Model or None
-    cards : CardSet or None
     system : {"US", "SI"}
         Units of the words.
 
     Attributes
     ----------
-    cards : CardSet or None
     card_progress : CardSetProgress or None
         How the cards stand.
     next_card : NextCard or None

@@ -30,8 +30,6 @@ class CardTargets:
 
     Parameters
     ----------
-    aircraft : Aircraft or None
-    model : Model or None
     system : {"US", "SI"}
         Units of the sentences.
     """

@@ -161,7 +161,6 @@ class CueGenerator:
 
         Parameters
         ----------
-        card_id : str
         at : float, optional
             Flight time from which it counts, s; by default from now on.
 

@@ -46,7 +46,6 @@ class FlightEstimates:
 
     Parameters
     ----------
-    aircraft : Aircraft
     rate : float
         Of the grid, Hz.
 

@@ -32,8 +32,6 @@ class EstimationProgress:
 
     Parameters
     ----------
-    aircraft : Aircraft or None
-    model : Model or None
     rate : float
         Of the grid, Hz.
     system : {"US", "SI"}
@@ -99,8 +97,6 @@ class EstimationProgress:
 
         Parameters
         ----------
-        verdict : InputVerdict
-        recent : RecentRows
         card : TestCard or None
             That it was flown for.
         flown : CardSetProgress or None

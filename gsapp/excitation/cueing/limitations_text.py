@@ -32,8 +32,6 @@ def list_limitations(
 
     Parameters
     ----------
-    aircraft : Aircraft or None
-    model : Model or None
     has_cards : bool
         Whether there are test cards.
     trim : TrimCue or None

@@ -63,60 +63,39 @@ class UnfinishedCard:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class ForecastRequest:
-    """All that prospects depend on.
-
-    Attributes
-    ----------
-    aircraft : Aircraft
-    model : Model
-        As known now.
-    cards : tuple of UnfinishedCard
-    totals : mapping of str to CombinedInformation
-        What was learned so far, by axis.
-    noise : mapping of str to ResponseNoise
-        By axis.
-    pilot_errors : PilotErrorModel
-    channels : frozenset of str
-        What this flight measures.
-    rate, mass, density : float
-        Hz, kg, kg/m^3.
-    target_bounds : mapping of str to float
-        Bounds asked for.
-    maneuver_interval : float
-        From one maneuver to the next, s.
-    system : {"US", "SI"}
-        Units of the words.
-    """
+    """All that prospects depend on."""
 
     aircraft: Aircraft
     model: Model
+    """As known now."""
     cards: tuple[UnfinishedCard, ...]
     totals: Mapping[Axis, CombinedInformation]
+    """What was learned so far, by axis."""
     noise: Mapping[Axis, ResponseNoise]
+    """By axis."""
     pilot_errors: PilotErrorModel
     channels: frozenset[str]
+    """What this flight measures."""
     rate: float
     mass: float
     density: float
+    """Hz, kg, kg/m^3."""
     target_bounds: Mapping[str, float]
+    """Bounds asked for."""
     maneuver_interval: float
+    """From one maneuver to the next, s."""
     system: str = "US"
+    """Units of the words."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ForecastResult:
-    """Prospects of all cards that can be judged.
-
-    Attributes
-    ----------
-    by_card : mapping of str to tuple of CardForecast
-        For one further repeat, two, ...; the best card first.
-    remarks : tuple of str
-        Why others cannot be judged.
-    """
+    """Prospects of all cards that can be judged."""
 
     by_card: Mapping[str, tuple[CardForecast, ...]]
+    """For one further repeat, two, ...; the best card first."""
     remarks: tuple[str, ...] = ()
+    """Why others cannot be judged."""
 
 
 ForecastSteps = Generator[None, None, ForecastResult]

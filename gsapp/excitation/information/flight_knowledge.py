@@ -51,7 +51,6 @@ class FlightKnowledge:
         By axis.
     measured_noise : mapping of str to tuple of ResponseNoise
         By axis.
-    pilot_errors : PilotErrorModel
     ftr_estimates : mapping of str to LiveEstimate
         The flight's own FTR estimates.
     channels : frozenset of str
@@ -113,26 +112,17 @@ class FlightKnowledge:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class ManeuverData:
-    """A maneuver to learn from.
-
-    Attributes
-    ----------
-    verdict : InputVerdict
-    rows : FlightRows
-        From `NOISE_SEGMENT_TIME` seconds before it to its end.
-    card : TestCard or None
-        That it was flown for.
-    mass : float
-        kg.
-    ftr_estimates : mapping of str to LiveEstimate
-        By FTR until then.
-    """
+    """A maneuver to learn from."""
 
     verdict: InputVerdict
     rows: FlightRows
+    """From `NOISE_SEGMENT_TIME` seconds before it to its end."""
     card: TestCard | None
+    """That it was flown for."""
     mass: float
+    """kg."""
     ftr_estimates: Mapping[str, LiveEstimate]
+    """By FTR until then."""
 
 
 KnowledgeUpdate = Generator[None, None, FlightKnowledge]

@@ -38,9 +38,6 @@ def describe_forecast(
 
     Parameters
     ----------
-    card : TestCard
-    repeats : int
-    gains : sequence of BoundReduction
     model : Model
         Whose values the percents refer to.
     wanted : mapping of str to float

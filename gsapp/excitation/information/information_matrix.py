@@ -24,19 +24,13 @@ UNOBSERVABLE_BOUND = 1e3
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class ManeuverInformation:
-    """What one maneuver says of derivatives, initial states and biases projected out.
-
-    Attributes
-    ----------
-    names : tuple of str
-        Derivatives that it sees.
-    matrix, gradient_covariance : ndarray, shape (n_names, n_names)
-        H and B.
-    """
+    """What one maneuver says of derivatives, initial states and biases projected out."""
 
     names: tuple[str, ...]
+    """Derivatives that it sees."""
     matrix: FloatArray
     gradient_covariance: FloatArray
+    """Shape (n_names, n_names). H and B."""
 
     @property
     def stds(self) -> dict[str, float]:
@@ -57,7 +51,6 @@ def marginalize_information(
 
     Parameters
     ----------
-    wanted : sequence of str
     names : sequence of str
         All unknowns of the fit.
     H, covariance : ndarray, shape (n_names, n_names)
@@ -105,22 +98,15 @@ def compute_bounds(matrix: FloatArray, unrest: FloatArray) -> FloatArray:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class CombinedInformation:
-    """All that the maneuvers of one axis said together.
-
-    Attributes
-    ----------
-    names : tuple of str
-        All derivatives of the axis.
-    matrix, gradient_covariance : ndarray, shape (n_names, n_names)
-        Sums of H and B; zero rows for what none saw.
-    information_vector : ndarray, shape (n_names,)
-        Sum of H times estimates.
-    """
+    """All that the maneuvers of one axis said together."""
 
     names: tuple[str, ...]
+    """All derivatives of the axis."""
     matrix: FloatArray
     gradient_covariance: FloatArray
+    """Shape (n_names, n_names). Sums of H and B; zero rows for what none saw."""
     information_vector: FloatArray
+    """Shape (n_names,). Sum of H times estimates."""
 
     @staticmethod
     def empty(axis: Axis) -> CombinedInformation:

@@ -54,7 +54,6 @@ class InformationTracker:
 
     Parameters
     ----------
-    aircraft : Aircraft or None
     model : Model or None
         Without either, bounds cannot be told; time left may.
     rate : float
@@ -151,7 +150,6 @@ class InformationTracker:
 
         Parameters
         ----------
-        verdict : InputVerdict
         rows : FlightRows or None
             From `gsapp.excitation.information.flight_knowledge.NOISE_SEGMENT_TIME` seconds before
             it, as far as there are, to its end. None: it cannot be learned from.

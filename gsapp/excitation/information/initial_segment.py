@@ -16,12 +16,7 @@ _KEPT: Final = 60.0
 
 
 class InitialSegmentCollector:
-    """Waits for so many seconds of flight, and gives their rows once.
-
-    Parameters
-    ----------
-    seconds : float
-    """
+    """Waits for so many seconds of flight, and gives their rows once."""
 
     def __init__(self, seconds: float) -> None:
         self._seconds = seconds
@@ -33,7 +28,6 @@ class InitialSegmentCollector:
 
         Parameters
         ----------
-        rows : FlightRows
         took_off : float or None
             Flight time, s; None on the ground.
         """

@@ -49,10 +49,8 @@ def maneuver_from_rows(
     ----------
     rows : FlightRows
         Some more on both sides help: channels are brought to their right time.
-    aircraft : Aircraft
     t_start, t_end : float
         Flight time of its first and last sample, s.
-    id : str
     inputs : sequence of str
         Surfaces that were moved.
     mass : float

@@ -7,24 +7,16 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DerivativeBound:
-    """One derivative.
-
-    Attributes
-    ----------
-    name : str
-        ``Cn_r``.
-    value : float
-        Best value known now: estimated in flight if earned, else of the model.
-    std : float or None
-        Bound reached by the maneuvers flown; None before anything was learned.
-    target : float or None
-        Bound asked for; None for none.
-    """
+    """One derivative."""
 
     name: str
+    """``Cn_r``."""
     value: float
+    """Best value known now: estimated in flight if earned, else of the model."""
     std: float | None = None
+    """Bound reached by the maneuvers flown; None before anything was learned."""
     target: float | None = None
+    """Bound asked for; None for none."""
 
     @property
     def percent(self) -> float | None:
@@ -34,79 +26,50 @@ class DerivativeBound:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class BoundReduction:
-    """What a card does for one derivative.
-
-    Attributes
-    ----------
-    name : str
-    bound_before : float or None
-        Bound now; None where nothing is known.
-    bound_after : float
-        Expected bound.
-    low, high : float
-        80 % band of the bound after.
-    """
+    """What a card does for one derivative."""
 
     name: str
     bound_before: float | None
+    """Bound now; None where nothing is known."""
     bound_after: float
+    """Expected bound."""
     low: float
     high: float
+    """80 % band of the bound after."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CardForecast:
-    """What flying a card some more times would bring.
-
-    Attributes
-    ----------
-    card : str
-        Its id.
-    repeats : int
-        How many times.
-    reductions : tuple of BoundReduction
-        The largest first.
-    score : float
-        How much all bounds would shrink together: decides which card comes next.
-    seconds : float
-        Flight time that it takes.
-    text : str
-        "two more rudder-aileron doublets at 105 ft/s: C_nr from 35 % to 15 %".
-    """
+    """What flying a card some more times would bring."""
 
     card: str
+    """Its id."""
     repeats: int
+    """How many times."""
     reductions: tuple[BoundReduction, ...]
+    """The largest first."""
     score: float
+    """How much all bounds would shrink together: decides which card comes next."""
     seconds: float
+    """Flight time that it takes."""
     text: str
+    """"two more rudder-aileron doublets at 105 ft/s: C_nr from 35 % to 15 %"."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Outlook:
-    """What was learned, what comes next, what time there is for.
-
-    Attributes
-    ----------
-    time : float
-        Flight time, s.
-    bounds : tuple of DerivativeBound
-    best_forecast : CardForecast or None
-        The card that gains most; None if nothing is left worth flying, or no card can be judged.
-    forecasts : tuple of CardForecast
-        One for each card with repeats missing, the best first.
-    time_left : float or None
-        Of the flight, by clock and fuel, s.
-    maneuvers_left : int or None
-        That fit into it.
-    remarks : tuple of str
-        What stands in for what is not known, in words.
-    """
+    """What was learned, what comes next, what time there is for."""
 
     time: float
+    """Flight time, s."""
     bounds: tuple[DerivativeBound, ...] = ()
     best_forecast: CardForecast | None = None
+    """The card that gains most; None if nothing is left worth flying, or no card can be judged."""
     forecasts: tuple[CardForecast, ...] = ()
+    """One for each card with repeats missing, the best first."""
     time_left: float | None = None
+    """Of the flight, by clock and fuel, s."""
     maneuvers_left: int | None = None
+    """That fit into it."""
     remarks: tuple[str, ...] = ()
+    """What stands in for what is not known, in words."""

@@ -28,13 +28,7 @@ USABLE_RESULTS: Final = frozenset({"good", "too-small", "too-fast", "too-slow", 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ErrorDistribution:
-    """One number that maneuvers miss: mean and standard deviation, with what is usual in it.
-
-    Attributes
-    ----------
-    mean, std : float
-    sample_count : int
-    """
+    """One number that maneuvers miss: mean and standard deviation, with what is usual in it."""
 
     mean: float
     std: float
@@ -55,30 +49,21 @@ class ErrorDistribution:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PilotErrorModel:
-    """All habits that matter for what a card brings.
-
-    Attributes
-    ----------
-    size, width : ErrorDistribution
-        Logarithms of amplitude and of width over those asked for.
-    speed_error : ErrorDistribution
-        Off the test point, m/s.
-    bound_ratio : ErrorDistribution
-        Logarithm of the bound under the noise that there was over the one expected for the same
-        input as it was flown: noise and gusts are never twice the same.
-    hands_off : ErrorDistribution
-        Seconds after the input that belong to the maneuver.
-    maneuver_count, usable_count : int
-        Maneuvers flown, and those that said something.
-    """
+    """All habits that matter for what a card brings."""
 
     size: ErrorDistribution = ErrorDistribution(mean=0.0, std=0.12)
     width: ErrorDistribution = ErrorDistribution(mean=0.0, std=0.12)
+    """Logarithms of amplitude and of width over those asked for."""
     speed_error: ErrorDistribution = ErrorDistribution(mean=0.0, std=3.0 * FOOT)
+    """Off the test point, m/s."""
     bound_ratio: ErrorDistribution = ErrorDistribution(mean=0.0, std=0.5)
+    """Logarithm of the bound under the noise that there was over the one expected for the same
+    input as it was flown: noise and gusts are never twice the same."""
     hands_off: ErrorDistribution = ErrorDistribution(mean=4.0, std=0.8)
+    """Seconds after the input that belong to the maneuver."""
     maneuver_count: int = 0
     usable_count: int = 0
+    """Maneuvers flown, and those that said something."""
 
     @property
     def usable_share(self) -> float:
@@ -90,7 +75,6 @@ class PilotErrorModel:
 
         Parameters
         ----------
-        verdict : InputVerdict
         card : TestCard or None
             That it was flown for.
         """

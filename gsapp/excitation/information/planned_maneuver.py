@@ -34,25 +34,17 @@ _DRIVEN: Final = ("de", "da", "dr")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CardExecution:
-    """How a card turns out once: factors on what it asks for.
-
-    Attributes
-    ----------
-    sizes, widths : mapping of str to tuple of float
-        Of each step, by surface.
-    stagger : float
-        On the time from one surface to the next.
-    speed_error : float
-        Off the test point, m/s.
-    hands_off : float
-        After the input, s.
-    """
+    """How a card turns out once: factors on what it asks for."""
 
     sizes: Mapping[str, tuple[float, ...]]
     widths: Mapping[str, tuple[float, ...]]
+    """Of each step, by surface."""
     stagger: float
+    """On the time from one surface to the next."""
     speed_error: float
+    """Off the test point, m/s."""
     hands_off: float
+    """After the input, s."""
 
 
 def simulate_maneuver(
@@ -70,11 +62,8 @@ def simulate_maneuver(
 
     Parameters
     ----------
-    card : TestCard
-    execution : CardExecution
     motions : PerturbationModels
         Of the aircraft with this model and mass at the speed that it is flown at.
-    aircraft : Aircraft
     model : Model
         The known parameters.
     mass : float
@@ -176,7 +165,6 @@ def simulate_linear(linear: LinearModel, inputs: FloatArray, dt: float) -> Float
 
     Parameters
     ----------
-    linear : LinearModel
     inputs : ndarray, shape (n, n_inputs)
         In its order.
     dt : float

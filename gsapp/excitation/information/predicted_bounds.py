@@ -64,33 +64,22 @@ def create_fit_settings(maneuver: Maneuver, axis: Axis, model: Model) -> MLSetti
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class ManeuverSensitivities:
-    """How the responses of one maneuver depend on the unknowns of its fit.
-
-    Attributes
-    ----------
-    names : tuple of str
-        All unknowns, the free derivatives first.
-    free_count : int
-        How many those are.
-    responses : tuple of str
-    S : ndarray, shape (n, n_responses, n_unknowns)
-        Zero where a sample does not count.
-    residuals : ndarray, shape (n, n_responses)
-        Responses measured less those at the known parameters; of a flown maneuver they tell its
-        own noise. Zero where a sample does not count.
-    segments : tuple of slice
-        Stretches of contiguous samples.
-    rate : float
-        Samples per second.
-    """
+    """How the responses of one maneuver depend on the unknowns of its fit."""
 
     names: tuple[str, ...]
+    """All unknowns, the free derivatives first."""
     free_count: int
+    """How many those are."""
     responses: tuple[str, ...]
     S: FloatArray
+    """Shape (n, n_responses, n_unknowns). Zero where a sample does not count."""
     residuals: FloatArray
+    """Shape (n, n_responses). Responses measured less those at the known parameters; of a flown
+    maneuver they tell its own noise. Zero where a sample does not count."""
     segments: tuple[slice, ...]
+    """Stretches of contiguous samples."""
     rate: float
+    """Samples per second."""
 
     def estimate_noise(self) -> ResponseNoise:
         """Return the noise of the maneuver itself: what the best straight step leaves over.

@@ -22,23 +22,16 @@ _USUAL_ACCELERATION: Final = 0.005 * GRAVITY
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class ResponseNoise:
-    """Noise of some responses, as residuals show it.
-
-    Attributes
-    ----------
-    responses : tuple of str
-    rate : float
-        Samples per second.
-    autocovariance : ndarray, shape (2 Lg + 1, n_responses, n_responses)
-        Autocovariance, SI; the middle one is that of lag 0.
-    duration : float
-        Length of the stretches that it was heard in, s; 0 where it is assumed.
-    """
+    """Noise of some responses, as residuals show it."""
 
     responses: tuple[str, ...]
     rate: float
+    """Samples per second."""
     autocovariance: FloatArray
+    """Shape (2 Lg + 1, n_responses, n_responses). Autocovariance, SI; the middle one is that of lag
+    0."""
     duration: float
+    """Length of the stretches that it was heard in, s; 0 where it is assumed."""
 
     @property
     def variances(self) -> FloatArray:
@@ -69,8 +62,6 @@ def assumed_noise(aircraft: Aircraft, responses: Sequence[str], rate: float) -> 
 
     Parameters
     ----------
-    aircraft : Aircraft
-    responses : sequence of str
     rate : float
         Samples per second.
     """

@@ -67,7 +67,6 @@ def channel_noise(aircraft: Aircraft, noise: Mapping[str, float] | None = None) 
 
     Parameters
     ----------
-    aircraft : Aircraft
     noise : mapping of str to float, optional
         Standard deviations measured, by channel.
     """
@@ -97,8 +96,6 @@ def amplitudes_from_model(
 
     Parameters
     ----------
-    aircraft : Aircraft
-    motions : PerturbationModels
     answers : mapping of str to InputResponse
         By surface, in the order in which they move.
     noise : mapping of str to float
@@ -138,8 +135,6 @@ def amplitude_from_linkage(aircraft: Aircraft, surface: str, width: float) -> To
 
     Parameters
     ----------
-    aircraft : Aircraft
-    surface : str
     width : float
         Of one step, s.
     """

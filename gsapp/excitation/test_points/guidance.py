@@ -26,7 +26,6 @@ def guidance_text(
 
     Parameters
     ----------
-    point : TestPoint or None
     speed, alpha : float or None
         Now, m/s, rad; None or NaN where not measured. Speed counts; at 1 g it fixes alpha, so
         alpha speaks where no speed is measured or asked for, and once the speed is right.

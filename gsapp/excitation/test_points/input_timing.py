@@ -43,24 +43,16 @@ _FASTEST, _SLOWEST = 0.15, 2.5
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ModeTiming:
-    """One mode that an input excites.
-
-    Attributes
-    ----------
-    name : str
-        ``short period``, ``dutch roll``, ``roll``.
-    natural_frequency : float
-        Natural frequency, rad/s.
-    damping_ratio : float
-        Ratio; 1 for real poles.
-    slowest_time_constant : float
-        Time constant of its slower part, s.
-    """
+    """One mode that an input excites."""
 
     name: str
+    """``short period``, ``dutch roll``, ``roll``."""
     natural_frequency: float
+    """Natural frequency, rad/s."""
     damping_ratio: float
+    """Ratio; 1 for real poles."""
     slowest_time_constant: float
+    """Time constant of its slower part, s."""
 
     @property
     def hands_off_time(self) -> float:
@@ -103,7 +95,6 @@ def oscillation_step_width(mode: ModeTiming, kind: str) -> ToleranceBand:
 
     Parameters
     ----------
-    mode : ModeTiming
     kind : str
         Shape of the input. Of a 3-2-1-1 the step of two is as long as one of a doublet; other
         shapes are taken as doublets.

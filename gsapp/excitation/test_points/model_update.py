@@ -28,10 +28,8 @@ def update_model(
 
     Parameters
     ----------
-    model : Model
     estimates : mapping of str to LiveEstimate, or None
         By name; of body axes, per radian.
-    aircraft : Aircraft
 
     Returns
     -------

@@ -33,18 +33,12 @@ _STATES: Final = {"alpha": "alpha at the CG", "beta": "beta at the CG"}
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class PerturbationModels:
-    """Linear models about level flight at a test point.
-
-    Attributes
-    ----------
-    trim : Trim
-    longitudinal, lateral : LinearModel
-        SI and radians.
-    """
+    """Linear models about level flight at a test point."""
 
     trim: Trim
     longitudinal: LinearModel
     lateral: LinearModel
+    """SI and radians."""
 
     def model_for(self, surface: str) -> LinearModel:
         """Return the model that a surface (``de``, ``da``, ``dr``) acts on."""
@@ -53,21 +47,14 @@ class PerturbationModels:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class InputResponse:
-    """What an input of one surface does, for each radian of its amplitude.
-
-    Attributes
-    ----------
-    times : ndarray, shape (n,)
-        Since the input began, s.
-    histories : mapping of str to ndarray, shape (n,)
-        Deviations from trim: measured channels by id, and `_STATES`; SI per rad.
-    duration : float
-        Of the input, s.
-    """
+    """What an input of one surface does, for each radian of its amplitude."""
 
     times: FloatArray
+    """Shape (n,). Since the input began, s."""
     histories: Mapping[str, FloatArray]
+    """Shape (n,). Deviations from trim: measured channels by id, and `_STATES`; SI per rad."""
     duration: float
+    """Of the input, s."""
 
     def peak_to_peak(self, channel: str) -> float:
         """Return the peak-to-peak answer as the grader measures it, SI per rad; 0 for none."""
@@ -90,8 +77,6 @@ def linearize_level_flight(
 
     Parameters
     ----------
-    aircraft : Aircraft
-    model : Model
     speed : float
         True airspeed, m/s.
     density, mass : float, optional
@@ -121,7 +106,6 @@ def simulate_input_response(
 
     Parameters
     ----------
-    motions : PerturbationModels
     surface : {"de", "da", "dr"}
     kind : str
         Shape; those without steps of their own are taken as doublets.

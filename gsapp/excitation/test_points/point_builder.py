@@ -25,7 +25,6 @@ def create_test_point(
 
     Parameters
     ----------
-    card : TestCard
     curve : TrimCurve or None
         For the card's flap; None where no model is known.
     system : {"US", "SI"}

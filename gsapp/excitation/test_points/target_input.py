@@ -9,51 +9,35 @@ from typing import Literal
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ToleranceBand:
-    """A wanted value with the room around it.
-
-    Attributes
-    ----------
-    low, best, high : float
-    why_low, why_high : str
-        What sets each end, in words: "the pitch rate must stand out of its noise ten times",
-        "alpha leaves its linear range".
-    """
+    """A wanted value with the room around it."""
 
     low: float
     best: float
     high: float
     why_low: str = ""
     why_high: str = ""
+    """What sets each end, in words: "the pitch rate must stand out of its noise ten times", "alpha
+    leaves its linear range"."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TargetInput:
-    """The input wanted at a test point.
-
-    Attributes
-    ----------
-    surfaces : tuple of str
-        ``de``, ``da``, ``dr`` in the order in which they are moved.
-    kind : str
-        Shape of each input.
-    amplitudes : mapping of str to ToleranceBand
-        Half of peak to peak by surface, rad; a surface of which nothing is known is absent.
-    width : ToleranceBand
-        Of one step, s.
-    hands_off : float
-        Two periods of the slowest oscillation that the input excites (phugoid and spiral, which
-        no straight leg is long enough for, are not meant), s.
-    mode : str
-        Which oscillation sets `hands_off` and `width`: ``short period``, ``dutch roll``, ``roll``.
-    source : {"card", "model", "flight", "usual"}
-        Where it comes from; ``flight`` once derivatives estimated in this flight replaced those of
-        the model, ``usual`` where no model flies there.
-    """
+    """The input wanted at a test point."""
 
     surfaces: tuple[str, ...]
+    """``de``, ``da``, ``dr`` in the order in which they are moved."""
     kind: str
+    """Shape of each input."""
     amplitudes: Mapping[str, ToleranceBand]
+    """Half of peak to peak by surface, rad; a surface of which nothing is known is absent."""
     width: ToleranceBand
+    """Of one step, s."""
     hands_off: float
+    """Two periods of the slowest oscillation that the input excites (phugoid and spiral, which no
+    straight leg is long enough for, are not meant), s."""
     mode: str
+    """Which oscillation sets `hands_off` and `width`: ``short period``, ``dutch roll``,
+    ``roll``."""
     source: Literal["card", "model", "flight", "usual"]
+    """Where it comes from; ``flight`` once derivatives estimated in this flight replaced those of
+    the model, ``usual`` where no model flies there."""

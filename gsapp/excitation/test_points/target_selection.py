@@ -68,8 +68,6 @@ def select_target_input(
         ``de``, ``da``, ``dr`` in the order in which they move.
     kind : str
         Shape: ``doublet``, ``3-2-1-1``, ``pulse``; others are judged as doublets.
-    aircraft : Aircraft or None
-    model : Model or None
     point : TestPoint or None
         Where it is flown; its speed is what counts.
     card : TestCard, optional

@@ -37,24 +37,16 @@ _SLOWEST_SHARE, _FASTEST_SHARE = 0.7, 4.0
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LevelFlight:
-    """Steady level flight at one speed.
-
-    Attributes
-    ----------
-    speed : float
-        True airspeed, m/s.
-    alpha : float
-        At the CG, rad.
-    throttle : float
-        0 to 1.
-    elevator : float
-        rad.
-    """
+    """Steady level flight at one speed."""
 
     speed: float
+    """True airspeed, m/s."""
     alpha: float
+    """At the CG, rad."""
     throttle: float
+    """0 to 1."""
     elevator: float
+    """rad."""
 
 
 class TrimCurve:
@@ -62,7 +54,6 @@ class TrimCurve:
 
     Parameters
     ----------
-    aircraft : Aircraft
     model : Model or None
         None: nothing can be told, and every answer is None.
     mass, rho, flap : float
@@ -70,8 +61,6 @@ class TrimCurve:
 
     Attributes
     ----------
-    mass, rho, flap : float
-        As given.
     alpha_shift : float
         By which alpha as measured lies above that of the model, rad; see `with_measured_alpha`.
     problem : str

@@ -64,7 +64,6 @@ class LegMonitor:
 
     Attributes
     ----------
-    is_turning : bool
     time_left : float or None
         Seconds of the leg that are left; None in a turn and where nothing tells.
     source : str

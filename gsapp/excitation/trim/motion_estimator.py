@@ -48,7 +48,6 @@ class MotionEstimator:
 
     Parameters
     ----------
-    aircraft : Aircraft or None
     dt : float
         Between ticks, s.
     tolerances : TrimTolerances
@@ -60,11 +59,8 @@ class MotionEstimator:
         Over the last second.
     fast_rates : tuple of float
         p, q, r over the last 0.3 s, rad/s.
-    airborne : bool
     bank_sources : tuple of str
         What tells the bank, in words.
-    unrest : TurbulenceMonitor
-    leg : LegMonitor
     """
 
     def __init__(self, aircraft: Aircraft | None, dt: float, tolerances: TrimTolerances) -> None:

@@ -18,21 +18,14 @@ _LEAST_SHARE = 0.6
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class WindowFit:
-    """The straight line through each window.
-
-    Attributes
-    ----------
-    mean : ndarray, shape (n, m)
-        NaN, as all, where too much is missing.
-    slope : ndarray, shape (n, m)
-        Per tick.
-    power : ndarray, shape (n, m)
-        Mean square about the line.
-    """
+    """The straight line through each window."""
 
     mean: FloatArray
+    """Shape (n, m). NaN, as all, where too much is missing."""
     slope: FloatArray
+    """Shape (n, m). Per tick."""
     power: FloatArray
+    """Shape (n, m). Mean square about the line."""
 
 
 class MovingWindow:

@@ -21,50 +21,36 @@ class TrimTolerances:
     100 ft/s, less than 8 deg in an input with its answer. Rates of 3 deg/s are a tenth of what
     an input brings. The air is too rough where it moves alpha half as much as a good elevator
     doublet does.
-
-    Attributes
-    ----------
-    averaging_time : float
-        s.
-    bank : float
-        rad to either side.
-    bank_unmeasured : float
-        The same where no attitude is measured, and bank follows from turn rate, rate of roll and
-        lateral acceleration, rad.
-    roll_rate, pitch_rate, yaw_rate : float
-        About the body axes, rad/s.
-    acceleration : float
-        Change of the airspeed, m/s^2.
-    climb : float
-        m/s.
-    height : float
-        From that of a test point that asks for one, m.
-    turbulence_time : float
-        s.
-    alpha_rms, beta_rms : float
-        rad.
-    roll_rate_rms, pitch_rate_rms, yaw_rate_rms : float
-        rad/s.
-    an_rms : float
-        Normal acceleration, m/s^2.
     """
 
     averaging_time: float = 1.0
+    """s."""
     bank: float = 5.0 * DEGREE
+    """rad to either side."""
     bank_unmeasured: float = 8.0 * DEGREE
+    """The same where no attitude is measured, and bank follows from turn rate, rate of roll and
+    lateral acceleration, rad."""
     roll_rate: float = 4.0 * DEGREE
     pitch_rate: float = 3.0 * DEGREE
     yaw_rate: float = 3.0 * DEGREE
+    """About the body axes, rad/s."""
     acceleration: float = 2.0 * FOOT
+    """Change of the airspeed, m/s^2."""
     climb: float = 5.0 * FOOT
+    """m/s."""
     height: float = 50.0 * FOOT
+    """From that of a test point that asks for one, m."""
     turbulence_time: float = 3.0
+    """s."""
     alpha_rms: float = 0.7 * DEGREE
     beta_rms: float = 0.9 * DEGREE
+    """rad."""
     roll_rate_rms: float = 5.0 * DEGREE
     pitch_rate_rms: float = 2.5 * DEGREE
     yaw_rate_rms: float = 3.0 * DEGREE
+    """rad/s."""
     an_rms: float = 0.15 * GRAVITY
+    """Normal acceleration, m/s^2."""
 
 
 DEFAULT_TOLERANCES: Final = TrimTolerances()

@@ -49,25 +49,17 @@ _NUMBER_FIRST: Final = ("speed", "height")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TrimDeviation:
-    """One thing that is not where it should be.
-
-    Attributes
-    ----------
-    quantity : str
-        ``bank``, ``roll rate``, ``pitch rate``, ``yaw rate``, ``speed``, ``alpha``, ``climb``,
-        ``acceleration`` (the speed changes), ``turn``, ``height``, ``unrest`` (of the air).
-    amount : float
-        By how much and which way, SI: value minus what is wanted.
-    tolerance_ratio : float
-        ``abs(amount)`` over its tolerance; more than 1 is off.
-    channel : str
-        Of the vocabulary, for units and digits.
-    """
+    """One thing that is not where it should be."""
 
     quantity: str
+    """``bank``, ``roll rate``, ``pitch rate``, ``yaw rate``, ``speed``, ``alpha``, ``climb``,
+    ``acceleration`` (the speed changes), ``turn``, ``height``, ``unrest`` (of the air)."""
     amount: float
+    """By how much and which way, SI: value minus what is wanted."""
     tolerance_ratio: float
+    """``abs(amount)`` over its tolerance; more than 1 is off."""
     channel: str
+    """Of the vocabulary, for units and digits."""
 
     def format_text(self, system: str = "US") -> str:
         """Return what a spotter says: "3 ft/s slow", "left wing low 6 deg", "nose dropping".
@@ -90,40 +82,27 @@ class TrimDeviation:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TrimCue:
-    """The cue at one moment.
-
-    Attributes
-    ----------
-    time : float
-        Flight time, s.
-    state : str
-        See `TrimState`.
-    since : float
-        Flight time since which this state stands, s.
-    deviations : tuple of TrimDeviation
-        The worst first; those beyond their tolerance come before the others. Empty while blind.
-    judged_by : tuple of str
-        By what each thing is judged, in words: "wings: rates and lateral acceleration, for want
-        of attitude".
-    limitations : tuple of str
-        What cannot be judged, in words.
-    gust_strength : float or None
-        Strength of the gusts, m/s; None where it cannot be told.
-    leg_time_left : float or None
-        Seconds of the straight leg that are left; None where unknown.
-    progress : float
-        0 to 1: how much of the steady time that GO takes has passed.
-    """
+    """The cue at one moment."""
 
     time: float
+    """Flight time, s."""
     state: TrimState
+    """See `TrimState`."""
     since: float
+    """Flight time since which this state stands, s."""
     deviations: tuple[TrimDeviation, ...] = ()
+    """The worst first; those beyond their tolerance come before the others. Empty while blind."""
     judged_by: tuple[str, ...] = ()
+    """By what each thing is judged, in words: "wings: rates and lateral acceleration, for want of
+    attitude"."""
     limitations: tuple[str, ...] = ()
+    """What cannot be judged, in words."""
     gust_strength: float | None = None
+    """Strength of the gusts, m/s; None where it cannot be told."""
     leg_time_left: float | None = None
+    """Seconds of the straight leg that are left; None where unknown."""
     progress: float = 0.0
+    """0 to 1: how much of the steady time that GO takes has passed."""
 
     @property
     def worst(self) -> TrimDeviation | None:

@@ -50,8 +50,6 @@ def evaluate_trim(
 
     Parameters
     ----------
-    motion : MeanMotion
-    tolerances : TrimTolerances
     point : TestPoint or None
         None leaves out speed, angle of attack and height.
     attitude : bool
@@ -96,8 +94,6 @@ def list_sources(
 
     Parameters
     ----------
-    motion : MeanMotion
-    point : TestPoint or None
     wings : sequence of str
         What tells the bank.
     leg : str

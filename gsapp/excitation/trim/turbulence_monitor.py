@@ -41,7 +41,6 @@ class TurbulenceMonitor:
     ----------
     aircraft : Aircraft or None
         Mass and wing area turn accelerations into gusts.
-    tolerances : TrimTolerances
     second : int
         Ticks of the window in which the powers were taken.
 
@@ -50,8 +49,6 @@ class TurbulenceMonitor:
     tolerance_ratio : float
         Of the most restless channel, root mean square over its tolerance; NaN where no channel
         tells.
-    worst_channel : str
-        That channel.
     is_lasting : bool
         Whether it has been restless for some seconds.
     gust_strength : float or None

@@ -56,22 +56,15 @@ _MOST_REPEATS = 50
 
 
 class Tolerance(StrictModel):
-    """How far a maneuver may be from its card and still count.
-
-    Attributes
-    ----------
-    speed : float
-        m/s to either side.
-    alpha : float
-        rad to either side.
-    amplitude, width : float
-        Shares of what the card asks for.
-    """
+    """How far a maneuver may be from its card and still count."""
 
     speed: Speed = 5.0 * FOOT
+    """m/s to either side."""
     alpha: Angle = 1.5 * DEGREE
+    """rad to either side."""
     amplitude: Ratio = 0.35
     width: Ratio = 0.35
+    """Shares of what the card asks for."""
 
     @field_validator("speed", "alpha", "amplitude", "width")
     @classmethod
@@ -82,52 +75,35 @@ class Tolerance(StrictModel):
 
 
 class TestCard(StrictModel):
-    """One planned maneuver, to be flown `repeats` times.
-
-    Attributes
-    ----------
-    id : str
-        Short, said over the radio: ``E1``.
-    title : str
-        In words; `display_title` makes one where it is left out.
-    speed : float
-        Airspeed at the start, m/s.
-    alpha : float or None
-        Angle of attack at the start, rad; at 1 g the speed fixes it, so most cards leave it out.
-    height : float or None
-        Above the field, m.
-    flap : float
-        rad.
-    surfaces : tuple of str
-        ``de``, ``da``, ``dr``: those moved, in the order in which they are moved.
-    kind : str
-        Shape of each input.
-    amplitude : float or mapping
-        Half the peak-to-peak deflection, rad; one for all surfaces, or by surface.
-    width : float
-        Of one step, s: a doublet lasts two, a 3-2-1-1 seven. Of a sweep, all of it.
-    repeats : int
-        How many good ones are wanted.
-    tolerance : Tolerance
-    remarks : str
-        For the pilot: ``half stick, high rate``.
-    """
+    """One planned maneuver, to be flown `repeats` times."""
 
     __test__ = False  # the name is the field's; it is no test of ours
 
     id: str
+    """Short, said over the radio: ``E1``."""
     title: str = ""
+    """In words; `display_title` makes one where it is left out."""
     speed: Speed
+    """Airspeed at the start, m/s."""
     alpha: Angle | None = None
+    """Angle of attack at the start, rad; at 1 g the speed fixes it, so most cards leave it out."""
     height: Length | None = None
+    """Above the field, m."""
     flap: Angle = 0.0
+    """rad."""
     surfaces: tuple[CardSurface, ...]
+    """``de``, ``da``, ``dr``: those moved, in the order in which they are moved."""
     kind: CardInputKind = "doublet"
+    """Shape of each input."""
     amplitude: Angle | Mapping[CardSurface, Angle]
+    """Half the peak-to-peak deflection, rad; one for all surfaces, or by surface."""
     width: Time
+    """Of one step, s: a doublet lasts two, a 3-2-1-1 seven. Of a sweep, all of it."""
     repeats: int = 1
+    """How many good ones are wanted."""
     tolerance: Tolerance = Tolerance()
     remarks: str = ""
+    """For the pilot: ``half stick, high rate``."""
 
     @field_validator("id")
     @classmethod
@@ -203,23 +179,15 @@ class TestCard(StrictModel):
 
 
 class CardSet(StrictModel):
-    """A file of test cards.
-
-    Attributes
-    ----------
-    name : str
-        What the set is called.
-    aircraft : str
-        Name of the aircraft it is made for; empty for any.
-    remarks : str
-    cards : tuple of TestCard
-        In the order in which they are to be flown.
-    """
+    """A file of test cards."""
 
     name: str = ""
+    """What the set is called."""
     aircraft: str = ""
+    """Name of the aircraft it is made for; empty for any."""
     remarks: str = ""
     cards: tuple[TestCard, ...] = Field(min_length=1)
+    """In the order in which they are to be flown."""
 
     def card(self, card_id: str) -> TestCard | None:
         """Return the card of that id, or None."""

@@ -16,21 +16,14 @@ CardState = Literal["open", "begun", "done"]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Attempt:
-    """A maneuver flown for a card.
-
-    Attributes
-    ----------
-    maneuver : DetectedManeuver
-    deviations : mapping of str to float
-        By how many tolerances ``speed``, ``alpha``, ``amplitude`` and ``width`` missed the card,
-        signed (positive: too fast, too large, too long); what was not measured is left out.
-    reasons : tuple of str
-        Why it does not count, in words; empty if it does.
-    """
+    """A maneuver flown for a card."""
 
     maneuver: DetectedManeuver
     deviations: Mapping[str, float]
+    """By how many tolerances ``speed``, ``alpha``, ``amplitude`` and ``width`` missed the card,
+    signed (positive: too fast, too large, too long); what was not measured is left out."""
     reasons: tuple[str, ...] = ()
+    """Why it does not count, in words; empty if it does."""
 
     @property
     def is_counted(self) -> bool:
@@ -40,17 +33,11 @@ class Attempt:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CardProgress:
-    """A card and what was flown for it.
-
-    Attributes
-    ----------
-    card : TestCard
-    attempts : tuple of Attempt
-        In order of time, good and bad.
-    """
+    """A card and what was flown for it."""
 
     card: TestCard
     attempts: tuple[Attempt, ...] = ()
+    """In order of time, good and bad."""
 
     @property
     def good_count(self) -> int:
@@ -72,18 +59,12 @@ class CardProgress:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CardSetProgress:
-    """A whole set of cards and a flight's maneuvers.
-
-    Attributes
-    ----------
-    cards : tuple of CardProgress
-        In the order of the set.
-    unplanned : tuple of DetectedManeuver
-        Those that no card asks for.
-    """
+    """A whole set of cards and a flight's maneuvers."""
 
     cards: tuple[CardProgress, ...]
+    """In the order of the set."""
     unplanned: tuple[DetectedManeuver, ...] = ()
+    """Those that no card asks for."""
 
     @property
     def next_card(self) -> TestCard | None:
@@ -105,7 +86,6 @@ def match_cards(cards: CardSet, maneuvers: Sequence[DetectedManeuver]) -> CardSe
 
     Parameters
     ----------
-    cards : CardSet
     maneuvers : sequence of DetectedManeuver
         In order of time.
     """

@@ -42,10 +42,8 @@ def store_maneuvers(
 
     Parameters
     ----------
-    catalog : Catalog
     flight : Flight
         Stored as well.
-    maneuvers : sequence of DetectedManeuver
     aircraft : str
         Name of the aircraft.
     graded_by : str
@@ -84,7 +82,6 @@ def add_entry(catalog: Catalog, entry: FlightEntry) -> tuple[str, ...]:
 
     Parameters
     ----------
-    catalog : Catalog
     entry : FlightEntry
         Not all of the flight's maneuvers, or named by hand.
     """

@@ -38,7 +38,6 @@ def search_maneuvers(
 
     Parameters
     ----------
-    catalog : Catalog
     flight : str, optional
         Name of the flight.
     inputs : collection of str, optional
@@ -114,8 +113,6 @@ def search_runs(
 
     Parameters
     ----------
-    catalog : Catalog
-    method, axis : str, optional
     flight : str, optional
         That a maneuver of it took part in.
     derivative : str, optional

@@ -69,32 +69,20 @@ def compute_conditions(flight: Flight, maneuver: DetectedManeuver) -> dict[str, 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FlightEntry:
-    """A flight with its maneuvers, as it goes into a catalog.
-
-    Attributes
-    ----------
-    name : str
-    path : Path
-    duration : float
-        s.
-    info : FlightInfo or None
-    aircraft : str
-        Name of the aircraft.
-    maneuvers : tuple of DetectedManeuver
-    conditions : tuple of mapping of str to FlightCondition
-        Of each maneuver.
-    complete : bool
-        Whether these are all maneuvers that stand in the flight.
-    """
+    """A flight with its maneuvers, as it goes into a catalog."""
 
     name: str
     path: Path
     duration: float
+    """s."""
     info: FlightInfo | None = None
     aircraft: str = ""
+    """Name of the aircraft."""
     maneuvers: tuple[DetectedManeuver, ...] = ()
     conditions: tuple[Mapping[str, FlightCondition], ...] = ()
+    """Of each maneuver."""
     complete: bool = True
+    """Whether these are all maneuvers that stand in the flight."""
 
     @staticmethod
     def from_flight(
@@ -120,20 +108,12 @@ class FlightEntry:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StoredEstimate:
-    """One derivative of a run.
-
-    Attributes
-    ----------
-    value, std, cramer_rao : float or None
-        Per radian; None where not earned.
-    status : str
-    confounded_with : tuple of str
-    why : str
-    """
+    """One derivative of a run."""
 
     value: float | None
     std: float | None = None
     cramer_rao: float | None = None
+    """Per radian; None where not earned."""
     status: str = "estimated"
     confounded_with: tuple[str, ...] = ()
     why: str = ""
@@ -141,48 +121,31 @@ class StoredEstimate:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class EstimationRun:
-    """One estimation: from which maneuvers, with which settings, what came out.
-
-    Attributes
-    ----------
-    method, axis : str
-    maneuvers : tuple of (str, str)
-        Flight and id of each.
-    estimates : mapping of str to StoredEstimate
-        By derivative.
-    settings, fit : mapping
-        What JSON can hold.
-    model : str or None
-        Name of a stored model.
-    converged : bool
-    iterations : int
-    warnings : tuple of str
-    message : str
-    made_at : str
-        When, ISO 8601; empty for now.
-    id : int or None
-        In the catalog; None before it was stored.
-    edges : tuple of (float, float)
-        First and last sample of each maneuver, s; empty for those that it has in the catalog.
-    campaign_run_id : int or None
-        Number of the kept run that it is part of; see `CampaignRun`.
-    """
+    """One estimation: from which maneuvers, with which settings, what came out."""
 
     method: str
     axis: str
     maneuvers: tuple[tuple[str, str], ...]
+    """Flight and id of each."""
     estimates: Mapping[str, StoredEstimate]
+    """By derivative."""
     settings: Mapping[str, Any] = field(default_factory=dict)
     fit: Mapping[str, Any] = field(default_factory=dict)
+    """What JSON can hold."""
     model: str | None = None
+    """Name of a stored model."""
     converged: bool = True
     iterations: int = 0
     warnings: tuple[str, ...] = ()
     message: str = ""
     made_at: str = ""
+    """When, ISO 8601; empty for now."""
     id: int | None = None
+    """In the catalog; None before it was stored."""
     edges: tuple[tuple[float, float], ...] = ()
+    """First and last sample of each maneuver, s; empty for those that it has in the catalog."""
     campaign_run_id: int | None = None
+    """Number of the kept run that it is part of; see `CampaignRun`."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -190,156 +153,100 @@ class CampaignRun:
     """A run over a whole campaign: what was asked for, from what, and what came of it.
 
     Its fits are `EstimationRun` entries of their own, which name its number.
-
-    Attributes
-    ----------
-    label : str
-        What the user calls it.
-    method, axis : str
-    aircraft : str
-        Name of the one that flew.
-    flights : tuple of str
-        Names.
-    request : mapping
-        All that it takes to do it again; what JSON can hold.
-    settings : mapping of str to str
-        In words.
-    inputs : tuple of InputFile
-    versions : mapping of str to str
-    result : mapping
-        What a list shows of it; what JSON can hold.
-    made_at : str
-        When, ISO 8601; empty for now.
-    number : int or None
-        In the catalog; None before it was stored.
     """
 
     label: str
+    """What the user calls it."""
     method: str
     axis: str
     aircraft: str
+    """Name of the one that flew."""
     flights: tuple[str, ...]
+    """Names."""
     request: Mapping[str, Any]
+    """All that it takes to do it again; what JSON can hold."""
     settings: Mapping[str, str]
+    """In words."""
     inputs: tuple[InputFile, ...]
     versions: Mapping[str, str]
     result: Mapping[str, Any]
+    """What a list shows of it; what JSON can hold."""
     made_at: str = ""
+    """When, ISO 8601; empty for now."""
     number: int | None = None
+    """In the catalog; None before it was stored."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StoredManeuver:
-    """A maneuver as a search gives it.
-
-    Attributes
-    ----------
-    flight : str
-    maneuver : DetectedManeuver
-        Grade and reasons are the latest ones.
-    conditions : mapping of str to FlightCondition
-    graded_by : str
-    runs : tuple of int
-        Estimations that used it.
-    verdict : str
-        What was said of it in flight: ``good``, ``too-small`` ...; empty for nothing.
-    """
+    """A maneuver as a search gives it."""
 
     flight: str
     maneuver: DetectedManeuver
+    """Grade and reasons are the latest ones."""
     conditions: Mapping[str, FlightCondition]
     graded_by: str
     runs: tuple[int, ...] = ()
+    """Estimations that used it."""
     verdict: str = ""
+    """What was said of it in flight: ``good``, ``too-small`` ...; empty for nothing."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StoredVerdict:
-    """What was said of an input in flight.
-
-    Attributes
-    ----------
-    name : str
-        ``M7``, counted through the flight.
-    t_input, t_end : float
-        When the input began and its answer ended, s.
-    surfaces : tuple of str
-        In the order in which they were moved.
-    kind : str
-        ``doublet`` ...
-    V : float or None
-        Airspeed before it, m/s.
-    result : str
-        ``good``, ``too-small``, ``spoiled`` ...
-    advice : str
-        What the pilot was told.
-    card : str
-        Id of the test card; empty for none.
-    is_counted : bool
-        Whether it is one of the repeats that the card asks for.
-    record : mapping
-        All of it, what JSON can hold.
-    flight : str
-        That it belongs to; a search fills it in.
-    maneuver, grade, graded_by : str
-        The maneuver found there, with its latest grade; empty where none was found.
-    """
+    """What was said of an input in flight."""
 
     name: str
+    """``M7``, counted through the flight."""
     t_input: float
     t_end: float
+    """When the input began and its answer ended, s."""
     surfaces: tuple[str, ...]
+    """In the order in which they were moved."""
     kind: str
+    """``doublet`` ..."""
     V: float | None
+    """Airspeed before it, m/s."""
     result: str
+    """``good``, ``too-small``, ``spoiled`` ..."""
     advice: str
+    """What the pilot was told."""
     card: str = ""
+    """Id of the test card; empty for none."""
     is_counted: bool = False
+    """Whether it is one of the repeats that the card asks for."""
     record: Mapping[str, Any] = field(default_factory=dict)
+    """All of it, what JSON can hold."""
     flight: str = ""
+    """That it belongs to; a search fills it in."""
     maneuver: str = ""
     grade: str = ""
     graded_by: str = ""
+    """The maneuver found there, with its latest grade; empty where none was found."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CardScore:
-    """How a test card was flown in a flight.
-
-    Attributes
-    ----------
-    card : str
-        Its id.
-    title : str
-        What it asks for, in words.
-    good, flown, requested : int
-        Repeats that count, attempts, repeats asked for.
-    """
+    """How a test card was flown in a flight."""
 
     card: str
+    """Its id."""
     title: str
+    """What it asks for, in words."""
     good: int
     flown: int
     requested: int
+    """Repeats that count, attempts, repeats asked for."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StoredModel:
-    """A model file with where it came from.
-
-    Attributes
-    ----------
-    name : str
-    content : str
-        The model TOML.
-    parent : str or None
-    evidence : str
-        In words.
-    made_at : str
-    """
+    """A model file with where it came from."""
 
     name: str
     content: str
+    """The model TOML."""
     parent: str | None = None
     evidence: str = ""
+    """In words."""
     made_at: str = ""

@@ -21,7 +21,6 @@ def store_weights(catalog: Catalog, flight: str, weights: Mapping[str, float]) -
 
     Parameters
     ----------
-    catalog : Catalog
     flight : str
         A stored flight.
     weights : mapping of str to float

@@ -28,7 +28,6 @@ def store_debrief(
 
     Parameters
     ----------
-    catalog : Catalog
     flight : Flight
         Stored as well.
     verdicts : sequence of StoredVerdict
@@ -89,7 +88,6 @@ def search_verdicts(
 
     Parameters
     ----------
-    catalog : Catalog
     flight, result, card : str, optional
         Name of the flight, ``good`` and the like, id of the card.
     """

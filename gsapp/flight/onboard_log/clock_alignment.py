@@ -58,23 +58,15 @@ class ClockAlignmentError(Exception):
 
 
 class _SegmentLag(NamedTuple):
-    """What one channel says of one stretch.
-
-    Attributes
-    ----------
-    at : float
-        Middle of the stretch, s of flight time.
-    channel : str
-    lag : float
-        To be added to the log's time there, s.
-    std : float
-        s.
-    """
+    """What one channel says of one stretch."""
 
     at: float
+    """Middle of the stretch, s of flight time."""
     channel: str
     lag: float
+    """To be added to the log's time there, s."""
     std: float
+    """s."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -34,18 +34,12 @@ _MOST_ROWS = 1 << 22
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RecordLag:
-    """How far one record lies behind another.
-
-    Attributes
-    ----------
-    rows : int
-        Rows to add to the log's, so that it lies on the live record.
-    correlation : float
-        Of the two there, 0 to 1.
-    """
+    """How far one record lies behind another."""
 
     rows: int
+    """Rows to add to the log's, so that it lies on the live record."""
     correlation: float
+    """Of the two there, 0 to 1."""
 
     @property
     def is_reliable(self) -> bool:

@@ -124,7 +124,6 @@ def _interpolate_rows(log: Block, index: npt.NDArray[np.int64], places: FloatArr
 
     Parameters
     ----------
-    log : Block
     index : ndarray of int64, shape (n,)
         Numbers of its rows; increasing, with gaps.
     places : ndarray, shape (m,)

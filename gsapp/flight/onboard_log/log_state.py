@@ -16,36 +16,25 @@ class LogClock:
     """How the clock of an on-board log stands to flight time.
 
     Flight time is ``t + offset - drift * (t - at)``, with `t` the log's own.
-
-    Attributes
-    ----------
-    offset : float
-        To be added to the log's time in the middle of what both hold, s.
-    offset_std : float
-        Its standard deviation, s.
-    drift : float
-        Seconds by which the log's clock gains in a second; 40e-6 is 40 ppm fast.
-    drift_std : float or None
-        Its standard deviation; None where the two share too little time to tell.
-    drifts : bool
-        Whether the drift is beyond doubt and corrected.
-    at : float
-        The log's own time in the middle, s.
-    correlation : float
-        Of the two records there, 0 to 1.
-    windows, agreeing : int
-        Stretches of motion that were compared, and those that follow these clocks.
     """
 
     offset: float
+    """To be added to the log's time in the middle of what both hold, s."""
     offset_std: float
+    """Its standard deviation, s."""
     drift: float
+    """Seconds by which the log's clock gains in a second; 40e-6 is 40 ppm fast."""
     drift_std: float | None
+    """Its standard deviation; None where the two share too little time to tell."""
     drifts: bool
+    """Whether the drift is beyond doubt and corrected."""
     at: float
+    """The log's own time in the middle, s."""
     correlation: float
+    """Of the two records there, 0 to 1."""
     windows: int
     agreeing: int
+    """Stretches of motion that were compared, and those that follow these clocks."""
 
     @property
     def applied_drift(self) -> float:
@@ -87,27 +76,18 @@ class LogClock:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class OnboardLogState:
-    """What became of the on-board log of a flight.
-
-    Attributes
-    ----------
-    file : str
-        Its name in the flight folder.
-    in_place : bool
-        Whether its samples stand in the flight.
-    why : str
-        Why not; empty otherwise.
-    channels : int
-        How many it holds.
-    clock : LogClock or None
-        None where it was left out, or there is no live record to compare it with.
-    """
+    """What became of the on-board log of a flight."""
 
     file: str
+    """Its name in the flight folder."""
     in_place: bool
+    """Whether its samples stand in the flight."""
     why: str = ""
+    """Why not; empty otherwise."""
     channels: int = 0
+    """How many it holds."""
     clock: LogClock | None = None
+    """None where it was left out, or there is no live record to compare it with."""
 
     def remark(self) -> str:
         """Return it in a sentence."""

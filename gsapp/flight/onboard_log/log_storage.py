@@ -30,21 +30,14 @@ _SAME_DAY = 12 * 3600.0
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class InstalledLog:
-    """An on-board log that has been put in force.
-
-    Attributes
-    ----------
-    flight : Flight
-        As it opens now.
-    previous_name : str
-        Name of the log that was in force before; empty for none.
-    remark : str
-        What is odd about it, in words; empty where nothing is.
-    """
+    """An on-board log that has been put in force."""
 
     flight: Flight
+    """As it opens now."""
     previous_name: str
+    """Name of the log that was in force before; empty for none."""
     remark: str = ""
+    """What is odd about it, in words; empty where nothing is."""
 
 
 def install_log(

@@ -13,7 +13,6 @@ def rename_channels(block: Block, names: Mapping[str, str]) -> Block:
 
     Parameters
     ----------
-    block : Block
     names : mapping of str to str
         Old id to new id. Two may be swapped.
 

@@ -37,7 +37,6 @@ def low_pass(block: Block, corner: float) -> Block:
 
     Parameters
     ----------
-    block : Block
     corner : float
         Hz.
 
@@ -86,7 +85,6 @@ def resample(
 
     Parameters
     ----------
-    block : Block
     rate : float
         Samples per second; the new grid is ``k / rate``.
     corner : float, optional

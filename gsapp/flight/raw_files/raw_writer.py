@@ -41,40 +41,28 @@ class _Pending:
 
 @dataclass(slots=True)
 class WriterState:
-    """What a writer has done; attributes are totals since it was made.
-
-    Attributes
-    ----------
-    frames, lines, residue_bytes : int
-        What was handed over.
-    waiting_bytes : int
-        Bytes in memory, since the disk takes no more.
-    dropped_records, dropped_bytes : int
-        The oldest that waited, which memory could not hold either.
-    lost_records, lost_bytes : int
-        What still waited when the files were closed.
-    unwritten : dict of str to int
-        Records of both kinds, by the file that they were for.
-    error : str
-        Why the disk takes no more, in words; empty when it does.
-    sync_error : str
-        Why nobody knows whether the disk keeps what it took, in words; empty when it says so.
-    notes : list of str
-        What was found and mended in files that were there already.
-    """
+    """What a writer has done; attributes are totals since it was made."""
 
     frames: int = 0
     lines: int = 0
     residue_bytes: int = 0
+    """What was handed over."""
     waiting_bytes: int = 0
+    """Bytes in memory, since the disk takes no more."""
     dropped_records: int = 0
     dropped_bytes: int = 0
+    """The oldest that waited, which memory could not hold either."""
     lost_records: int = 0
     lost_bytes: int = 0
+    """What still waited when the files were closed."""
     unwritten: dict[str, int] = field(default_factory=lambda: dict.fromkeys(RAW_FILES, 0))
+    """Records of both kinds, by the file that they were for."""
     error: str = ""
+    """Why the disk takes no more, in words; empty when it does."""
     sync_error: str = ""
+    """Why nobody knows whether the disk keeps what it took, in words; empty when it says so."""
     notes: list[str] = field(default_factory=list)
+    """What was found and mended in files that were there already."""
 
 
 class RawWriter:

@@ -35,27 +35,18 @@ _SHORTEST_RECORD: Final = 16  # a MAVLink 1 frame without payload
 
 @dataclass(slots=True)
 class RawDamage:
-    """What could not be read of one raw file.
-
-    Attributes
-    ----------
-    name : str
-        The file.
-    bytes : int
-        Bytes stepped over.
-    location_count : int
-        Number of stretches they lie in.
-    stamps : int
-        Records whose stamp was impossible and was replaced by the one before.
-    torn : int
-        Bytes of an incomplete record at the end, so far.
-    """
+    """What could not be read of one raw file."""
 
     name: str
+    """The file."""
     bytes: int = 0
+    """Bytes stepped over."""
     location_count: int = 0
+    """Number of stretches they lie in."""
     stamps: int = 0
+    """Records whose stamp was impossible and was replaced by the one before."""
     torn: int = 0
+    """Bytes of an incomplete record at the end, so far."""
 
     def __bool__(self) -> bool:
         """Tell whether anything was lost."""
@@ -360,21 +351,14 @@ def _unreadable_error(path: Path, error: OSError) -> FlightError:
 
 
 class FileEnd(NamedTuple):
-    """The end of a raw file.
-
-    Attributes
-    ----------
-    size : int
-        Bytes without the incomplete record at the end.
-    torn : int
-        Bytes of that record. Damage that does not look like the beginning of a record is none.
-    last_stamp : int
-        Stamp of the last whole record; 0 where there is none.
-    """
+    """The end of a raw file."""
 
     size: int
+    """Bytes without the incomplete record at the end."""
     torn: int
+    """Bytes of that record. Damage that does not look like the beginning of a record is none."""
     last_stamp: int
+    """Stamp of the last whole record; 0 where there is none."""
 
 
 def find_file_end(path: Path) -> FileEnd:

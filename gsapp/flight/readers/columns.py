@@ -32,18 +32,12 @@ _QUICKEST = 20_000.0
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FileColumn:
-    """One column as its header names it.
-
-    Attributes
-    ----------
-    id : str
-        Channel id, or ``time``.
-    unit : str
-        As listed in the vocabulary.
-    """
+    """One column as its header names it."""
 
     id: str
+    """Channel id, or ``time``."""
     unit: str
+    """As listed in the vocabulary."""
 
     @property
     def quantity(self) -> str:
@@ -57,21 +51,14 @@ class FileColumn:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ColumnFlight:
-    """A flight as columns, as Flight CSV, ``.mat`` and Parquet hold it.
-
-    Attributes
-    ----------
-    block : Block
-        The samples at the times of the file, which may be uneven.
-    columns : tuple of FileColumn
-        As the file names them, in its order, time included.
-    remarks : tuple of str
-        What was lost, in words.
-    """
+    """A flight as columns, as Flight CSV, ``.mat`` and Parquet hold it."""
 
     block: Block
+    """The samples at the times of the file, which may be uneven."""
     columns: tuple[FileColumn, ...]
+    """As the file names them, in its order, time included."""
     remarks: tuple[str, ...] = ()
+    """What was lost, in words."""
 
 
 def parse_header(path: Path, where: str, names: Sequence[str]) -> tuple[FileColumn, ...]:

@@ -32,30 +32,20 @@ _SEPARATOR_LINE = re.compile(r"\"?sep=.\"?,*", re.IGNORECASE)
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DelimitedTable:
-    """A text table, its names read, its numbers not yet.
-
-    Attributes
-    ----------
-    path : Path
-        The file.
-    names : tuple of str
-        The cells of the first line.
-    header_line : int
-        Its number, from 1.
-    lines : tuple of str
-        The lines below it, as they are, blank ones included.
-    quoted : bool
-        Whether cells may stand in quotation marks.
-    remarks : tuple of str
-        What was lost, in words.
-    """
+    """A text table, its names read, its numbers not yet."""
 
     path: Path
+    """The file."""
     names: tuple[str, ...]
+    """The cells of the first line."""
     header_line: int
+    """Its number, from 1."""
     lines: tuple[str, ...]
+    """The lines below it, as they are, blank ones included."""
     quoted: bool
+    """Whether cells may stand in quotation marks."""
     remarks: tuple[str, ...]
+    """What was lost, in words."""
 
     def numbers(self, columns: Sequence[int] | None = None) -> tuple[FloatArray, list[int]]:
         """Parse columns as numbers; empty cells are NaN.

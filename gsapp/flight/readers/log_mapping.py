@@ -27,21 +27,14 @@ from gsapp.quantities import Block, FloatArray, channel, normalize_unit
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class MappedLog:
-    """What a map finds in a log.
-
-    Attributes
-    ----------
-    block : Block
-        On the grid ``k / rate``.
-    sources : mapping of str to ChannelSource
-        Of every channel in it.
-    remarks : tuple of str
-        What was noticed, in words.
-    """
+    """What a map finds in a log."""
 
     block: Block
+    """On the grid ``k / rate``."""
     sources: Mapping[str, ChannelSource]
+    """Of every channel in it."""
     remarks: tuple[str, ...]
+    """What was noticed, in words."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -65,8 +58,6 @@ def map_log(
 
     Parameters
     ----------
-    log : ForeignLog
-        The log.
     channel_map : ChannelMap
         Names messages and fields. Where the log states a unit itself, and the map neither scales
         nor converts, the log is believed.

@@ -21,21 +21,15 @@ _NEIGHBORS = 5
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class LogTable:
-    """All samples of one message (and instance) of a log.
-
-    Attributes
-    ----------
-    times : ndarray, shape (n,)
-        Seconds on the vehicle's clock, strictly increasing.
-    fields : mapping of str to ndarray, shape (n,) or (n, k)
-        Numbers by field name, in the log's own units; array fields have k columns.
-    units : mapping of str to str
-        Units that the log itself states; empty where it does not.
-    """
+    """All samples of one message (and instance) of a log."""
 
     times: FloatArray
+    """Shape (n,). Seconds on the vehicle's clock, strictly increasing."""
     fields: Mapping[str, FloatArray]
+    """Shape (n,) or (n, k). Numbers by field name, in the log's own units; array fields have k
+    columns."""
     units: Mapping[str, str] = field(default_factory=dict)
+    """Units that the log itself states; empty where it does not."""
 
     def where(self, rows: BoolArray) -> LogTable:
         """Return the rows where `rows`, shape (n,), is true."""
@@ -48,24 +42,16 @@ class LogTable:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class ForeignLog:
-    """A foreign log, read.
-
-    Attributes
-    ----------
-    path : Path
-        The file.
-    tables : mapping of (str, str) to LogTable
-        By message name and selector: the instance number as text, empty for the only one.
-    events : tuple of Event
-        What the vehicle said.
-    remarks : tuple of str
-        What was lost, in words.
-    """
+    """A foreign log, read."""
 
     path: Path
+    """The file."""
     tables: Mapping[tuple[str, str], LogTable]
+    """By message name and selector: the instance number as text, empty for the only one."""
     events: tuple[Event, ...] = ()
+    """What the vehicle said."""
     remarks: tuple[str, ...] = ()
+    """What was lost, in words."""
 
     @property
     def messages(self) -> tuple[str, ...]:

@@ -27,8 +27,6 @@ def write_block(
 
     Parameters
     ----------
-    path : Path or str
-        Where to.
     block : Block
         The samples.
     to : {"csv", "mat", "parquet"}

@@ -19,18 +19,12 @@ ProgressCallback = Callable[[float], object]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ColumnUnits:
-    """Columns of a file: channel ids and the unit of each.
-
-    Attributes
-    ----------
-    channels : tuple of str
-        Without time, which every file has first, in s.
-    units : tuple of str
-        As long as `channels`.
-    """
+    """Columns of a file: channel ids and the unit of each."""
 
     channels: tuple[str, ...]
+    """Without time, which every file has first, in s."""
     units: tuple[str, ...]
+    """As long as `channels`."""
 
     @staticmethod
     def from_channels(channels: Sequence[str], system: str) -> ColumnUnits:

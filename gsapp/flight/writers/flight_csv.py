@@ -27,8 +27,6 @@ def write_flight_csv(
 
     Parameters
     ----------
-    path : Path or str
-        Where to.
     block : Block
         The samples.
     system : {"us", "si", "base"}

@@ -31,8 +31,6 @@ def write_mat(
 
     Parameters
     ----------
-    path : Path or str
-        Where to.
     block : Block
         The samples; missing ones are NaN.
     system : {"us", "si", "base"}

@@ -21,8 +21,6 @@ def write_parquet(
 
     Parameters
     ----------
-    path : Path or str
-        Where to.
     block : Block
         The samples.
     system : {"us", "si", "base"}

@@ -19,41 +19,30 @@ class AxisDynamics:
     """What the regressions of an axis know of the body.
 
     The rates, the moments that turn them, and the inertia between; and the accelerometers.
-
-    Attributes
-    ----------
-    inertia : ndarray, shape (n, n)
-        Over S c or S b.
-    regressors, equations : tuple of int
-        Places of the rates among the regressors, of the moments among the equations.
-    rate_error_gain : ndarray, shape (p, n)
-        What an error of the rates makes of the regressors, as a multiple of what it makes of its
-        own: flow angles are moved to the CG by the rates.
-    band_noise_ratio : ndarray, shape (p,)
-        Variance of white noise in the band over that from second differences: bringing late
-        channels to their time smoothes the latter, not the former.
-    noise : ndarray, shape (p,)
-        Variance of the regressors' own instruments, rad^2, by the aircraft file: what is seen
-        beyond it is air that really moves. Zero for the rates.
-    is_rate : ndarray of bool, shape (p,)
-        Whether a regressor is a rate.
-    rate_noise_share : ndarray, shape (3,)
-        Share of what the residuals of an equation have in common with the errors of the rates
-        that is put down to these: all in the moments; half in the forces, whose residuals go
-        with those of the moments through noise of a vane, too, and nothing tells the two apart.
-    accelerometer_offset : ndarray, shape (3,)
-        What the accelerometers' uncertain zero makes of qbar C, Pa.
     """
 
     inertia: FloatArray
+    """Shape (n, n). Over S c or S b."""
     rate_error_gain: FloatArray
+    """Shape (p, n). What an error of the rates makes of the regressors, as a multiple of what it
+    makes of its own: flow angles are moved to the CG by the rates."""
     band_noise_ratio: FloatArray
+    """Shape (p,). Variance of white noise in the band over that from second differences: bringing
+    late channels to their time smoothes the latter, not the former."""
     noise: FloatArray
+    """Shape (p,). Variance of the regressors' own instruments, rad^2, by the aircraft file: what is
+    seen beyond it is air that really moves. Zero for the rates."""
     is_rate: BoolArray
+    """Shape (p,). Whether a regressor is a rate."""
     rate_noise_share: FloatArray
+    """Shape (3,). Share of what the residuals of an equation have in common with the errors of the
+    rates that is put down to these: all in the moments; half in the forces, whose residuals go with
+    those of the moments through noise of a vane, too, and nothing tells the two apart."""
     accelerometer_offset: FloatArray
+    """Shape (3,). What the accelerometers' uncertain zero makes of qbar C, Pa."""
     regressors: tuple[int, ...]
     equations: tuple[int, ...]
+    """Places of the rates among the regressors, of the moments among the equations."""
 
 
 def build_axis_dynamics(
@@ -68,7 +57,6 @@ def build_axis_dynamics(
 
     Parameters
     ----------
-    aircraft : Aircraft
     axis : {"lon", "lat"}
     mass : float
         At the start, kg.

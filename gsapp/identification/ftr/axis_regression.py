@@ -29,12 +29,10 @@ class AxisRegression:
     Parameters
     ----------
     axis : {"lon", "lat"}
-    settings : FTRSettings
     dt : float
         Sample time, s.
     block : int
         Samples of a block.
-    body : AxisDynamics
 
     Attributes
     ----------

@@ -30,7 +30,6 @@ class ChannelAvailability:
 
     Parameters
     ----------
-    settings : FTRSettings
     dt : float
         Sample time, s.
     measured : iterable of str, optional

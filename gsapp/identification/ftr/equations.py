@@ -61,8 +61,6 @@ class RegressionEquations:
 
     Parameters
     ----------
-    aircraft : Aircraft
-    settings : FTRSettings
     dt : float
         Sample time, s.
     axes : sequence of {"lon", "lat"}

@@ -58,8 +58,6 @@ def evaluate_estimates(
 
     Parameters
     ----------
-    solution : FTRSolution
-    settings : FTRSettings
     running : ndarray of bool, shape (U, 3)
         Equations whose instruments are there.
 

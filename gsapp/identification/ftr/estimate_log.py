@@ -18,22 +18,17 @@ Float32Array = npt.NDArray[np.float32]
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class EstimateSnapshot:
-    """Estimates at U moments in the order of the log, D derivatives, constants first.
-
-    Attributes
-    ----------
-    values, stds, plains : ndarray, shape (U, D)
-    verdicts, companions : ndarray of int8, shape (U, D)
-    qualities : ndarray of float32, shape (U, D, 4)
-        Signal to noise, amplitude, uncertain share, seconds listened.
-    """
+    """Estimates at U moments in the order of the log, D derivatives, constants first."""
 
     values: FloatArray
     stds: FloatArray
     plains: FloatArray
+    """Shape (U, D)."""
     verdicts: VerdictArray
     companions: VerdictArray
+    """Shape (U, D)."""
     qualities: Float32Array
+    """Shape (U, D, 4). Signal to noise, amplitude, uncertain share, seconds listened."""
 
     @staticmethod
     def from_axis_arrays(

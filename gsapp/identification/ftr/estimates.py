@@ -17,48 +17,31 @@ from gsapp.quantities import FloatArray
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LiveEstimate(DerivativeEstimate):
-    """One derivative at one moment.
-
-    Attributes
-    ----------
-    name : str
-    time : float
-        Flight time, s.
-    signal_to_noise : float
-        What its variable did on its own over its noise, in the band: the measure of excitation.
-    amplitude : float
-        Rms of its variable in the band (rad; rates as q c/2V, p b/2V, r b/2V).
-    progress : float
-        0 to 1: how much of the excitation that is asked for there has been.
-    """
+    """One derivative at one moment."""
 
     name: str = ""
     time: float = 0.0
+    """Flight time, s."""
     signal_to_noise: float = 0.0
+    """What its variable did on its own over its noise, in the band: the measure of excitation."""
     amplitude: float = 0.0
+    """Rms of its variable in the band (rad; rates as q c/2V, p b/2V, r b/2V)."""
     progress: float = 0.0
+    """0 to 1: how much of the excitation that is asked for there has been."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class EstimateHistory:
-    """One derivative over the flight.
-
-    Attributes
-    ----------
-    name : str
-    times : ndarray, shape (n,)
-        s.
-    values, stds : ndarray, shape (n,)
-        Per radian; NaN while unknown.
-    signal_to_noise : ndarray, shape (n,)
-        The measure of excitation; see `LiveEstimate`.
-    """
+    """One derivative over the flight."""
 
     name: str
     times: FloatArray
+    """Shape (n,). s."""
     values: FloatArray
     stds: FloatArray
+    """Shape (n,). Per radian; NaN while unknown."""
     signal_to_noise: FloatArray
+    """Shape (n,). The measure of excitation; see `LiveEstimate`."""
 
 
 def live_estimate_at(
@@ -68,10 +51,6 @@ def live_estimate_at(
 
     Parameters
     ----------
-    log : EstimateLog
-    name : str
-    row : int
-    settings : FTRSettings
     missing : mapping of str to str
         Coefficients whose equation cannot run now, with the reason in words.
     """

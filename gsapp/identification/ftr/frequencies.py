@@ -27,7 +27,6 @@ def resolved_frequencies(
     ----------
     listened : ndarray, shape (U,)
         Effective length, s.
-    band : FrequencyBand
     spacing : float
         Of the frequencies transformed, Hz.
     count : int

@@ -21,15 +21,11 @@ _EXTRA_COLUMNS = 9
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class KnownEffects:
-    """Coefficients that do not come from the derivatives, sample by sample.
-
-    Attributes
-    ----------
-    coefficients : ndarray, shape (n, 6)
-        `gsapp.dynamics.terms.COEFFICIENTS`, at the samples of the grid from its origin on.
-    """
+    """Coefficients that do not come from the derivatives, sample by sample."""
 
     coefficients: FloatArray
+    """Shape (n, 6). `gsapp.dynamics.terms.COEFFICIENTS`, at the samples of the grid from its origin
+    on."""
 
     def subtract_from(self, axis: FTRAxis, rows: RegressionRows, first: int) -> RegressionRows:
         """Return rows, from a sample of the grid on, with the known part out of their targets."""
@@ -49,7 +45,6 @@ def compute_known_effects(maneuver: Maneuver, model: Model | None) -> KnownEffec
 
     Parameters
     ----------
-    maneuver : Maneuver
     model : Model or None
         Without effects on instruments and control paths.
 

@@ -85,13 +85,10 @@ def solve_records(
     ----------
     transforms : Transforms
         Of the record that is open.
-    band : FrequencyBand
     spacing : float
         Of the frequencies transformed, Hz.
     past : RecordInformation
         Of the records before it, at each moment: arrays of shape (U, 3, ...).
-    body : AxisDynamics
-    scratch : ScratchBuffer
     """
     p = transforms.signals.shape[-1] - 7
     count = len(transforms.frequencies)
@@ -115,45 +112,32 @@ def solve_records(
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class _RecordEquations:
-    """Normal equations of the open record at U moments, from m frequencies; r = 2 m rows.
-
-    Attributes
-    ----------
-    keep : ndarray, shape (U, m)
-        Ones from the first frequency that the record resolves on.
-    number : ndarray, shape (U,)
-        How many these are.
-    basis : ndarray, shape (U, r, 4)
-        Orthonormal, of trim, drift and the two ends.
-    used : ndarray, shape (U,)
-        How many columns of it there are.
-    X, Y : ndarray, shape (U, r, p) and (U, r, 3)
-        Regressors and targets with that projected out.
-    G : ndarray, shape (U, p, p)
-    b : ndarray, shape (U, 3, p)
-    energy : ndarray, shape (U, 3)
-        Of the targets.
-    counts : ndarray, shape (U, 3)
-        One where an equation counts, zero elsewhere.
-    still : ndarray, shape (U, p)
-        What the noise of single samples makes of the diagonal of G.
-    white : ndarray, shape (U, p)
-        The part of it that is white by the aircraft file.
-    """
+    """Normal equations of the open record at U moments, from m frequencies; r = 2 m rows."""
 
     transforms: Transforms
     keep: FloatArray
+    """Shape (U, m). Ones from the first frequency that the record resolves on."""
     number: FloatArray
+    """Shape (U,). How many these are."""
     basis: FloatArray
+    """Shape (U, r, 4). Orthonormal, of trim, drift and the two ends."""
     used: FloatArray
+    """Shape (U,). How many columns of it there are."""
     X: FloatArray
     Y: FloatArray
+    """Shape (U, r, p) and (U, r, 3). Regressors and targets with that projected out."""
     G: FloatArray
+    """Shape (U, p, p)."""
     b: FloatArray
+    """Shape (U, 3, p)."""
     energy: FloatArray
+    """Shape (U, 3). Of the targets."""
     counts: FloatArray
+    """Shape (U, 3). One where an equation counts, zero elsewhere."""
     still: FloatArray
+    """Shape (U, p). What the noise of single samples makes of the diagonal of G."""
     white: FloatArray
+    """Shape (U, p). The part of it that is white by the aircraft file."""
 
     @staticmethod
     def of(transforms: Transforms, firsts: IndexArray, body: AxisDynamics) -> _RecordEquations:

@@ -13,23 +13,16 @@ from gsapp.quantities import BoolArray, FloatArray
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class RegressionRows:
-    """What one axis needs of some consecutive samples.
-
-    Attributes
-    ----------
-    valid : ndarray of bool, shape (n,)
-        Samples that count.
-    columns : ndarray, shape (n, p + 1 + 3 + 3 + 2)
-        qbar x for every regressor; the three static parts; qbar; the three spun parts; what makes
-        qbar x of a rate (qbar c/2V or qbar b/2V); the first of qbar x as the vane shows it, not
-        moved to the CG. Zero where not valid.
-    running : ndarray of bool, shape (n, 3)
-        Equations all of whose instruments spoke of late.
-    """
+    """What one axis needs of some consecutive samples."""
 
     valid: BoolArray
+    """Shape (n,). Samples that count."""
     columns: FloatArray
+    """Shape (n, p + 1 + 3 + 3 + 2). qbar x for every regressor; the three static parts; qbar; the
+    three spun parts; what makes qbar x of a rate (qbar c/2V or qbar b/2V); the first of qbar x as
+    the vane shows it, not moved to the CG. Zero where not valid."""
     running: BoolArray
+    """Shape (n, 3). Equations all of whose instruments spoke of late."""
 
     def part(self, place: int) -> RegressionRows:
         """Return one of the blocks that the rows are cut into."""

@@ -15,82 +15,58 @@ Gate = Literal["always", "maneuvers"]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FrequencyBand:
-    """Frequencies of the regressions of one axis, Hz.
-
-    Attributes
-    ----------
-    lowest, highest : float
-        Never below two cycles in the time listened to, whatever `lowest` says.
-    """
+    """Frequencies of the regressions of one axis, Hz."""
 
     lowest: float
     highest: float
+    """Never below two cycles in the time listened to, whatever `lowest` says."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FTRSettings:
-    """Settings of `FTR`; the defaults suit a 30 kg aircraft and maneuvers of some ten seconds.
-
-    Attributes
-    ----------
-    longitudinal, lateral : FrequencyBand
-        The roll mode of the B777 lies at 2 Hz, its short period at 0.8 Hz.
-    spacing : float
-        Of the frequencies, Hz. While less than ``1/spacing`` seconds were listened to, only every
-        second, third, ... frequency is used: a record does not resolve closer ones.
-    forgetting : float or None
-        Time constant, s of listening, with which signals fade; None keeps them all.
-    gate : {"always", "maneuvers"}
-    record_length : float or None
-        Listening always and without forgetting, s after which a stretch of flight is closed, its
-        information kept and a new one begun with a trim of its own; ``1/spacing`` by default.
-    updates : float
-        Estimates a second.
-    longest_gap : float
-        A pause longer than this, s, closes a record: trim may have changed.
-    lookback : float
-        How far back, s, a window may begin.
-    minimum_speed : float or None
-        Calibrated airspeed below which samples do not count, m/s; by default 1.25 of the stall
-        speed, so that the runs on the runway stay out (the B777 takes off at 1.2). Unless it is
-        zero, neither do samples count within 5 m of the ground that the aircraft last stood on,
-        where static pressure is measured: touching down bends all estimates.
-    speed : float or None
-        Airspeed that stands in where none is measured, m/s.
-    still : tuple of str
-        Surfaces that did not move and need not be measured.
-    accelerometer_offset : float
-        How uncertain the zero of the accelerometers is, m/s^2. It goes into the bounds of CN_0,
-        CA_0 and CY_0: no mean can tell it from them.
-    signal_to_noise : float
-        A derivative is unknown until what its variable did on its own, in the band, exceeds its
-        noise there by this factor. At 3, noise takes 1/9 off a derivative; as much of that as is
-        known is put back.
-    uncertain_share : float
-        A derivative is unknown until its bound, times what its variable did, is below this share
-        of what the coefficient did.
-    least_freedom : int
-        A derivative is unknown until there are so many more real equations than unknowns.
-    """
+    """Settings of `FTR`; the defaults suit a 30 kg aircraft and maneuvers of some ten seconds."""
 
     longitudinal: FrequencyBand = field(
         default_factory=lambda: FrequencyBand(lowest=0.1, highest=2.0)
     )
     lateral: FrequencyBand = field(default_factory=lambda: FrequencyBand(lowest=0.1, highest=3.0))
+    """The roll mode of the B777 lies at 2 Hz, its short period at 0.8 Hz."""
     spacing: float = 0.1
+    """Of the frequencies, Hz. While less than ``1/spacing`` seconds were listened to, only every
+    second, third, ... frequency is used: a record does not resolve closer ones."""
     forgetting: float | None = None
+    """Time constant, s of listening, with which signals fade; None keeps them all."""
     gate: Gate = "always"
     record_length: float | None = None
+    """Listening always and without forgetting, s after which a stretch of flight is closed, its
+    information kept and a new one begun with a trim of its own; ``1/spacing`` by default."""
     updates: float = 10.0
+    """Estimates a second."""
     longest_gap: float = 2.0
+    """A pause longer than this, s, closes a record: trim may have changed."""
     lookback: float = 60.0
+    """How far back, s, a window may begin."""
     minimum_speed: float | None = None
+    """Calibrated airspeed below which samples do not count, m/s; by default 1.25 of the stall
+    speed, so that the runs on the runway stay out (the B777 takes off at 1.2). Unless it is zero,
+    neither do samples count within 5 m of the ground that the aircraft last stood on, where static
+    pressure is measured: touching down bends all estimates."""
     speed: float | None = None
+    """Airspeed that stands in where none is measured, m/s."""
     still: tuple[str, ...] = ()
+    """Surfaces that did not move and need not be measured."""
     accelerometer_offset: float = ACCELEROMETER_OFFSET
+    """How uncertain the zero of the accelerometers is, m/s^2. It goes into the bounds of CN_0, CA_0
+    and CY_0: no mean can tell it from them."""
     signal_to_noise: float = 3.0
+    """A derivative is unknown until what its variable did on its own, in the band, exceeds its
+    noise there by this factor. At 3, noise takes 1/9 off a derivative; as much of that as is known
+    is put back."""
     uncertain_share: float = 0.3
+    """A derivative is unknown until its bound, times what its variable did, is below this share of
+    what the coefficient did."""
     least_freedom: int = 8
+    """A derivative is unknown until there are so many more real equations than unknowns."""
 
     def __post_init__(self) -> None:
         positive = {

@@ -17,52 +17,38 @@ from gsapp.quantities import FloatArray
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class FTRSolution:
-    """Estimates at U moments, from one axis's three equations.
-
-    Attributes
-    ----------
-    theta : ndarray, shape (U, 3, p)
-    covariance : ndarray, shape (U, 3, p, p)
-        Honest.
-    std : ndarray, shape (U, 3, p)
-        Square roots of its diagonal.
-    plain : ndarray, shape (U, 3, p)
-        Standard deviation if residuals were white.
-    bias, bias_std : ndarray, shape (U, 3)
-        The constant part of the coefficient; the zero offset of its accelerometer is in its
-        bound.
-    bias_slopes : ndarray, shape (U, 3, p)
-        Derivatives of the bias by theta: minus the mean of each variable.
-    signal_to_noise : ndarray, shape (U, 3, p)
-        What each variable did on its own (not explained by the others), over its noise.
-    alone : ndarray, shape (U, 3, p)
-        Share of its energy that a variable had on its own, 0 to 1.
-    amplitude : ndarray, shape (U, 3, p)
-        Rms of each variable in the band over the time listened to, in its unit.
-    uncertain : ndarray, shape (U, 3, p + 1)
-        Bound times what the variable did, over what the coefficient did; of the bias, last.
-    freedom : ndarray, shape (U, 3)
-        Real equations less unknowns.
-    listened : ndarray, shape (U, 3)
-        Effective time, s.
-    correlation : ndarray, shape (U, 3, p, p)
-        Of the regressors in the band.
-    """
+    """Estimates at U moments, from one axis's three equations."""
 
     theta: FloatArray
+    """Shape (U, 3, p)."""
     covariance: FloatArray
+    """Shape (U, 3, p, p). Honest."""
     std: FloatArray
+    """Shape (U, 3, p). Square roots of its diagonal."""
     plain: FloatArray
+    """Shape (U, 3, p). Standard deviation if residuals were white."""
     bias: FloatArray
     bias_std: FloatArray
+    """Shape (U, 3). The constant part of the coefficient; the zero offset of its accelerometer is
+    in its bound."""
     bias_slopes: FloatArray
+    """Shape (U, 3, p). Derivatives of the bias by theta: minus the mean of each variable."""
     signal_to_noise: FloatArray
+    """Shape (U, 3, p). What each variable did on its own (not explained by the others), over its
+    noise."""
     alone: FloatArray
+    """Shape (U, 3, p). Share of its energy that a variable had on its own, 0 to 1."""
     amplitude: FloatArray
+    """Shape (U, 3, p). Rms of each variable in the band over the time listened to, in its unit."""
     uncertain: FloatArray
+    """Shape (U, 3, p + 1). Bound times what the variable did, over what the coefficient did; of the
+    bias, last."""
     freedom: FloatArray
+    """Shape (U, 3). Real equations less unknowns."""
     listened: FloatArray
+    """Shape (U, 3). Effective time, s."""
     correlation: FloatArray
+    """Shape (U, 3, p, p). Of the regressors in the band."""
 
     def covariance_with_bias(self, equation: int) -> FloatArray:
         """Return the last covariance of an equation, bias first, shape (p + 1, p + 1)."""
@@ -95,18 +81,12 @@ class FTRSolution:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class SolvableInformation:
-    """What there is to conclude from at U moments.
-
-    Attributes
-    ----------
-    information : RecordInformation
-        Of all records, arrays of shape (U, 3, ...).
-    inverse : ndarray, shape (U, 3, p, p)
-        Of its G, white noise of the regressors taken off.
-    """
+    """What there is to conclude from at U moments."""
 
     information: RecordInformation
+    """Of all records, arrays of shape (U, 3, ...)."""
     inverse: FloatArray
+    """Shape (U, 3, p, p). Of its G, white noise of the regressors taken off."""
 
     @staticmethod
     def from_closed_records(past: RecordInformation) -> SolvableInformation:

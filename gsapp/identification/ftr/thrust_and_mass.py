@@ -19,7 +19,6 @@ class ThrustAndMassModel:
 
     Parameters
     ----------
-    aircraft : Aircraft
     dt : float
         Sample time, s.
     mass : float

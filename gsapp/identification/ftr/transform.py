@@ -31,45 +31,34 @@ ComplexArray = npt.NDArray[np.complex128]
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Transforms:
-    """Running transforms after each of U blocks; M frequencies, zero first.
-
-    Attributes
-    ----------
-    frequencies : ndarray, shape (M,)
-        Hz: 0, spacing, 2 spacing, ...
-    signals : ndarray, shape (U, 2, M, p + 3 + 4)
-        Real over imaginary parts. Of the p regressors qbar x; of the three targets qbar C,
-        derivatives taken; of qbar and qbar t, a coefficient's constant part and its drift; of a
-        unit pulse at the first and at the last valid sample, the noise of the two samples that
-        the end terms rest on.
-    correlation : ndarray, shape (U, 2 M - 1)
-        K at 0, spacing, ... : the transform of the squared weights, over its value at zero.
-    squared : ndarray, shape (U,)
-        Sum of the squared weights, s^2.
-    effective_time : ndarray, shape (U,)
-        Effective time, s: (sum of weights)^2 over the integral of the squared weights.
-    mean_pressure : ndarray, shape (U,)
-        Mean dynamic pressure, Pa.
-    mean_rate_scale : ndarray, shape (U,)
-        Mean of qbar c/2V or qbar b/2V, Pa s.
-    noise : ndarray, shape (U, p)
-        Variance of one sample of qbar x, from second differences; of the first, of its vane.
-    end_noise : ndarray, shape (U, 3)
-        Variance that the noise of the two end samples gives the targets.
-    lost_instrument : ndarray of bool, shape (U, 3)
-        Equations that lacked their own instrument at a sample that counted.
-    """
+    """Running transforms after each of U blocks; M frequencies, zero first."""
 
     frequencies: FloatArray
+    """Shape (M,). Hz: 0, spacing, 2 spacing, ..."""
     signals: FloatArray
+    """Shape (U, 2, M, p + 3 + 4). Real over imaginary parts. Of the p regressors qbar x; of the
+    three targets qbar C, derivatives taken; of qbar and qbar t, a coefficient's constant part and
+    its drift; of a unit pulse at the first and at the last valid sample, the noise of the two
+    samples that the end terms rest on."""
     correlation: ComplexArray
+    """Shape (U, 2 M - 1). K at 0, spacing, ... : the transform of the squared weights, over its
+    value at zero."""
     squared: FloatArray
+    """Shape (U,). Sum of the squared weights, s^2."""
     effective_time: FloatArray
+    """Shape (U,). Effective time, s: (sum of weights)^2 over the integral of the squared
+    weights."""
     mean_pressure: FloatArray
+    """Shape (U,). Mean dynamic pressure, Pa."""
     mean_rate_scale: FloatArray
+    """Shape (U,). Mean of qbar c/2V or qbar b/2V, Pa s."""
     noise: FloatArray
+    """Shape (U, p). Variance of one sample of qbar x, from second differences; of the first, of its
+    vane."""
     end_noise: FloatArray
+    """Shape (U, 3). Variance that the noise of the two end samples gives the targets."""
     lost_instrument: BoolArray
+    """Shape (U, 3). Equations that lacked their own instrument at a sample that counted."""
 
     def select_moments(self, moments: slice, step: int) -> Transforms:
         """Return some moments at every `step`-th frequency."""
@@ -95,7 +84,6 @@ class RunningTransform:
     ----------
     regressors : int
         p.
-    band : FrequencyBand
     spacing : float
         Hz.
     forgetting : float or None

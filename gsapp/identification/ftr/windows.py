@@ -17,19 +17,13 @@ from gsapp.identification.ftr.state_file import ArrayTable, strip_prefix
 
 @dataclass(slots=True, kw_only=True)
 class EstimationWindow:
-    """A stretch of flight that is listened to.
-
-    Attributes
-    ----------
-    start, stop : float
-        From the origin of the grid, s; `stop` is None while the end is not known.
-    overrun : bool
-        Whether samples beyond the end were taken in before it was known.
-    """
+    """A stretch of flight that is listened to."""
 
     start: float
     stop: float | None = None
+    """From the origin of the grid, s; `stop` is None while the end is not known."""
     overrun: bool = False
+    """Whether samples beyond the end were taken in before it was known."""
 
     def blocks(self, rate: float, block: int) -> tuple[int, int]:
         """Return the number of the first block of the window, and of the one after the last.

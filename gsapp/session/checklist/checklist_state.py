@@ -19,27 +19,17 @@ from gsapp.session.checklist.rule_evaluators import create_evaluator
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ManualTick:
-    """That a person said so.
-
-    Attributes
-    ----------
-    who : str
-        Empty where nobody gave a name.
-    """
+    """That a person said so."""
 
     who: str = ""
+    """Empty where nobody gave a name."""
 
 
 class Checklist:
     """The state of one checklist.
 
-    Parameters
-    ----------
-    file : ChecklistFile
-
     Attributes
     ----------
-    file : ChecklistFile
     ticks : mapping of str to ManualTick
         By id of the item.
     """

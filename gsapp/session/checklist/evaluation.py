@@ -20,49 +20,31 @@ STATUS_ORDER: Final[tuple[ItemStatus, ...]] = ("red", "amber", "open", "green")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ChecklistContext:
-    """What is known at a moment, beside the samples.
-
-    Attributes
-    ----------
-    snapshot : SessionSnapshot or None
-        Link, recorder, disk, certificates; None where no flight is open.
-    states : mapping of str to ChannelState
-        By channel; one that the telemetry does not carry is not in it.
-    card : FlightInfo or None
-        The flight card, where there is one.
-    card_issues : tuple of str
-        What looks like a slip on it, in words.
-    system : {"US", "SI"}
-        Units of the sentences.
-    calibration : CalibrationInForce or None
-        The certificates of the flight; None where no flight is open.
-    """
+    """What is known at a moment, beside the samples."""
 
     snapshot: SessionSnapshot | None = None
+    """Link, recorder, disk, certificates; None where no flight is open."""
     states: Mapping[str, ChannelState] = field(default_factory=dict)
+    """By channel; one that the telemetry does not carry is not in it."""
     card: FlightInfo | None = None
     card_issues: tuple[str, ...] = ()
+    """What looks like a slip on it, in words."""
     calibration: CalibrationInForce | None = None
+    """The certificates of the flight; None where no flight is open."""
     system: str = "US"
+    """Units of the sentences."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RuleResult:
-    """What a rule says.
-
-    Attributes
-    ----------
-    state : {"green", "amber", "red", "open"}
-        ``open``: not seen yet.
-    why : str
-        In words, with numbers.
-    allows_manual_tick : bool
-        Whether telemetry cannot tell, so that a person may tick it.
-    """
+    """What a rule says."""
 
     state: ItemStatus
+    """``open``: not seen yet."""
     why: str
+    """In words, with numbers."""
     allows_manual_tick: bool = False
+    """Whether telemetry cannot tell, so that a person may tick it."""
 
 
 class RuleEvaluator(Protocol):
@@ -77,24 +59,14 @@ class RuleEvaluator(Protocol):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class EvaluatedItem:
-    """One line of the checklist as it stands.
-
-    Attributes
-    ----------
-    id, text : str
-        Of the item.
-    checked_by : {"hand", "telemetry"}
-        Who says so.
-    state : {"green", "amber", "red", "open"}
-    why : str
-        In words, with numbers.
-    can_tick : bool
-        Whether a person may tick it now, or untick it.
-    """
+    """One line of the checklist as it stands."""
 
     id: str
     text: str
     checked_by: Literal["hand", "telemetry"]
+    """Who says so."""
     state: ItemStatus
     why: str
+    """In words, with numbers."""
     can_tick: bool
+    """Whether a person may tick it now, or untick it."""

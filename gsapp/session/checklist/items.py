@@ -80,26 +80,18 @@ class _Rule(StrictModel):
 
 
 class RangeRule(_Rule):
-    """A channel between two values, as now and for the last `duration`.
-
-    Attributes
-    ----------
-    channel : str
-    low, high : str or None
-        Ends of green, with the channel's unit.
-    low_red, high_red : str or None
-        Beyond them red; between amber. Without them everything outside green is red.
-    duration : float
-        s.
-    """
+    """A channel between two values, as now and for the last `duration`."""
 
     kind: Literal["within"]
     channel: str
     low: QuantityText | None = None
     high: QuantityText | None = None
+    """Ends of green, with the channel's unit."""
     low_red: QuantityText | None = None
     high_red: QuantityText | None = None
+    """Beyond them red; between amber. Without them everything outside green is red."""
     duration: Time = 1.0
+    """s."""
 
     @model_validator(mode="after")
     def _must_be_in_order(self) -> RangeRule:
@@ -154,22 +146,15 @@ class DiskSpaceRule(_Rule):
 
 
 class SensorActivityRule(_Rule):
-    """Sensors are fresh and plausible.
-
-    Attributes
-    ----------
-    channels : tuple of str
-    moving : bool
-        Whether each must differ from sample to sample: a gyro with its engine running does, a
-        surface held still does not.
-    duration : float
-        Over how long, s.
-    """
+    """Sensors are fresh and plausible."""
 
     kind: Literal["alive"]
     channels: tuple[str, ...]
     moving: bool = False
+    """Whether each must differ from sample to sample: a gyro with its engine running does, a
+    surface held still does not."""
     duration: Time = 3.0
+    """Over how long, s."""
 
     @property
     def required_channels(self) -> tuple[str, ...]:
@@ -186,28 +171,19 @@ class CalibrationRule(_Rule):
 
 
 class SurfaceResponseRule(_Rule):
-    """A surface goes with its stick.
-
-    Attributes
-    ----------
-    stick : str
-        Channel of the stick, -1 to 1.
-    surface : str
-        Channel of the surface.
-    sign : {1, -1}
-        1 if a positive stick makes a positive deflection.
-    stick_reach : float
-        How far the stick must have been moved to either side.
-    surface_reach : float
-        How far the surface must have gone then, rad.
-    """
+    """A surface goes with its stick."""
 
     kind: Literal["follows"]
     stick: str
+    """Channel of the stick, -1 to 1."""
     surface: str
+    """Channel of the surface."""
     sign: Literal[1, -1] = 1
+    """1 if a positive stick makes a positive deflection."""
     stick_reach: Ratio = 0.7
+    """How far the stick must have been moved to either side."""
     surface_reach: Angle
+    """How far the surface must have gone then, rad."""
 
     @property
     def required_channels(self) -> tuple[str, ...]:
@@ -216,30 +192,20 @@ class SurfaceResponseRule(_Rule):
 
 
 class EngineSpeedRule(_Rule):
-    """Engine speeds within bounds for a while, all at the same time.
-
-    Attributes
-    ----------
-    channels : tuple of str
-        One for each engine.
-    low, high : float
-        rad/s.
-    apart : float or None
-        How far engines may differ, rad/s.
-    duration : float
-        For how long, s.
-    throttle : tuple of float or None
-        The throttle's range in which these bounds hold, where the throttle is measured: an engine
-        outside its bounds is red then, not merely not yet tried.
-    """
+    """Engine speeds within bounds for a while, all at the same time."""
 
     kind: Literal["engines"]
     channels: tuple[str, ...] = ("rpm_left", "rpm_right")
     low: RotationSpeed
     high: RotationSpeed
+    """rad/s."""
     apart: RotationSpeed | None = None
+    """How far engines may differ, rad/s."""
     duration: Time = 2.0
+    """For how long, s."""
     throttle: tuple[Ratio, Ratio] | None = None
+    """The throttle's range in which these bounds hold, where the throttle is measured: an engine
+    outside its bounds is red then, not merely not yet tried."""
 
     @model_validator(mode="after")
     def _must_be_in_order(self) -> EngineSpeedRule:
@@ -256,25 +222,17 @@ class EngineSpeedRule(_Rule):
 
 
 class SurfacePulseRule(_Rule):
-    """Large pulses on surfaces: the pilot's range check of the radio.
-
-    Attributes
-    ----------
-    channels : tuple of str
-        Any of these surfaces.
-    size : float
-        Least deflection from where it rested, rad.
-    count : int
-        How many pulses.
-    longest : float
-        A surface held longer than this, s, is no pulse.
-    """
+    """Large pulses on surfaces: the pilot's range check of the radio."""
 
     kind: Literal["pulses"]
     channels: tuple[str, ...] = ("de", "da", "dr")
+    """Any of these surfaces."""
     size: Angle
+    """Least deflection from where it rested, rad."""
     count: int = Field(default=1, ge=1)
+    """How many pulses."""
     longest: Time = 5.0
+    """A surface held longer than this, s, is no pulse."""
 
     @property
     def required_channels(self) -> tuple[str, ...]:
@@ -311,21 +269,14 @@ CHECKLIST_RULES: Final[tuple[type[_Rule], ...]] = (
 
 
 class ChecklistItem(StrictModel):
-    """One line of the checklist.
-
-    Attributes
-    ----------
-    id : str
-        Names it in the flight's events.
-    words : str
-        What is to be true, as read aloud.
-    rule : ChecklistRule or None
-        Judges it from telemetry; without one it is ticked by hand.
-    """
+    """One line of the checklist."""
 
     id: str
+    """Names it in the flight's events."""
     words: str
+    """What is to be true, as read aloud."""
     rule: ChecklistRule | None = None
+    """Judges it from telemetry; without one it is ticked by hand."""
 
     @property
     def checked_by(self) -> Literal["hand", "telemetry"]:
@@ -334,20 +285,13 @@ class ChecklistItem(StrictModel):
 
 
 class ChecklistFile(StrictModel):
-    """A checklist, read.
-
-    Attributes
-    ----------
-    name : str
-    aircraft : str
-        Name of the aircraft it is made for; empty for any.
-    items : tuple of ChecklistItem
-        In the order in which they are gone through.
-    """
+    """A checklist, read."""
 
     name: str = ""
     aircraft: str = ""
+    """Name of the aircraft it is made for; empty for any."""
     items: tuple[ChecklistItem, ...] = Field(min_length=1)
+    """In the order in which they are gone through."""
 
 
 def shipped_checklists() -> tuple[str, ...]:

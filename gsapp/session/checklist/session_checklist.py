@@ -36,8 +36,6 @@ class SessionChecklist:
 
     Parameters
     ----------
-    session : Session
-    file : ChecklistFile
     card : callable, optional
         Gives the flight card as it stands; by default it is read from the flight folder.
     system : {"US", "SI"}

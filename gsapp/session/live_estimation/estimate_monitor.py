@@ -26,7 +26,6 @@ class EstimateMonitor:
 
     Parameters
     ----------
-    aircraft : Aircraft
     model : Model or None
         Known before the flight.
     history : SampleHistory

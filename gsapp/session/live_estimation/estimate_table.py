@@ -19,59 +19,39 @@ _MIN_REPORTED_CHANGE: Final = 0.05
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FittedPoint:
-    """What one maneuver gave by maximum likelihood.
-
-    Attributes
-    ----------
-    maneuver : str
-    time : float
-        Flight time at its end, s.
-    value, std : float
-        Per radian.
-    """
+    """What one maneuver gave by maximum likelihood."""
 
     maneuver: str
     time: float
+    """Flight time at its end, s."""
     value: float
     std: float
+    """Per radian."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class EstimateRow:
-    """One derivative as it stands.
-
-    Attributes
-    ----------
-    name : str
-    value, std : float or None
-        By FTR, per radian; None while unknown.
-    progress : float
-        0 to 1: how much of the excitation that is asked for there has been.
-    why : str
-        Why it is unknown, in words; empty once it is earned.
-    times, values : ndarray, shape (n,)
-        FTR's history: s, per radian; NaN while unknown.
-    points : tuple of FittedPoint
-        By maximum likelihood, maneuver by maneuver.
-    mean : CampaignValue or None
-        Of the points.
-    prior : float or None
-        Before the flight; None without a model.
-    change_text : str
-        What the last maneuver changed, in words: "9 % to 6 %", "new"; empty for nothing.
-    """
+    """One derivative as it stands."""
 
     name: str
     value: float | None
     std: float | None
+    """By FTR, per radian; None while unknown."""
     progress: float
+    """0 to 1: how much of the excitation that is asked for there has been."""
     why: str
+    """Why it is unknown, in words; empty once it is earned."""
     times: FloatArray
     values: FloatArray
+    """Shape (n,). FTR's history: s, per radian; NaN while unknown."""
     points: tuple[FittedPoint, ...] = ()
+    """By maximum likelihood, maneuver by maneuver."""
     mean: CampaignValue | None = None
+    """Of the points."""
     prior: float | None = None
+    """Before the flight; None without a model."""
     change_text: str = ""
+    """What the last maneuver changed, in words: "9 % to 6 %", "new"; empty for nothing."""
 
     @property
     def percent(self) -> float | None:
@@ -103,7 +83,6 @@ def build_estimate_rows(
     ----------
     live : mapping of str to LiveEstimate
         As they stand by FTR.
-    histories : mapping of str to EstimateHistory
     fits : CampaignResult
         Of the maneuvers so far.
     model : Model or None

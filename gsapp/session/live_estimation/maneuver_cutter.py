@@ -29,7 +29,6 @@ class ManeuverCutter:
 
     Parameters
     ----------
-    history : SampleHistory
     aircraft : Aircraft
         Of the file; what the flight card says of the day is seen to.
     info : callable

@@ -22,33 +22,21 @@ _WORKER_NICENESS = 10
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class FitRequest:
-    """What is to be fitted.
-
-    Attributes
-    ----------
-    maneuver : Maneuver
-    model : Model or None
-        Values known before: held where the maneuver does not free them.
-    """
+    """What is to be fitted."""
 
     maneuver: Maneuver
     model: Model | None
+    """Values known before: held where the maneuver does not free them."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class FitResponse:
-    """What came of it.
-
-    Attributes
-    ----------
-    result : ManeuverResult
-        Its estimate is None where the fit failed.
-    seconds : float
-        That it took; says nothing of the flight.
-    """
+    """What came of it."""
 
     result: ManeuverResult
+    """Its estimate is None where the fit failed."""
     seconds: float
+    """That it took; says nothing of the flight."""
 
 
 def run_fit_request(request: FitRequest) -> FitResponse:

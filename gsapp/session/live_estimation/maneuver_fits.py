@@ -35,18 +35,12 @@ CutManeuver = Callable[[InputVerdict], Maneuver]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FitUpdate:
-    """What changed since somebody looked last.
-
-    Attributes
-    ----------
-    maneuver : str
-        Whose fit came.
-    failure : str
-        Why there is none, in words; empty if there is one.
-    """
+    """What changed since somebody looked last."""
 
     maneuver: str
+    """Whose fit came."""
     failure: str = ""
+    """Why there is none, in words; empty if there is one."""
 
 
 class ManeuverFits:

@@ -19,7 +19,6 @@ def save_maneuvers_to_catalog(
     ----------
     catalog : Path
         Made if it is not there.
-    flight : Flight
     maneuvers : sequence of DetectedManeuver
         In place of those that the catalog had of this flight.
     aircraft : str

@@ -18,44 +18,27 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ManeuverRow:
-    """One maneuver of a campaign, for tables.
-
-    Attributes
-    ----------
-    id : str
-        In the campaign: ``2:M4``; with one flight ``M4``.
-    flight : str
-        Name of the flight, as `Review.title` gives it.
-    flight_number : int
-        Of the flight, from 1.
-    maneuver : DetectedManeuver
-    in_use : bool
-        Whether it takes part in estimates.
-    is_edited : bool
-        Whether a person changed it or put it in.
-    verdict : StoredVerdict or None
-        What the pilot was told.
-    overlaps : tuple of str
-        Ids within the flight of others that share samples with it.
-    """
+    """One maneuver of a campaign, for tables."""
 
     id: str
+    """In the campaign: ``2:M4``; with one flight ``M4``."""
     flight: str
+    """Name of the flight, as `Review.title` gives it."""
     flight_number: int
+    """Of the flight, from 1."""
     maneuver: DetectedManeuver
     in_use: bool
+    """Whether it takes part in estimates."""
     is_edited: bool
+    """Whether a person changed it or put it in."""
     verdict: StoredVerdict | None
+    """What the pilot was told."""
     overlaps: tuple[str, ...]
+    """Ids within the flight of others that share samples with it."""
 
 
 class Review:
-    """The flights under review, in the order in which they are numbered.
-
-    Attributes
-    ----------
-    flights : tuple of ReviewedFlight
-    """
+    """The flights under review, in the order in which they are numbered."""
 
     def __init__(self) -> None:
         self.flights: tuple[ReviewedFlight, ...] = ()

@@ -41,7 +41,6 @@ class ReviewedFlight:
 
     Parameters
     ----------
-    flight : Flight
     aircraft : Aircraft
         As that flight flew it.
     found : FlightManeuvers

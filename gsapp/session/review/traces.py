@@ -18,10 +18,6 @@ _SAMPLES_PER_COLUMN: Final = 3
 class Traces:
     """The signals of a whole flight, with stand-ins where the channels themselves are missing.
 
-    Parameters
-    ----------
-    flight : Flight
-
     Attributes
     ----------
     times : ndarray, shape (n,)
@@ -58,7 +54,6 @@ class Traces:
         ----------
         name : str
             One of `channels`.
-        start, stop : float
         columns : int
             Of the picture. Where many samples share a column, it has its lowest and its highest
             value only; bins are counted from the first sample, so that a line that is moved does

@@ -22,24 +22,16 @@ REVERSIBLE_CHANNELS = (*POTENTIOMETERS, *GYROS, *ACCELEROMETERS, "dynamic_pressu
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class BenchFault:
-    """One thing that is wrong.
-
-    Attributes
-    ----------
-    channel : str
-        The instrument.
-    kind : {"dead", "reversed", "swapped", "noisy", "clipped"}
-        ``dead``: its volts stay where they are, or its wire is open and reads nothing.
-        ``reversed``: mounted the other way round. ``swapped``: its plug and that of `other` are
-        exchanged. ``noisy``: a bad contact. ``clipped``: its volts run into the end of the
-        converter within its travel.
-    other : str
-        Of ``swapped``.
-    """
+    """One thing that is wrong."""
 
     channel: str
+    """The instrument."""
     kind: BenchFaultKind
+    """``dead``: its volts stay where they are, or its wire is open and reads nothing. ``reversed``:
+    mounted the other way round. ``swapped``: its plug and that of `other` are exchanged. ``noisy``:
+    a bad contact. ``clipped``: its volts run into the end of the converter within its travel."""
     other: str = ""
+    """Of ``swapped``."""
 
 
 def parse_bench_fault(text: str) -> BenchFault:

@@ -21,13 +21,7 @@ _ROOM = (0.25, 0.45)
 
 
 class BenchFaultInjector:
-    """What faults make of volts, stretch after stretch.
-
-    Parameters
-    ----------
-    faults : sequence of BenchFault
-    random : numpy.random.Generator
-    """
+    """What faults make of volts, stretch after stretch."""
 
     def __init__(self, faults: Sequence[BenchFault], random: np.random.Generator) -> None:
         self._faults = tuple(faults)

@@ -36,20 +36,14 @@ def _smooth_rate(share: FloatArray) -> FloatArray:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SurfaceMovement:
-    """A surface brought to an angle, always from the side it comes from.
-
-    Attributes
-    ----------
-    begin, seconds : float
-        s.
-    start, target : float
-        deg.
-    """
+    """A surface brought to an angle, always from the side it comes from."""
 
     begin: float
     seconds: float
+    """s."""
     start: float
     target: float
+    """deg."""
 
     @classmethod
     def create(cls, begin: float, start: float, target: float) -> SurfaceMovement:
@@ -108,20 +102,14 @@ class OperatorTremor:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class AttitudeMovement:
-    """The aircraft brought from one attitude to another.
-
-    Attributes
-    ----------
-    begin, seconds : float
-        s.
-    start, target : tuple of float
-        Unit vector that points up, in body axes (x forward, y right, z down).
-    """
+    """The aircraft brought from one attitude to another."""
 
     begin: float
     seconds: float
+    """s."""
     start: tuple[float, float, float]
     target: tuple[float, float, float]
+    """Unit vector that points up, in body axes (x forward, y right, z down)."""
 
     @property
     def end(self) -> float:
@@ -148,25 +136,17 @@ class AttitudeMovement:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TableRotation:
-    """The table turned through an angle.
-
-    Attributes
-    ----------
-    begin, seconds : float
-        s.
-    angle : float
-        deg, right-handed about the body axis that is upright.
-    axis : int
-        That axis: 0, 1, 2 for x, y, z.
-    ripple : float
-        Share by which the rate of the hand goes up and down.
-    """
+    """The table turned through an angle."""
 
     begin: float
     seconds: float
+    """s."""
     angle: float
+    """deg, right-handed about the body axis that is upright."""
     axis: int
+    """That axis: 0, 1, 2 for x, y, z."""
     ripple: float
+    """Share by which the rate of the hand goes up and down."""
 
     @property
     def end(self) -> float:
@@ -184,19 +164,13 @@ class TableRotation:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PitotBreath:
-    """A breath into the pitot.
-
-    Attributes
-    ----------
-    begin, seconds : float
-        s.
-    peak : float
-        Pa.
-    """
+    """A breath into the pitot."""
 
     begin: float
     seconds: float
+    """s."""
     peak: float
+    """Pa."""
 
     @property
     def end(self) -> float:

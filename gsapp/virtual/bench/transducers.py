@@ -18,24 +18,16 @@ ACCELEROMETERS = ("ax", "ay", "an")
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class SensorTriad:
-    """Three instruments along the body axes: v = zero + matrix x.
-
-    Attributes
-    ----------
-    zero : ndarray, shape (3,)
-        V.
-    matrix : ndarray, shape (3, 3)
-        V per unit; beside the diagonal what each picks up of the other axes.
-    noise : ndarray, shape (3,)
-        Standard deviation of a sample, V.
-    drift : ndarray, shape (3,)
-        Of the zero, V/s.
-    """
+    """Three instruments along the body axes: v = zero + matrix x."""
 
     zero: FloatArray
+    """Shape (3,). V."""
     matrix: FloatArray
+    """Shape (3, 3). V per unit; beside the diagonal what each picks up of the other axes."""
     noise: FloatArray
+    """Shape (3,). Standard deviation of a sample, V."""
     drift: FloatArray
+    """Shape (3,). Of the zero, V/s."""
 
     def reversed(self, index: int) -> SensorTriad:
         """Return these instruments with one mounted the other way round."""
@@ -95,19 +87,13 @@ def sample_accelerometers(
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Transducer:
-    """A straight instrument: v = zero + slope x, x in SI.
-
-    Attributes
-    ----------
-    zero : float
-        V.
-    slope, noise : float
-        V per unit, and standard deviation of a sample in V.
-    """
+    """A straight instrument: v = zero + slope x, x in SI."""
 
     zero: float
+    """V."""
     slope: float
     noise: float
+    """V per unit, and standard deviation of a sample in V."""
 
     @classmethod
     def sample(

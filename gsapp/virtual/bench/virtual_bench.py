@@ -70,7 +70,6 @@ class VirtualBench:
         As they really are; deg/s and g.
     pressures : dict of str to Transducer
         As they really are; Pa.
-    weather : BenchWeather
     """
 
     def __init__(
