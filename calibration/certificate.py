@@ -226,7 +226,6 @@ class Certificate:
         return result / self._reference_ratio(excitation)
 
     def _referred(self, volts: npt.ArrayLike, excitation: npt.ArrayLike | None) -> FloatArray:
-        """Return the volts that the supply of the certificate would have given."""
         return np.asarray(volts, dtype=np.float64) * self._reference_ratio(excitation)
 
     def _reference_ratio(self, excitation: npt.ArrayLike | None) -> FloatArray:

@@ -62,8 +62,6 @@ def evaluate_certificate(
     ----------
     file : Path
         Where it stands.
-    former : Certificate, optional
-        Of the same channel.
     """
     drift = None
     if former is not None:

@@ -54,10 +54,8 @@ class SkippedChannel:
     """Why a channel is uncalibrated."""
 
     channel: str
-    """Channel id."""
     reason: str
     who: str
-    """In words."""
     stamp: datetime
     """When, to the second."""
 
@@ -70,15 +68,7 @@ class _SkippedFile(StrictModel):
 
 
 class CertificateStore:
-    """Certificates of an aircraft on disk.
-
-    Parameters
-    ----------
-    folder : Path
-        Of all aircraft; made when needed.
-    aircraft : str
-        Name of the aircraft.
-    """
+    """Certificates of an aircraft on disk."""
 
     def __init__(self, folder: Path, aircraft: str) -> None:
         if not aircraft.strip():
@@ -247,7 +237,6 @@ class CertificateStore:
             self._lock.release()
 
     def _load(self, entry: Path) -> Certificate:
-        """Return the certificate of an entry; entries are never written again."""
         if entry not in self._loaded:
             self._loaded[entry] = load_certificate(entry)
         return self._loaded[entry]
@@ -256,7 +245,6 @@ class CertificateStore:
         return tuple(path.name for path in list_files(self._root / "history"))
 
     def _entries(self, channel_id: str) -> tuple[Path, ...]:
-        """Return what counts of a channel's history, oldest first."""
         folder = self._root / "history" / channel_id
         return tuple(path for path in _numbered(folder) if _ENTRY.fullmatch(path.name))
 

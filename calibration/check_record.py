@@ -15,17 +15,12 @@ class CheckRecord:
     """A check of one instrument."""
 
     channel: str
-    """Channel id."""
     who: str
-    """Took the readings."""
     stamp: datetime
-    """When."""
     certificate: datetime
     """Stamp of the certificate that was checked."""
     unit: str
-    """Of the result."""
     result: CheckResult
-    """What was found."""
 
 
 class _ResultTable(StrictModel):

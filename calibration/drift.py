@@ -66,8 +66,6 @@ def compute_drift(new: Certificate, former: Certificate) -> Drift:
 
     Parameters
     ----------
-    new : Certificate
-        With its points.
     former : Certificate
         Of the same channel. Its uncertainty counts where it holds its points.
 
@@ -103,8 +101,6 @@ def check_certificate(certificate: Certificate, points: Sequence[CalibrationPoin
 
     Parameters
     ----------
-    certificate : Certificate
-        In force.
     points : sequence of CalibrationPoint
         In its unit, volts referred to its supply; at two settings or more.
 
@@ -195,13 +191,11 @@ def _fit_shift(reference: Certificate, points: Sequence[CalibrationPoint]) -> _S
 
 
 def _indicated_values(certificate: Certificate, volts: FloatArray) -> FloatArray:
-    """Return what a certificate makes of volts, in its unit."""
     quantity = channel(certificate.channel).quantity
     return np.asarray(from_si(certificate.evaluate(volts), certificate.unit, quantity))
 
 
 def _branch_residuals(certificate: Certificate, readings: CalibrationReadings) -> FloatArray:
-    """Return how far readings lie off the branch of a certificate that each belongs to."""
     branch = 0.5 * readings.side * certificate.hysteresis
     return np.asarray(readings.values - _indicated_values(certificate, readings.volts) - branch)
 
@@ -250,7 +244,6 @@ def _readings_in_range(
 
 
 def _pivot(shown: FloatArray) -> float:
-    """Return where the shift is told: at zero, or in the middle where zero is not in reach."""
     low, high = float(shown.min()), float(shown.max())
     return 0.0 if low <= 0.0 <= high else 0.5 * (low + high)
 

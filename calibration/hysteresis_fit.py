@@ -77,7 +77,6 @@ class CalibrationReadings:
         )
 
     def __len__(self) -> int:
-        """Return the number of points."""
         return self.volts.size
 
     def subset(self, chosen: BoolArray) -> CalibrationReadings:

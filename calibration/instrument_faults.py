@@ -54,8 +54,6 @@ def find_faults(
 
     Parameters
     ----------
-    moved : str
-        Channel whose surface was moved.
     volts : mapping of str to ndarray, shape (n,)
         Channel -> its volts over the same time, V, from before the movement until after it; NaN
         where missing. Channels that cannot have moved along only: not the partner of a surface

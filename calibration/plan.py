@@ -124,9 +124,7 @@ class CalibrationPlan:
     """The instruments of an aircraft in the order in which they are calibrated."""
 
     name: str
-    """Of the aircraft."""
     instruments: tuple[InstrumentPlan, ...]
-    """In order."""
     nominal: str = ""
     """Folder or shipped set of certificates: the factory's figures, and the way each instrument is
     mounted. What is measured is held against it where nothing better is known."""

@@ -35,7 +35,6 @@ class PointsFile:
     """What a file of points holds."""
 
     unit: str
-    """Of the values."""
     points: tuple[CalibrationPoint, ...]
     """In the order of the file, volts referred to `excitation` where it was measured."""
     lines: tuple[int, ...]

@@ -103,12 +103,8 @@ def assess_quality(
 
     Parameters
     ----------
-    fit : PolynomialFit
-        The curve.
     readings : CalibrationReadings
         The points that it was drawn through.
-    branch_fit : HysteresisFit
-        The same curve with its covariance.
     rivals : sequence of (float, HysteresisFit)
         Curves of the other degrees, each with the share that the evidence leaves it.
     travel : tuple of float, optional

@@ -51,8 +51,6 @@ def read_quality(
         Whether the points were taken upward and downward.
     unit, key : str
         Of the certificate, and the quantity of its channel.
-    problems : list of FileProblem
-        Of the file so far.
     """
     step = difference_unit(unit)
 

@@ -22,8 +22,6 @@ def collect_remarks(
         From `calibration.curve_selection.fit_calibration`.
     points : sequence of CalibrationPoint
         The points that it was drawn through.
-    unit : str
-        Of the values.
     """
     quality = calibration.quality
     found = [

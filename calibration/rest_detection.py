@@ -80,8 +80,6 @@ class RestMonitor:
 
     Parameters
     ----------
-    limits : mapping of str to RestCriteria
-        The instruments watched, by channel.
     seconds : float
         How long the rest must be, s.
     """

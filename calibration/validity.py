@@ -41,7 +41,6 @@ class CalibrationInForce:
     """The certificates in force, and what else decides whether they count."""
 
     certificates: Mapping[str, Certificate]
-    """By channel."""
     flight_date: datetime | None
     """When the flight takes place; None where that is not known, so that nothing is out of date."""
     missing: Collection[str] = ()

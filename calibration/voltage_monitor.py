@@ -196,7 +196,6 @@ class VoltageMonitor:
 
 
 def _latest(rows: FloatArray, since: float) -> FloatArray:
-    """Return the samples since a time, shape (3, n); the last few where those are too few."""
     count = rows.shape[1] - int(np.searchsorted(rows[0], since))
     return rows[:, -max(count, MIN_WINDOW_SAMPLES) :]
 

@@ -126,9 +126,7 @@ class SixPositionResult:
     """What six positions tell."""
 
     fits: Mapping[str, AccelerometerFit]
-    """By channel."""
     readings: tuple[PositionReading, ...]
-    """As taken."""
     tilts: tuple[float, ...]
     """How far the aircraft lay from each position, as far as it can be told, deg."""
     issue: str

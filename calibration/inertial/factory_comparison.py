@@ -24,7 +24,6 @@ class SensorVerdict:
     kind: SensorVerdictKind
     """``agrees`` and ``differs``: the instrument can be used as measured."""
     sentence: str
-    """For the crew."""
 
     @property
     def passed(self) -> bool:

@@ -120,8 +120,6 @@ def gyro_certificate(
 
     Parameters
     ----------
-    zero : GyroZero
-        From a period of rest.
     turns : sequence of Turn
         About its axis; without any the scale is the factory's, and the certificate says so.
     who, stamp, temperature

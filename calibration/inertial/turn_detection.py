@@ -91,7 +91,6 @@ class TurnMonitor:
         self._began = self._ended = 0.0
 
     def feed(self, times: npt.ArrayLike, volts: Mapping[str, npt.ArrayLike]) -> None:
-        """Take samples; arguments as for `calibration.rest_detection.RestMonitor.feed`."""
         for stretch in self._cutter.feed(times, volts):
             if self._over:
                 return

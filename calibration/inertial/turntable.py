@@ -189,7 +189,6 @@ def _integrate_turn(
 
 
 def _mean_half_width(v: FloatArray) -> float:
-    """Return the half width at 95 % of the mean of samples that may hang together a little."""
     return 2.0 * float(np.std(v)) / math.sqrt(max(v.size / 4.0, 1.0))
 
 

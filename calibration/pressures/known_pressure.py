@@ -90,7 +90,6 @@ class PressureZero:
     passed: bool
     """Whether the shift is within what such a transducer drifts."""
     sentence: str
-    """For the crew."""
 
 
 def dynamic_pressure_zero(
@@ -108,8 +107,6 @@ def dynamic_pressure_zero(
     ----------
     rest : RestPeriod
         Found by `create_covered_pitot_monitor`.
-    former : Certificate
-        Whose slope is kept.
     who, stamp, temperature
         As in `Certificate`.
     lull : bool

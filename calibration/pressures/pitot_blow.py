@@ -80,7 +80,6 @@ class PitotBlowDetector:
         self._level = self._static_before = self._static_rise = math.nan
 
     def feed(self, times: npt.ArrayLike, volts: Mapping[str, npt.ArrayLike]) -> None:
-        """Take samples; arguments as for `calibration.rest_detection.RestMonitor.feed`."""
         for stretch in self._cutter.feed(times, volts):
             self._judge(stretch)
 
@@ -146,5 +145,4 @@ class PitotBlowDetector:
 
 
 def _track_baseline(before: float, now: float) -> float:
-    """Return what was before the breath: wind and weather, slowly followed."""
     return now if math.isnan(before) else before + 0.1 * (now - before)

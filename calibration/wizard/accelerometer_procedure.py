@@ -45,10 +45,6 @@ class AccelerometerProcedure(CalibrationProcedure):
 
     Parameters
     ----------
-    group : InstrumentGroup
-        Of the three.
-    header : JournalHeader
-        Of the calibration.
     reference : ReferenceCertificates
         Holds the factory's figures.
     """
@@ -65,21 +61,17 @@ class AccelerometerProcedure(CalibrationProcedure):
         self._unrest = RestTimeoutMonitor()
 
     def restart(self) -> None:
-        """Begin to watch anew: a step was made."""
         self._still.restart()
         self._unrest.restart()
 
     def feed(self, one: SampleSlice) -> None:
-        """Take the samples of a tenth of a second."""
         self._still.feed(one.times, one.volts)
         self._unrest.feed(self._still.status)
 
     def phase(self, work: GroupProgress) -> WizardPhase:
-        """Return which page it is."""
         return "accel_position" if _accelerometer_progress(work).open_positions else "fit"
 
     def automatic_step(self, work: GroupProgress) -> StepDraft | ActionFeedback | None:
-        """Return the position that the aircraft lies in, if it was not taken yet."""
         lain = _accelerometer_progress(work)
         rest = self._rested
         if rest is None or not self._header.auto:
@@ -90,13 +82,11 @@ class AccelerometerProcedure(CalibrationProcedure):
         return _draft(position, rest)
 
     def available_actions(self, work: GroupProgress) -> frozenset[str]:
-        """Return the kinds of actions that it answers to now."""
         lain = _accelerometer_progress(work)
         kinds = {"take"} if lain.open_positions else set()
         return frozenset(kinds | {"repeat"} if lain.readings else kinds)
 
     def act(self, work: GroupProgress, action: WizardAction) -> StepDraft | ActionFeedback:
-        """Return what an action leads to."""
         lain = _accelerometer_progress(work)
         if action.kind == "take":
             if self._rested is None:
@@ -109,7 +99,6 @@ class AccelerometerProcedure(CalibrationProcedure):
         return StepDraft(kind="repeat", data={"index": at}, message=f"{again}: once more", tone="")
 
     def build_view(self, work: GroupProgress, outcome: CalibrationOutcome) -> ProcedureView:
-        """Return what is to be shown."""
         lain = _accelerometer_progress(work)
         reading = self._still.status
         if not lain.open_positions:
@@ -138,7 +127,6 @@ class AccelerometerProcedure(CalibrationProcedure):
     def outcome(
         self, work: GroupProgress, stamp: datetime, air: GroundAir | None
     ) -> CalibrationOutcome:
-        """Return the certificates of the accelerometers that can be used."""
         lain = _accelerometer_progress(work)
         if lain.open_positions:
             return CalibrationOutcome()
@@ -176,7 +164,6 @@ class AccelerometerProcedure(CalibrationProcedure):
         return reading.rest if reading.state == "rested" else None
 
     def _concerned(self, position: Position) -> InstrumentPlan:
-        """Return the accelerometer along the axis that is upright."""
         force: Mapping[str, float] = specific_force(position)
         axis = max(ACCELEROMETERS, key=lambda name: abs(force[name]))
         return next(one for one in self._group.instruments if one.channel == axis)

@@ -62,8 +62,6 @@ class AngleFaultMonitor:
 
     Parameters
     ----------
-    instrument : InstrumentPlan
-        At hand.
     others : sequence of str
         Channels of all other instruments that are set by hand.
     reference : Certificate or None
@@ -100,7 +98,6 @@ class AngleFaultMonitor:
             other.restart()
 
     def feed(self, one: SampleSlice) -> None:
-        """Take the samples of a tenth of a second."""
         self._trail.append(one)
         for name, other in self._others.items():
             other.feed(one.volts[name])
@@ -143,7 +140,6 @@ class AngleFaultMonitor:
         return self._seen
 
     def _same(self, found: tuple[InstrumentFault, ...]) -> tuple[InstrumentFault, ...]:
-        """Return faults that were seen before as they were told then: their figures waver."""
         before = {(fault.kind, fault.swapped_with): fault for fault in self._seen}
         return tuple(before.get((fault.kind, fault.swapped_with), fault) for fault in found)
 

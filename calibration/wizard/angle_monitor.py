@@ -92,12 +92,10 @@ class AngleMonitor:
         self._watch.restart()
 
     def reset(self) -> None:
-        """Begin anew: what was seen before does not count."""
         self._watch.restart()
         self._arrival.restart()
 
     def feed(self, times: FloatArray, volts: FloatArray, excitation: FloatArray) -> None:
-        """Take the samples of a tenth of a second, each shape (n,), s and V; NaN where missing."""
         self._watch.feed(times, volts, excitation)
         present = volts[np.isfinite(volts)]
         if present.size:
@@ -234,11 +232,9 @@ class AngleMonitor:
         return self._arrival.approach_side(reading.volts, apart)
 
     def _spacing(self, work: AngleProgress) -> float:
-        """Return the least distance between two settings."""
         return float(np.diff(np.unique([slot.value for slot in work.slots])).min())
 
     def _tolerance(self, work: AngleProgress) -> float:
-        """Return how far from a setting a rest may seem to be that is meant to be it."""
         settings = {taken.value for taken in work.points}
         sure = len(settings) > 1 or (self._trusted and not settings)
         return (_NEAR if sure else _NEAR_ONE) * self._spacing(work)
@@ -271,23 +267,19 @@ class AngleMonitor:
     def _as_expected(
         self, slot: ScheduledSetting, reading: VoltageReading, work: AngleProgress
     ) -> bool:
-        """Return whether the reference says that this is the setting."""
         if self._reference is None:
             return False
         return abs(self._by(self._reference, reading) - slot.value) < _NEAR * self._spacing(work)
 
     def _by(self, certificate: Certificate, reading: VoltageReading) -> float:
-        """Return what the volts stand for by a certificate, in the unit of the instrument."""
         supply = None if reading.excitation is None else np.array([reading.excitation])
         return float(self._in_unit(certificate.evaluate(np.array([reading.volts]), supply))[0])
 
     def _in_unit(self, values: FloatArray) -> FloatArray:
-        """Return SI values in the unit of the instrument."""
         return from_si(values, self._instrument.unit, channel(self._instrument.channel).quantity)
 
 
 def _beyond(slot: ScheduledSetting, value: float | None, apart: float) -> bool:
-    """Return whether a setting that is to be passed was passed; also where nothing tells."""
     if value is None:
         return True
     return value < slot.value - apart if slot.direction == "up" else value > slot.value + apart

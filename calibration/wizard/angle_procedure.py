@@ -37,15 +37,7 @@ _BLOCKING_FAULTS = ("dead", "swapped", "clipped")
 
 
 class AngleProcedure(CalibrationProcedure):
-    """Looks after one instrument that is set by hand.
-
-    Parameters
-    ----------
-    header : JournalHeader
-        Of the calibration.
-    reference : ReferenceCertificates
-        What readings are held against.
-    """
+    """Looks after one instrument that is set by hand."""
 
     def __init__(
         self, instrument: InstrumentPlan, header: JournalHeader, reference: ReferenceCertificates
@@ -67,7 +59,6 @@ class AngleProcedure(CalibrationProcedure):
         self._said: tuple[object, ...] = ()
 
     def restart(self) -> None:
-        """Demand a movement, since a step was made."""
         self._watch.restart()
         self._faults.restart()
         self._look = StepProposal()
@@ -75,19 +66,16 @@ class AngleProcedure(CalibrationProcedure):
         self._said = ()
 
     def feed(self, one: SampleSlice) -> None:
-        """Take the samples of a tenth of a second."""
         self._watch.feed(one.times, one.volts[self._instrument.channel], one.excitation)
         self._faults.feed(one)
 
     def phase(self, work: GroupProgress) -> WizardPhase:
-        """Return which page it is."""
         hand = _angle_progress(work)
         if hand.rising is None:
             return "sign"
         return "points" if hand.open_slot_indices else "fit"
 
     def automatic_step(self, work: GroupProgress) -> StepDraft | ActionFeedback | None:
-        """Return the sign or the point that the volts prove, or what is to be said of them."""
         hand = _angle_progress(work)
         phase = self.phase(hand)
         if phase == "fit":
@@ -119,7 +107,6 @@ class AngleProcedure(CalibrationProcedure):
         return self._remark()
 
     def available_actions(self, work: GroupProgress) -> frozenset[str]:
-        """Return the kinds of actions that it answers to now."""
         hand = _angle_progress(work)
         phase = self.phase(hand)
         kinds = {"confirm_sign", "take"} if phase == "sign" else {"add"}
@@ -132,7 +119,6 @@ class AngleProcedure(CalibrationProcedure):
         return frozenset(kinds)
 
     def act(self, work: GroupProgress, action: WizardAction) -> StepDraft | ActionFeedback:
-        """Return what an action leads to."""
         hand = _angle_progress(work)
         if action.kind in ("take", "confirm_sign"):
             if self.phase(hand) == "points":
@@ -153,7 +139,6 @@ class AngleProcedure(CalibrationProcedure):
         return StepDraft(kind="degree", data={"degree": degree}, message=text, tone="")
 
     def build_view(self, work: GroupProgress, outcome: CalibrationOutcome) -> ProcedureView:
-        """Return what is to be shown."""
         hand = _angle_progress(work)
         phase = self.phase(hand)
         slot = hand.remaining[0] if phase == "points" else None
@@ -188,7 +173,6 @@ class AngleProcedure(CalibrationProcedure):
     def outcome(
         self, work: GroupProgress, stamp: datetime, air: GroundAir | None
     ) -> CalibrationOutcome:
-        """Return what the points come to."""
         channel = self._instrument.channel
         former = self._reference.former.get(channel)
         if self._header.mode == "check":

@@ -25,7 +25,6 @@ class ApproachTracker:
         self._means.clear()
 
     def feed(self, mean: float) -> None:
-        """Take the mean volts of the next tenth of a second; NaN is passed over."""
         if math.isfinite(mean):
             self._means.append(mean)
             del self._means[:-_LONGEST]

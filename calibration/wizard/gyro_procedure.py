@@ -46,8 +46,6 @@ class GyroProcedure(CalibrationProcedure):
 
     Parameters
     ----------
-    header : JournalHeader
-        Of the calibration.
     reference : ReferenceCertificates
         Holds the factory's figures.
     """
@@ -71,26 +69,22 @@ class GyroProcedure(CalibrationProcedure):
         )
 
     def restart(self) -> None:
-        """Begin to watch anew: a step was made."""
         self._still.restart()
         self._unrest.restart()
         self._turn.restart()
 
     def feed(self, one: SampleSlice) -> None:
-        """Take the samples of a tenth of a second."""
         self._still.feed(one.times, one.volts)
         self._unrest.feed(self._still.status)
         self._turn.feed(one.times, one.volts)
 
     def phase(self, work: GroupProgress) -> WizardPhase:
-        """Return which page it is."""
         gyro = _gyro_progress(work)
         if gyro.rest is None:
             return "gyro_still"
         return "gyro_turn" if gyro.open_turn_indices else "fit"
 
     def automatic_step(self, work: GroupProgress) -> StepDraft | ActionFeedback | None:
-        """Return the rest or the turn that was seen."""
         gyro = _gyro_progress(work)
         phase = self.phase(gyro)
         if phase == "gyro_still":
@@ -104,13 +98,11 @@ class GyroProcedure(CalibrationProcedure):
         return None
 
     def available_actions(self, work: GroupProgress) -> frozenset[str]:
-        """Return the kinds of actions that it answers to now."""
         gyro = _gyro_progress(work)
         kinds = {"next", "take"} if self.phase(gyro) == "gyro_turn" else set()
         return frozenset(kinds | {"repeat", "delete"} if gyro.turns else kinds)
 
     def act(self, work: GroupProgress, action: WizardAction) -> StepDraft | ActionFeedback:
-        """Return what an action leads to."""
         gyro = _gyro_progress(work)
         if action.kind == "next":
             return StepDraft(
@@ -128,7 +120,6 @@ class GyroProcedure(CalibrationProcedure):
         return StepDraft(kind=action.kind, data={"index": at}, message=message, tone="")
 
     def build_view(self, work: GroupProgress, outcome: CalibrationOutcome) -> ProcedureView:
-        """Return what is to be shown."""
         gyro = _gyro_progress(work)
         phase = self.phase(gyro)
         if phase == "gyro_still":
@@ -171,7 +162,6 @@ class GyroProcedure(CalibrationProcedure):
     def outcome(
         self, work: GroupProgress, stamp: datetime, air: GroundAir | None
     ) -> CalibrationOutcome:
-        """Return the certificates of the gyros that can be used."""
         gyro = _gyro_progress(work)
         if gyro.rest is None:
             return CalibrationOutcome()

@@ -40,13 +40,7 @@ class JournalStep:
 
 
 class Journal:
-    """The file that steps are appended to.
-
-    Parameters
-    ----------
-    path : Path
-        Made with the first step.
-    """
+    """The file that steps are appended to."""
 
     def __init__(self, path: Path) -> None:
         self.path = path

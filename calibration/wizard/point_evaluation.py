@@ -39,10 +39,6 @@ def evaluate_points(
 
     Parameters
     ----------
-    header : JournalHeader
-        Says who takes the readings.
-    former : Certificate or None
-        In force before this calibration.
     partner : Certificate or None
         Of the instrument on the other side, in force now.
     stamp : datetime

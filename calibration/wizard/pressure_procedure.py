@@ -53,8 +53,6 @@ class PressureProcedure(CalibrationProcedure):
     ----------
     group : InstrumentGroup
         Dynamic pressure, and static pressure where it is measured.
-    header : JournalHeader
-        Of the calibration.
     reference : ReferenceCertificates
         Its certificates give the slopes, which are kept.
 
@@ -87,7 +85,6 @@ class PressureProcedure(CalibrationProcedure):
         self._said = ""
 
     def restart(self) -> None:
-        """Begin to watch anew: a step was made."""
         self._still.restart()
         self._lull.restart()
         self._unrest.restart()
@@ -97,7 +94,6 @@ class PressureProcedure(CalibrationProcedure):
         self._said = ""
 
     def feed(self, one: SampleSlice) -> None:
-        """Take the samples of a tenth of a second."""
         self._still.feed(one.times, one.volts)
         self._lull.feed(one.times, one.volts)
         self._unrest.feed(self._still.status)
@@ -107,14 +103,12 @@ class PressureProcedure(CalibrationProcedure):
             self._blow.feed(one.times, one.volts)
 
     def phase(self, work: GroupProgress) -> WizardPhase:
-        """Return which page it is."""
         pressure = _pressure_progress(work)
         if pressure.zero is None:
             return "pressure_zero"
         return "fit" if pressure.blow_detected or pressure.left_out else "pressure_blow"
 
     def automatic_step(self, work: GroupProgress) -> StepDraft | ActionFeedback | None:
-        """Return the zero once it is steady, and the breath once it has gone again."""
         pressure = _pressure_progress(work)
         phase = self.phase(pressure)
         if phase == "pressure_zero":
@@ -124,7 +118,6 @@ class PressureProcedure(CalibrationProcedure):
         return None
 
     def available_actions(self, work: GroupProgress) -> frozenset[str]:
-        """Return the kinds of actions that it answers to now."""
         phase = self.phase(_pressure_progress(work))
         kinds = {"enter"}
         if phase == "pressure_zero":
@@ -136,7 +129,6 @@ class PressureProcedure(CalibrationProcedure):
         return frozenset(kinds)
 
     def act(self, work: GroupProgress, action: WizardAction) -> StepDraft | ActionFeedback:
-        """Return what an action leads to."""
         if action.kind == "take":
             return self._take()
         if action.kind == "repeat":
@@ -151,7 +143,6 @@ class PressureProcedure(CalibrationProcedure):
         return self._entered(action)
 
     def build_view(self, work: GroupProgress, outcome: CalibrationOutcome) -> ProcedureView:
-        """Return what is to be shown."""
         phase = self.phase(_pressure_progress(work))
         instrument = self._group.instruments[0]
         if phase == "pressure_zero":
@@ -191,7 +182,6 @@ class PressureProcedure(CalibrationProcedure):
     def outcome(
         self, work: GroupProgress, stamp: datetime, air: GroundAir | None
     ) -> CalibrationOutcome:
-        """Return the certificates moved through what is known today."""
         pressure = _pressure_progress(work)
         if pressure.zero is None:
             return CalibrationOutcome()
@@ -240,7 +230,6 @@ class PressureProcedure(CalibrationProcedure):
 
     @property
     def _windy(self) -> bool:
-        """Return whether the pressure moves as in wind, though it should be covered."""
         return self._waited >= _PATIENCE
 
     def _cover_words(self) -> tuple[str, str]:

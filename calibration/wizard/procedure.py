@@ -33,11 +33,9 @@ class JournalHeader:
     """What a calibration is, as its journal begins."""
 
     plan: CalibrationPlan
-    """What is calibrated."""
     mode: CalibrationMode
     """All settings, or three."""
     who: str
-    """Takes the readings."""
     temperature: float | None
     """K."""
     auto: bool

@@ -25,7 +25,6 @@ class RestTimeoutMonitor:
         self._why = ""
 
     def feed(self, reading: RestStatus) -> None:
-        """Take how the rest goes on, every tenth of a second."""
         if reading.state == "rested":
             self.restart()
             return

@@ -51,7 +51,6 @@ class SampleSlicer:
         self._last = -np.inf
 
     def feed(self, block: Block) -> Iterator[SampleSlice]:
-        """Yield the slices that a block completes; its last one waits for the sample after it."""
         if not len(block):
             return
         if block.times[0] < self._last - _RESTARTED:

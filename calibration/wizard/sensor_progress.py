@@ -24,7 +24,6 @@ class GyroProgress:
     """How far the gyros have come."""
 
     requested_turns: tuple[RequestedTurn, ...]
-    """In order."""
     rest: RestPeriod | None = None
     """The still period that gives the zeros."""
     turns: tuple[tuple[int, Turn], ...] = ()

@@ -66,7 +66,6 @@ class WizardState:
     """How far a calibration has come."""
 
     groups: tuple[InstrumentGroup, ...]
-    """In order."""
     progress: Mapping[str, GroupProgress]
     begun: bool = False
     """Whether the first group was reached."""
@@ -91,8 +90,6 @@ class WizardState:
 
         Parameters
         ----------
-        plan : CalibrationPlan
-            What is calibrated.
         mode : {"full", "check"}
             All settings, or three.
         rising : mapping of str to bool

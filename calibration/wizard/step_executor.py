@@ -31,13 +31,7 @@ _HEADER_KIND = "calibration"
 
 
 class StepHistory:
-    """The states that steps lead to, and the way back through them.
-
-    Parameters
-    ----------
-    beginning : WizardState
-        Before the first step.
-    """
+    """The states that steps lead to, and the way back through them."""
 
     def __init__(self, beginning: WizardState) -> None:
         self._states = [beginning]
@@ -75,11 +69,6 @@ class StepExecutor:
     """Keeps the steps of one calibration.
 
     Use `begin` or `resume`.
-
-    Attributes
-    ----------
-    reference : ReferenceCertificates
-        What readings are held against.
     """
 
     def __init__(
@@ -261,7 +250,6 @@ class StepExecutor:
         self._mark(step)
 
     def _mark(self, step: JournalStep) -> None:
-        """Mark as uncalibrated what a step leaves so."""
         for name, reason in step.data["uncalibrated"].items():
             self._store.mark_uncalibrated(name, reason, self.header.who, step.stamp)
         self._renew()

@@ -91,7 +91,6 @@ class WizardView:
     target: float | None = None
     """Setting asked for, in the unit of the instrument."""
     direction: Direction = "single"
-    """From which side."""
     reading: VoltageReading | None = None
     """Volts of the instrument at hand."""
     current_value: float | None = None
@@ -134,7 +133,6 @@ class WizardView:
     certificates: Mapping[str, Certificate] = field(default_factory=dict)
     """Made so far, by channel."""
     message: str = ""
-    """What just happened."""
     tone: FeedbackTone = ""
     """What to sound: ``steady``, ``taken``, ``moved``, ``error``; empty for nothing."""
     event_count: int = 0

@@ -53,18 +53,12 @@ class CalibrationWizard:
 
     Parameters
     ----------
-    plan : CalibrationPlan
-        What is calibrated.
     store : CertificateStore
         Where certificates go.
     journal : Path
         Every step is kept there as it is taken. A former journal is set aside, not lost.
-    who : str
-        Takes the readings.
     temperature : float, optional
         Of the surroundings, K.
-    now : callable
-        Local time.
     mode : {"full", "check"}
         All settings, or the three-point check of surfaces and vanes.
     auto : bool
@@ -406,7 +400,6 @@ class CalibrationWizard:
         )
 
     def _following(self) -> InstrumentGroup:
-        """Return the next group that is not done with; the one at hand where there is no other."""
         key = self.state.advance_from(self.state.current_key).current_key or self.state.current_key
         return self.state.find_group(key)
 

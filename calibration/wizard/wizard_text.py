@@ -136,7 +136,6 @@ def check_summary_text(plan: CalibrationPlan, checks: Mapping[str, CheckResult])
 
 
 def _direction_text(instrument: InstrumentPlan, slot: ScheduledSetting) -> tuple[str, str]:
-    """Return the words for moving past a setting and for coming to it: ``up``, ``down``."""
     up, down = _last(instrument.negative), _last(instrument.positive)
     return (up, down) if slot.direction == "up" else (down, up)
 

@@ -43,7 +43,6 @@ def _positive(value: float, what: str) -> float:
 
 
 def _several_positions(value: Any) -> Any:
-    """Let one engine's position stand alone, without a list around it."""
     if isinstance(value, (list, tuple)) and value and not isinstance(value[0], (list, tuple)):
         return [value]
     return value
@@ -323,7 +322,6 @@ class Aircraft(StrictModel):
     controls: Controls = Field(default_factory=Controls)
     limits: Limits = Field(default_factory=Limits)
     axles: Axles = Field(default_factory=Axles)
-    """For weighing."""
 
     def warnings(self) -> tuple[str, ...]:
         """Return sentences about values that are possible but suspicious."""

@@ -57,7 +57,6 @@ class _Timing(StrictModel):
     cradle_amplitude: Angle | None = None
     damping: Ratio = 0.0
     cradle_damping: Ratio = 0.0
-    """Ratio zeta."""
 
     @field_validator("times")
     @classmethod

@@ -111,7 +111,6 @@ class MapEntry:
     unit: str
     """Unit of ``scale * field + offset``; volts where `calibration` is given."""
     selector: Selector | None = None
-    """Which sender."""
     scale: float = 1.0
     offset: float = 0.0
     """See `unit`."""
@@ -142,7 +141,6 @@ class ChannelMap:
     """A channel map, read and checked."""
 
     name: str
-    """For messages."""
     entries: tuple[MapEntry, ...]
     """In the order of the file."""
     format: Format = "mavlink"
@@ -164,7 +162,6 @@ class ChannelMap:
     """Column of a table with the time; None for one of the usual names."""
     table_time_unit: str = "s"
     path: Path | None = None
-    """The file."""
     by_channel: Mapping[str, tuple[MapEntry, ...]] = field(init=False)
     """The sources of each channel, the best first."""
 
@@ -596,7 +593,6 @@ class _Reader:
 
 
 def _guess_format(raw: Mapping[str, Any]) -> str | None:
-    """Return the format that a head with mistakes means; None where that cannot be told."""
     written = raw.get("format", "mavlink")
     near = close_matches(str(written), get_args(Format), most=1)
     return near[0] if near else None

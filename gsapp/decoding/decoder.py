@@ -95,14 +95,8 @@ class Decoder:
     ----------
     sources : dict of str to ChannelSource
         Every channel that it can yield, and where it comes from.
-    health : LinkHealth
-        Counts of the link.
-    messages : list of Notice
-        What the vehicle said (STATUSTEXT).
     notices : list of Notice
         What was noticed: restarts, outliers, other aircraft, unknown messages.
-    clock : FlightClock
-        Flight time and host time.
     landed_state : LandedState
         What the autopilot reports of flight and ground.
     unknown : Counter of int
@@ -215,11 +209,6 @@ class Decoder:
 
     def feed(self, records: Sequence[RawRecordLike]) -> list[Block]:
         """Take records in the order of their arrival; return the rows that they complete.
-
-        Parameters
-        ----------
-        records : sequence of RawRecord
-            Frames, lines, residue.
 
         Returns
         -------

@@ -31,7 +31,6 @@ class Derivation:
     """How one channel is computed from others."""
 
     output: str
-    """The channel."""
     fast_inputs: tuple[str, ...]
     slow_inputs: tuple[str, ...] = ()
     """Its inputs, in the order in which `compute` takes them."""
@@ -52,7 +51,6 @@ class Derivation:
 
     @property
     def inputs(self) -> tuple[str, ...]:
-        """Return all inputs."""
         return self.fast_inputs + self.slow_inputs
 
     @property

@@ -75,11 +75,9 @@ class ClockEvent:
     """Something that happened to a clock."""
 
     kind: str
-    """What."""
     time: int
     """Flight time, microseconds."""
     text: str
-    """In words."""
 
 
 class _HeldItem(NamedTuple):
@@ -249,7 +247,6 @@ class FlightClock:
             self._release_waiting()
 
     def _may_be_set(self, host: int) -> bool:
-        """Return whether the host's clock has leaped, or the link was silent: stamps will tell."""
         return self._stamped and (
             bool(self._above) or self.flight_time(host) - self.now > MIN_HOST_CLOCK_STEP
         )
@@ -447,7 +444,6 @@ class FlightClock:
             self._release_waiting()
 
     def _heard_above(self) -> int:
-        """Return when the last of the stamps came that may tell of a host clock that was set."""
         return self._above[-1].host if self._above else 0
 
     def _begin_by_arrival(self) -> None:
@@ -482,18 +478,15 @@ class FlightClock:
 
 
 def _are_consistent_stamps(before: _HeldItem, after: _HeldItem) -> bool:
-    """Return whether two stamps may stand on one line."""
     passed = max(after.host - before.host, 0)
     return -MAX_STAMP_DELAY <= after.stamp - before.stamp <= MAX_STAMP_LEAD + passed
 
 
 def _arrived_in_burst(held: list[_HeldItem]) -> bool:
-    """Return whether stamps came quicker than they were made: the way had kept them back."""
     return 2 * (held[-1].host - held[0].host) < held[-1].stamp - held[0].stamp
 
 
 def _is_reordered(line: _VehicleClock, held: _HeldItem) -> bool:
-    """Return whether a stamp is older than the newest by no more than the way may delay it."""
     return line.last is not None and 0 <= line.last - held.stamp <= MAX_STAMP_DELAY
 
 

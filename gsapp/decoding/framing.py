@@ -449,7 +449,6 @@ class LineFramer:
         return self._offset
 
     def feed(self, data: bytes) -> list[TextLine | Residue]:
-        """Take the next bytes of the stream; return the lines that they complete."""
         self._buffer += data
         return self._split(final=False)
 

@@ -47,7 +47,6 @@ class GridRows:
         self.few = few
 
     def __len__(self) -> int:
-        """Return the number of rows."""
         return len(self.values)
 
     @property

@@ -89,14 +89,12 @@ class SenderHealth:
     """Whether all that it sends is the status of a radio."""
 
     def __str__(self) -> str:
-        """Return who it is in words."""
         kind = "radio" if self.radio else self.vehicle_type.replace("gcs", "ground station")
         what = ", ".join(filter(None, (kind, self.autopilot if self.is_vehicle else "")))
         return f"system {self.system}, component {self.component}" + (f" ({what})" if what else "")
 
     @property
     def can_be_flown_aircraft(self) -> bool:
-        """Return whether it can be the flown aircraft."""
         return self.system < FIRST_GROUND_SYSTEM and (
             self.is_vehicle
             or (self.component == AUTOPILOT_COMPONENT and not self.vehicle_type and not self.radio)
@@ -342,7 +340,6 @@ class LinkHealth:
         )
 
     def _read_again(self) -> None:
-        """Note a good frame after residue."""
         if self.unreadable:
             self._heads.clear()  # what looked like headers was chance
         self._unread = 0
@@ -613,7 +610,6 @@ class LinkHealth:
 
 
 def _count_event(rate: _Rate, stamp: int) -> None:
-    """Count one event, and close the span when it is long enough."""
     rate.count += 1
     if not 0 <= stamp - rate.start < _RATE_SPAN_US:
         rate.close(stamp)

@@ -69,5 +69,4 @@ def routes_by_message(streams: Sequence[MessageStream]) -> dict[int, list[Messag
 
 
 def _stripped_payload_bytes(number: int) -> bytes:
-    """Return a number as the bytes of a payload, without zero bytes at the end."""
     return number.to_bytes(number.bit_length() // 8 + 1, "little").rstrip(b"\0")

@@ -68,7 +68,6 @@ class StreamColumn:
     """One column that a stream yields."""
 
     channel: str
-    """Id."""
     entry: MapEntry
     """Where it comes from."""
     calibrated: bool
@@ -407,7 +406,6 @@ class MessageStream:
         return raw
 
     def _count(self, column: int, clipped: int) -> None:
-        """Count samples outside calibration, or at the end of the instrument's range."""
         name = self.outputs[column].channel
         self.clipped[name] = self.clipped.get(name, 0) + clipped
 

@@ -187,12 +187,6 @@ class Pipeline:
 
     Parameters
     ----------
-    channel_map : ChannelMap
-        Sources of channels.
-    certificates : mapping of str to Certificate
-        In force, by channel.
-    aircraft : Aircraft or None
-        For the ranges of its instruments.
     rate : float
         Rows per second.
     vehicle_time : callable

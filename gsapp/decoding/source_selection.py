@@ -82,7 +82,6 @@ class SourceSelector:
             self._next = end
 
     def _forget(self) -> None:
-        """Let go of rows that are decided: while a better source lives, nobody asks the others."""
         for rows in self._rows:
             while rows and rows[0].end <= (self._next or 0):
                 rows.popleft()
@@ -134,6 +133,5 @@ class SourceSelector:
 
 
 def _leading_false_count(stops: np.ndarray[tuple[int], np.dtype[np.bool_]]) -> int:
-    """Return the number of elements before the first True."""
     place = int(np.argmax(stops)) if stops.size else 0
     return place if stops.size and stops[place] else int(stops.size)

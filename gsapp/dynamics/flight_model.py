@@ -612,7 +612,6 @@ class _Chain:
 
 
 def _as_column(value: Value) -> FloatArray:
-    """Return the value ready to multiply arrays of shape (n, n_all)."""
     return np.asarray(value, dtype=float)[..., None]
 
 
@@ -620,12 +619,10 @@ def _cross(
     a: Value, b: Value, c: Value, d: Value,
     da: FloatArray, db: FloatArray, dc: FloatArray, dd: FloatArray,
 ) -> FloatArray:  # fmt: skip
-    """Return the derivative of a b - c d."""
     return _as_column(a) * db + _as_column(b) * da - _as_column(c) * dd - _as_column(d) * dc
 
 
 def _position_offset(name: str, sums: Sequence[Value]) -> tuple[Value, Value, Value]:
-    """Return how far an instrument sits from where the aircraft file says, m."""
     x, y, z = (sums[_TARGET_INDEX[target]] for target in _POSITION_TARGETS[name])
     return x, y, z
 

@@ -119,7 +119,6 @@ class Model(StrictModel):
         return self._revised({"effects": (*kept, effect)}, name)
 
     def without_effect(self, effect_id: str) -> Model:
-        """Return a model without that effect."""
         kept = tuple(old for old in self.effects if old.id != effect_id)
         return self._revised({"effects": kept}, None)
 

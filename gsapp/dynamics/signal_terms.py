@@ -118,15 +118,12 @@ class SwappedChannels(Term):
     """Two channels that carry each other's signal."""
 
     pair: tuple[str, str]
-    """The two channels."""
 
     def value(self, reads: Values, states: Values, parameters: Values) -> Value:
-        """Return what the first channel records: the second signal."""
         del states, parameters
         return reads[1]
 
     def jacobian(self, reads: Values, states: Values, parameters: Values) -> TermJacobian:
-        """Return the partial derivatives."""
         del reads, states, parameters
         return TermJacobian(reads=(0.0, 1.0))
 
@@ -138,12 +135,10 @@ class MemorylessTerm(SignalTerm):
     def step(
         self, memory: list[float], signal: float, dt: float, parameters: tuple[float, ...]
     ) -> float:
-        """Return the value for this sample."""
         del memory, dt
         return float(self.value((signal,), (), parameters))
 
     def respond(self, signal: FloatArray, dt: float, parameters: tuple[float, ...]) -> PathResponse:
-        """Return the value for each sample."""
         del dt
         jacobian = self.jacobian((signal,), (), parameters)
         slope = np.broadcast_to(jacobian.reads[0], signal.shape)
@@ -161,17 +156,14 @@ class ScaleFactor(MemorylessTerm):
     """Signal times a factor."""
 
     def value(self, reads: Values, states: Values, parameters: Values) -> Value:
-        """Return factor * signal."""
         del states
         return parameters[0] * reads[0]
 
     def jacobian(self, reads: Values, states: Values, parameters: Values) -> TermJacobian:
-        """Return the partial derivatives."""
         del states
         return TermJacobian(reads=(parameters[0],), parameters=(reads[0],))
 
     def invert(self, signal: FloatArray, dt: float, parameters: tuple[float, ...]) -> PathResponse:
-        """Return signal / factor; a factor of zero has lost it."""
         del dt
         (factor,) = parameters
         if factor == 0.0:
@@ -189,17 +181,14 @@ class SignReversal(MemorylessTerm):
     """Signal with the wrong sign."""
 
     def value(self, reads: Values, states: Values, parameters: Values) -> Value:
-        """Return minus the signal."""
         del states, parameters
         return -reads[0]
 
     def jacobian(self, reads: Values, states: Values, parameters: Values) -> TermJacobian:
-        """Return the partial derivatives."""
         del reads, states, parameters
         return TermJacobian(reads=(-1.0,))
 
     def invert(self, signal: FloatArray, dt: float, parameters: tuple[float, ...]) -> PathResponse:
-        """Return minus the signal."""
         del dt, parameters
         return PathResponse(
             values=-signal,
@@ -213,17 +202,14 @@ class Bias(MemorylessTerm):
     """Signal plus a constant."""
 
     def value(self, reads: Values, states: Values, parameters: Values) -> Value:
-        """Return signal + bias."""
         del states
         return reads[0] + parameters[0]
 
     def jacobian(self, reads: Values, states: Values, parameters: Values) -> TermJacobian:
-        """Return the partial derivatives."""
         del reads, states, parameters
         return TermJacobian(reads=(1.0,), parameters=(1.0,))
 
     def invert(self, signal: FloatArray, dt: float, parameters: tuple[float, ...]) -> PathResponse:
-        """Return signal - bias."""
         del dt
         return PathResponse(
             values=signal - parameters[0],
@@ -237,12 +223,10 @@ class Saturation(MemorylessTerm):
     """Signal that stops at plus and minus a limit."""
 
     def value(self, reads: Values, states: Values, parameters: Values) -> Value:
-        """Return the signal within the limits."""
         del states
         return clip(reads[0], -parameters[0], parameters[0])
 
     def jacobian(self, reads: Values, states: Values, parameters: Values) -> TermJacobian:
-        """Return the partial derivatives."""
         del states
         signal, limit = reads[0], parameters[0]
         above = where(signal > limit, 1.0, 0.0)
@@ -255,21 +239,17 @@ class Lag(SignalTerm):
     """First-order lag."""
 
     def value(self, reads: Values, states: Values, parameters: Values) -> Value:
-        """Return the state."""
         del reads, parameters
         return states[0]
 
     def rates(self, reads: Values, states: Values, parameters: Values) -> tuple[Value, ...]:
-        """Return (signal - state)/tau."""
         return ((reads[0] - states[0]) / _limit_time_constant(parameters[0]),)
 
     def steady_state(self, reads: Values, parameters: Values) -> tuple[Value, ...]:
-        """Return the signal."""
         del parameters
         return (reads[0],)
 
     def jacobian(self, reads: Values, states: Values, parameters: Values) -> TermJacobian:
-        """Return the partial derivatives."""
         tau = _limit_time_constant(parameters[0])
         by_tau = where(parameters[0] > MIN_TIME_CONSTANT, (states[0] - reads[0]) / (tau * tau), 0.0)
         return TermJacobian(
@@ -282,21 +262,18 @@ class Lag(SignalTerm):
         )
 
     def begin(self, signal: float, dt: float, parameters: tuple[float, ...]) -> list[float]:
-        """Return the last output and the last input."""
         del dt, parameters
         return [signal, signal]
 
     def step(
         self, memory: list[float], signal: float, dt: float, parameters: tuple[float, ...]
     ) -> float:
-        """Return the exact response to a straight line between the samples."""
         decay, old, new = lag_weights(parameters[0], dt)
         out = decay * memory[0] + old * memory[1] + new * signal
         memory[0], memory[1] = out, signal
         return out
 
     def respond(self, signal: FloatArray, dt: float, parameters: tuple[float, ...]) -> PathResponse:
-        """Return the exact response to straight lines between the samples."""
         tau = parameters[0]
         decay, _, _ = lag_weights(tau, dt)
 
@@ -321,7 +298,6 @@ class Lag(SignalTerm):
         return PathResponse(values=values, parameters=by_tau[:, None], tangent=run)
 
     def invert(self, signal: FloatArray, dt: float, parameters: tuple[float, ...]) -> PathResponse:
-        """Return signal + tau * its rate, from the samples on either side."""
         if signal.size < 2:
             return _identity_response(signal, 1)
         tau = parameters[0]
@@ -342,11 +318,9 @@ class Delay(SignalTerm):
     """
 
     def value(self, reads: Values, states: Values, parameters: Values) -> Value:
-        """Return the second-order Pade approximation: signal - delay * x2."""
         return reads[0] - _limit_time_constant(parameters[0]) * states[1]
 
     def rates(self, reads: Values, states: Values, parameters: Values) -> tuple[Value, ...]:
-        """Return x1' = x2, x2' = 12 (signal - x1)/delay^2 - 6 x2/delay."""
         delay = _limit_time_constant(parameters[0])
         return (
             states[1],
@@ -354,12 +328,10 @@ class Delay(SignalTerm):
         )
 
     def steady_state(self, reads: Values, parameters: Values) -> tuple[Value, ...]:
-        """Return the signal, and no change of it."""
         del parameters
         return (reads[0], 0.0 * reads[0])
 
     def jacobian(self, reads: Values, states: Values, parameters: Values) -> TermJacobian:
-        """Return the partial derivatives."""
         delay = _limit_time_constant(parameters[0])
         moves = where(parameters[0] > MIN_TIME_CONSTANT, 1.0, 0.0)
         stiffness = 12.0 / (delay * delay)
@@ -376,13 +348,6 @@ class Delay(SignalTerm):
         )
 
     def begin(self, signal: float, dt: float, parameters: tuple[float, ...]) -> list[float]:
-        """Return the past samples, newest first.
-
-        Raises
-        ------
-        FlightError
-            If the delay is negative.
-        """
         if parameters[0] < 0.0:
             raise FlightError(
                 f"the effect '{self.id}' has a delay of {parameters[0]:g} s, but nothing can show "
@@ -393,7 +358,6 @@ class Delay(SignalTerm):
     def step(
         self, memory: list[float], signal: float, dt: float, parameters: tuple[float, ...]
     ) -> float:
-        """Return the signal as it was, on the straight line between two samples."""
         memory.insert(0, signal)
         memory.pop()
         place = parameters[0] / dt
@@ -402,11 +366,9 @@ class Delay(SignalTerm):
         return (1.0 - part) * memory[index] + part * memory[index + 1]
 
     def respond(self, signal: FloatArray, dt: float, parameters: tuple[float, ...]) -> PathResponse:
-        """Return the signal as it was; beyond its ends it was constant."""
         return _shift(signal, parameters[0] / dt, dt)
 
     def invert(self, signal: FloatArray, dt: float, parameters: tuple[float, ...]) -> PathResponse:
-        """Return the signal as it will be; after the last sample it is constant."""
         found = _shift(signal, -parameters[0] / dt, dt)
         return PathResponse(
             values=found.values, parameters=-found.parameters, tangent=found.tangent
@@ -436,21 +398,17 @@ class RateLimit(SignalTerm):
     """Signal that follows no faster than a limit."""
 
     def value(self, reads: Values, states: Values, parameters: Values) -> Value:
-        """Return the state."""
         del reads, parameters
         return states[0]
 
     def rates(self, reads: Values, states: Values, parameters: Values) -> tuple[Value, ...]:
-        """Return the rate wanted, within the limit."""
         return (clip((reads[0] - states[0]) / EDGE_ROUNDING_TIME, -parameters[0], parameters[0]),)
 
     def steady_state(self, reads: Values, parameters: Values) -> tuple[Value, ...]:
-        """Return the signal."""
         del parameters
         return (reads[0],)
 
     def jacobian(self, reads: Values, states: Values, parameters: Values) -> TermJacobian:
-        """Return the partial derivatives."""
         wanted = (reads[0] - states[0]) / EDGE_ROUNDING_TIME
         above = where(wanted > parameters[0], 1.0, 0.0)
         below = where(wanted < -parameters[0], 1.0, 0.0)
@@ -467,13 +425,11 @@ class RateLimit(SignalTerm):
     def step(
         self, memory: list[float], signal: float, dt: float, parameters: tuple[float, ...]
     ) -> float:
-        """Return the last output, moved towards the signal as far as the limit lets it."""
         reach = parameters[0] * dt
         memory[0] += min(max(signal - memory[0], -reach), reach)
         return memory[0]
 
     def respond(self, signal: FloatArray, dt: float, parameters: tuple[float, ...]) -> PathResponse:
-        """Return the limited history."""
         reach = parameters[0] * dt
         values = np.empty(signal.size)
         moved = np.zeros(signal.size)
@@ -500,23 +456,19 @@ class Backlash(SignalTerm):
     """Free play: what comes out moves only when the play is used up."""
 
     def value(self, reads: Values, states: Values, parameters: Values) -> Value:
-        """Return the state."""
         del reads, parameters
         return states[0]
 
     def rates(self, reads: Values, states: Values, parameters: Values) -> tuple[Value, ...]:
-        """Return the rate at which the state is pushed back into the play."""
         half = 0.5 * parameters[0]
         inside = clip(states[0], reads[0] - half, reads[0] + half)
         return ((inside - states[0]) / EDGE_ROUNDING_TIME,)
 
     def steady_state(self, reads: Values, parameters: Values) -> tuple[Value, ...]:
-        """Return the signal: the middle of the play."""
         del parameters
         return (reads[0],)
 
     def jacobian(self, reads: Values, states: Values, parameters: Values) -> TermJacobian:
-        """Return the partial derivatives."""
         half = 0.5 * parameters[0]
         pushed = where(states[0] < reads[0] - half, 1.0, 0.0)
         pulled = where(states[0] > reads[0] + half, 1.0, 0.0)
@@ -533,14 +485,12 @@ class Backlash(SignalTerm):
     def step(
         self, memory: list[float], signal: float, dt: float, parameters: tuple[float, ...]
     ) -> float:
-        """Return the last output, pushed by the signal where it touches."""
         del dt
         half = 0.5 * parameters[0]
         memory[0] = min(max(memory[0], signal - half), signal + half)
         return memory[0]
 
     def respond(self, signal: FloatArray, dt: float, parameters: tuple[float, ...]) -> PathResponse:
-        """Return the history with play; it starts in the middle."""
         del dt
         half = 0.5 * parameters[0]
         values = np.empty(signal.size)
@@ -590,14 +540,12 @@ def lag_weights(tau: float, dt: float) -> tuple[float, float, float]:
 def _last_true(
     mask: np.ndarray[tuple[int], np.dtype[np.bool_]],
 ) -> np.ndarray[tuple[int], np.dtype[np.intp]]:
-    """Return, for each place, the last place up to it where the mask is true; -1 if none."""
     return np.asarray(np.maximum.accumulate(np.where(mask, np.arange(mask.size), -1)))
 
 
 def _held_from(
     last: np.ndarray[tuple[int], np.dtype[np.intp]],
 ) -> Callable[[FloatArray], FloatArray]:
-    """Return the tangent of a signal that was last free at `last`, and before any from rest."""
     places = np.maximum(last, 0)
     return lambda change: np.asarray(change[places])
 

@@ -105,7 +105,6 @@ class Parameter:
     bounds: tuple[float, float]
     """Outside is not physical."""
     description: str
-    """In words."""
     neutral: float = 0.0
     """The value at which the term does nothing."""
     free: bool = True
@@ -118,7 +117,6 @@ class TermJacobian(NamedTuple):
     reads: tuple[Value, ...]
     states: tuple[Value, ...] = ()
     parameters: tuple[Value, ...] = ()
-    """Of the value."""
     rate_reads: tuple[tuple[Value, ...], ...] = ()
     rate_states: tuple[tuple[Value, ...], ...] = ()
     rate_parameters: tuple[tuple[Value, ...], ...] = ()
@@ -198,7 +196,6 @@ class LinearTerm(Term):
     """
 
     def value(self, reads: Values, states: Values, parameters: Values) -> Value:
-        """Return bias + sum of products."""
         del states
         total = parameters[0]
         for variable, parameter in zip(reads, parameters[1:], strict=True):
@@ -206,7 +203,6 @@ class LinearTerm(Term):
         return total
 
     def jacobian(self, reads: Values, states: Values, parameters: Values) -> TermJacobian:
-        """Return the parameters by variable, the variables by parameter."""
         del states
         return TermJacobian(reads=tuple(parameters[1:]), parameters=(1.0, *reads))
 
@@ -221,7 +217,6 @@ class Monomial(Term):
     """A fixed factor, such as a length of the aircraft."""
 
     def value(self, reads: Values, states: Values, parameters: Values) -> Value:
-        """Return scale * parameter * x1^n1 * x2^n2 ..."""
         del states
         total = self.scale * parameters[0]
         for variable, power in zip(reads, self.powers, strict=True):
@@ -229,7 +224,6 @@ class Monomial(Term):
         return total
 
     def jacobian(self, reads: Values, states: Values, parameters: Values) -> TermJacobian:
-        """Return the derivatives of the product, factor by factor."""
         del states
         by_read = []
         for index, power in enumerate(self.powers):

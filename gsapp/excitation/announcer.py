@@ -134,10 +134,6 @@ class Announcer:
         ----------
         time : float
             Flight time, s.
-        events : sequence of CueEvent
-            Since the last call, in order.
-        trim : TrimCue or None
-            As it stands.
         moving : bool
             Whether the sticks move quickly: an input, unless it turns out to be steering.
         """

@@ -85,7 +85,6 @@ class CueSnapshot:
     input_in_progress: InputInProgress | None = None
     """An input that is being made, or its answer awaited."""
     verdict: InputVerdict | None = None
-    """The latest."""
     card: NextCard | None = None
     """None without cards, and once all are flown."""
     outlook: Outlook | None = None

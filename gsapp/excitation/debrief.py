@@ -21,7 +21,6 @@ class Debrief:
     """What there is to say of a flight afterwards."""
 
     flight: str
-    """Its name."""
     maneuvers: tuple[EvaluatedManeuver, ...]
     """Every input, by time."""
     cards: tuple[CardScore, ...] = ()
@@ -102,15 +101,7 @@ class Debrief:
 
 
 def create_debrief(name: str, cueing: CueGenerator) -> Debrief:
-    """Return the debrief of a flight that was followed.
-
-    Parameters
-    ----------
-    name : str
-        Of the flight.
-    cueing : CueGenerator
-        That followed it.
-    """
+    """Return the debrief of a flight that was followed."""
     return Debrief(
         flight=name,
         maneuvers=tuple(cueing.maneuvers),

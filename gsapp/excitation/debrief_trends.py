@@ -81,15 +81,7 @@ def compute_trends(
 def compute_flight_trend(
     flight: str, maneuvers: Sequence[EvaluatedManeuver], scores: Sequence[CardScore] = ()
 ) -> FlightTrend:
-    """Return what one flight shows.
-
-    Parameters
-    ----------
-    flight : str
-        Its name.
-    maneuvers : sequence of EvaluatedManeuver
-        By time.
-    """
+    """Return what one flight shows."""
     sizes: dict[str, list[float]] = {}
     widths: list[float] = []
     errors: dict[str, list[float]] = {}

@@ -79,11 +79,9 @@ class FlightRows:
     """Whether a new stretch begins: what was watched before does not lead up to these rows."""
 
     def __len__(self) -> int:
-        """Return the number of rows."""
         return int(self.times.size)
 
     def __getitem__(self, name: str) -> FloatArray:
-        """Return one channel, shape (n,); NaN where missing, KeyError for what no row holds."""
         return self.values[:, _COLUMNS[name]]
 
     def columns(self, names: Sequence[str]) -> FloatArray:
@@ -147,7 +145,6 @@ class FlightRowStream:
         self._newest = _NOT_YET
 
     def feed(self, block: Block) -> Iterator[FlightRows]:
-        """Take in samples; give the rows of a stretch that a long pause ends."""
         columns, places = self._places_of(block.channels)
         if not len(block) or not columns:
             return

@@ -61,7 +61,6 @@ def atomic_flight_folder(folder: Path | str) -> Iterator[Path]:
 
 
 def _disk_is_full(error: Exception) -> bool:
-    """Return whether a file that was open refused to grow; such an error names no file."""
     full = DISK_FULL_ERRNOS | {errno.EFBIG}
     return isinstance(error, OSError) and error.filename is None and error.errno in full
 

@@ -49,8 +49,6 @@ def cache_key(files: Iterable[Path], settings: Mapping[str, Any]) -> str:
 
     Parameters
     ----------
-    files : iterable of Path
-        Everything that is read.
     settings : mapping
         What JSON can hold.
     """

@@ -208,6 +208,5 @@ def uncalibrated_columns(columns: Sequence[str]) -> dict[str, str]:
 
 
 def _channel_of_volts(column: str) -> str:
-    """Return ``q.2`` for ``q_volts.2``; empty for what holds no volts of an instrument."""
     base, dot, number = column.partition(".")
     return base.removesuffix(VOLTS_SUFFIX) + dot + number if base.endswith(VOLTS_SUFFIX) else ""

@@ -47,7 +47,6 @@ class Event:
     """``mark``, ``note``, ``alarm``, ``acknowledge``, ``vehicle`` (the flown system is chosen),
     ``status`` (said by the vehicle) ..."""
     text: str = ""
-    """In words."""
     time: float | None = None
     """Flight time, s; None where no vehicle time was known."""
     host_time_us: int = 0
@@ -251,11 +250,6 @@ class EventLog:
         """Write one event at the end of the file, whole, and see it onto the disk.
 
         An event without a host time gets the present one.
-
-        Returns
-        -------
-        Event
-            As written.
 
         Raises
         ------

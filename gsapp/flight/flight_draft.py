@@ -33,8 +33,6 @@ def apply_draft(
     ----------
     waiting : Path
         Where it waits; it need not be there.
-    folder : FlightFolder
-        Of the flight that begins.
     keep : bool
         Whether it waits for another flight all the same: this one is only for trial.
     named : bool

@@ -32,8 +32,6 @@ def import_flight(
     ----------
     file : Path or str
         What `gsapp.flight.load_flight` reads, except a folder.
-    out : Path or str
-        The new folder.
     channel_map : str or Path, optional
         Name or path of a map; by default the shipped one that fits.
 

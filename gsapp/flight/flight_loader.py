@@ -362,7 +362,6 @@ def _decode_columns(path: Path, flight: ColumnFlight, rate: float | None) -> Dec
 
 
 def _nearest_rate(rate: float) -> float:
-    """Return a usual rate where one is within 2 %, else the rate to three digits."""
     near = min(_USUAL_RATES, key=lambda each: abs(each - rate))
     return float(near) if abs(near - rate) <= 0.02 * near else float(f"{rate:.3g}")
 
@@ -455,13 +454,6 @@ def guess_channel_map(records: Sequence[RawRecord], path: Path) -> ChannelMap:
     The box of the B777 sends an array called ``daq``; other autopilots name themselves in their
     heartbeats.
 
-    Parameters
-    ----------
-    records : sequence of RawRecord
-        The first thousands.
-    path : Path
-        For the message.
-
     Raises
     ------
     UnmappedError
@@ -502,7 +494,6 @@ def guess_channel_map(records: Sequence[RawRecord], path: Path) -> ChannelMap:
 
 
 def _message(frame: bytes) -> tuple[int, bytes]:
-    """Return id and payload of a frame."""
     if frame[0] == 0xFD:
         return frame[7] | frame[8] << 8 | frame[9] << 16, frame[10 : 10 + frame[1]]
     return frame[5], frame[6 : 6 + frame[1]]

@@ -88,13 +88,6 @@ class _LoadedMass:
 def apply_flight_info(aircraft: Aircraft, info: FlightInfo | None) -> FlownAircraft:
     """Return the aircraft with the mass, center of gravity and inertia of one flight.
 
-    Parameters
-    ----------
-    aircraft : Aircraft
-        As its file says.
-    info : FlightInfo or None
-        The flight card.
-
     Raises
     ------
     FlightError
@@ -201,7 +194,6 @@ def _add_loads(
 
 
 def _point_mass_inertia(mass: float, place: FloatArray) -> FloatArray:
-    """Return the inertia of a point mass about the origin, shape (3, 3)."""
     matrix: FloatArray = mass * (place @ place * np.eye(3) - np.outer(place, place))
     return matrix
 

@@ -155,7 +155,6 @@ class FlightFolder:
 
     @property
     def raw_files(self) -> tuple[Path, ...]:
-        """Return the raw files that are there."""
         names = (FRAMES_FILE, LINES_FILE, RESIDUE_FILE)
         return tuple(self.path / name for name in names if (self.path / name).is_file())
 

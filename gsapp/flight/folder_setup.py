@@ -43,10 +43,6 @@ def prepare_flight_folder(
     calibration : str, Path or None
         Name of a shipped set of certificates, or a folder of them; None takes the set that the
         channel map names, if any.
-    source : str
-        LINK that the flight comes over.
-    notes : str
-        For people.
     tell : callable
         Takes a sentence for each thing asked for that differs from what the flight began with.
 

@@ -99,7 +99,6 @@ class FlightInfo(StrictModel):
     transmitter: Transmitter = Transmitter()
     """Dual rates, mixers, trims."""
     crew: Mapping[str, str] = Field(default_factory=dict)
-    """Role to name."""
     notes: str = ""
     pilot_comments: str = ""
     """In words, as many lines as needed; the comments are those of the debrief."""
@@ -137,7 +136,6 @@ class FlightInfo(StrictModel):
 
 
 def _tables_last(values: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the values with tables last: what follows a table in TOML belongs to it."""
     return dict(sorted(values.items(), key=lambda item: _is_table(item[1])))
 
 

@@ -184,7 +184,6 @@ def _scales(info: FlightInfo, aircraft: Aircraft | None, units: _Units) -> _Warn
 
 
 def _fuel_added_later(info: FlightInfo) -> float:
-    """Return the fuel that came in after the weighing, kg, as far as the card says."""
     weighed = None if info.weighing is None else info.weighing.fuel
     return 0.0 if weighed is None or info.fuel is None else info.fuel - weighed
 

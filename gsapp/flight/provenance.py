@@ -27,7 +27,6 @@ class InputFile:
     """A file or folder that went in."""
 
     role: str
-    """"flight", "aircraft", ..."""
     name: str
     """As the user called it."""
     sha256: str

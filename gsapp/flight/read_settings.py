@@ -144,11 +144,6 @@ class FlightReadSettings:
 def find_aircraft(path: Path, given: Aircraft | NameOrPath | None = None) -> Aircraft | None:
     """Return the aircraft that is given, else the copy in the flight's folder; None for neither.
 
-    Parameters
-    ----------
-    path : Path
-        Flight folder or file.
-
     Raises
     ------
     FileProblemsError
@@ -166,11 +161,6 @@ def assumed_aircraft_text(flight: str, card: FlightInfo | None) -> str:
     """Return that a flight without an aircraft file is taken for the usual aircraft's, in words.
 
     Empty where its card names that aircraft.
-
-    Parameters
-    ----------
-    flight : str
-        Its name.
     """
     if card is not None and card.aircraft.lower() == DEFAULT_AIRCRAFT:
         return ""

@@ -125,7 +125,6 @@ def channel_statistics(
 
 
 def _mean_angle(angles: FloatArray) -> float:
-    """Return the mean of angles (rad), each by the shorter way from their mean direction."""
     middle = math.atan2(float(np.sin(angles).mean()), float(np.cos(angles).mean()))
     apart = (angles - middle + math.pi) % math.tau - math.pi
     return math.remainder(middle + float(apart.mean()), math.tau)

@@ -34,8 +34,6 @@ class TomlDocument(ABC, Generic[Model]):
     ----------
     content : mapping
         What it holds, saved or not. Replaced by a change, never changed in place.
-    model : BaseModel
-        The same, read.
 
     Raises
     ------

@@ -69,7 +69,6 @@ class Transmitter(StrictModel):
     """Trim levers at take-off as shares of full stick; signs as of the sticks: nose up, right wing
     down, nose right positive."""
     remarks: str = ""
-    """In words."""
 
     @model_validator(mode="after")
     def _must_make_sense(self) -> Transmitter:

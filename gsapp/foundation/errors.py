@@ -15,7 +15,6 @@ class GroundStationError(Exception):
     """Base of every error that is meant for the user to read."""
 
     def __str__(self) -> str:
-        """Return the sentence itself; `KeyError` would quote it."""
         return str(self.args[0]) if self.args else ""
 
 
@@ -57,7 +56,6 @@ class FileProblem:
         return cls(where=where, what=what, remedy=remedy)
 
     def __str__(self) -> str:
-        """Return ``where: what; remedy`` on one line."""
         tail = f"; {self.remedy}" if self.remedy else ""
         return f"{self.where}: {self.what}{tail}"
 

@@ -113,7 +113,6 @@ def lock_holder(path: Path) -> int | None:
 
 
 def _refuse_unless_held(error: OSError) -> None:
-    """Raise an error that does not say that another holds the lock."""
     if error.errno not in _HELD:
         raise error
 

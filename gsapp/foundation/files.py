@@ -296,8 +296,6 @@ def move_into_place(temporary: Path, target: Path, patience: float = _PATIENCE) 
 
     Parameters
     ----------
-    temporary : Path
-        A file or folder.
     target : Path
         What it is called from now on; a file is replaced, a folder must not be there.
     patience : float
@@ -329,11 +327,6 @@ def write_atomically(path: Path | str, content: bytes | str) -> Path:
         Where the file shall stand. Missing parent folders are made.
     content : bytes or str
         The whole content; text is written as UTF-8 with line feeds.
-
-    Returns
-    -------
-    Path
-        The path written.
 
     Raises
     ------

@@ -23,8 +23,6 @@ def did_you_mean(name: str, known: Iterable[str], otherwise: str = "", *, most: 
 
     Parameters
     ----------
-    name : str
-        As it was typed.
     known : iterable of str
         What it could have been.
     otherwise : str

@@ -24,8 +24,6 @@ def os_error_remedy(error: OSError, otherwise: str = "check the path and the per
 
     Parameters
     ----------
-    error : OSError
-        What it said.
     otherwise : str
         What to do where the error does not tell, as where the permissions are missing.
 
@@ -44,8 +42,6 @@ def format_os_error(what: object, error: OSError, otherwise: str, *, verb: str =
     ----------
     what : object
         Path, or words that end in one.
-    error : OSError
-        What the system said.
     otherwise : str
         As for `os_error_remedy`.
     verb : str

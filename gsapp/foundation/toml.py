@@ -35,8 +35,6 @@ def read_toml(path: Path | str, model: type[Model], *, distinct: str = "") -> Mo
 
     Parameters
     ----------
-    path : Path or str
-        The file.
     model : type of BaseModel
         What it should hold.
     distinct : str

@@ -72,11 +72,9 @@ class Block:
         return block
 
     def __len__(self) -> int:
-        """Return the number of samples."""
         return int(self.times.size)
 
     def __contains__(self, channel_id: object) -> bool:
-        """Return whether the block has that channel."""
         return channel_id in self.channels
 
     def __getitem__(self, channel_id: str) -> FloatArray:

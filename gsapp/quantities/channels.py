@@ -26,7 +26,6 @@ class ChannelSpec:
     symbol: str
     """As shown beside a chart."""
     title: str
-    """In words."""
     quantity: str
     """Key in `gsapp.quantities.units.QUANTITIES`: SI unit and allowed units."""
     si_display: str

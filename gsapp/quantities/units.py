@@ -203,8 +203,6 @@ def to_si(values: Values, unit: str, key: str) -> Values:
         In `unit`; NaN stays NaN.
     unit : str
         One of the quantity's allowed units.
-    key : str
-        Key of the quantity.
 
     Returns
     -------

@@ -54,10 +54,6 @@ class AlarmLog:
 
     Parameters
     ----------
-    board : AlarmRegistry
-        The alarms up to now.
-    book : MarkStore
-        The events file.
     wall_us : callable
         Host time, microseconds since 1970.
     others : callable, optional

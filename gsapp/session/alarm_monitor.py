@@ -18,8 +18,6 @@ class AlarmMonitor:
     ----------
     board : AlarmRegistry
         Where alarms go.
-    limits : LimitSet
-        The rules.
     rate : float
         Of the grid, Hz.
     group : callable
@@ -41,7 +39,6 @@ class AlarmMonitor:
         self._presence = MessagePresenceMonitor(board, group)
 
     def feed(self, block: Block) -> None:
-        """Take in the next samples of some channels."""
         self._limits.feed(block)
         self._presence.feed(block)
 
@@ -50,11 +47,9 @@ class AlarmMonitor:
         self._limits.reload_limits(channel_id)
 
     def process_step(self) -> None:
-        """Judge what is due, after all blocks of a step."""
         self._presence.process_step()
 
     def reset(self) -> None:
-        """Begin anew, as before the first sample."""
         self._limits.reset()
         self._presence.reset()
         self._board.reset()

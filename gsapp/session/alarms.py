@@ -103,7 +103,6 @@ class AlarmEpisode:
     key: str
     """What it is about."""
     severity: Severity
-    """The worst."""
     onset: float | None
     """Flight time at which it was raised, s."""
     end: float | None = None
@@ -313,8 +312,6 @@ class AlarmRegistry:
 
         Parameters
         ----------
-        key : str
-            What it was about.
         time : float, optional
             Flight time at which the cause was gone, s.
         """
@@ -346,12 +343,8 @@ class AlarmRegistry:
 
         Parameters
         ----------
-        key : str
-            What it is about.
         raised : float or None
             Flight time at which it was raised, s.
-        by : str
-            Who has seen it, and how.
         time : float, optional
             Flight time at which it was seen, s.
         """
@@ -385,7 +378,6 @@ class AlarmRegistry:
         self.revision += 1
 
     def reset(self) -> None:
-        """Begin anew, as before the first sample; acknowledgments are kept."""
         self.revision += 1
         self._alarms.clear()
         self._log.clear()

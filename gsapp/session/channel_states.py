@@ -35,7 +35,6 @@ class ChannelState:
     """A channel at one moment."""
 
     channel: str
-    """Its id."""
     freshness: Freshness
     """MISSING if it never had a sample."""
     time: float | None = None

@@ -151,12 +151,8 @@ class ConsumerScheduler:
 
     Parameters
     ----------
-    history : SampleHistory
-        What they are given.
     stretches : GridSegments
         Where its samples lie.
-    consumers : sequence of Consumer
-        The first comes first.
     clock : callable
         Seconds of a clock that never goes back.
     """
@@ -254,7 +250,6 @@ class ConsumerScheduler:
         return max(follower.next_index - first, 0) / (place - first)
 
     def _between(self, first: int, last: int) -> Block:
-        """Return rows; several followers in a row ask for the same."""
         if self._rows is None or self._rows[:2] != (first, last):
             self._rows = (first, last, self._history.rows(first, last + 1))
         return self._rows[2]

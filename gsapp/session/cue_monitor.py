@@ -48,8 +48,6 @@ class CueMonitor:
     ----------
     board : AlarmRegistry
         Where alarms go.
-    book : MarkStore
-        The events file.
     read : callable
         Takes in what all windows wrote to `book`.
     live : bool
@@ -91,15 +89,12 @@ class CueMonitor:
     # --- the consumer of a feed -----------------------------------------------------------------
 
     def feed(self, block: Block) -> None:
-        """Take in the next samples of some channels."""
         self._guard.attempt(lambda: self.cueing.feed(block))
 
     def process_step(self) -> None:
-        """Judge what is complete, after all blocks of a step."""
         self._guard.attempt(lambda: self._take_up(self.cueing.process_step))
 
     def has_pending_work(self, time: float) -> bool:
-        """Return whether work is under way that must be done before a flight time, s."""
         return bool(self._guard.attempt(lambda: self.cueing.has_pending_work(time)))
 
     def finish(self) -> None:
@@ -107,7 +102,6 @@ class CueMonitor:
         self._guard.attempt(lambda: self._take_up(self.cueing.finish))
 
     def reset(self) -> None:
-        """Begin anew, as before the first sample."""
         self._guard.reset()
         self.cueing.reset()
         self.spoken.clear()

@@ -74,7 +74,6 @@ class RecorderSummary:
     pid: int | None = None
     """Its process, if one runs."""
     link: str = ""
-    """What it records."""
     source_state: str = ""
     """How the link fares, in its words."""
     received_bytes: int = 0
@@ -114,20 +113,13 @@ class RecorderObservation:
 
 
 class RecorderProbe:
-    """Reads from the disk how the recorder of a flight folder fares.
-
-    Parameters
-    ----------
-    folder : Path
-        The flight folder.
-    """
+    """Reads from the disk how the recorder of a flight folder fares."""
 
     def __init__(self, folder: Path) -> None:
         self._folder = self._recorded_in = folder.absolute()
         self._status: RecorderStatus | None = None
 
     def read(self) -> RecorderObservation:
-        """Return what there is now."""
         handle = find_recorder(self._folder)
         status = handle.status() if handle is not None else None
         # Where nothing can be read any more, what was there last must not pass for nothing.
@@ -151,8 +143,6 @@ class EquipmentMonitor:
 
     Parameters
     ----------
-    folder : Path
-        The flight folder.
     board : AlarmRegistry
         Where alarms go.
     clock : callable
@@ -236,8 +226,6 @@ class EquipmentMonitor:
 
         Parameters
         ----------
-        health : LinkHealth or None
-            Counts of the link.
         now : float or None
             Flight time, for alarms, s.
         caught_up : bool
@@ -476,7 +464,6 @@ class EquipmentMonitor:
 
     @staticmethod
     def _problem(status: RecorderStatus, report: LinkReport | None) -> str:
-        """Return why no aircraft is heard and what to try, in sentences."""
         others = () if report is None else map(str, report.senders)
         found = diagnose_link(status, others=others)
         return "" if found is None else str(found)

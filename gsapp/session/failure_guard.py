@@ -25,12 +25,8 @@ class FailureGuard:
 
     Parameters
     ----------
-    key : str
-        Of the alarm.
     what : str
         What is missing then, as a sentence begins.
-    severity : Severity
-        How bad that is.
     board : AlarmRegistry
         Where it is said.
     now : callable
@@ -72,7 +68,6 @@ class FailureGuard:
             return None
 
     def reset(self) -> None:
-        """Begin anew: the next step is done again."""
         self.failure = ""
 
 
@@ -111,13 +106,6 @@ class GuardedConsumer:
     """Hands samples on to a consumer until that fails; then it says so, and does without.
 
     Neither the other consumers nor the reading of the record are held up.
-
-    Parameters
-    ----------
-    consumer : Consumer
-        Who watches the samples.
-    guard : FailureGuard
-        Of this consumer alone.
     """
 
     def __init__(self, consumer: Consumer, guard: FailureGuard) -> None:
@@ -126,19 +114,15 @@ class GuardedConsumer:
         self._busy = consumer if isinstance(consumer, SlowConsumer) else None
 
     def feed(self, block: Block) -> None:
-        """Hand on the next samples of some channels."""
         self._guard.attempt(lambda: self._consumer.feed(block))
 
     def process_step(self) -> None:
-        """Let it judge what is complete, after all blocks of a step."""
         self._guard.attempt(self._consumer.process_step)
 
     def has_pending_work(self, time: float) -> bool:
-        """Return whether it has work to do before samples up to a flight time (s) come."""
         busy = self._busy
         return busy is not None and bool(self._guard.attempt(lambda: busy.has_pending_work(time)))
 
     def reset(self) -> None:
-        """Begin anew, as before the first sample."""
         self._guard.reset()
         self._consumer.reset()

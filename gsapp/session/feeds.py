@@ -120,8 +120,6 @@ class LiveFeed:
 
     Parameters
     ----------
-    reader : BlockReader
-        The record.
     history : SampleHistory
         Where samples go.
     consumers : sequence of Consumer
@@ -254,8 +252,6 @@ class ReplayFeed:
 
     Parameters
     ----------
-    reader : BlockReader
-        The record.
     history : SampleHistory
         Filled ahead of the playhead; its horizon is the playhead.
     consumers : sequence of Consumer
@@ -529,7 +525,6 @@ class ReplayFeed:
             self.playing = False
 
     def _reach(self, place: int) -> None:
-        """Move the playhead on to a place of the grid."""
         if self._position is None or place > self._place(self._position):
             self._position = place / self._history.rate
             self._history.horizon = self._position
@@ -540,7 +535,6 @@ def _ignore_playhead(_place: int) -> None:
 
 
 def _rows_from(block: Block, begin: float) -> Block:
-    """Return the rows of a block from a flight time (s) on."""
     if not len(block) or block.times[0] >= begin:
         return block
     return block.between(begin, math.inf)

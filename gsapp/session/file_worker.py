@@ -251,8 +251,6 @@ class BackgroundEventLog(EventLog):
             self._error = error
 
     def write_line(self, event: Event, line: str) -> None:
-        """Write a line as soon as the disk takes it; see `EventLog.write_line`."""
-
         def write() -> None:
             super(BackgroundEventLog, self).write_line(event, line)
             self._read()
@@ -266,17 +264,9 @@ class BackgroundEventLog(EventLog):
             raise error
 
     def refresh(self) -> None:
-        """Read what other windows wrote, if the disk answers."""
         self._worker.submit(self._read)
 
     def poll(self) -> list[Event]:
-        """Return the events that were read since the last call, and those still to be written.
-
-        Raises
-        ------
-        FlightError
-            If the file cannot be read, or refused what was written late.
-        """
         error, self._error = self._error, None
         if error is not None:
             raise error

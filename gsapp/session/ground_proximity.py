@@ -58,8 +58,6 @@ class GroundProximityMonitor:
         ----------
         first : int
             Index of the first sample on the grid.
-        block : Block
-            Holds speed and altitude.
         """
         speed, altitude = block[SPEED_CHANNEL], block[ALTITUDE_CHANNEL]
         if not self._flown:

@@ -73,7 +73,6 @@ class LandingMonitor:
         self.reset()
 
     def reset(self) -> None:
-        """Forget everything; the flight begins anew."""
         self._watch = None if self._aircraft is None else AirborneDetector(self._aircraft)
         self._stream.restart()
         self._rows: list[FlightRows] = []
@@ -86,11 +85,9 @@ class LandingMonitor:
         self.landed_at: float | None = None
 
     def feed(self, block: Block) -> None:
-        """Take in the next samples of some channels."""
         self._rows += self._stream.feed(block)
 
     def process_step(self) -> None:
-        """Go through the frames that are complete."""
         self._rows += self._stream.take_complete_rows()
         rows = np.concatenate(
             [self._left] + [np.column_stack([one.columns(_READ), one.times]) for one in self._rows]

@@ -43,7 +43,6 @@ class _Threshold:
         self.pending_peak = -math.inf
 
     def reset(self) -> None:
-        """Return to the state before the first sample."""
         self.interrupt()
         self.on = False
         self.peak = -math.inf
@@ -250,8 +249,6 @@ class LimitMonitor:
 
     Parameters
     ----------
-    limits : LimitSet
-        The rules.
     board : AlarmRegistry
         Where the alarms go.
     rate : float
@@ -280,7 +277,6 @@ class LimitMonitor:
         self._highest = np.empty(0)
 
     def reset(self) -> None:
-        """Forget every sample seen. The board is the owner's to reset."""
         self._ground = None
         self._channels.clear()
         self._places.clear()
@@ -300,7 +296,6 @@ class LimitMonitor:
         return [_RuleMonitor(rule, self._rate) for rule in self._limits.rules(channel_id)]
 
     def feed(self, block: Block) -> None:
-        """Take in the next samples of some channels, on consecutive places of the grid."""
         if not len(block):
             return
         first = round(float(block.times[0]) * self._rate)

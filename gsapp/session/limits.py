@@ -42,7 +42,6 @@ class LimitRule:
     """One side of one channel."""
 
     channel: str
-    """Channel id."""
     side: LimitSide
     """Whether values below or above are meant."""
     caution: float | None = None
@@ -316,8 +315,6 @@ class LimitSet:
 
     Parameters
     ----------
-    aircraft : Aircraft or None
-        Gives the limits of the flight.
     own : sequence of LimitRule
         From a limits file; each replaces the other rules of its channel and side, and takes them
         away where it holds no limit.

@@ -46,7 +46,6 @@ class FlightMark:
     end: float | None
     """Where a span ends, s; None for a moment."""
     text: str
-    """In words."""
     host_time_us: int
     """When it was made, host time, microseconds since 1970."""
 
@@ -56,8 +55,6 @@ class MarkStore:
 
     Parameters
     ----------
-    log : EventLog
-        The events file.
     clock_us : callable
         Host time in microseconds since 1970, for new events; None takes the system's.
     clock_at : callable
@@ -234,7 +231,6 @@ class MarkStore:
         return event_id
 
     def _id_of(self, event: Event) -> str:
-        """Return the event's id; one written by other hands gets a lasting one by its place."""
         given = event.data.get("id")
         return given if isinstance(given, str) and given else f"line-{len(self._events)}"
 

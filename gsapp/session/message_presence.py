@@ -56,7 +56,6 @@ class MessagePresenceMonitor:
         self._coming: dict[str, list[npt.NDArray[np.int64]]] = {}
 
     def reset(self) -> None:
-        """Forget every sample seen."""
         self._front = self._judged = None
         self._count = 0
         self._last.clear()
@@ -64,7 +63,6 @@ class MessagePresenceMonitor:
         self._coming.clear()
 
     def feed(self, block: Block) -> None:
-        """Take in the next samples of some channels."""
         if not len(block):
             return
         ticks = np.floor_divide(block.times + 1e-6, self.TICK).astype(np.int64)
@@ -101,7 +99,6 @@ class MessagePresenceMonitor:
             self._coming.setdefault(name, []).append(ticks)
 
     def process_step(self) -> None:
-        """Judge the ticks whose time has come; once after all blocks of a step."""
         if self._front is None or self._judged is None:
             return
         last = self._front - self._DELAY

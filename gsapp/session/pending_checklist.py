@@ -26,8 +26,6 @@ class PendingChecklist:
         Where ticks are kept until there is a flight.
     card : callable
         Gives the card of the next flight as it stands.
-    aircraft : Aircraft, optional
-        What the card is held against.
 
     Attributes
     ----------

@@ -36,10 +36,6 @@ class RecordReader:
         Gives at most so many of the next records; none where none are waiting.
     progress : callable
         Gives the share of the records read, 0 to 1.
-    setting : FlightReadSettings
-        Map, certificates, aircraft and rate.
-    path : Path
-        For messages.
     grows : bool
         Whether further records may come.
     waits : callable
@@ -49,8 +45,6 @@ class RecordReader:
     ----------
     decoder : Decoder or None
         None until a map is found.
-    certificates : mapping of str to Certificate
-        Those in force, by channel.
     problem : str
         Why nothing is decoded, in words; empty otherwise.
     """

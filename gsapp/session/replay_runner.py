@@ -14,8 +14,6 @@ def run_replay(session: Session, tell: Callable[[float], None] = lambda _: None)
 
     Parameters
     ----------
-    session : Session
-        A replay that plays.
     tell : callable
         Called with the share done, 0 to 1.
     """

@@ -414,10 +414,8 @@ def _aligned_level(bin_size: int) -> int:
 
 
 def _min_number(value: float, others: FloatArray) -> float:
-    """Return the lowest of a value and some others, passing over NaN."""
     return float(np.fmin(value, np.fmin.reduce(others)))
 
 
 def _max_number(value: float, others: FloatArray) -> float:
-    """Return the highest of a value and some others, passing over NaN."""
     return float(np.fmax(value, np.fmax.reduce(others)))

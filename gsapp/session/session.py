@@ -430,18 +430,15 @@ class Session:
     # Inside
 
     def _take_in(self, event: Event) -> None:
-        """Take in an event of the flight that is no acknowledgment."""
         self.system_selection.apply_event(event)
         if self.cue_monitor is not None:
             self.cue_monitor.apply_event(event)
 
     @property
     def _heard_until(self) -> float | None:
-        """Return up to which flight time the crew has heard the vehicle; None for all."""
         return self.now if self.replay_feed is not None else None
 
     def _reported_on_ground(self, time: float) -> bool | None:
-        """Return whether the autopilot reports ground at a flight time; None if it does not say."""
         return None if self.decoder is None else self.decoder.landed_state.on_ground(time)
 
     def _present(self) -> float | None:

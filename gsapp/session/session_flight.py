@@ -31,7 +31,6 @@ class SessionFlight:
     path: Path
     """Its folder or file."""
     reader: RecordReader | FlightReader
-    """Gives its blocks."""
     setting: SessionSetting
     """What it is read and watched with."""
     rate: float

@@ -36,8 +36,6 @@ class SessionMonitors:
         Flight time, s.
     info : callable
         The flight card as it is now.
-    read_events : callable
-        Takes in what all windows wrote.
 
     Attributes
     ----------

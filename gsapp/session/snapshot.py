@@ -36,7 +36,6 @@ class SessionSnapshot:
     """What the bar shows at one moment."""
 
     name: str
-    """Of the flight."""
     path: Path
     """Its folder or file."""
     mode: SessionMode
@@ -61,7 +60,6 @@ class SessionSnapshot:
     uncalibrated: tuple[str, ...]
     """Channels whose instruments have none and give volts only, sorted."""
     calibration_status: CalibrationStatus
-    """Whether they count."""
     alarms: tuple[Alarm, ...]
     """Those that stand, newest first."""
     unacknowledged_count: int

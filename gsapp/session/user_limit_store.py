@@ -22,11 +22,6 @@ _BAND_FIELDS = ("warning_low", "caution_low", "caution_high", "warning_high")
 class UserLimitStore:
     """Typed limits by channel, kept in a file that several windows may share.
 
-    Parameters
-    ----------
-    path : Path
-        Made when the first is typed.
-
     Attributes
     ----------
     error_text : str

@@ -71,6 +71,5 @@ def compute_handling(model: FlightModel, speed: float, density: float) -> Aircra
 
 
 def _steady_rate(model: FlightModel, level: Trim, states: tuple[str, ...], surface: str) -> float:
-    """Return the steady rate (rad/s) for a radian of a surface; the rate is the last state."""
     linear = linearize(model, level, states=states, inputs=(surface,))
     return float(-np.linalg.solve(linear.A, linear.B)[-1, 0])

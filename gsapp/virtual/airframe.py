@@ -78,10 +78,6 @@ class Airframe:
 
     Parameters
     ----------
-    plan : FlightPlan
-        Field and engines.
-    model : Model
-        The truth, hidden effects included.
     turbulence : float
         Standard deviation of the gusts, m/s.
     dt : float
@@ -295,13 +291,11 @@ class Airframe:
         )
 
     def _recorded(self, channel: str) -> float:
-        """Return a control where the aircraft file says it is measured."""
         kind = getattr(self._aircraft.controls, channel).kind
         name = {"position": channel, "servo": f"{channel}_servo", "command": f"{channel}_command"}
         return self._through(channel, self._now[name[kind]])
 
     def _through(self, channel: str, value: float) -> float:
-        """Return a signal after the hidden effects of its sensor."""
         path = self._sensor_paths.get(channel)
         return value if path is None else path.step(value)
 

@@ -125,7 +125,6 @@ class PlannedManeuver(StrictModel):
     inputs: tuple[ControlSurface, ...] = Field(min_length=1)
     """``de``, ``da``, ``dr``; several are flown together."""
     shape: Literal["doublet", "3-2-1-1", "pulse"] = "doublet"
-    """Which steps."""
     stick: tuple[Ratio, ...]
     """Share of full stick, one for each input; the sign says which way first."""
     step: Time = 0.4
@@ -201,7 +200,6 @@ class FlightPlan(StrictModel):
 
     name: str = "flight"
     description: str = ""
-    """For people."""
     conditions: FieldConditions = Field(default_factory=FieldConditions)
     engines: EngineSchedule = Field(default_factory=EngineSchedule)
     range_check: RangeCheck = Field(default_factory=RangeCheck)

@@ -15,8 +15,6 @@ def add_hidden_effects(aircraft: Aircraft, model: Model, hide: Sequence[str] = (
 
     Parameters
     ----------
-    model : Model
-        What the crew believes.
     hide : sequence of str
         Effects beyond it; values in SI and radians.
 

@@ -31,8 +31,6 @@ class HumanPilot:
 
     Parameters
     ----------
-    plan : FlightPlan
-        What to fly.
     feel : AircraftHandling
         What the pilot knows of the aircraft.
     random : numpy.random.Generator

@@ -117,7 +117,6 @@ class KeyboardPilot:
         self._keyed.set_key_travel(share)
 
     def set_rate_switch(self, *, high: bool) -> None:
-        """Set the rate switch."""
         self._silence = 0.0
         self._keyed.high_rate = high
 

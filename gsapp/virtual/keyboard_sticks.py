@@ -134,7 +134,6 @@ def step_toward(now: float, wanted: float, step: float) -> float:
 
 
 def _limit_travel(value: float, low: float) -> float:
-    """Return a share of travel between its stops; what is no number is the lower stop or none."""
     if not math.isfinite(value):
         raise FlightError(f"'{value}' is no stick position; give a number from {low:g} to 1")
     return min(max(value, low), 1.0)

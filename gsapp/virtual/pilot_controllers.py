@@ -67,12 +67,10 @@ class PitchController:
         return self._hold
 
     def _hang(self, view: PilotView) -> float:
-        """Return how far the nose must stand above the path at this speed and bank, rad."""
         ratio = self._feel.speed / max(view.speed, 0.7 * self._feel.speed)
         return self._feel.pitch * ratio**2 / math.cos(min(abs(view.bank), 50.0 * DEGREE))
 
     def stick(self, view: PilotView, intent: GuidanceCommand) -> float:
-        """Return the pitch stick."""
         if intent.path_angle is not None:
             error = intent.path_angle - view.path
             if not view.on_ground:
@@ -152,7 +150,6 @@ class SpeedController:
         self._moving = False
 
     def throttle(self, view: PilotView, intent: GuidanceCommand) -> float:
-        """Return the throttle, 0 to 1."""
         target = self._lever
         if intent.throttle is not None:
             target = intent.throttle

@@ -83,8 +83,6 @@ class RunwayFrame:
 
     Parameters
     ----------
-    conditions : FieldConditions
-        Direction of the runway.
     side : {"left", "right"}
         Of the pattern.
     """

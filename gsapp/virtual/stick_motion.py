@@ -61,13 +61,6 @@ class StickInput:
 
     Each step misses its size and its length a little, the two halves differ, the other axis of
     the same stick is taken along, and the stick does not come back quite to where it was.
-
-    Parameters
-    ----------
-    maneuver : PlannedManeuver
-        As intended.
-    human : PilotLimits
-        By how much it is missed.
     """
 
     def __init__(

@@ -50,7 +50,6 @@ class TrainingMission(Mission):
         return self._in_pattern
 
     def stages(self) -> MissionStage:
-        """Return the whole flight as one stage."""
         own = self._from_the_start()
         view = yield next(own)
         while True:

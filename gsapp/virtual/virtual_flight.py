@@ -61,7 +61,6 @@ class FlightSegment:
     """What was being done."""
 
     def __len__(self) -> int:
-        """Return the number of samples."""
         return int(self.times.size)
 
 
@@ -75,7 +74,6 @@ class FlownManeuver:
     inputs: tuple[str, ...]
     """``de``, ``da``, ``dr``."""
     kind: str
-    """The shape."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -116,8 +114,6 @@ class FlightSimulation:
 
     Parameters
     ----------
-    plan : FlightPlan
-        What is flown.
     model : Model or str
         The aerodynamics; a file or the name of a shipped one.
     seed : int
@@ -199,7 +195,6 @@ class FlightSimulation:
 
     @property
     def maneuvers(self) -> tuple[FlownManeuver, ...]:
-        """Return the maneuvers so far."""
         return tuple(
             FlownManeuver(t_start=start, t_end=end, inputs=maneuver.inputs, kind=maneuver.shape)
             for start, end, maneuver in _flown_maneuvers(self._hands)

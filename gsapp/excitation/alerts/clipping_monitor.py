@@ -140,17 +140,14 @@ class ClippingMonitor:
 
 
 def _flies(frame: FlightFrame) -> bool:
-    """Return whether it flies and does not touch down just now."""
     return frame.airborne and not frame.near_ground
 
 
 def _longest_run(true: BoolArray) -> int:
-    """Return the length of the longest run of true values, shape (n,)."""
     return int(_longest_runs(true[:, np.newaxis])[0]) if true.any() else 0
 
 
 def _longest_runs(true: BoolArray) -> IndexArray:
-    """Return the length of the longest run of true values in each column, shape (m,)."""
     place = np.arange(len(true))[:, np.newaxis]
     last_false = np.maximum.accumulate(np.where(true, -1, place), axis=0)
     return np.asarray((place - last_false).max(axis=0))

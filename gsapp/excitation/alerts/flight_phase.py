@@ -50,8 +50,6 @@ class FlightPhaseMonitor:
 
         Parameters
         ----------
-        rows : FlightRows
-            Of one frame.
         distrusted : frozenset of str
             Channels that are not believed: an airspeed that fell to nothing is no landing.
         """

@@ -50,13 +50,7 @@ class GyroMonitor:
         self._agreed: dict[str, int] = {}
 
     def evaluate(self, rows: FlightRows) -> dict[str, str]:
-        """Return the gyros that are outvoted, and by what, in words.
-
-        Parameters
-        ----------
-        rows : FlightRows
-            Of one frame.
-        """
+        """Return the gyros that are outvoted, and by what, in words."""
         if rows.starts_segment:
             self._apart, self._before = {}, None
         angles = np.array([_angle(rows[name]) for name in ("phi", "theta", "psi")])

@@ -67,13 +67,7 @@ class InstrumentMonitor:
     def evaluate(
         self, rows: FlightRows
     ) -> tuple[FlightFrame, frozenset[str], list[AlertCondition]]:
-        """Return the frame with the state of the flight, what is not believed, and what to tell.
-
-        Parameters
-        ----------
-        rows : FlightRows
-            Of one frame.
-        """
+        """Return the frame with the state of the flight, what is not believed, and what to tell."""
         doubts = self._signs.evaluate(rows)
         for name, why in self._gyros.evaluate(rows).items():
             doubts.setdefault(name, why)

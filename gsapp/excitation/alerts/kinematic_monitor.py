@@ -226,7 +226,6 @@ def _flatness(aircraft: Aircraft | None) -> dict[str, float]:
 
 
 def _correlation(one: FloatArray, other: FloatArray) -> float:
-    """Return the correlation of two series without mean."""
     return float(np.mean(one * other)) / max(_rms(one) * _rms(other), 1e-9)
 
 

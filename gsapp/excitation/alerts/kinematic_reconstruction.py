@@ -195,6 +195,5 @@ def _fit_lines(values: FloatArray, times: FloatArray) -> tuple[FloatArray, Float
 
 
 def _hat_functions(count: int) -> FloatArray:
-    """Return triangles over time that add up to one, shape (count, _HATS)."""
     place = np.linspace(0.0, _HATS - 1.0, count)[:, None]
     return np.maximum(1.0 - np.abs(place - np.arange(_HATS)), 0.0)

@@ -64,13 +64,7 @@ class _SensorHistory:
 
 
 class SensorActivityMonitor:
-    """Watches the samples of each sensor for themselves.
-
-    Parameters
-    ----------
-    aircraft : Aircraft or None
-        Knows ranges and noise.
-    """
+    """Watches the samples of each sensor for themselves."""
 
     def __init__(self, aircraft: Aircraft | None) -> None:
         self._ranges: dict[str, tuple[float, float]] = {}
@@ -94,13 +88,7 @@ class SensorActivityMonitor:
         self._airspeed = "V"
 
     def evaluate(self, rows: FlightRows) -> dict[str, str]:
-        """Return the sensors without signs of life, and what each does, in words.
-
-        Parameters
-        ----------
-        rows : FlightRows
-            Of one frame.
-        """
+        """Return the sensors without signs of life, and what each does, in words."""
         time = float(rows.times[-1])
         anything = bool(np.isfinite(rows["an"]).any() or np.isfinite(rows["ax"]).any())
         found = {}

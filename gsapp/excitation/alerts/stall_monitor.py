@@ -114,7 +114,6 @@ class StallMonitor:
         return speed, stall_speed * flapped * math.sqrt(load)
 
     def _calm(self, frame: FlightFrame, distrusted: frozenset[str]) -> float:
-        """Return the factor by which a low alpha lowers the speed that calls for attention."""
         alpha = frame.mean("alpha")
         linear = 0.0 if self._limits is None else self._limits.alpha_linear[1]
         return _ALPHA_CALM if "alpha" not in distrusted and alpha < linear else 1.0

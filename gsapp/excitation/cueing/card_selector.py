@@ -40,13 +40,6 @@ class CardSelector:
     ----------
     system : {"US", "SI"}
         Units of the words.
-
-    Attributes
-    ----------
-    card_progress : CardSetProgress or None
-        How the cards stand.
-    next_card : NextCard or None
-        To be flown now.
     """
 
     def __init__(
@@ -152,8 +145,6 @@ class CardSelector:
 
         Parameters
         ----------
-        outlook : Outlook or None
-            Which card gains most.
         stay : bool
             Whether that is still being worked out: the card stays unless it is done.
         """

@@ -58,8 +58,6 @@ class CueGenerator:
         Without it nothing is known of wanted amplitudes beyond the cards, nor of bounds.
     rate : float
         Of the grid, Hz.
-    cards : CardSet or None
-        What is to be flown.
     fence : Geofence or None
         Where the aircraft may fly; None for the usual space.
     system : {"US", "SI"}
@@ -115,12 +113,10 @@ class CueGenerator:
     # --- the consumer of a feed -----------------------------------------------------------------
 
     def feed(self, block: Block) -> None:
-        """Take in the next samples of some channels."""
         for rows in self._stream.feed(mask_implausible(block)):
             self._take(rows)
 
     def process_step(self) -> None:
-        """Judge what is complete, after all blocks of a step."""
         ticks = 0
         for rows in self._stream.take_complete_rows():
             self._take(rows)
@@ -144,7 +140,6 @@ class CueGenerator:
         self._conclude()
 
     def reset(self) -> None:
-        """Forget everything but the crew's choices of cards; the flight begins anew."""
         self._stream.restart()
         for part in (self._trim, self._dangers, self._doublets, self._desk, self._lessons):
             part.restart()
@@ -215,7 +210,6 @@ class CueGenerator:
 
     @property
     def verdicts(self) -> tuple[InputVerdict, ...]:
-        """Return all verdicts so far."""
         return tuple(self._verdicts)
 
     @property
@@ -261,7 +255,6 @@ class CueGenerator:
         )
 
     def _shown(self, channel: str) -> float | None:
-        """Return what a channel reads now; nothing of an instrument that is not believed."""
         doubted = channel in self._dangers.invalid_channels
         return None if doubted else self._recent.mean(channel, _SHOWN_OVER)
 

@@ -22,11 +22,6 @@ class CueLog:
     ----------
     system : {"US", "SI"}
         Units of the words; others may be set at any time.
-
-    Attributes
-    ----------
-    events : list of CueEvent
-        All of the flight.
     """
 
     def __init__(self, system: str = "US") -> None:

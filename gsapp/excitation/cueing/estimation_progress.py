@@ -97,8 +97,6 @@ class EstimationProgress:
 
         Parameters
         ----------
-        card : TestCard or None
-            That it was flown for.
         flown : CardSetProgress or None
             The cards as they stand, the maneuver counted.
         doubted : collection of str
@@ -127,7 +125,6 @@ class EstimationProgress:
         return time >= self._ready_at or not self._foresees
 
     def has_pending_work(self, time: float) -> bool:
-        """Return whether work is left that a look at a flight time (s) needs."""
         return self._book.has_pending_work(time)
 
     def run_slice(self) -> None:

@@ -34,8 +34,6 @@ def list_limitations(
     ----------
     has_cards : bool
         Whether there are test cards.
-    trim : TrimCue or None
-        Says itself what it cannot see.
     dangers : sequence of Alert
         Their channels are not believed.
     outlook : Outlook or None

@@ -67,12 +67,10 @@ class ForecastRequest:
 
     aircraft: Aircraft
     model: Model
-    """As known now."""
     cards: tuple[UnfinishedCard, ...]
     totals: Mapping[Axis, CombinedInformation]
     """What was learned so far, by axis."""
     noise: Mapping[Axis, ResponseNoise]
-    """By axis."""
     pilot_errors: PilotErrorModel
     channels: frozenset[str]
     """What this flight measures."""

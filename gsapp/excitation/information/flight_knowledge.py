@@ -47,8 +47,6 @@ class FlightKnowledge:
     ----------
     initial_model : Model
         The model that the flight began with.
-    totals : mapping of str to CombinedInformation
-        By axis.
     measured_noise : mapping of str to tuple of ResponseNoise
         By axis.
     ftr_estimates : mapping of str to LiveEstimate
@@ -253,7 +251,6 @@ def _with_measured_noise(
 def _with_bound_ratios(
     now: FlightKnowledge, foreseen: Mapping[str, float], planned_for: Mapping[str, float]
 ) -> FlightKnowledge:
-    """Return the knowledge with what noise and gusts made of a maneuver's bounds."""
     ratios = [std / planned_for[name] for name, std in foreseen.items() if name in planned_for]
     habits = now.pilot_errors.updated_by_bounds(ratios) if ratios else now.pilot_errors
     return replace(now, pilot_errors=habits, predicted_bounds={**now.predicted_bounds, **foreseen})

@@ -38,8 +38,6 @@ def describe_forecast(
 
     Parameters
     ----------
-    model : Model
-        Whose values the percents refer to.
     wanted : mapping of str to float
         Bounds asked for; what is below them already is not spoken of.
     system : {"US", "SI"}

@@ -181,13 +181,11 @@ class InformationTracker:
         return False
 
     def has_pending_work(self, time: float) -> bool:
-        """Return whether work is left that an outlook at a flight time (s) would have to do."""
         due = self._due is not None and time >= self._due
         begun = self._learning is not None or self._answering is not None
         return due and (begun or bool(self._lessons) or self._stale)
 
     def _ask(self, time: float) -> None:
-        """Ask for a new outlook, to be shown some seconds after a flight time (s)."""
         self._stale = True
         due = time + OUTLOOK_DELAY
         self._due = due if self._due is None else min(self._due, due)

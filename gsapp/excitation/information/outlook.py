@@ -43,11 +43,9 @@ class CardForecast:
     """What flying a card some more times would bring."""
 
     card: str
-    """Its id."""
     repeats: int
     """How many times."""
     reductions: tuple[BoundReduction, ...]
-    """The largest first."""
     score: float
     """How much all bounds would shrink together: decides which card comes next."""
     seconds: float

@@ -71,13 +71,7 @@ class PilotErrorModel:
         return (0.8 * PRIOR_WEIGHT + self.usable_count) / (PRIOR_WEIGHT + self.maneuver_count)
 
     def updated_by_verdict(self, verdict: InputVerdict, card: TestCard | None) -> PilotErrorModel:
-        """Return the habits once another maneuver was judged.
-
-        Parameters
-        ----------
-        card : TestCard or None
-            That it was flown for.
-        """
+        """Return the habits once another maneuver was judged."""
         fit = verdict.result in USABLE_RESULTS
         found = replace(
             self, maneuver_count=self.maneuver_count + 1, usable_count=self.usable_count + fit

@@ -64,8 +64,6 @@ def simulate_maneuver(
     ----------
     motions : PerturbationModels
         Of the aircraft with this model and mass at the speed that it is flown at.
-    model : Model
-        The known parameters.
     mass : float
         kg.
     rate : float

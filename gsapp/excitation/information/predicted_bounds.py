@@ -127,8 +127,6 @@ def compute_sensitivities(
     maneuver : Maneuver
         Flown or planned: its surfaces, and the air data and attitude that come with them.
     axis : {"lon", "lat"}
-    model : Model
-        The known parameters.
     responses : collection of str, optional
         Those to be compared; all of the axis by default.
 

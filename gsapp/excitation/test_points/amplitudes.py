@@ -197,7 +197,6 @@ def _limits(aircraft: Aircraft, motions: PerturbationModels) -> list[_Limit]:
 
 
 def _margin(value: float, limits: tuple[float, float]) -> float:
-    """Return the way to the nearer end; none beyond it."""
     return max(min(limits[1] - value, value - limits[0]), 0.0)
 
 

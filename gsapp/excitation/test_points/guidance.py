@@ -61,7 +61,6 @@ def _deviation(value: float | None, wanted: float | None) -> float | None:
 
 
 def _throttle_advice(more: bool, far: bool, throttle: float | None) -> str:
-    """Return what to do with the throttle."""
     if not far or throttle is None:
         return "a little power" if more else "ease the throttle"
     return f"{'power' if more else 'throttle back'}, then {100.0 * throttle:.0f} %"

@@ -119,13 +119,7 @@ def oscillation_step_width(mode: ModeTiming, kind: str) -> ToleranceBand:
 
 
 def roll_step_width(roll_mode: ModeTiming, wobble: ModeTiming) -> ToleranceBand:
-    """Return the width of an aileron input: the roll builds up, the dutch roll stays small.
-
-    Parameters
-    ----------
-    roll_mode, wobble : ModeTiming
-        Roll and dutch roll.
-    """
+    """Return the width of an aileron input: the roll builds up, the dutch roll stays small."""
     half_period = math.pi / wobble.natural_frequency
     low = min(_ROLL_BUILT_UP * roll_mode.slowest_time_constant, half_period / 1.5)
     low, high = (min(max(width, _FASTEST), _SLOWEST) for width in (low, half_period))
@@ -154,7 +148,6 @@ def _timing(name: str, poles: Sequence[complex]) -> ModeTiming:
 
 
 def _poles(linear: LinearModel, states: Sequence[str]) -> list[complex]:
-    """Return the poles of some states with all others held."""
     rows = [linear.states.index(name) for name in states]
     return [complex(pole) for pole in np.linalg.eigvals(linear.A[np.ix_(rows, rows)])]
 

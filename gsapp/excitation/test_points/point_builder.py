@@ -68,8 +68,6 @@ def create_point_at(
     ----------
     speed, alpha : float or None
         m/s and rad; one of them at least. At 1 g one fixes the other.
-    curve : TrimCurve or None
-        For the same flap.
     tolerance : Tolerance, optional
         A card's usual one by default.
     card, height, flap

@@ -134,7 +134,6 @@ def _format_degrees(amplitude: float) -> str:
 
 
 def _share(aircraft: Aircraft, surface: str, amplitude: float, high: bool) -> float:
-    """Return the share of the stick's way, from 0; infinite where the stick moves nothing."""
     control: Control = getattr(aircraft.controls, surface)
     way = abs(control.full_stick_high if high else control.full_stick_low)
     return abs(amplitude) / way if way > 0.0 else math.inf
@@ -177,5 +176,4 @@ def format_width_change(width: float, wanted: float) -> str:
 
 
 def _outside(share: float, room: tuple[float, float]) -> float:
-    """Return how far a share lies outside of a range; 0 within."""
     return max(room[0] - share, share - room[1], 0.0)

@@ -136,7 +136,6 @@ class LegMonitor:
         )
 
     def _keep(self, leg: _Leg) -> None:
-        """Remember where a turn of the pattern began."""
         if self._on_leg:
             self._legs.append(leg)
         self._began, self._on_leg = None, True
@@ -183,6 +182,5 @@ class LegMonitor:
 
 
 def _angle_between(one: float, other: float) -> float:
-    """Return by how much two directions differ, rad; NaN, which is not less, where unknown."""
     apart = one - other
     return abs(math.remainder(apart, 2.0 * math.pi)) if math.isfinite(apart) else math.nan

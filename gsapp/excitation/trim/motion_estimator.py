@@ -50,13 +50,9 @@ class MotionEstimator:
     ----------
     dt : float
         Between ticks, s.
-    tolerances : TrimTolerances
-        Their windows.
 
     Attributes
     ----------
-    motion : MeanMotion
-        Over the last second.
     fast_rates : tuple of float
         p, q, r over the last 0.3 s, rad/s.
     bank_sources : tuple of str
@@ -167,7 +163,6 @@ class MotionEstimator:
 
 
 def _bank_sources(*values: float) -> tuple[str, ...]:
-    """Return in words which of these tell the bank: r, p, a_y, beta."""
     return tuple(words for words, value in zip(_BANK_SIGNS, values, strict=True) if value == value)
 
 

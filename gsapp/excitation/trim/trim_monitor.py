@@ -60,8 +60,6 @@ class TrimMonitor:
         Without one, alpha is taken as its vane shows it, and an airspeed of 12 m/s is flight.
     rate : float
         Of the rows, Hz.
-    tolerances : TrimTolerances
-        What counts as trimmed.
 
     Attributes
     ----------
@@ -270,7 +268,6 @@ class TrimMonitor:
             self._gusty = False
 
     def _undisturbed(self, time: float) -> bool:
-        """Return whether unrest means gusts: no input and no answer to one lies so near."""
         return time > self._held_until + WINDOW_COUNT
 
     def _lost(self, off: Sequence[TrimDeviation], wanted: TrimState) -> bool:

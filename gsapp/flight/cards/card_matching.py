@@ -83,11 +83,6 @@ def match_cards(cards: CardSet, maneuvers: Sequence[DetectedManeuver]) -> CardSe
     A maneuver belongs to a card of the same surfaces and the same shape. Among several it goes to
     one that it satisfies and that still misses repeats, else to the nearest. It counts if it lies
     within the card's tolerances and was not graded unfit (D).
-
-    Parameters
-    ----------
-    maneuvers : sequence of DetectedManeuver
-        In order of time.
     """
     attempts: dict[str, list[Attempt]] = {card.id: [] for card in cards.cards}
     good = dict.fromkeys(attempts, 0)
@@ -153,7 +148,6 @@ def _deviations(card: TestCard, maneuver: DetectedManeuver) -> Iterator[tuple[st
 
 
 def _main_amplitude(card: TestCard, maneuver: DetectedManeuver) -> Mapping[str, float]:
-    """Return the amplitude where a program wrote only one, of a single surface."""
     if maneuver.amplitude is None or len(card.surfaces) != 1:
         return {}
     return {card.surfaces[0]: maneuver.amplitude}

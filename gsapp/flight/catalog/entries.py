@@ -42,10 +42,6 @@ def store_maneuvers(
 
     Parameters
     ----------
-    flight : Flight
-        Stored as well.
-    aircraft : str
-        Name of the aircraft.
     graded_by : str
         Who gave the grades that the crew did not give. A grade that a person gave by
         `store_grade` is not overruled by these.

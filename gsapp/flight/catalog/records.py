@@ -80,7 +80,6 @@ class FlightEntry:
     """Name of the aircraft."""
     maneuvers: tuple[DetectedManeuver, ...] = ()
     conditions: tuple[Mapping[str, FlightCondition], ...] = ()
-    """Of each maneuver."""
     complete: bool = True
     """Whether these are all maneuvers that stand in the flight."""
 
@@ -128,7 +127,6 @@ class EstimationRun:
     maneuvers: tuple[tuple[str, str], ...]
     """Flight and id of each."""
     estimates: Mapping[str, StoredEstimate]
-    """By derivative."""
     settings: Mapping[str, Any] = field(default_factory=dict)
     fit: Mapping[str, Any] = field(default_factory=dict)
     """What JSON can hold."""
@@ -162,11 +160,9 @@ class CampaignRun:
     aircraft: str
     """Name of the one that flew."""
     flights: tuple[str, ...]
-    """Names."""
     request: Mapping[str, Any]
     """All that it takes to do it again; what JSON can hold."""
     settings: Mapping[str, str]
-    """In words."""
     inputs: tuple[InputFile, ...]
     versions: Mapping[str, str]
     result: Mapping[str, Any]
@@ -230,7 +226,6 @@ class CardScore:
     """How a test card was flown in a flight."""
 
     card: str
-    """Its id."""
     title: str
     """What it asks for, in words."""
     good: int
@@ -245,8 +240,6 @@ class StoredModel:
 
     name: str
     content: str
-    """The model TOML."""
     parent: str | None = None
     evidence: str = ""
-    """In words."""
     made_at: str = ""

@@ -21,8 +21,6 @@ def store_weights(catalog: Catalog, flight: str, weights: Mapping[str, float]) -
 
     Parameters
     ----------
-    flight : str
-        A stored flight.
     weights : mapping of str to float
         By response, as in table 6.2.7.
     """

@@ -83,7 +83,6 @@ class Catalog:
         return True
 
     def _leave_nothing(self) -> None:
-        """Take away the file that was begun here, unless another program has filled it since."""
         if not self.path.stat().st_size:
             self.path.unlink()
 
@@ -108,7 +107,6 @@ class Catalog:
         return int(self.query("PRAGMA user_version")[0][0])
 
     def query(self, statement: str, values: Sequence[Any] = ()) -> list[sqlite3.Row]:
-        """Return the rows of a query."""
         with self._words():
             return list(self._connection.execute(statement, tuple(values)))
 

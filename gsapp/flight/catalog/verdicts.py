@@ -26,17 +26,6 @@ def store_debrief(
 ) -> None:
     """Store all that was said of a flight's inputs, in place of what was stored before.
 
-    Parameters
-    ----------
-    flight : Flight
-        Stored as well.
-    verdicts : sequence of StoredVerdict
-        With different names.
-    scores : sequence of CardScore
-        In the order of the cards.
-    aircraft : str
-        Name of the aircraft.
-
     Raises
     ------
     FlightError

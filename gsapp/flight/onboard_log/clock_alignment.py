@@ -326,7 +326,6 @@ def _fit_lag_line(lags: Sequence[_SegmentLag]) -> _LagLine:
 
 
 def _robust_std(values: FloatArray) -> float:
-    """Return a standard deviation about zero that strays do not move; 1 for a few."""
     if values.size < _FEW:
         return 1.0
     return _NORMAL * float(np.median(np.abs(values)))

@@ -28,8 +28,6 @@ def merge_onboard_log(
         On the grid ``k / rate``.
     rate : float
         Rows per second.
-    name : str
-        File name of the log.
 
     Returns
     -------
@@ -86,8 +84,6 @@ def resample_to_flight_time(log: Block, clock: LogClock, rate: float) -> Block:
     ----------
     log : Block
         On the grid ``k / rate`` of the log's own time.
-    clock : LogClock
-        How that stands to flight time.
     rate : float
         Rows per second.
 
@@ -165,7 +161,6 @@ def _interpolate_rows(log: Block, index: npt.NDArray[np.int64], places: FloatArr
 def _take_rows(
     values: FloatArray, index: npt.NDArray[np.int64], wanted: npt.NDArray[np.int64]
 ) -> FloatArray:
-    """Return rows by their numbers; NaN for those that are not there."""
     place = np.minimum(np.searchsorted(index, wanted), index.size - 1)
     rows: FloatArray = np.where((index[place] == wanted)[:, np.newaxis], values[place], np.nan)
     return rows

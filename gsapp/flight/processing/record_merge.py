@@ -26,8 +26,6 @@ def merge_records(
 
     Parameters
     ----------
-    blocks : sequence of Block
-        Their times on one clock.
     conflict : {"first", "last", "both"}
         Where two have a channel, the winner's samples count and the other fills its holes; or
         both are kept, the later ones as a second sensor.

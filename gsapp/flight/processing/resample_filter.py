@@ -159,7 +159,6 @@ def _filter(corner: float) -> FloatArray:
 
 
 def _min_segment_samples(corner: float) -> int:
-    """Return the least samples of a stretch: the padding that `sosfiltfilt` takes at each end."""
     return 3 * (2 * (_ORDER // 2) + 1) + int(0.5 / corner)
 
 

@@ -152,8 +152,6 @@ def read_tlog(path: Path | str, damage: RawDamage | None = None) -> Iterator[Raw
 
     Parameters
     ----------
-    path : Path or str
-        The file.
     damage : RawDamage, optional
         Filled with what had to be stepped over.
 

@@ -85,8 +85,6 @@ class RawWriter:
 
     Attributes
     ----------
-    state : WriterState
-        What has been done.
     last_stamp : int
         Stamp of the last record that was there already; 0 for a new flight.
 
@@ -195,11 +193,6 @@ class RawWriter:
         """Go on in another folder, with all that can be read from the files that are open.
 
         A file that was removed can be read for as long as it is open.
-
-        Parameters
-        ----------
-        folder : Path
-            An empty folder.
 
         Returns
         -------
@@ -355,7 +348,6 @@ class RawWriter:
 
 
 def _same_file(one: os.stat_result, other: os.stat_result) -> bool:
-    """Return whether two states are of one file; some network drives number files anew."""
     if os.path.samestat(one, other):
         return True
     return (one.st_size, one.st_mtime_ns) == (other.st_size, other.st_mtime_ns)

@@ -38,7 +38,6 @@ class RawDamage:
     """What could not be read of one raw file."""
 
     name: str
-    """The file."""
     bytes: int = 0
     """Bytes stepped over."""
     location_count: int = 0
@@ -49,7 +48,6 @@ class RawDamage:
     """Bytes of an incomplete record at the end, so far."""
 
     def __bool__(self) -> bool:
-        """Tell whether anything was lost."""
         return bool(self.bytes or self.stamps or self.torn)
 
     def describe(self) -> str:
@@ -201,13 +199,11 @@ class FrameFile(RawFile):
     kind: RecordKind = "frame"
 
     def seek_end(self, size: int) -> None:
-        """Go to the first whole record of the last stretch."""
         if size > _TAIL_BYTES:
             self.position = size - _TAIL_BYTES
             self.position += max(0, self._resume(self.remaining_bytes(size), 0))
 
     def torn_bytes(self, rest: bytes) -> int:
-        """Return the length of `remaining_bytes` if it is the beginning of a record, else 0."""
         if len(rest) <= 8:
             return len(rest)
         span = _frame_span(rest, 8)
@@ -217,7 +213,6 @@ class FrameFile(RawFile):
         return len(rest) if begun < 0 else begun if begun <= 8 else 0
 
     def parse(self, data: bytes, *, whole: bool) -> int:
-        """Take the records of a stretch; see `RawFile.parse`."""
         size, position = len(data), 0
         formats = wire_formats()
         while position + _SHORTEST_RECORD <= size:
@@ -265,17 +260,14 @@ class LineFile(RawFile):
     kind: RecordKind = "line"
 
     def seek_end(self, size: int) -> None:
-        """Go to the first whole record of the last stretch."""
         if size > _TAIL_BYTES:
             self.position = size - _TAIL_BYTES
             self.position += self.remaining_bytes(size).find(b"\n") + 1
 
     def torn_bytes(self, rest: bytes) -> int:
-        """Return the length of `remaining_bytes` if it is the beginning of a record, else 0."""
         return len(rest)
 
     def parse(self, data: bytes, *, whole: bool) -> int:  # noqa: ARG002 - same for all files
-        """Take the records of a stretch; see `RawFile.parse`."""
         position = 0
         while (end := data.find(b"\n", position)) >= 0:
             stamp, tab, line = data[position:end].partition(b"\t")
@@ -296,7 +288,6 @@ class ResidueFile(RawFile):
     kind: RecordKind = "residue"
 
     def torn_bytes(self, rest: bytes) -> int:
-        """Return the length of `remaining_bytes` if it is the beginning of a record, else 0."""
         if len(rest) < RESIDUE_HEADER.size:
             return len(rest)
         stamp, _, length = RESIDUE_HEADER.unpack_from(rest)
@@ -304,7 +295,6 @@ class ResidueFile(RawFile):
         return len(rest) if self._plausible(stamp, length) and len(rest) < whole else 0
 
     def parse(self, data: bytes, *, whole: bool) -> int:
-        """Take the records of a stretch; see `RawFile.parse`."""
         position, size = 0, len(data)
         while position + RESIDUE_HEADER.size <= size:
             stamp, _, length = RESIDUE_HEADER.unpack_from(data, position)

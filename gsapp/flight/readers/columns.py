@@ -203,8 +203,6 @@ def check_times(path: Path, times: FloatArray, where: Callable[[int], str]) -> N
 
     Parameters
     ----------
-    path : Path
-        The file, for messages.
     times : ndarray, shape (n,)
         s.
     where : callable
@@ -247,8 +245,6 @@ def check_spacing(path: Path, times: FloatArray, where: str) -> None:
 
     Parameters
     ----------
-    path : Path
-        The file, for messages.
     times : ndarray, shape (n,)
         Increasing, s.
     where : str
@@ -276,8 +272,6 @@ def build_flight_from_columns(
 
     Parameters
     ----------
-    path : Path
-        The file, for messages.
     arrays : mapping of str to ndarray
         By ``alpha``, by ``q_2`` for ``q.2``, or by ``alpha [deg]``.
     units : mapping of str to str

@@ -35,7 +35,6 @@ class DelimitedTable:
     """A text table, its names read, its numbers not yet."""
 
     path: Path
-    """The file."""
     names: tuple[str, ...]
     """The cells of the first line."""
     header_line: int

@@ -61,12 +61,8 @@ def map_log(
     channel_map : ChannelMap
         Names messages and fields. Where the log states a unit itself, and the map neither scales
         nor converts, the log is believed.
-    certificates : mapping of str to Certificate
-        For the entries that give volts.
     rate : float
         Rows per second.
-    aircraft : Aircraft, optional
-        For the ranges of its instruments.
 
     Returns
     -------

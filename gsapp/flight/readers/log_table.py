@@ -45,7 +45,6 @@ class ForeignLog:
     """A foreign log, read."""
 
     path: Path
-    """The file."""
     tables: Mapping[tuple[str, str], LogTable]
     """By message name and selector: the instance number as text, empty for the only one."""
     events: tuple[Event, ...] = ()

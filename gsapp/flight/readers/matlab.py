@@ -69,7 +69,6 @@ def read_mat_columns(path: Path | str) -> tuple[dict[str, FloatArray], dict[str,
 
 
 def _is_empty(value: Any) -> bool:
-    """Return whether a value is how SciPy reads an empty text."""
     return isinstance(value, np.ndarray) and value.size == 0
 
 

@@ -131,7 +131,6 @@ def _requested_columns(channel_map: ChannelMap) -> dict[str, list[str]]:
 
 
 def _column(names: Sequence[str], name: str) -> str:
-    """Return the column that a source is, or is an element of."""
     match = _ELEMENT.fullmatch(name)
     return match["name"] if name not in names and match is not None else name
 

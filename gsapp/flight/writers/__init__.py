@@ -27,8 +27,6 @@ def write_block(
 
     Parameters
     ----------
-    block : Block
-        The samples.
     to : {"csv", "mat", "parquet"}
         The format.
     units : {"us", "si", "base"}

@@ -27,8 +27,6 @@ def write_flight_csv(
 
     Parameters
     ----------
-    block : Block
-        The samples.
     system : {"us", "si", "base"}
         Units of the columns.
     told : callable, optional

@@ -31,8 +31,6 @@ def write_mat(
 
     Parameters
     ----------
-    block : Block
-        The samples; missing ones are NaN.
     system : {"us", "si", "base"}
         Units of the variables.
     told : callable, optional

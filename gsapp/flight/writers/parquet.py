@@ -21,8 +21,6 @@ def write_parquet(
 
     Parameters
     ----------
-    block : Block
-        The samples.
     system : {"us", "si", "base"}
         Units of the columns; each column's metadata states its own under ``unit``. Where an
         instrument had no certificate, that of its volts names it under ``uncalibrated``.

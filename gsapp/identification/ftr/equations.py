@@ -240,7 +240,6 @@ class RegressionEquations:
         return RegressionRows(valid=valid, columns=stacked, running=running)
 
     def _unclipped(self, values: FloatArray) -> FloatArray:
-        """Return the values with samples at the end of an instrument's range missing."""
         low, high = self._limits
         with np.errstate(invalid="ignore"):
             return np.where((values <= low) | (values >= high), np.nan, values)

@@ -42,7 +42,6 @@ class EstimateVerdict(IntEnum):
 
     @property
     def status(self) -> DerivativeStatus:
-        """Return the status of the estimate."""
         if self is EstimateVerdict.ESTIMATED:
             return "estimated"
         return "not-identifiable" if self is EstimateVerdict.COLLINEAR else "unknown"

@@ -19,13 +19,6 @@ _CHUNK_SAMPLES = 4096
 def compute_ftr_history(flight: Flight, aircraft: Aircraft) -> FTR:
     """Return an FTR that has listened to a flight from its first to its last sample.
 
-    Parameters
-    ----------
-    flight : Flight
-        On an even grid.
-    aircraft : Aircraft
-        As that flight flew it.
-
     Raises
     ------
     FlightError

@@ -169,7 +169,6 @@ def _fits(history: ResponseHistory) -> dict[str, ResponseFit]:
 
 
 def _resolved_spacing(duration: float) -> float:
-    """Return the spacing of frequencies (Hz) for a record of some length, s."""
     return 1.0 / min(max(duration, 4.0), 60.0)
 
 

@@ -129,7 +129,6 @@ class FTR:
     # --- the consumer of a feed -----------------------------------------------------------------
 
     def feed(self, block: Block) -> None:
-        """Take in the next samples of some channels."""
         if self.origin:
             block = Block(
                 channels=block.channels, times=block.times - self.origin, values=block.values
@@ -137,12 +136,10 @@ class FTR:
         self._rows.feed(block)
 
     def process_step(self) -> None:
-        """Renew the estimates, after all blocks of a step."""
         for number, rows in self._rows.take_complete_blocks():
             self._take(number, rows)
 
     def reset(self) -> None:
-        """Forget everything; the flight begins anew."""
         self._rows.restart()
         self._equations.restart()
         for run in self._runs.values():

@@ -83,8 +83,6 @@ def solve_records(
 
     Parameters
     ----------
-    transforms : Transforms
-        Of the record that is open.
     spacing : float
         Of the frequencies transformed, Hz.
     past : RecordInformation

@@ -49,7 +49,6 @@ def frequency_coupling(correlation: ComplexArray, m: int, scratch: ScratchBuffer
 
 
 def _sliding_windows(row: FloatArray, m: int) -> FloatArray:
-    """Return m windows of m neighbors each, one place apart, shape (U, m, m), without a copy."""
     along, across = row.strides
     return np.ndarray((len(row), m, m), row.dtype, row, 0, (along, across, across))
 

@@ -98,7 +98,6 @@ class RowAssembler:
         self._columns: dict[tuple[str, ...], tuple[list[int], list[int]]] = {}
 
     def feed(self, block: Block) -> None:
-        """Take in samples."""
         columns, places = self._places_of(block.channels)
         if not len(block) or not columns:
             return

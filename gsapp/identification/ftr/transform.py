@@ -273,12 +273,10 @@ class RunningTransform:
 
 
 def _phases(frequencies: FloatArray, ago: FloatArray, rate: float) -> FloatArray:
-    """Return faded cosines over faded minus-sines, shape (2 M, N + 1): a real matrix is faster."""
     turned = np.exp(np.outer(-2j * np.pi * frequencies, ago) + rate * ago)
     return np.concatenate((turned.real, turned.imag))
 
 
 def _complex(stacked: FloatArray) -> ComplexArray:
-    """Return the complex numbers whose parts lie one over the other on the last axis but one."""
     half = stacked.shape[-2] // 2
     return np.asarray(stacked[..., :half, :] + 1j * stacked[..., half:, :])

@@ -26,13 +26,7 @@ class ManualTick:
 
 
 class Checklist:
-    """The state of one checklist.
-
-    Attributes
-    ----------
-    ticks : mapping of str to ManualTick
-        By id of the item.
-    """
+    """The state of one checklist."""
 
     def __init__(self, file: ChecklistFile) -> None:
         self.file = file
@@ -67,7 +61,6 @@ class Checklist:
         }
 
     def feed(self, block: Block) -> None:
-        """Take in the next samples of some channels."""
         if len(block):
             for judge in self._judges.values():
                 judge.feed(block)

@@ -42,7 +42,6 @@ class RuleResult:
     state: ItemStatus
     """``open``: not seen yet."""
     why: str
-    """In words, with numbers."""
     allows_manual_tick: bool = False
     """Whether telemetry cannot tell, so that a person may tick it."""
 
@@ -64,9 +63,7 @@ class EvaluatedItem:
     id: str
     text: str
     checked_by: Literal["hand", "telemetry"]
-    """Who says so."""
     state: ItemStatus
     why: str
-    """In words, with numbers."""
     can_tick: bool
     """Whether a person may tick it now, or untick it."""

@@ -117,7 +117,6 @@ class RangeRule(_Rule):
 
     @property
     def required_channels(self) -> tuple[str, ...]:
-        """Return the channel."""
         return (self.channel,)
 
 
@@ -158,7 +157,6 @@ class SensorActivityRule(_Rule):
 
     @property
     def required_channels(self) -> tuple[str, ...]:
-        """Return the channels."""
         return self.channels
 
 
@@ -187,7 +185,6 @@ class SurfaceResponseRule(_Rule):
 
     @property
     def required_channels(self) -> tuple[str, ...]:
-        """Return stick and surface."""
         return (self.stick, self.surface)
 
 
@@ -217,7 +214,6 @@ class EngineSpeedRule(_Rule):
 
     @property
     def required_channels(self) -> tuple[str, ...]:
-        """Return the engines' channels and the throttle."""
         return (*self.channels, "throttle")
 
 
@@ -236,7 +232,6 @@ class SurfacePulseRule(_Rule):
 
     @property
     def required_channels(self) -> tuple[str, ...]:
-        """Return the surfaces."""
         return self.channels
 
 

@@ -80,7 +80,6 @@ class SurfaceResponseEvaluator:
         self._where = _NO_STICK_POSITION
 
     def feed(self, block: Block) -> None:
-        """Follow stick and surface."""
         rule = self._rule
         if rule.stick not in block or rule.surface not in block:
             return
@@ -160,7 +159,6 @@ class EngineSpeedEvaluator:
         self._seen: tuple[float, ...] | None = None
 
     def feed(self, block: Block) -> None:
-        """Follow the engines, and the throttle where there is one."""
         rule = self._rule
         if any(name not in block for name in rule.channels):
             return
@@ -296,7 +294,6 @@ class SurfacePulseEvaluator:
         self._watches = {name: _PulseCounter(rule.size, rule.longest) for name in rule.channels}
 
     def feed(self, block: Block) -> None:
-        """Count pulses."""
         for name, watch in self._watches.items():
             if name not in block:
                 continue

@@ -206,7 +206,6 @@ class RangeEvaluator:
         self._inside_since: float | None = None
 
     def feed(self, block: Block) -> None:
-        """Follow the channel, and since when it lies within."""
         if self._rule.channel not in block:
             return
         values = block[self._rule.channel]
@@ -265,7 +264,6 @@ class SensorActivityEvaluator:
         self._now: dict[str, float] = {}
 
     def feed(self, block: Block) -> None:
-        """Note when each channel last changed."""
         for name in self._rule.channels:
             if name not in block:
                 continue

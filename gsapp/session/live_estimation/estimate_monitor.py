@@ -26,14 +26,10 @@ class EstimateMonitor:
 
     Parameters
     ----------
-    model : Model or None
-        Known before the flight.
     history : SampleHistory
         Where maneuvers are cut from.
     info : callable
         Returns the flight card; None without one.
-    name : str
-        Of the flight.
     verdicts : callable
         Returns the verdicts on all inputs so far.
     workers : FitWorker
@@ -70,17 +66,14 @@ class EstimateMonitor:
     # --- the consumer of a feed -----------------------------------------------------------------
 
     def feed(self, block: Block) -> None:
-        """Take in the next samples of some channels."""
         if self._ftr is not None:
             self._ftr.feed(block)
 
     def process_step(self) -> None:
-        """Renew the estimates, after all blocks of a step."""
         if self._ftr is not None:
             self._ftr.process_step()
 
     def reset(self) -> None:
-        """Forget everything; the flight begins anew."""
         if self._ftr is not None:
             self._ftr.reset()
         self.fits.reset()

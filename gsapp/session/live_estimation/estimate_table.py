@@ -47,7 +47,6 @@ class EstimateRow:
     points: tuple[FittedPoint, ...] = ()
     """By maximum likelihood, maneuver by maneuver."""
     mean: CampaignValue | None = None
-    """Of the points."""
     prior: float | None = None
     """Before the flight; None without a model."""
     change_text: str = ""
@@ -81,12 +80,6 @@ def build_estimate_rows(
 
     Parameters
     ----------
-    live : mapping of str to LiveEstimate
-        As they stand by FTR.
-    fits : CampaignResult
-        Of the maneuvers so far.
-    model : Model or None
-        Known before.
     since : float, optional
         Flight time before the last maneuver, s: what it changed is said.
     """

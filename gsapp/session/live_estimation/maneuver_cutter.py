@@ -33,8 +33,6 @@ class ManeuverCutter:
         Of the file; what the flight card says of the day is seen to.
     info : callable
         Returns the flight card as it is now; None without one.
-    name : str
-        Of the flight.
     """
 
     def __init__(

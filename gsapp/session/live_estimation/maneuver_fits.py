@@ -38,7 +38,6 @@ class FitUpdate:
     """What changed since somebody looked last."""
 
     maneuver: str
-    """Whose fit came."""
     failure: str = ""
     """Why there is none, in words; empty if there is one."""
 
@@ -50,8 +49,6 @@ class ManeuverFits:
     ----------
     cut : callable
         Cuts a maneuver by its verdict from what was recorded.
-    model : Model or None
-        Known before the flight.
     workers : FitWorker
         Where fits run.
     """
@@ -74,7 +71,6 @@ class ManeuverFits:
         self._failures: dict[str, str] = {}
 
     def reset(self) -> None:
-        """Forget everything; replies to what was asked before are dropped."""
         for one in self._running.values():
             one.cancel()
         self._forget()
@@ -89,8 +85,6 @@ class ManeuverFits:
 
         Parameters
         ----------
-        verdicts : sequence of InputVerdict
-            All of the flight so far.
         now : float or None
             Flight time, s; None: the flight is over, and all its samples are there.
         """

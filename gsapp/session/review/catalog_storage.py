@@ -21,8 +21,6 @@ def save_maneuvers_to_catalog(
         Made if it is not there.
     maneuvers : sequence of DetectedManeuver
         In place of those that the catalog had of this flight.
-    aircraft : str
-        Its name.
 
     Raises
     ------

@@ -41,8 +41,6 @@ class ReviewedFlight:
 
     Parameters
     ----------
-    aircraft : Aircraft
-        As that flight flew it.
     found : FlightManeuvers
         As the detection gives them, without changes by hand.
     remarks : sequence of str
@@ -320,8 +318,6 @@ def open_reviewed_flight(
 
     Parameters
     ----------
-    path : Path
-        Flight folder or file.
     aircraft, channel_map, calibration : str
         Names or paths; empty where the flight says it itself.
     catalog : Path, optional

@@ -135,6 +135,5 @@ class BenchAttitude:
 
 
 def _up_direction(position: Position) -> Direction:
-    """Return the direction that points up in a position, in body axes."""
     force = specific_force(position)
     return force["ax"], force["ay"], -force["an"]

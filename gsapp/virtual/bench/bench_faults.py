@@ -25,7 +25,6 @@ class BenchFault:
     """One thing that is wrong."""
 
     channel: str
-    """The instrument."""
     kind: BenchFaultKind
     """``dead``: its volts stay where they are, or its wire is open and reads nothing. ``reversed``:
     mounted the other way round. ``swapped``: its plug and that of `other` are exchanged. ``noisy``:

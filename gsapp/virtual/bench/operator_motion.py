@@ -23,13 +23,11 @@ _QUICK = 25.0
 
 
 def _smooth(share: FloatArray) -> FloatArray:
-    """Return the way (0 to 1) of a movement without jerk at its share of time."""
     s = np.clip(share, 0.0, 1.0)
     return np.asarray(s**3 * (10.0 - 15.0 * s + 6.0 * s * s))
 
 
 def _smooth_rate(share: FloatArray) -> FloatArray:
-    """Return the derivative of `_smooth` by its argument."""
     s = np.clip(share, 0.0, 1.0)
     return np.asarray(30.0 * s * s * (1.0 - s) ** 2)
 

@@ -55,8 +55,6 @@ class VirtualBench:
     ----------
     seed : int
         Same seed, same aircraft, same weather, same hands.
-    faults : sequence of BenchFault
-        What is wrong with it.
     aircraft : str
         Whose gyros and accelerometers; a file, or the name of a shipped one.
     setting_error : float
