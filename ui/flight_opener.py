@@ -20,7 +20,7 @@ from gsapp.foundation import GroundStationError, UnmappedError
 from gsapp.session import Session
 from gsapp.session.live_estimation.fit_workers import ProcessFitWorker
 from gsapp.session.session_setting import SessionOptions
-from gsapp.telemetry.link_address import parse_link
+from gsapp.telemetry.link_registry import kind_of, parse_link
 from gsapp.telemetry.recorder_control import find_recorder, start_recorder
 from gsapp.telemetry.recorder_folder import check_not_finished, record_state
 from gsapp.virtual.downlink.aircraft_process import find_free_udp_port
@@ -243,7 +243,7 @@ class FlightOpener(QObject):
             ConnectRequest(
                 link=link,
                 folder=self.next_flight_folder(),
-                channel_map=channel_map or settings.channel_map,
+                channel_map=channel_map or kind_of(address).channel_map or settings.channel_map,
                 aircraft=aircraft or settings.aircraft,
                 calibration=settings.calibration,
             ),

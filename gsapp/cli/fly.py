@@ -291,13 +291,14 @@ def open_link(to: str, clock: Clock, speed: float) -> Iterator[TransmitLink]:
         If it cannot be opened.
     """
     from gsapp.cli._usage_errors import CommandUsageError, as_usage_error, check_speed
-    from gsapp.telemetry.link_address import parse_link
+    from gsapp.telemetry.link_registry import kind_of, parse_link
     from gsapp.telemetry.sources import LinkUnavailableError, open_source
 
     check_speed(speed)
     with as_usage_error():
         address = parse_link(to)
-    if address.kind in ("virtual", "flight", "text"):
+    kind = kind_of(address)
+    if not (kind.is_physical and kind.accepts_commands):
         raise CommandUsageError(
             f"the virtual aircraft cannot send to '{to}'; give a network link or a serial port, "
             "for example udpout:127.0.0.1:14550"

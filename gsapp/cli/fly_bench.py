@@ -53,7 +53,7 @@ def run(
     from gsapp.cli._usage_errors import as_usage_error
     from gsapp.cli.fly import flight_status, open_link
     from gsapp.telemetry.clock import HostClock
-    from gsapp.telemetry.link_address import parse_link
+    from gsapp.telemetry.link_registry import parse_link
     from gsapp.virtual.bench import VirtualBench, parse_bench_fault
     from gsapp.virtual.downlink.bench_downlink import BenchDownlink
     from gsapp.virtual.downlink.downlink_transmitter import DownlinkTransmitter

@@ -52,12 +52,12 @@ def run(
     from gsapp.cli._aircraft_text import print_aircraft_warnings
     from gsapp.cli._console import PlainConsole
     from gsapp.cli._json_output import is_stdout, write_json
-    from gsapp.cli._usage_errors import as_usage_error, check_speed
+    from gsapp.cli._usage_errors import CommandUsageError, as_usage_error, check_speed
     from gsapp.flight.folder_setup import prepare_flight_folder
     from gsapp.foundation import GroundStationError
     from gsapp.foundation.process_shutdown import on_termination_signal
     from gsapp.telemetry.flight_folder_rollback import rollback_on_failure
-    from gsapp.telemetry.link_address import parse_link
+    from gsapp.telemetry.link_registry import kind_of, parse_link
     from gsapp.telemetry.recorder_folder import check_not_finished, record_state
     from gsapp.telemetry.recorder_process import create_stop_handler, record_link
 
@@ -73,7 +73,10 @@ def run(
     # Before anything is made.
     check_speed(speed)
     with as_usage_error():
-        parse_link(link)
+        kind = kind_of(parse_link(link))
+    if speed is not None and kind.is_physical:
+        raise CommandUsageError(f"'{link}' has no speed: leave out --speed")
+    channel_map = channel_map or kind.channel_map or None
     _check_other_flight(link, out)
     if not append:
         check_not_finished(out, "name a new folder, or append to it with --continue")

@@ -1,24 +1,14 @@
-"""The LINK grammar: how a link is named everywhere in the program."""
+"""The address of a link, such as ``udpin:0.0.0.0:14550``, and the fields it is made of."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from pathlib import Path
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from typing import Final, Literal
 
 from gsapp.foundation import LinkError
-from gsapp.foundation.name_suggestions import close_matches
-
-LinkKind = Literal["udpin", "udpout", "tcp", "tcpin", "serial", "text", "virtual", "flight"]
 
 LOOPBACK: Final = "127.0.0.1"
-LINK_GRAMMAR: Final = (
-    "udpin:HOST:PORT, udpout:HOST:PORT, tcp:HOST:PORT, tcpin:HOST:PORT, serial:PATH:BAUD, "
-    "text:PATH:BAUD, virtual, or the path of a flight"
-)
-_NETWORK: Final = {"udpin": 14550, "udpout": 14550, "tcp": 5760, "tcpin": 5760}
-_SERIAL: Final = ("serial", "text")
-_LOWEST_BAUD, _HIGHEST_BAUD = 300, 12_000_000
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -28,19 +18,18 @@ class LinkAddress:
     Attributes
     ----------
     kind : str
-        ``udpin``, ``udpout``, ``tcp``, ``tcpin``, ``serial``, ``text``, ``virtual`` or
-        ``flight``.
+        Name of its `LinkKind`.
     host : str
         Host name or address of a network link.
     port : int
         Its port; 0 for other kinds.
     path : str
-        Serial port or flight.
+        Serial port, flight, or whatever else a kind writes there.
     baud : int
         Symbols per second of a serial port; 0 for other kinds.
     """
 
-    kind: LinkKind
+    kind: str
     host: str = ""
     port: int = 0
     path: str = ""
@@ -48,106 +37,117 @@ class LinkAddress:
 
     def __str__(self) -> str:
         """Return the address as it would be written."""
-        if self.kind in _NETWORK:
-            host = f"[{self.host}]" if ":" in self.host else self.host
-            return f"{self.kind}:{host}:{self.port}"
-        if self.kind in _SERIAL:
-            return f"{self.kind}:{self.path}:{self.baud}"
-        return self.path if self.kind == "flight" else self.kind
+        if self.kind == "flight":
+            return self.path
+        host = f"[{self.host}]" if ":" in self.host else self.host
+        parts = (self.kind, host, self.port, self.path, self.baud)
+        return ":".join(str(part) for part in parts if part)
 
 
-def parse_link(text: str) -> LinkAddress:
-    """Read a LINK.
+@dataclass(frozen=True, slots=True, kw_only=True)
+class AddressField:
+    """One field of an address.
 
-    Parameters
+    Attributes
     ----------
-    text : str
-        For example ``udpin:0.0.0.0:14550`` or ``serial:/dev/ttyUSB0:57600``. A network link
-        without a host (``udpin:14550``) is on this computer only. A path that exists is a
-        flight.
+    name : {"host", "port", "path", "baud"}
+        Attribute of `LinkAddress` that it fills. A kind lists its fields in this order.
+    metavar : str
+        The field in the grammar, ``HOST``.
+    label : str
+        The field in a dialog.
+    example : str
+        A usual value. A host that is left out is this computer.
+    limits : tuple of int
+        Lowest and highest value of a number.
+    choices : tuple of int
+        Values that a dialog offers for a number; none for any within the limits.
+    """
 
-    Returns
-    -------
-    LinkAddress
-        The parts.
+    name: Literal["host", "port", "path", "baud"]
+    metavar: str
+    label: str
+    example: str
+    limits: tuple[int, int] = (1, 65535)
+    choices: tuple[int, ...] = ()
+
+    @property
+    def is_number(self) -> bool:
+        """Return whether its value is a whole number."""
+        return self.name in ("port", "baud")
+
+    def parse(self, text: str) -> str | int:
+        """Return the value of the field.
+
+        Raises
+        ------
+        LinkError
+            If it has none; says what the value must be.
+        """
+        what = self.label.lower()
+        if self.is_number:
+            low, high = self.limits
+            if not text:
+                raise LinkError(f"the {what} is missing")
+            if not (text.isascii() and text.isdigit()):
+                raise LinkError(f"{what} '{text}' is not a whole number")
+            # No port and no rate is as long, and Python refuses to read thousands of digits.
+            number = int(text[:20])
+            if not low <= number <= high:
+                raise LinkError(
+                    f"{what} {text[:20]} is out of range ({low} to {high}, usually {self.example})"
+                )
+            return number
+        if self.name == "host":
+            text = text.removeprefix("[").removesuffix("]") or LOOPBACK
+            if any(character.isspace() or character in "/\\" for character in text):
+                raise LinkError(f"'{text}' is not a host name")
+        elif not text:
+            raise LinkError(f"the {what} is missing")
+        return text
+
+
+HOST: Final = AddressField(name="host", metavar="HOST", label="Address", example=LOOPBACK)
+UDP_PORT: Final = AddressField(name="port", metavar="PORT", label="Port", example="14550")
+TCP_PORT: Final = replace(UDP_PORT, example="5760")
+SERIAL_PORT: Final = AddressField(
+    name="path", metavar="PATH", label="Serial port", example="/dev/ttyUSB0"
+)
+BAUD: Final = AddressField(
+    name="baud", metavar="BAUD", label="Baud rate", example="57600", limits=(300, 12_000_000),
+    choices=(57_600, 115_200, 230_400, 460_800, 921_600, 38_400, 9_600),
+)  # fmt: skip
+
+
+def split_fields(fields: Sequence[AddressField], text: str) -> list[str]:
+    """Return the text of each field, empty where it is missing; the first may hold colons."""
+    texts: list[str] = []
+    for field in reversed(fields[1:]):
+        head, colon, last = text.rpartition(":")
+        if not colon and field.is_number and not last.isdigit():
+            head, last = last, ""
+        text = head
+        texts.insert(0, last)
+    return [text, *texts] if fields else []
+
+
+def parse_fields(kind: str, fields: Sequence[AddressField], text: str) -> LinkAddress:
+    """Read what follows the kind in an address.
 
     Raises
     ------
     LinkError
-        If it is none of these; says what to write instead.
+        If a field is missing or wrong; gives an example.
     """
-    text = text.strip()
-    kind, colon, rest = text.partition(":")
-    if kind in _NETWORK:
-        return _network(kind, rest)
-    if kind in _SERIAL:
-        return _serial(kind, rest)
-    if text == "virtual":
-        return LinkAddress(kind="virtual")
-    if text and _path_exists(text):
-        return LinkAddress(kind="flight", path=text)
-    if not text:
-        raise LinkError(f"a link is missing; write {LINK_GRAMMAR}")
-    near = close_matches(kind, (*_NETWORK, *_SERIAL, "virtual"), most=1)
-    if near:
-        example = near[0] + (f":{rest}" if colon and near[0] != "virtual" else "")
-        raise LinkError(
-            f"'{text}' is not a link; did you mean '{example}'? A link is {LINK_GRAMMAR}"
-        )
-    raise LinkError(f"'{text}' is neither a link nor a flight that exists; write {LINK_GRAMMAR}")
-
-
-def _path_exists(text: str) -> bool:
-    try:
-        return Path(text).exists()
-    except OSError as error:
-        raise LinkError(
-            f"'{text}' is not a link, and as the path of a flight it cannot be opened "
-            f"({error.strerror}); write {LINK_GRAMMAR}"
-        ) from error
-
-
-def _parse_int(text: str) -> int | None:
-    """Return a whole number of plain digits; None where it is none."""
-    if not (text.isascii() and text.isdigit()):
-        return None
-    # No port and no rate is as long, and Python refuses to read thousands of digits.
-    return int(text[:20])
-
-
-def _network(kind: str, rest: str) -> LinkAddress:
-    host, _, port = rest.rpartition(":")
-    usual = _NETWORK[kind]
-    number = _parse_int(port)
-    if number is None:
-        raise LinkError(
-            f"'{kind}:{rest}' lacks its port; write for example {kind}:{rest or LOOPBACK}:{usual}"
-        )
-    if not 1 <= number <= 65535:
-        raise LinkError(
-            f"port {port} of '{kind}:{rest}' does not exist; choose one between 1 and 65535, "
-            f"usually {usual}"
-        )
-    host = host.removeprefix("[").removesuffix("]")
-    if any(character.isspace() or character in "/\\" for character in host):
-        raise LinkError(
-            f"'{host}' in '{kind}:{rest}' is not a host name; write for example "
-            f"{kind}:{LOOPBACK}:{number}"
-        )
-    return LinkAddress(kind=kind, host=host or LOOPBACK, port=number)  # type: ignore[arg-type]
-
-
-def _serial(kind: str, rest: str) -> LinkAddress:
-    path, _, baud = rest.rpartition(":")
-    number = _parse_int(baud)
-    if not path or number is None:
-        example = rest.rstrip(":") or "/dev/ttyUSB0"
-        raise LinkError(
-            f"'{kind}:{rest}' lacks its baud rate; write for example {kind}:{example}:57600"
-        )
-    if not _LOWEST_BAUD <= number <= _HIGHEST_BAUD:
-        raise LinkError(
-            f"{baud} baud in '{kind}:{rest}' is not a rate of a serial port; usual are 57600, "
-            "115200 and 460800"
-        )
-    return LinkAddress(kind=kind, path=path, baud=number)  # type: ignore[arg-type]
+    values: dict[str, str | int] = {}
+    example, problem = [kind], ""
+    for field, part in zip(fields, split_fields(fields, text), strict=True):
+        try:
+            values[field.name] = field.parse(part)
+            example.append(part or field.example)
+        except LinkError as error:
+            problem = problem or str(error)
+            example.append(field.example)
+    if problem:
+        raise LinkError(f"'{kind}:{text}': {problem}; write for example {':'.join(example)}")
+    return LinkAddress(kind=kind, **values)  # type: ignore[arg-type]

@@ -8,9 +8,9 @@ from typing import Final, Literal
 
 from gsapp.decoding.frames import MavlinkFrame
 from gsapp.decoding.framing import Framer
-from gsapp.telemetry.link_address import LinkAddress, parse_link
+from gsapp.telemetry.link_registry import kind_of, parse_link
 from gsapp.telemetry.recorder_status import LinkContent, RecorderStatus
-from gsapp.telemetry.sources.serial_port import describe_port, is_same_port, list_serial_ports
+from gsapp.telemetry.serial_ports import list_serial_ports
 
 LinkProblem = Literal["closed", "no-data", "unreadable", "text", "mavlink", "no-aircraft"]
 
@@ -19,6 +19,8 @@ _ENOUGH_BYTES: Final = 64
 """Fewer bytes say nothing of what they are."""
 _PRINTABLE: Final = frozenset((*range(0x20, 0x7F), *b"\t\r\n"))
 _PRINTABLE_SHARE: Final = 0.95
+_CONTENT: Final = {"mavlink": "MAVLink", "text": "lines of text"}
+_ITEM: Final = {"mavlink": "MAVLink frame", "text": "line of text"}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -94,90 +96,38 @@ def diagnose_link(
         Gives the serial ports of this computer.
     """
     address = parse_link(status.link)
-    if address.kind in ("virtual", "flight"):
+    kind = kind_of(address)
+    if not kind.is_physical:
         return None
     if not status.connected:
         return LinkDiagnosis(problem="closed", found=f"{status.source_state}.")
-    text = address.kind == "text"
+    port = kind.location(address)
     if not status.received_bytes:
         since = (status.updated_us - status.started_us) / 1e6
         return LinkDiagnosis(
             problem="no-data",
-            found=f"No data on {_port(address)} for {_seconds(since)}.",
-            remedy=_no_data_remedy(address, list_ports),
+            found=f"No data on {port} for {_seconds(since)}.",
+            remedy=kind.no_data_remedy(address, list_ports),
         )
-    amount = _bytes(status.received_bytes)
-    if status.content == "text" and not text:
+    if status.content and status.content != kind.framing:
+        amount = _bytes(status.received_bytes)
+        if status.content == "unreadable":
+            found = f"{port} has sent {amount}, but no {_ITEM[kind.framing]}."
+        else:
+            sent, wanted = _CONTENT[status.content], _CONTENT[kind.framing]
+            found = f"{port} sends {sent}, not {wanted} ({amount})."
         return LinkDiagnosis(
-            problem="text",
-            found=f"{_port(address)} sends lines of text, not MAVLink ({amount}).",
-            remedy=f"To record text, use text:{address.path}:{address.baud}. Otherwise set the "
-            "sender to MAVLink (ArduPilot: SERIALn_PROTOCOL = 2)."
-            if address.kind == "serial"
-            else "Set the sender to MAVLink.",
-        )
-    if status.content == "mavlink" and text:
-        return LinkDiagnosis(
-            problem="mavlink",
-            found=f"{_port(address)} sends MAVLink, not lines of text ({amount}).",
-            remedy=f"To record MAVLink, use serial:{address.path}:{address.baud}.",
-        )
-    if status.content == "unreadable":
-        wanted = "line of text" if text else "MAVLink frame"
-        return LinkDiagnosis(
-            problem="unreadable",
-            found=f"{_port(address)} has sent {amount}, but no {wanted}.",
-            remedy=f"{address.baud:,} baud is probably wrong: set the rate of the radio or "
-            "autopilot (SiK radio 57,600; USB 115,200). Otherwise check the wiring."
-            if address.baud
-            else "Set the sender to MAVLink.",
+            problem=status.content,
+            found=found,
+            remedy=kind.content_remedy(address, status.content),
         )
     if heard := ", ".join(others):
         return LinkDiagnosis(
             problem="no-aircraft",
-            found=f"No aircraft on {_port(address)}: only {heard}.",
+            found=f"No aircraft on {port}: only {heard}.",
             remedy="Switch on the aircraft, and check that its radio is linked.",
         )
     return None
-
-
-def _port(address: LinkAddress) -> str:
-    if address.baud:
-        return f"{address.path} ({address.baud:,} baud)"
-    protocol = "UDP" if address.kind.startswith("udp") else "TCP"
-    if address.kind in ("udpin", "tcpin"):
-        return f"{protocol} port {address.port} of {address.host}"
-    return f"{protocol} {address.host} port {address.port}"
-
-
-def _no_data_remedy(address: LinkAddress, list_ports: Callable[[], Iterable[object]]) -> str:
-    """Return what to try where nothing comes at all."""
-    if address.baud:
-        try:
-            others = [
-                describe_port(port)
-                for port in list_ports()
-                if not is_same_port(str(getattr(port, "device", "")), address.path)
-            ]
-        except OSError:
-            others = []
-        listed = f"Other ports: {'; '.join(others)}." if others else "There is no other port."
-        return (
-            "Check that the aircraft is on and its radio linked, and that this is the right port. "
-            + listed
-        )
-    if address.kind in ("udpin", "tcpin"):
-        does = "send to" if address.kind == "udpin" else "connect to"
-        if address.host in ("127.0.0.1", "localhost", "::1"):
-            return (
-                f"Only programs on this computer can {does} {address.host}; for a sender on the "
-                f"network use {address.kind}:0.0.0.0:{address.port}."
-            )
-        return (
-            f"Let the aircraft {does} this computer, port {address.port} (14550 is usual), and "
-            "allow it in the firewall."
-        )
-    return f"Check that the aircraft is on the network, and that it uses port {address.port}."
 
 
 def _seconds(seconds: float) -> str:

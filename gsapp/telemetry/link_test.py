@@ -12,8 +12,8 @@ from gsapp.decoding.health import LinkHealth, LinkReport
 from gsapp.foundation import LinkError
 from gsapp.telemetry.clock import HostClock
 from gsapp.telemetry.heartbeat import GroundHeartbeat
-from gsapp.telemetry.link_address import parse_link
 from gsapp.telemetry.link_diagnosis import ContentSample, LinkDiagnosis, diagnose_link
+from gsapp.telemetry.link_registry import kind_of, parse_link
 from gsapp.telemetry.recorder_status import RecorderStatus
 from gsapp.telemetry.sources import LinkUnavailableError, open_source
 
@@ -101,7 +101,7 @@ class LinkTest:
         except LinkError as error:
             self.open_error = str(error)
             return
-        heartbeat = GroundHeartbeat() if self._address.kind == "udpout" else None
+        heartbeat = GroundHeartbeat() if kind_of(self._address).needs_heartbeat else None
         next_heartbeat = 0.0
         while not self._ended.is_set() and not self._source.finished:
             if heartbeat is not None and time.monotonic() >= next_heartbeat:
@@ -114,8 +114,7 @@ class LinkTest:
     def _take(self, stamp: int, data: bytes, peer: str) -> None:
         framer = self._framers.get(peer)
         if framer is None:
-            framer = LineFramer() if self._source.framing == "text" else Framer()
-            self._framers[peer] = framer
+            framer = self._framers[peer] = self._source.new_framer()
         self._received += len(data)
         self._sample.feed(data)
         kinds = {MavlinkFrame: "frame", Residue: "residue"}

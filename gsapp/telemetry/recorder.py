@@ -386,8 +386,7 @@ class Recorder:
         if len(self._streams) >= _MOST_STREAMS:
             _, oldest = self._streams.popitem(last=False)
             self._write(stamp, oldest.flush())
-        text = self.source.framing == "text"
-        stream = PeerStream(LineFramer() if text else Framer())
+        stream = PeerStream(self.source.new_framer())
         self._streams[peer] = stream
         return stream
 

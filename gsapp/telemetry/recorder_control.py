@@ -15,17 +15,14 @@ from gsapp.flight.file_names import LOCK_FILE, LOG_FILE, STATUS_FILE, STOP_FILE
 from gsapp.foundation import LinkError
 from gsapp.foundation.file_lock import lock_holder
 from gsapp.telemetry.detached_process import start_detached_process
-from gsapp.telemetry.link_address import LinkAddress, parse_link
+from gsapp.telemetry.link_registry import kind_of, parse_link
 from gsapp.telemetry.recorder_folder import runtime_lock_path, runtime_status_path
 from gsapp.telemetry.recorder_status import RecorderStatus, read_status, runtime_folder
-from gsapp.telemetry.sources.serial_port import is_same_port
 
 _START_SECONDS = 20.0
 _LOOK_SECONDS = 0.02
 _SETTLED_US = 1_500_000
 """After so long a recorder whose state is not in its folder has a disk that takes nothing."""
-_SERIAL = ("serial", "text")
-_LISTENING = ("udpin", "tcpin")
 # Children of this process by the id of the recorder, kept so that they do not stay behind as
 # zombies. On Windows the child may be a launcher, which has another id and ends a moment later.
 _children: dict[int, subprocess.Popen[bytes]] = {}
@@ -185,19 +182,15 @@ def _describe_port_conflict(link: str, place: Path) -> str:
     address = parse_link(link)
     for other in find_recorders():
         status = None if other.folder == place else other.status()
-        if status is not None and _links_conflict(address, parse_link(status.link)):
+        if status is None:
+            continue
+        taken = parse_link(status.link)
+        if kind_of(address).conflicts_with(address, kind_of(taken), taken):
             return (
                 f"{address}: it is recorded into {other.folder} already; end that recording, or "
                 "name that flight to watch it"
             )
     return ""
-
-
-def _links_conflict(one: LinkAddress, other: LinkAddress) -> bool:
-    """Return whether two links need one port of this computer for themselves."""
-    if one.kind in _SERIAL:
-        return other.kind in _SERIAL and is_same_port(one.path, other.path)
-    return one.kind in _LISTENING and (one.kind, one.port) == (other.kind, other.port)
 
 
 def _startup_error_text(log: Path, start: int, code: int) -> str:

@@ -25,7 +25,8 @@ from gsapp.foundation.file_lock import lock_holder
 from gsapp.foundation.process_shutdown import on_termination_signal
 from gsapp.foundation.sleep_inhibitor import inhibit_sleep
 from gsapp.telemetry.clock import HostClock
-from gsapp.telemetry.link_address import LinkAddress, parse_link
+from gsapp.telemetry.link_address import LinkAddress
+from gsapp.telemetry.link_registry import kind_of, parse_link
 from gsapp.telemetry.recorder import Recorder
 from gsapp.telemetry.recorder_folder import (
     FolderFileCache,
@@ -36,8 +37,6 @@ from gsapp.telemetry.recorder_folder import (
 from gsapp.telemetry.recorder_status import RecorderStatus, write_status
 from gsapp.telemetry.sources import LinkUnavailableError, open_source
 
-# Links whose other side cannot know of us unless we speak first.
-_OUTGOING_LINK_KINDS = frozenset({"udpout"})
 _RELEASED_LOOK = 1.0
 """Seconds between looks whether the process that a record is made for still lives."""
 
@@ -111,7 +110,7 @@ def record_link(
             claims.append(claim)
             return whole
 
-        speaks = address.kind in _OUTGOING_LINK_KINDS if heartbeat is None else heartbeat
+        speaks = kind_of(address).needs_heartbeat if heartbeat is None else heartbeat
         recorder = Recorder(
             source, writer, clock=clock, heartbeat=speaks, on_status=tell, relocate=relocate
         )

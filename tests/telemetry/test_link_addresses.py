@@ -9,7 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from gsapp.foundation import LinkError
-from gsapp.telemetry.link_address import LinkAddress, parse_link
+from gsapp.telemetry.link_address import LinkAddress
+from gsapp.telemetry.link_registry import parse_link
 
 
 @pytest.mark.parametrize(
@@ -42,15 +43,15 @@ def test_a_path_that_exists_is_a_flight(tmp_path: Path) -> None:
         ("", "a link is missing; write udpin:HOST:PORT"),
         ("udpin", "write for example udpin:127.0.0.1:14550"),
         ("udpin:localhost", "udpin:localhost:14550"),
-        ("udpin:localhost:70000", "between 1 and 65535"),
+        ("udpin:localhost:70000", "1 to 65535, usually 14550"),
         ("tcp:a b:5760", "not a host name"),
         ("udp:localhost:14550", "did you mean 'udpi?n?o?u?t?:localhost:14550'"),
         ("seriel:/dev/ttyUSB0:57600", "did you mean 'serial:/dev/ttyUSB0:57600'"),
         ("serial:/dev/ttyUSB0", "serial:/dev/ttyUSB0:57600"),
-        ("serial:/dev/ttyUSB0:1", "usual are 57600"),
-        ("udpin:localhost:²", "udpin:localhost:²:14550"),
-        ("udpin:localhost:" + "9" * 5000, "between 1 and 65535"),
-        ("serial:/dev/ttyUSB0:5760²", "lacks its baud rate"),
+        ("serial:/dev/ttyUSB0:1", "300 to 12000000, usually 57600"),
+        ("udpin:localhost:²", "'²' is not a whole number; write for example udpin:localhost:14550"),
+        ("udpin:localhost:" + "9" * 5000, "1 to 65535"),
+        ("serial:/dev/ttyUSB0:5760²", "is not a whole number"),
         ("x" * 300, "; write udpin:HOST:PORT"),
         ("flights/none", "neither a link nor a flight that exists"),
     ],

@@ -19,12 +19,12 @@ import pytest
 
 from gsapp.cli import record as command
 from gsapp.decoding.dialect import dialect
-from gsapp.telemetry.link_address import parse_link
 from gsapp.telemetry.link_diagnosis import diagnose_link
+from gsapp.telemetry.link_registry import parse_link
 from gsapp.telemetry.link_test import LinkTest
 from gsapp.telemetry.recorder_process import record_link
 from gsapp.telemetry.recorder_status import RecorderStatus
-from gsapp.telemetry.sources.serial_port import describe_port
+from gsapp.telemetry.serial_ports import describe_port
 
 if sys.platform == "win32":
     pytest.skip("Windows has no pseudo-terminals", allow_module_level=True)

@@ -25,7 +25,8 @@ from gsapp.foundation import FlightError, GroundStationError, LinkError
 from gsapp.foundation.file_lock import FileLock, lock_holder
 from gsapp.telemetry import recorder_control
 from gsapp.telemetry.clock import HostClock
-from gsapp.telemetry.link_address import LinkAddress, parse_link
+from gsapp.telemetry.link_address import LinkAddress
+from gsapp.telemetry.link_registry import parse_link
 from gsapp.telemetry.recorder import _MOST_UNSENT, PeerStream, Recorder
 from gsapp.telemetry.recorder_control import find_recorder, find_recorders, start_recorder
 from gsapp.telemetry.recorder_process import record_link
@@ -547,7 +548,7 @@ def test_what_cannot_begin_says_why(tmp_path, port) -> None:
         other.bind(target)
         with pytest.raises(LinkError, match="in use by another program"):
             start_recorder(link, tmp_path / "flight")
-    with pytest.raises(LinkError, match="lacks its port"):
+    with pytest.raises(LinkError, match="the port is missing"):
         start_recorder("udpin:here", tmp_path / "flight")
     (tmp_path / "file").write_text("")
     with pytest.raises(GroundStationError, match="choose another folder"):

@@ -21,17 +21,12 @@ from gsapp.decoding.framing import Framer, LineFramer
 from gsapp.flight.raw_files import RawWriter
 from gsapp.foundation import LinkError
 from gsapp.telemetry.clock import HostClock
-from gsapp.telemetry.link_address import LinkAddress, parse_link
-from gsapp.telemetry.sources import (
-    SOURCES,
-    Chunk,
-    LinkSource,
-    LinkUnavailableError,
-    open_source,
-    source_class,
-)
+from gsapp.telemetry.link_address import LinkAddress
+from gsapp.telemetry.link_kinds import BUILT_IN_KINDS
+from gsapp.telemetry.link_registry import parse_link
+from gsapp.telemetry.serial_ports import is_same_port
+from gsapp.telemetry.sources import Chunk, LinkSource, LinkUnavailableError, open_source
 from gsapp.telemetry.sources.link_source import network_error
-from gsapp.telemetry.sources.serial_port import is_same_port
 
 STAMP = 1_700_000_000_000_000
 
@@ -195,12 +190,7 @@ def send_to(source: LinkSource, end: OtherEnd, data: bytes) -> None:
 
 def test_every_kind_of_link_is_in_the_suite() -> None:
     """The virtual aircraft makes its data itself: it has a test of its own below."""
-    assert set(SOURCES) == {*ENDS, "virtual"}
-
-
-@pytest.mark.parametrize("kind", sorted(ENDS))
-def test_the_registry_finds_a_source(kind: str) -> None:
-    assert issubclass(source_class(kind), LinkSource)
+    assert {kind.name for kind in BUILT_IN_KINDS} | {"flight"} == {*ENDS, "virtual"}
 
 
 def test_all_bytes_arrive_in_order_with_rising_stamps(end: OtherEnd, frames) -> None:
@@ -307,7 +297,7 @@ def test_attempts_grow_rarer_and_never_spin() -> None:
         raise OSError(errno.ENOENT, "could not open port")
 
     address = parse_link("serial:/dev/ttyUSB9:57600")
-    source = source_class("serial")(address, clock=clock, ports=list, opener=opener)
+    source = open_source(address, clock=clock, ports=list, opener=opener)
     reads = 0
     while clock.now < 3600.0:
         assert source.read(0.2) == []
@@ -338,7 +328,7 @@ def test_a_device_that_comes_and_goes_is_looked_for_calmly_and_found_soon() -> N
         looks.append(clock.now)
         return list(plugged)
 
-    source = source_class("serial")(
+    source = open_source(
         parse_link("serial:COM5:57600"), clock=clock, ports=ports, opener=lambda *_: Port()
     )
     for _ in range(2):
@@ -361,7 +351,7 @@ def test_a_peer_that_hangs_up_at_once_is_not_called_in_a_loop(port) -> None:
     listener = socket.create_server(("127.0.0.1", 0))
     clock = FakeClock()
     address = parse_link(f"tcp:127.0.0.1:{listener.getsockname()[1]}")
-    source = source_class("tcp")(address, clock=clock)
+    source = open_source(address, clock=clock)
     calls = 0
     listener.setblocking(False)
     for _ in range(600):
@@ -406,7 +396,7 @@ def test_a_serial_port_is_found_again_under_another_name(frames) -> None:
 
     plugged = [port(first, "AB12"), port("/dev/other", "ZZ99")]
     address = parse_link(f"serial:{first}:57600")
-    source = source_class("serial")(address, clock=HostClock(), ports=lambda: list(plugged))
+    source = open_source(address, clock=HostClock(), ports=lambda: list(plugged))
     one, two = frames(2)
     source.open()
     os.write(first_master, one)
@@ -548,7 +538,7 @@ def test_denied_ports_get_a_sentence() -> None:
         raise denied
 
     address = parse_link("serial:/dev/ttyUSB0:57600")
-    source = source_class("serial")(address, clock=HostClock(), ports=list, opener=opener)
+    source = open_source(address, clock=HostClock(), ports=list, opener=opener)
     with pytest.raises(LinkError, match="add the user to the group"):
         source.open()
 
@@ -584,7 +574,7 @@ def test_what_other_systems_say_of_a_port_gets_its_own_sentence(raised: str, wor
         raise OSError(raised)
 
     address = parse_link("serial:COM5:57600")
-    source = source_class("serial")(address, clock=HostClock(), ports=list, opener=opener)
+    source = open_source(address, clock=HostClock(), ports=list, opener=opener)
     with pytest.raises(LinkError, match=words):
         source.open()
 
@@ -601,7 +591,7 @@ def test_a_port_of_macos_is_known_by_either_name() -> None:
         opened.append(path)
         return SimpleNamespace(close=lambda: None)
 
-    source = source_class("serial")(
+    source = open_source(
         parse_link("serial:/dev/tty.usbserial-A1:57600"),
         clock=HostClock(), ports=lambda: [radio], opener=opener,
     )  # fmt: skip
@@ -631,9 +621,7 @@ def test_whatever_a_serial_driver_raises_is_a_loss_not_a_crash() -> None:
             raise TypeError("closed already")
 
     address = parse_link("serial:/dev/ttyUSB0:57600")
-    source = source_class("serial")(
-        address, clock=HostClock(), ports=list, opener=lambda _path, _baud: Port()
-    )
+    source = open_source(address, clock=HostClock(), ports=list, opener=lambda _path, _baud: Port())
     source.open()
     source.write(b"sign of life")
     assert source.unsent == "cannot send (closed meanwhile)"
@@ -656,8 +644,7 @@ def test_ports_that_cannot_be_listed_do_not_keep_one_from_being_opened() -> None
         opened.append(path)
         return SimpleNamespace(close=opened.clear)
 
-    make_source = source_class("serial")
-    source = make_source(
+    source = open_source(
         parse_link("serial:/dev/ttyUSB0:57600"), clock=HostClock(), ports=ports, opener=opener
     )
     source.open()
@@ -667,7 +654,7 @@ def test_ports_that_cannot_be_listed_do_not_keep_one_from_being_opened() -> None
     source.open()
     assert source.connected
     source.close()
-    other = make_source(
+    other = open_source(
         parse_link("serial:/dev/ttyUSB9:57600"), clock=HostClock(), ports=ports, opener=opener
     )
     with pytest.raises(LinkUnavailableError, match="there is no serial port /dev/ttyUSB9"):
@@ -694,9 +681,7 @@ def test_a_serial_port_is_not_set_up_anew_by_every_read() -> None:
     port = Port()
     port.timeout = 0
     address = parse_link("serial:/dev/ttyUSB0:57600")
-    source = source_class("serial")(
-        address, clock=HostClock(), ports=list, opener=lambda _path, _baud: port
-    )
+    source = open_source(address, clock=HostClock(), ports=list, opener=lambda _path, _baud: port)
     source.open()
     for timeout in (0.2, 0.2, 0.2, 0.1):
         assert [chunk.data for chunk in source.read(timeout)] == [b"x"]
@@ -709,7 +694,7 @@ def test_a_rate_that_a_port_cannot_run_at_gets_a_sentence() -> None:
         raise OSError(errno.EINVAL, "invalid baud rate: 300")
 
     address = parse_link("serial:/dev/ttyUSB0:300")
-    source = source_class("serial")(address, clock=HostClock(), ports=list, opener=opener)
+    source = open_source(address, clock=HostClock(), ports=list, opener=opener)
     with pytest.raises(LinkError, match="cannot run at 300 baud; choose the rate"):
         source.open()
 
@@ -818,7 +803,7 @@ def test_a_recorded_flight_keeps_its_pace(tmp_path: Path, frames, speed, seconds
     clock = FakeClock()
     clock.now = begun = 500.0
     address = LinkAddress(kind="flight", path=path)
-    source = source_class("flight")(address, clock=clock, speed=speed)
+    source = open_source(address, clock=clock, speed=speed)
     chunks = []
     while not source.finished:
         chunks += source.read(0.05)
@@ -832,7 +817,7 @@ def test_a_long_pause_of_a_recorded_flight_is_cut(tmp_path: Path, frames) -> Non
     path = recorded(tmp_path / "flight", frames(3), 3_600_000_000)
     address = LinkAddress(kind="flight", path=path)
     clock = FakeClock()
-    source = source_class("flight")(address, clock=clock, speed=2.0)
+    source = open_source(address, clock=clock, speed=2.0)
     while not source.finished:
         source.read(0.2)
     assert clock.now == pytest.approx(2 * 10.0 / 2.0, rel=0.01)

@@ -51,7 +51,7 @@ from gsapp.quantities import Block
 from gsapp.session.equipment_monitor import DiskSummary, LinkSummary, RecorderSummary
 from gsapp.session.limits import LimitBands, Severity
 from gsapp.session.user_limit_store import UserLimitStore
-from gsapp.telemetry.link_address import parse_link
+from gsapp.telemetry.link_registry import parse_link
 from tests.ui.window_kit import activate, answer_dialog, in_window, open_window, until, write_flight
 from ui.background_job import BackgroundJob, JobProgress
 from ui.commands import COMMANDS, CommandSet, shortcut_text

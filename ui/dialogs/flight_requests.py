@@ -12,26 +12,13 @@ from string import ascii_lowercase
 from typing import Literal
 
 from gsapp.foundation import GroundStationError
-from gsapp.telemetry.sources.serial_port import is_same_port
+from gsapp.telemetry.link_address import LinkAddress
+from gsapp.telemetry.link_registry import kind_of
 from ui.disk_checks import path_kind
 from ui.number_format import bytes_text, sanitize_file_name
 from ui.settings import unwritable_reason
 
 InputState = Literal["", "good", "caution", "warning"]
-LinkFieldKind = Literal["serial", "udpin", "udpout", "tcp", "tcpin", "text"]
-
-BAUD_RATES = (57_600, 115_200, 230_400, 460_800, 921_600, 38_400, 9_600)
-"""Speeds offered, the usual ones first."""
-
-LINK_KINDS: tuple[tuple[LinkFieldKind, str], ...] = (
-    ("udpin", "UDP: the aircraft sends here"),
-    ("udpout", "UDP: call the aircraft"),
-    ("tcp", "TCP: connect to it"),
-    ("tcpin", "TCP: it connects here"),
-    ("serial", "Serial port, MAVLink"),
-    ("text", "Serial port, lines of text"),
-)
-"""Kinds of links, with the words of the dialog."""
 
 # A full MAVLink stream of the B777 box.
 _BYTES_PER_HOUR = 65e6
@@ -114,14 +101,7 @@ class VirtualFlightRequest:
     title: str = ""
 
 
-def format_link(kind: LinkFieldKind, *, host: str, port: int, device: str, baud: int) -> str:
-    """Return the LINK that the fields of the dialog describe."""
-    if kind in ("serial", "text"):
-        return f"{kind}:{device}:{baud}"
-    return f"{kind}:{host.strip() or '127.0.0.1'}:{port}"
-
-
-def check_link(text: str, parse: Callable[[str], object], ports: Iterable[str]) -> InputCheck:
+def check_link(text: str, parse: Callable[[str], LinkAddress], ports: Iterable[str]) -> InputCheck:
     """Return what is to be said of a LINK as it is typed.
 
     Parameters
@@ -139,42 +119,15 @@ def check_link(text: str, parse: Callable[[str], object], ports: Iterable[str]) 
             message="Choose above, or type a LINK such as udpin:127.0.0.1:14550.", state="warning"
         )
     try:
-        parse(text)
+        address = parse(text)
     except GroundStationError as error:
         return InputCheck(message=str(error), state="warning")
     except ValueError as error:
         return InputCheck(message=f"This is not a link: {error}.", state="warning")
-    kind, _, rest = text.partition(":")
-    if kind in ("serial", "text"):
-        device = rest.rpartition(":")[0] or rest
-        # Not every port is listed: a name that the system's rules give it is a link to it.
-        listed = any(is_same_port(device, port) for port in ports)
-        if device and not listed and not Path(device).exists():
-            return InputCheck(
-                message=f"{device} is not there now; it is opened as soon as it is plugged in.",
-                state="caution",
-            )
-    if kind in ("udpin", "tcpin") and rest.startswith("0.0.0.0:"):
-        return InputCheck(
-            message="Listens to the whole network: anybody on it can send.", state="caution"
-        )
-    if kind in ("udpin", "tcpin") and rest.startswith(("127.", "localhost:")):
-        return InputCheck(
-            message="Listens to this computer only; 0.0.0.0 in place of the address listens to "
-            "the network.",
-            state="good",
-        )
-    sentences = {
-        "udpin": "Listens on this port until the aircraft sends.",
-        "udpout": "Calls this address until the aircraft answers.",
-        "tcp": "Connects, and connects again whenever the link is lost.",
-        "tcpin": "Waits for the aircraft to connect.",
-        "serial": "MAVLink over the serial port; found again after it was unplugged.",
-        "text": "Lines of comma-separated text over the serial port; a channel map of your own "
-        "says what their columns are.",
-        "virtual": "The virtual aircraft of this program.",
-    }
-    return InputCheck(message=sentences.get(kind, "A recorded flight."), state="good")
+    kind = kind_of(address)
+    if caution := kind.caution(address, ports):
+        return InputCheck(message=caution, state="caution")
+    return InputCheck(message=kind.description(address), state="good")
 
 
 def next_flight_name(parent: Path, today: date, kind: str = "") -> str:

@@ -18,9 +18,9 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from ui.dialogs.connect import LinkField
 from ui.dialogs.flight_file_dialogs import LOG_NAME_FILTER
 from ui.dialogs.form_dialog import FieldMessage, FormDialog
+from ui.dialogs.link_field import LinkField
 from ui.disk_checks import nearest_folder, path_kind
 from ui.display_style import DisplayStyle
 from ui.review.onboard_log_job import OnboardLogJob
@@ -95,7 +95,7 @@ class OnboardLogDialog(FormDialog):
     links : sequence of str
         Used before, newest first.
     parse, list_ports : callable
-        See `ui.dialogs.connect.LinkField`.
+        See `ui.dialogs.link_field.LinkField`.
     """
 
     def __init__(

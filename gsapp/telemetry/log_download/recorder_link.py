@@ -12,7 +12,8 @@ from gsapp.flight.raw_files import FrameFile
 from gsapp.foundation import FlightError, LinkError
 from gsapp.foundation.file_lock import lock_holder
 from gsapp.foundation.os_error_text import format_os_error
-from gsapp.telemetry.link_address import LinkAddress, parse_link
+from gsapp.telemetry.link_address import LinkAddress
+from gsapp.telemetry.link_registry import kind_of, parse_link
 from gsapp.telemetry.recorder_control import (
     RecorderHandle,
     find_recorder,
@@ -107,7 +108,7 @@ def parse_log_link(text: str) -> LinkAddress:
         If it is none, or one over which no such messages go.
     """
     address = parse_link(text)
-    if address.kind in ("text", "flight"):
+    if not kind_of(address).accepts_commands:
         raise LinkError(
             f"nobody can be asked for a log over '{text}'; name a link for MAVLink, such as "
             "serial:/dev/ttyACM0:115200"

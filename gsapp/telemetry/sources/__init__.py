@@ -1,33 +1,15 @@
-"""Where data come from: one registry of sources, loaded when they are needed."""
+"""Where data come from: a source for each kind of link, imported when it is opened."""
 
 from __future__ import annotations
 
-import importlib
-from typing import Any, Final
+from typing import Any
 
 from gsapp.telemetry.clock import Clock, HostClock
-from gsapp.telemetry.link_address import LinkAddress, parse_link
+from gsapp.telemetry.link_address import LinkAddress
+from gsapp.telemetry.link_registry import kind_of, parse_link
 from gsapp.telemetry.sources.link_source import Chunk, LinkSource, LinkUnavailableError
 
-__all__ = ["SOURCES", "Chunk", "LinkSource", "LinkUnavailableError", "open_source", "source_class"]
-
-SOURCES: Final[dict[str, tuple[str, str]]] = {
-    "udpin": ("gsapp.telemetry.sources.udp", "UdpInSource"),
-    "udpout": ("gsapp.telemetry.sources.udp", "UdpOutSource"),
-    "tcp": ("gsapp.telemetry.sources.tcp", "TcpSource"),
-    "tcpin": ("gsapp.telemetry.sources.tcp", "TcpInSource"),
-    "serial": ("gsapp.telemetry.sources.serial_port", "SerialSource"),
-    "text": ("gsapp.telemetry.sources.serial_port", "TextSerialSource"),
-    "flight": ("gsapp.telemetry.sources.recorded_flight", "RecordedSource"),
-    "virtual": ("gsapp.virtual.downlink.virtual_source", "VirtualSource"),
-}
-
-
-def source_class(kind: str) -> type[LinkSource]:
-    """Return the class of a kind of link, importing its module."""
-    module, name = SOURCES[kind]
-    found: type[LinkSource] = getattr(importlib.import_module(module), name)
-    return found
+__all__ = ["Chunk", "LinkSource", "LinkUnavailableError", "open_source"]
 
 
 def open_source(
@@ -50,4 +32,7 @@ def open_source(
         If the address is none.
     """
     link = parse_link(address) if isinstance(address, str) else address
-    return source_class(link.kind)(link, clock=clock or HostClock(), **options)
+    kind = kind_of(link)
+    source = kind.source_class()(link, clock=clock or HostClock(), **options)
+    source.framing = kind.framing
+    return source

@@ -12,11 +12,14 @@ import socket
 import sys
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable
-from typing import Final, Literal, NamedTuple
+from typing import Final, NamedTuple
 
+from gsapp.decoding.framing import Framer, LineFramer
 from gsapp.foundation import LinkError
 from gsapp.telemetry.clock import Clock
 from gsapp.telemetry.link_address import LinkAddress
+from gsapp.telemetry.link_kinds import Framing, NetworkLink
+from gsapp.telemetry.link_registry import find_link_kind
 
 
 class LinkUnavailableError(LinkError):
@@ -54,7 +57,7 @@ class LinkSource(ABC):
     Attributes
     ----------
     framing : {"mavlink", "text"}
-        What the bytes hold.
+        What the bytes hold; that of the `LinkKind`, set by `gsapp.telemetry.sources.open_source`.
     state : str
         How the link fares, in words for the user.
     unsent : str
@@ -65,7 +68,7 @@ class LinkSource(ABC):
         Whether nothing will ever come again (a recorded flight at its end).
     """
 
-    framing: Literal["mavlink", "text"] = "mavlink"
+    framing: Framing = "mavlink"
 
     def __init__(self, address: LinkAddress, *, clock: Clock) -> None:
         self.address = address
@@ -101,6 +104,10 @@ class LinkSource(ABC):
     @abstractmethod
     def close(self) -> None:
         """Give the device or port back. May be called twice."""
+
+    def new_framer(self) -> Framer | LineFramer:
+        """Return what finds the frames, or the lines, in the bytes of one peer."""
+        return LineFramer() if self.framing == "text" else Framer()
 
 
 class Backoff:
@@ -274,7 +281,8 @@ def network_error(address: LinkAddress, error: OSError) -> LinkError:
     if isinstance(error, LinkError):
         return error
     where = f"{address.host} port {address.port}"
-    protocol = "UDP" if address.kind.startswith("udp") else "TCP"
+    kind = find_link_kind(address.kind)
+    protocol = kind.protocol if isinstance(kind, NetworkLink) else "network"
     if isinstance(error, socket.gaierror):
         return LinkError(
             f"{address}: the host name '{address.host}' is not known; check its spelling or "

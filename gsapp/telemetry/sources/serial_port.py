@@ -1,4 +1,4 @@
-"""MAVLink or text over a serial port that may be unplugged and come back under another name."""
+"""A serial port that may be unplugged and come back under another name."""
 
 from __future__ import annotations
 
@@ -6,22 +6,13 @@ import contextlib
 import errno
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
-from os.path import normcase
-from typing import Any, Protocol
+from typing import Any
 
 from gsapp.foundation import LinkError
 from gsapp.telemetry.clock import Clock
 from gsapp.telemetry.link_address import LinkAddress
+from gsapp.telemetry.serial_ports import PortInfo, describe_port, is_same_port, list_serial_ports
 from gsapp.telemetry.sources.link_source import Chunk, LinkUnavailableError, ReconnectingSource
-
-
-class PortInfo(Protocol):
-    """What is known of a serial port that is plugged in."""
-
-    device: str
-    serial_number: str | None
-    vid: int | None
-    pid: int | None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -39,40 +30,6 @@ class UsbIdentity:
             self.pid,
             self.serial_number,
         )
-
-
-def is_same_port(one: str, other: str) -> bool:
-    """Return whether two names are those of one serial port.
-
-    Windows calls it COM5 however the user wrote it; macOS has two devices for each, of which it
-    lists ``/dev/cu.*`` only.
-    """
-    first, second = (normcase(name.replace("/dev/tty.", "/dev/cu.")) for name in (one, other))
-    return first == second
-
-
-def list_serial_ports() -> Iterable[PortInfo]:
-    """Return the serial ports of this computer."""
-    from serial.tools import list_ports
-
-    ports: Iterable[PortInfo] = list_ports.comports()
-    return ports
-
-
-def describe_port(port: object) -> str:
-    """Return a port's name and what its USB device says of itself: product, maker, serial number.
-
-    Parameters
-    ----------
-    port : serial.tools.list_ports_common.ListPortInfo
-        Or anything with some of its attributes.
-    """
-    name = str(getattr(port, "device", ""))
-    known = [str(getattr(port, key, None) or "") for key in ("description", "manufacturer")]
-    words = [each for each in known if each not in ("", "n/a", name)]
-    if number := getattr(port, "serial_number", None):
-        words.append(f"serial number {number}")
-    return f"{name} ({', '.join(dict.fromkeys(words))})" if words else name
 
 
 def open_port(path: str, baud: int) -> Any:
@@ -231,9 +188,3 @@ class SerialSource(ReconnectingSource):
         return LinkUnavailableError(
             f"{self.address}: {path} has gone; plug it in again and it goes on"
         )
-
-
-class TextSerialSource(SerialSource):
-    """Read comma-separated text lines from a serial port."""
-
-    framing = "text"

@@ -11,7 +11,7 @@ from typing import IO, Protocol, get_args
 from calibration.inertial import Position
 from gsapp.foundation import FlightError, LinkError
 from gsapp.telemetry.clock import Clock
-from gsapp.telemetry.link_address import parse_link
+from gsapp.telemetry.link_registry import parse_link
 from gsapp.telemetry.sources import LinkSource, open_source
 from gsapp.virtual.bench import POTENTIOMETERS, VirtualBench
 from gsapp.virtual.downlink.frame_scheduler import FrameScheduler
