@@ -26,6 +26,8 @@ _METAVARS = {
     "<float range>": "X",
 }
 """What stands in the place of a value that is not a choice."""
+LINKS = "{links}"
+"""Stands for the kinds of links in the help of a command."""
 _BRACES = str.maketrans("", "", "{}")
 
 
@@ -55,6 +57,14 @@ class _Command(TyperCommand):
     def collect_usage_pieces(self, ctx: Any) -> list[str]:
         """Return what follows the command's name in its usage."""
         return [piece.translate(_BRACES) for piece in super().collect_usage_pieces(ctx)]
+
+    def format_help_text(self, ctx: Any, formatter: Any) -> None:
+        """Write what the command does, with the kinds of links that are installed."""
+        if LINKS in (self.help or ""):
+            from gsapp.telemetry.link_registry import link_grammar
+
+            self.help = self.help.replace(LINKS, link_grammar())
+        super().format_help_text(ctx, formatter)
 
     def format_options(self, ctx: Any, formatter: Any) -> None:
         """Write the lists of arguments and options."""

@@ -190,8 +190,7 @@ def record(
 ) -> None:
     """Record all that comes over a link, until Ctrl-C.
 
-    LINK is one of udpin:HOST:PORT, udpout:HOST:PORT, tcp:HOST:PORT, tcpin:HOST:PORT,
-    serial:PATH:BAUD, text:PATH:BAUD, virtual, or a FLIGHT.
+    LINK is one of {links}.
 
     Example: gsapp record serial:/dev/ttyUSB0:57600 --map b777-thin --out flights/2026-05-12-a
     """

@@ -75,6 +75,11 @@ class LinkKind:
         return ":".join([self.name, *(field.metavar for field in self.fields)])
 
     @property
+    def example(self) -> str:
+        """Return a usual address."""
+        return ":".join([self.name, *(field.example for field in self.fields)])
+
+    @property
     def accepts_commands(self) -> bool:
         """Return whether MAVLink that is sent can reach an autopilot."""
         return self.framing == "mavlink" and self is not RECORDED_FLIGHT

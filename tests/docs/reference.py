@@ -12,9 +12,11 @@ from typing import Any
 
 import typer
 
+from gsapp.cli._commands import LINKS
 from gsapp.cli.main import app
 from gsapp.discrepancy.effect_catalog import all_effects
 from gsapp.quantities.channels import CHANNELS
+from gsapp.telemetry.link_kinds import BUILT_IN_KINDS
 
 FOLDER = Path(__file__).parents[2] / "docs" / "reference"
 _MADE = "<!-- Made from the code by tests/docs/reference.py: change the code, not this page. -->"
@@ -73,7 +75,13 @@ def _arguments(command: Any) -> Iterator[tuple[str, ...]]:
 def _command(command: Any, path: str) -> Iterator[str]:
     yield f"## {path}"
     yield ""
-    text = (command.help or "").replace("\b\n", "").replace("\f", "").strip()
+    text = (
+        (command.help or "")
+        .replace(LINKS, "[these](links.md)")
+        .replace("\b\n", "")
+        .replace("\f", "")
+        .strip()
+    )
     yield re.sub(r"\n{3,}", "\n\n", text)
     yield ""
     rows = list(_arguments(command))
@@ -109,10 +117,27 @@ def effects() -> str:
     return _page("Effects", *lines)
 
 
+def links() -> str:
+    """Return the page of all kinds of links."""
+    records = {"mavlink": "MAVLink frames, `raw.tlog`", "text": "lines of text, `raw.txt`"}
+    rows = [
+        (f"`{kind.grammar}`", f"`{kind.example}`", kind.title, records[kind.framing], kind.help)
+        for kind in BUILT_IN_KINDS
+    ]
+    return _page(
+        "Links",
+        "LINK is one of these, one of an installed package ([how to add one]"
+        "(../how-to/add-a-link.md)), or the path of a flight, which is played.",
+        "",
+        *_table(("LINK", "example", "in the connect dialog", "recorded as", "meaning"), rows),
+    )
+
+
 PAGES: dict[str, Callable[[], str]] = {
     "channels.md": channels,
     "commands.md": commands,
     "effects.md": effects,
+    "links.md": links,
 }
 
 
