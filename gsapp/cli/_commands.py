@@ -60,7 +60,7 @@ class _Command(TyperCommand):
 
     def format_help_text(self, ctx: Any, formatter: Any) -> None:
         """Write what the command does, with the kinds of links that are installed."""
-        if LINKS in (self.help or ""):
+        if self.help and LINKS in self.help:
             from gsapp.telemetry.link_registry import link_grammar
 
             self.help = self.help.replace(LINKS, link_grammar())

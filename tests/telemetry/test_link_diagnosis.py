@@ -19,6 +19,7 @@ import pytest
 
 from gsapp.cli import record as command
 from gsapp.decoding.dialect import dialect
+from gsapp.flight.file_names import STATUS_FILE, STOP_FILE
 from gsapp.telemetry.link_diagnosis import diagnose_link
 from gsapp.telemetry.link_registry import parse_link
 from gsapp.telemetry.link_test import LinkTest
@@ -162,8 +163,14 @@ def test_recording_without_a_window_says_what_is_wrong(
     monkeypatch.setattr(command, "_FIRST_DIAGNOSIS", 1.0)
     _inner, path = port
     folder = tmp_path / "flight"
-    folder.mkdir()
-    threading.Timer(4.0, (folder / "recorder.stop").touch).start()
+
+    def stop() -> None:
+        while not (folder / STATUS_FILE).exists():
+            time.sleep(0.05)
+        time.sleep(3.0)
+        (folder / STOP_FILE).touch()
+
+    threading.Thread(target=stop, daemon=True).start()
     command.run(f"serial:{path}:57600", folder, channel_map="ardupilot-plane", aircraft="b777")
     said = " ".join(capsys.readouterr().out.split())
     assert f"No data on {path} (57,600 baud) for" in said
