@@ -75,7 +75,9 @@ def run(
     with as_usage_error():
         kind = kind_of(parse_link(link))
     if speed is not None and kind.is_physical:
-        raise CommandUsageError(f"'{link}' has no speed: leave out --speed")
+        raise CommandUsageError(
+            f"only a flight or the virtual aircraft has a speed; leave out --speed for '{link}'"
+        )
     channel_map = channel_map or kind.channel_map or None
     _check_other_flight(link, out)
     if not append:

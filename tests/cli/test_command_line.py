@@ -151,6 +151,7 @@ def test_the_process_ends_with_the_code_of_its_command() -> None:
         (("record", "foo:bar", "--out", "x"), "'foo:bar' is neither a link nor a flight"),
         (("record", "udpin:nowhere", "--out", "x"), "the port is missing"),
         (("record", "udpin:127.0.0.1:99999", "--out", "x"), "port 99999"),
+        (("record", "udpin:127.0.0.1:14599", "--out", "x", "--speed", "2"), "leave out --speed"),
         (("record", "flight.csv", "--out", "x", "--speed", "0"), "leads nowhere"),
         (("fly", "--to", "udpout:127.0.0.1:0"), "port 0"),
         (("fly", "--out", "x", "--speed", "nan"), "leads nowhere"),
