@@ -182,14 +182,14 @@ def _describe_port_conflict(link: str, place: Path) -> str:
     address = parse_link(link)
     for other in find_recorders():
         status = None if other.folder == place else other.status()
-        if status is None:
-            continue
-        taken = parse_link(status.link)
-        if kind_of(address).conflicts_with(address, kind_of(taken), taken):
-            return (
-                f"{address}: it is recorded into {other.folder} already; end that recording, or "
-                "name that flight to watch it"
-            )
+        # What others record may be a flight that has gone, or a link of a package that has.
+        with contextlib.suppress(LinkError):
+            taken = None if status is None else parse_link(status.link)
+            if taken and kind_of(address).conflicts_with(address, kind_of(taken), taken):
+                return (
+                    f"{address}: it is recorded into {other.folder} already; end that recording, "
+                    "or name that flight to watch it"
+                )
     return ""
 
 
