@@ -3,7 +3,7 @@
 Further kinds come from other packages, see `gsapp.telemetry.link_registry`.
 """
 
-# ruff: noqa: ARG002, D102 - overridden methods, which use their arguments or not
+# ruff: noqa: ARG002 - overridden methods, which use their arguments or not
 
 from __future__ import annotations
 
