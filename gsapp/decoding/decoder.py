@@ -20,7 +20,12 @@ from gsapp.decoding.flight_clock import FlightClock
 from gsapp.decoding.grid import Numbers
 from gsapp.decoding.health import LinkHealth
 from gsapp.decoding.landed_state import STATE_MESSAGES, LandedState
-from gsapp.decoding.message_routes import MessageRoute, has_vehicle_time, routes_by_message
+from gsapp.decoding.message_routes import (
+    MessageRoute,
+    TextLineParser,
+    has_vehicle_time,
+    routes_by_message,
+)
 from gsapp.decoding.message_stream import MessageColumns, MessageStream
 from gsapp.decoding.messages import (
     decode_columns,
@@ -31,7 +36,6 @@ from gsapp.decoding.messages import (
 )
 from gsapp.decoding.notices import NOTICE_KINDS, STATUSTEXT_ID, Notice, NoticeLog
 from gsapp.decoding.pipeline import ChannelSource, Pipeline
-from gsapp.decoding.text_lines import TextLineParser
 from gsapp.decoding.vehicle_selection import VehicleSelector
 from gsapp.foundation import FlightError
 from gsapp.quantities import Block

@@ -61,7 +61,7 @@ class LimitRule:
     speed."""
     airborne_only: bool = False
     """Whether it waits near the ground from which the aircraft took off; see
-    `gsapp.session.ground_proximity`."""
+    `gsapp.session.limit_monitor`."""
 
     @property
     def key(self) -> str:

@@ -5,14 +5,16 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
-from gsapp.session.alarm_monitor import AlarmMonitor
+from gsapp.quantities import Block
 from gsapp.session.alarms import AlarmRegistry
 from gsapp.session.channel_states import ChannelStates
 from gsapp.session.cue_monitor import CueMonitor
 from gsapp.session.failure_guard import FailureGuard, GuardedConsumer
 from gsapp.session.landing_monitor import LandingMonitor
-from gsapp.session.limits import Severity
+from gsapp.session.limit_monitor import LimitMonitor
+from gsapp.session.limits import LimitSet, Severity
 from gsapp.session.marks import MarkStore
+from gsapp.session.message_presence import MessagePresenceMonitor
 from gsapp.session.session_setting import SessionOptions, SessionSetting
 
 if TYPE_CHECKING:
@@ -20,6 +22,51 @@ if TYPE_CHECKING:
     from gsapp.flight.info import FlightInfo
     from gsapp.session.consumer_scheduler import Consumer
     from gsapp.session.live_estimation.estimate_monitor import EstimateMonitor
+
+
+class AlarmMonitor:
+    """Watches the samples of a flight for alarms: limits and instruments that fall silent.
+
+    Parameters
+    ----------
+    board : AlarmRegistry
+        Where alarms go.
+    rate : float
+        Of the grid, Hz.
+    group : callable
+        What carries a channel; see `MessagePresenceMonitor`.
+    together : callable
+        Whether two channels come in the same blocks; see `LimitMonitor`.
+    """
+
+    def __init__(
+        self,
+        board: AlarmRegistry,
+        limits: LimitSet,
+        rate: float,
+        group: Callable[[str], str | None],
+        together: Callable[[str, str], bool],
+    ) -> None:
+        self._board = board
+        self._limits = LimitMonitor(limits, board, rate, together)
+        self._presence = MessagePresenceMonitor(board, group)
+
+    def feed(self, block: Block) -> None:
+        self._limits.feed(block)
+        self._presence.feed(block)
+
+    def reload_limits(self, channel_id: str) -> None:
+        """Take other limits for a channel."""
+        self._limits.reload_limits(channel_id)
+
+    def process_step(self) -> None:
+        self._presence.process_step()
+
+    def reset(self) -> None:
+        self._limits.reset()
+        self._presence.reset()
+        self._board.reset()
+
 
 _LIMITS = "limits and missing messages are watched no more"
 _ESTIMATES = "there are no estimates any more"

@@ -51,10 +51,10 @@ from gsapp.excitation.information.flight_knowledge import (
     axes_of,
     learn_from_maneuver,
     learn_noise,
+    maneuver_from_rows,
 )
 from gsapp.excitation.information.information_matrix import CombinedInformation
 from gsapp.excitation.information.information_tracker import OUTLOOK_DELAY, InformationTracker
-from gsapp.excitation.information.maneuver_extraction import maneuver_from_rows
 from gsapp.excitation.information.predicted_bounds import (
     fit_maximum_likelihood,
     information_from_fit,

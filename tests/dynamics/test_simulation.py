@@ -14,7 +14,7 @@ from gsapp.dynamics.model import Model
 from gsapp.dynamics.simulation import ControlCommands, Simulator, run_simulation, simulate_open_loop
 from gsapp.dynamics.trim import Trim, trim
 from gsapp.foundation import FlightError
-from gsapp.virtual.landing_gear import LandingGear
+from gsapp.virtual.airframe import LandingGear
 
 FT = 0.3048
 DEG = math.pi / 180.0

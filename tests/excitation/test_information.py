@@ -19,6 +19,7 @@ from gsapp.excitation.flight_rows import FlightRows, rows_from_block
 from gsapp.excitation.information.card_forecasts import (
     ForecastRequest,
     UnfinishedCard,
+    describe_forecast,
     forecast_cards,
 )
 from gsapp.excitation.information.flight_knowledge import (
@@ -28,7 +29,6 @@ from gsapp.excitation.information.flight_knowledge import (
     ManeuverData,
     learn_from_maneuver,
 )
-from gsapp.excitation.information.forecast_text import describe_forecast
 from gsapp.excitation.information.information_matrix import CombinedInformation
 from gsapp.excitation.information.information_tracker import OUTLOOK_DELAY, InformationTracker
 from gsapp.excitation.information.outlook import BoundReduction

@@ -15,8 +15,7 @@ from gsapp.dynamics.simulation import ControlCommands, Simulator
 from gsapp.dynamics.trim import trim
 from gsapp.excitation.flight_rows import FlightRows, rows_from_block
 from gsapp.excitation.test_points import point_builder
-from gsapp.excitation.test_points.capture import CAPTURE_HOLD_TIME, TestPointCapture
-from gsapp.excitation.test_points.guidance import guidance_text
+from gsapp.excitation.test_points.capture import CAPTURE_HOLD_TIME, TestPointCapture, guidance_text
 from gsapp.excitation.test_points.point import TestPoint
 from gsapp.excitation.test_points.point_builder import TestPointError, create_point_at
 from gsapp.excitation.test_points.trim_curve import MAX_ALPHA_SHIFT, TrimCurve

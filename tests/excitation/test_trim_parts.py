@@ -9,12 +9,10 @@ from hypothesis import strategies as st
 
 from gsapp.excitation.flight_rows import SLOW_CHANNEL_DELAY, rows_from_block
 from gsapp.excitation.trim.bank_observer import BankObserver
-from gsapp.excitation.trim.climb_observer import ClimbObserver
-from gsapp.excitation.trim.moving_window import MovingWindow
-from gsapp.excitation.trim.state_hysteresis import MIN_DWELL_TIME, StateHysteresis
+from gsapp.excitation.trim.motion_estimator import ClimbObserver, MovingWindow
 from gsapp.excitation.trim.tick_means import TICK_INDEX, TickMeans
 from gsapp.excitation.trim.trim_cue import TrimDeviation
-from gsapp.excitation.trim.trim_monitor import TrimMonitor
+from gsapp.excitation.trim.trim_monitor import MIN_DWELL_TIME, StateHysteresis, TrimMonitor
 from gsapp.quantities import Block
 from gsapp.quantities.constants import DEGREE, GRAVITY
 from tests.excitation.trim_kit import RATE, SPEED, aircraft, changed, drawn, ramped

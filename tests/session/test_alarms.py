@@ -15,7 +15,6 @@ from hypothesis import strategies as st
 from gsapp.aircraft import load_aircraft
 from gsapp.foundation import FileProblemsError
 from gsapp.quantities import Block, channel
-from gsapp.session.alarm_monitor import AlarmMonitor
 from gsapp.session.alarms import Alarm, AlarmRegistry
 from gsapp.session.limit_monitor import LimitMonitor
 from gsapp.session.limits import (
@@ -27,6 +26,7 @@ from gsapp.session.limits import (
     load_limits,
 )
 from gsapp.session.message_presence import MessagePresenceMonitor
+from gsapp.session.session_monitors import AlarmMonitor
 from gsapp.session.user_limit_store import UserLimitStore
 
 RATE = 100.0

@@ -22,8 +22,8 @@ from gsapp.flight.writers import write_block
 from gsapp.identification.campaign import CampaignResult
 from gsapp.identification.maneuver import cut_maneuver
 from gsapp.session import Session
+from gsapp.session.live_estimation.estimate_monitor import ManeuverCutter
 from gsapp.session.live_estimation.fit_workers import FitWorker, InlineFitWorker, ProcessFitWorker
-from gsapp.session.live_estimation.maneuver_cutter import ManeuverCutter
 from gsapp.session.live_estimation.maneuver_fit import FitRequest, FitResponse, run_fit_request
 from gsapp.session.live_estimation.maneuver_fits import ManeuverFits
 from gsapp.session.replay_runner import run_replay

@@ -20,9 +20,9 @@ from gsapp.flight.raw_files.record_files import RawFile
 from gsapp.foundation import FlightError
 from gsapp.quantities import Block
 from gsapp.session import UNLIMITED_SPEED, Freshness, Session, Severity, equipment_monitor, readers
-from gsapp.session.alarm_monitor import AlarmMonitor
 from gsapp.session.replay_runner import run_replay
 from gsapp.session.sample_history import SampleHistory
+from gsapp.session.session_monitors import AlarmMonitor
 from gsapp.telemetry.recorder_control import find_recorders
 
 Field = Any

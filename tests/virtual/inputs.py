@@ -32,7 +32,6 @@ from gsapp.dynamics.trim import trim
 from gsapp.quantities import Block
 from gsapp.quantities.constants import DEGREE
 from gsapp.virtual.ad_converter import AnalogDigitalConverter
-from gsapp.virtual.aircraft_handling import compute_handling
 from gsapp.virtual.airframe import (
     INSTRUMENT_INPUT_CHANNELS,
     ONBOARD_CHANNELS,
@@ -43,7 +42,7 @@ from gsapp.virtual.flight_plan import INPUT_SHAPES, FlightPlan, PilotLimits
 from gsapp.virtual.instruments import Instruments
 from gsapp.virtual.pilot_controllers import AircraftHandling
 from gsapp.virtual.stick_motion import StickMotionModel, StickPositions
-from gsapp.virtual.virtual_flight import combine_surfaces
+from gsapp.virtual.virtual_flight import combine_surfaces, compute_handling
 from tests.virtual.input_plan import SURFACES, InputPlan, around_one, draw
 
 RATE = 100.0

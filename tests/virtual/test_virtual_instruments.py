@@ -15,8 +15,7 @@ from calibration.certificate_toml import load_certificates
 from gsapp.aircraft import load_aircraft
 from gsapp.foundation import UnknownNameError
 from gsapp.virtual.ad_converter import DAQ_CHANNELS, AnalogDigitalConverter
-from gsapp.virtual.engine_vibration import EngineVibration
-from gsapp.virtual.instruments import Instruments
+from gsapp.virtual.instruments import EngineVibration, Instruments
 from gsapp.virtual.virtual_flight import VirtualFlight
 
 DEG = math.pi / 180.0

@@ -8,18 +8,132 @@ the way out of the fence, and what will run out.
 
 from __future__ import annotations
 
+import math
 from functools import cache
+from typing import Final
 
 from gsapp.aircraft import Aircraft, load_aircraft
-from gsapp.excitation.alerts.active_alerts import ActiveAlerts
-from gsapp.excitation.alerts.alert import Alert
+from gsapp.excitation.alerts.active_alerts import ActiveAlerts, AlertCondition
+from gsapp.excitation.alerts.alert import Alert, AlertLevel
 from gsapp.excitation.alerts.clipping_monitor import ClippingMonitor
-from gsapp.excitation.alerts.endurance_monitor import EnduranceMonitor
 from gsapp.excitation.alerts.geofence import Geofence, GeofenceMonitor
 from gsapp.excitation.alerts.instrument_monitor import InstrumentMonitor
-from gsapp.excitation.alerts.row_frames import FrameSplitter
+from gsapp.excitation.alerts.row_frames import ALERT_FRAME_DURATION, FlightFrame, FrameSplitter
 from gsapp.excitation.alerts.stall_monitor import StallMonitor
 from gsapp.excitation.flight_rows import FlightRows
+
+# How long the flight can still last: time, fuel, battery.
+# What stands below a fixed figure is the affair of `gsapp.session.limits` (battery and receiver in
+# ``files/b777.toml``). Here is what they cannot say: that the time agreed on is nearly over, and
+# that the battery, at the rate at which it sinks, will not last as long as the flight.
+
+_RESERVE: Final = 60.0
+"""s; as long before the end the crew is told to land."""
+_FUEL_RESERVE: Final = 0.2
+"""Share of what there was at take-off."""
+_SLOPE_FRAMES: Final = 240
+"""Frames, a minute, over which the battery's sinking is taken."""
+_LEAST_SINK: Final = 1e-4
+"""V/s; less is noise and no forecast."""
+
+
+class EnduranceMonitor:
+    """Watches what runs out.
+
+    Parameters
+    ----------
+    aircraft : Aircraft or None
+        Its limits say how long a flight may last and when a battery is empty; what they leave out
+        is not watched.
+    """
+
+    def __init__(self, aircraft: Aircraft | None) -> None:
+        self._flight_time = None if aircraft is None else aircraft.limits.flight_time
+        self._battery_empty = None if aircraft is None else aircraft.limits.battery_empty
+        self.restart()
+
+    def restart(self) -> None:
+        """Forget everything."""
+        self._battery: list[float] = []
+        self._fuel_full = math.nan
+
+    def evaluate(self, frame: FlightFrame) -> list[AlertCondition]:
+        """Return what runs out."""
+        if not frame.airborne:
+            return []
+        return [*self._time(frame), *self._power(frame), *self._fuel(frame)]
+
+    def _time(self, frame: FlightFrame) -> list[AlertCondition]:
+        if self._flight_time is None:
+            return []
+        left = self._flight_time - frame.time_airborne
+        if left <= 0.0:
+            return [
+                AlertCondition(
+                    key="time",
+                    level=AlertLevel.WARNING,
+                    text=f"The flight time of {_minutes(self._flight_time)} is over; land",
+                    spoken_text="time is over: land",
+                )
+            ]
+        if left <= _RESERVE:
+            return [
+                AlertCondition(
+                    key="time",
+                    level=AlertLevel.CAUTION,
+                    text=f"{_RESERVE:.0f} s are left of the flight time of "
+                    f"{_minutes(self._flight_time)}; land",
+                    spoken_text="time: land",
+                )
+            ]
+        return []
+
+    def _power(self, frame: FlightFrame) -> list[AlertCondition]:
+        battery = frame.mean("battery")
+        if self._battery_empty is None or math.isnan(battery):
+            return []
+        self._battery = [*self._battery[1 - _SLOPE_FRAMES :], battery]
+        half = len(self._battery) // 2
+        if len(self._battery) < _SLOPE_FRAMES:
+            return []
+        early = sum(self._battery[:half]) / half
+        late = sum(self._battery[half:]) / (len(self._battery) - half)
+        sink = (early - late) / (half * ALERT_FRAME_DURATION)
+        if sink < _LEAST_SINK:
+            return []
+        left = (late - self._battery_empty) / sink - 0.5 * half * ALERT_FRAME_DURATION
+        if left > _RESERVE:
+            return []
+        return [
+            AlertCondition(
+                key="battery",
+                level=AlertLevel.WARNING,
+                text=f"The battery sinks by {60.0 * sink:.1f} V a minute and is empty within "
+                f"{_RESERVE:.0f} s; land",
+                spoken_text="battery: land",
+            )
+        ]
+
+    def _fuel(self, frame: FlightFrame) -> list[AlertCondition]:
+        fuel = frame.mean("fuel")
+        if math.isnan(fuel):
+            return []
+        if not fuel <= self._fuel_full:
+            self._fuel_full = fuel
+        if self._fuel_full <= 0.0 or fuel > _FUEL_RESERVE * self._fuel_full:
+            return []
+        return [
+            AlertCondition(
+                key="fuel",
+                level=AlertLevel.WARNING,
+                text=f"{100.0 * fuel / self._fuel_full:.0f} % of the fuel is left; land",
+                spoken_text="fuel: land",
+            )
+        ]
+
+
+def _minutes(seconds: float) -> str:
+    return f"{seconds / 60.0:.3g} min"
 
 
 class AlertMonitor:

@@ -16,8 +16,7 @@ from gsapp.excitation.cues import CardSelectionReason, NextCard
 from gsapp.excitation.doublets.verdict import InputVerdict
 from gsapp.excitation.flight_rows import FlightRows, concatenate_rows
 from gsapp.excitation.information.outlook import Outlook
-from gsapp.excitation.test_points import guidance
-from gsapp.excitation.test_points.capture import TestPointCapture
+from gsapp.excitation.test_points.capture import TestPointCapture, guidance_text
 from gsapp.excitation.test_points.point import TestPoint
 from gsapp.excitation.test_points.stick_text import format_sticks
 from gsapp.excitation.test_points.target_input import TargetInput
@@ -255,4 +254,4 @@ class CardSelector:
     def guidance_text(self, speed: float | None, alpha: float | None) -> str:
         """Return short advice towards the test point; empty where there is nothing to say."""
         point = None if self.next_card is None else self.next_card.point
-        return guidance.guidance_text(point, speed=speed, alpha=alpha, system=self._system)
+        return guidance_text(point, speed=speed, alpha=alpha, system=self._system)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import bisect
+from collections import deque
 from collections.abc import Sequence
 from typing import Final
 
@@ -17,7 +18,6 @@ from gsapp.excitation.cueing.cue_log import CueLog
 from gsapp.excitation.cueing.estimation_progress import EstimationProgress
 from gsapp.excitation.cueing.limitations_text import list_limitations
 from gsapp.excitation.cueing.recent_rows import RecentRows
-from gsapp.excitation.cueing.trim_history import TrimHistory
 from gsapp.excitation.cueing.verdict_matching import assign_card
 from gsapp.excitation.cues import CueEvent, CueSnapshot
 from gsapp.excitation.debrief_maneuver import EvaluatedManeuver, extract_curves
@@ -29,11 +29,53 @@ from gsapp.excitation.flight_rows import (
     FlightRowStream,
     mask_implausible,
 )
+from gsapp.excitation.trim.trim_cue import TrimCue
 from gsapp.excitation.trim.trim_monitor import TrimMonitor
 from gsapp.flight.cards import CardSet, CardSetProgress
 from gsapp.foundation import UnknownNameError
 from gsapp.foundation.name_suggestions import did_you_mean
 from gsapp.quantities import Block
+
+_KEPT: Final = 60.0
+"""Seconds of cues kept."""
+_GO_COUNTS: Final = 2.0
+"""Seconds after GO was lost in which an input still answers to it: a hand takes its time."""
+
+
+class TrimHistory:
+    """Keeps one cue for each tick."""
+
+    def __init__(self) -> None:
+        self._cues: deque[TrimCue] = deque(maxlen=round(_KEPT / TICK_DURATION))
+
+    def clear(self) -> None:
+        """Forget all cues."""
+        self._cues.clear()
+
+    def add(self, cue: TrimCue) -> None:
+        """Take in the cue of a tick."""
+        self._cues.append(cue)
+
+    def deviations_at(self, time: float) -> dict[str, float]:
+        """Return what was off at a flight time (s), in tolerances, signed."""
+        before = [cue for cue in self._cues if cue.time <= time]
+        if not before:
+            return {}
+        return {
+            off.quantity: off.tolerance_ratio if off.amount > 0.0 else -off.tolerance_ratio
+            for off in before[-1].deviations
+        }
+
+    def go_before(self, time: float) -> float | None:
+        """Return when the GO was given that an input at a flight time (s) answers to."""
+        for cue in reversed(self._cues):
+            if cue.time <= time:
+                if cue.state == "go":
+                    return cue.since
+                if cue.time < time - _GO_COUNTS:
+                    return None
+        return None
+
 
 _AFTER_INPUT: Final = 0.3
 """Seconds after what is known of an input until GO may be given again."""

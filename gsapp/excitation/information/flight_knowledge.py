@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Generator, Mapping
+from collections.abc import Generator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from pathlib import Path
 from typing import Final
 
 import numpy as np
@@ -14,7 +15,6 @@ from gsapp.dynamics.model import Model
 from gsapp.excitation.doublets.verdict import InputVerdict
 from gsapp.excitation.flight_rows import FlightRows
 from gsapp.excitation.information.information_matrix import CombinedInformation
-from gsapp.excitation.information.maneuver_extraction import maneuver_from_rows
 from gsapp.excitation.information.pilot_error_model import USABLE_RESULTS, PilotErrorModel
 from gsapp.excitation.information.predicted_bounds import (
     compute_sensitivities,
@@ -25,12 +25,73 @@ from gsapp.excitation.information.predicted_bounds import (
 )
 from gsapp.excitation.information.response_noise import ResponseNoise, assumed_noise, pool_noise
 from gsapp.excitation.test_points.model_update import update_model
+from gsapp.flight import Flight
 from gsapp.flight.cards import TestCard
+from gsapp.flight.maneuvers.signals import RESPONSE_SIGNALS, SURFACES
 from gsapp.foundation import FlightError
 from gsapp.identification.axes import AXIS_RESPONSES, Axis
 from gsapp.identification.ftr.estimates import LiveEstimate
-from gsapp.identification.maneuver import Maneuver
+from gsapp.identification.maneuver import Maneuver, cut_maneuver
 from gsapp.identification.maximum_likelihood import MLSolution
+from gsapp.quantities import Block
+
+ESTIMATION_CHANNELS: Final = (
+    *SURFACES, *RESPONSE_SIGNALS, "V", "phi", "theta", "psi", "qbar", "dynamic_pressure", "density",
+    "static_pressure", "temperature", "throttle", "throttle_left", "throttle_right", "flap",
+)  # fmt: skip
+"""What estimates are made from, as far as a flight has it."""
+
+
+def block_from_rows(rows: FlightRows) -> Block:
+    """Return the channels of rows that hold anything and that estimates are made from."""
+    there = [name for name in ESTIMATION_CHANNELS if np.isfinite(rows[name]).any()]
+    values = np.column_stack([rows[name] for name in there]) if there else None
+    return Block(
+        channels=tuple(there),
+        times=rows.times,
+        values=np.empty((len(rows), 0)) if values is None else values,
+    )
+
+
+def maneuver_from_rows(
+    rows: FlightRows,
+    aircraft: Aircraft,
+    t_start: float,
+    t_end: float,
+    *,
+    id: str,  # noqa: A002 - as everywhere
+    inputs: Sequence[str],
+    mass: float,
+) -> Maneuver:
+    """Return a maneuver cut from rows as it will be cut from the record after the flight.
+
+    Parameters
+    ----------
+    rows : FlightRows
+        Some more on both sides help: channels are brought to their right time.
+    t_start, t_end : float
+        Flight time of its first and last sample, s.
+    inputs : sequence of str
+        Surfaces that were moved.
+    mass : float
+        kg.
+
+    Raises
+    ------
+    FlightError
+        If the rows hold nothing of it.
+    """
+    flight = Flight(name="this flight", path=Path(), block=block_from_rows(rows), sources={})
+    return cut_maneuver(
+        flight,
+        aircraft,
+        t_start,
+        t_end,
+        id=id,
+        inputs=inputs,
+        mass=np.full(len(rows), mass),
+    )
+
 
 ESTIMATION_AXES: Final[tuple[Axis, ...]] = ("lon", "lat")
 NOISE_SEGMENT_TIME: Final = 4.0

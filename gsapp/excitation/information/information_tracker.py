@@ -7,6 +7,8 @@ from collections import deque
 from collections.abc import Mapping
 from typing import Final
 
+import numpy as np
+
 from gsapp.aircraft import Aircraft
 from gsapp.dynamics.model import Model
 from gsapp.excitation.doublets.verdict import InputVerdict
@@ -26,7 +28,6 @@ from gsapp.excitation.information.flight_knowledge import (
     learn_from_maneuver,
     learn_noise,
 )
-from gsapp.excitation.information.initial_segment import InitialSegmentCollector
 from gsapp.excitation.information.outlook import CardForecast, DerivativeBound, Outlook
 from gsapp.excitation.information.remaining_time import (
     DEFAULT_FLIGHT_DURATION,
@@ -36,6 +37,48 @@ from gsapp.flight.cards import CardSet, CardSetProgress, TestCard
 from gsapp.flight.maneuvers.airborne_detection import FRAME_DURATION
 from gsapp.identification.axes import axis_derivatives
 from gsapp.identification.ftr.estimates import LiveEstimate
+
+CLIMB_EXCLUSION_TIME: Final = 8.0
+"""Seconds after take-off that are left out: flaps, full throttle, a steep climb."""
+_KEPT: Final = 60.0
+"""Seconds of rows kept on the ground: a take-off is recognized some time after it was."""
+
+
+class InitialSegmentCollector:
+    """Waits for so many seconds of flight, and gives their rows once."""
+
+    def __init__(self, seconds: float) -> None:
+        self._seconds = seconds
+        self._parts: deque[FlightRows] = deque()
+        self._given = False
+
+    def process_rows(self, rows: FlightRows, took_off: float | None) -> FlightRows | None:
+        """Take in the next rows; give the stretch as soon as all of it is there.
+
+        Parameters
+        ----------
+        took_off : float or None
+            Flight time, s; None on the ground.
+        """
+        if self._given or not len(rows):
+            return None
+        if rows.starts_segment:
+            self._parts.clear()
+        self._parts.append(rows)
+        newest = float(rows.times[-1])
+        if took_off is None:
+            while self._parts[0].times[-1] < newest - _KEPT:
+                self._parts.popleft()
+            return None
+        start = took_off + CLIMB_EXCLUSION_TIME
+        if newest < start + self._seconds:
+            return None
+        heard = concatenate_rows(self._parts)
+        inside = np.flatnonzero((heard.times >= start) & (heard.times <= start + self._seconds))
+        self._given = True
+        self._parts.clear()
+        return heard.slice_rows(int(inside[0]), int(inside[-1]) + 1) if inside.size > 1 else None
+
 
 OUTLOOK_DELAY: Final = 4.0
 """Seconds of flight after a verdict at which the new outlook is shown.

@@ -5,23 +5,260 @@ from __future__ import annotations
 import math
 from collections import deque
 from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
 
 from gsapp.aircraft import Aircraft
+from gsapp.excitation.flight_rows import SLOW_CHANNEL_DELAY
 from gsapp.excitation.trim.bank_observer import BankObserver
-from gsapp.excitation.trim.climb_observer import ClimbObserver
-from gsapp.excitation.trim.ground_monitor import GroundMonitor
 from gsapp.excitation.trim.leg_monitor import LegMonitor
-from gsapp.excitation.trim.moving_window import MovingWindow, WindowFit
 from gsapp.excitation.trim.tick_means import TICK_INDEX
 from gsapp.excitation.trim.tolerances import TrimTolerances
 from gsapp.excitation.trim.trim_evaluation import ATTITUDE_SOURCE, MeanMotion
 from gsapp.excitation.trim.turbulence_monitor import TURBULENCE_CHANNELS, TurbulenceMonitor
-from gsapp.flight.maneuvers.airborne_detection import flying_speed
+from gsapp.excitation.trim.two_state_filter import TwoStateKalmanFilter
+from gsapp.flight.maneuvers.airborne_detection import FRAME_DURATION, AirborneDetector, flying_speed
+from gsapp.flight.maneuvers.signals import SIGNAL_COLUMNS, SIGNALS
 from gsapp.quantities import FloatArray
-from gsapp.quantities.constants import EARTH_RADIUS, GRAVITY
+from gsapp.quantities.constants import DEGREE, EARTH_RADIUS, GRAVITY
+
+# Means, slopes and unrest over moving windows, tick by tick.
+# Each window is summed by itself, whatever number of ticks come at once: so the results are the
+# same to the last bit however a stream was cut.
+
+_LEAST_WINDOW_SHARE = 0.6
+"""Share of the ticks of a window that must be there."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class WindowFit:
+    """The straight line through each window."""
+
+    mean: FloatArray
+    """Shape (n, m). NaN, as all, where too much is missing."""
+    slope: FloatArray
+    """Shape (n, m). Per tick."""
+    power: FloatArray
+    """Shape (n, m). Mean square about the line."""
+
+
+class MovingWindow:
+    """The latest ticks, as many as a window is long.
+
+    Parameters
+    ----------
+    length : int
+        Ticks.
+    columns : int
+        Values of a tick.
+    """
+
+    def __init__(self, length: int, columns: int) -> None:
+        self._length = length
+        self._past = np.full((length - 1, columns), np.nan)
+        self._lags = np.arange(length)
+        self._places = self._lags - 0.5 * (length - 1)
+        self._lever = float((self._places**2).sum())
+
+    def fit_windows(self, ticks: FloatArray) -> WindowFit:
+        """Return the lines through the windows that end at these ticks.
+
+        Parameters
+        ----------
+        ticks : ndarray, shape (n, m)
+            NaN where missing.
+        """
+        length = self._length
+        joined = np.concatenate((self._past, ticks))
+        self._past = joined[len(ticks) :]
+        # Contiguous along each window: that fixes the order of every sum.
+        places = np.arange(len(ticks))[:, np.newaxis] + self._lags
+        windows = np.ascontiguousarray(joined.T[:, places])
+        there = np.isfinite(windows)
+        present = there.sum(axis=2)
+        enough = present >= _LEAST_WINDOW_SHARE * length
+        total = np.where(there, windows, 0.0).sum(axis=2)
+        mean = np.where(enough, total / np.maximum(present, 1), np.nan)
+        # What is missing counts as the mean.
+        rest = np.where(there, windows - mean[:, :, np.newaxis], 0.0)
+        slope = (rest * self._places).sum(axis=2) / self._lever
+        power = np.maximum((rest * rest).sum(axis=2) - slope * slope * self._lever, 0.0) / length
+        return WindowFit(
+            mean=mean.T,
+            slope=np.where(enough, slope, np.nan).T,
+            power=np.where(enough, power, np.nan).T,
+        )
+
+
+_FLOWN: Final = ("p", "q", "r", "V", "altitude")
+_FEWEST_FRAMES: Final = 6
+"""Frames of standing still that tell a zero."""
+_SURE_FRAMES: Final = 4
+"""Frames after which an aircraft that does not seem to fly is said to be on the ground: a record
+may begin, or go on after a gap, in the air."""
+_LARGEST_ZERO: Final = 5.0 * DEGREE
+"""What is more, rad/s, is motion or a broken gyro."""
+_SLOW: Final = 12.0
+"""Airspeed below which no aircraft of this kind flies, m/s, where no aircraft file tells."""
+
+
+class GroundMonitor:
+    """Follows one flight tick by tick.
+
+    Parameters
+    ----------
+    aircraft : Aircraft or None
+        Without one an airspeed decides, and without that all counts as flown.
+    dt : float
+        Between ticks, s.
+
+    Attributes
+    ----------
+    airborne, standing : bool
+        Flies; stands still on the ground.
+    on_ground : bool
+        Is not airborne, and was looked at for long enough to say so.
+    zero_offsets : tuple of float
+        Of p, q, r, rad/s: to be taken off what they show.
+    """
+
+    def __init__(self, aircraft: Aircraft | None, dt: float) -> None:
+        self._watch = None if aircraft is None else AirborneDetector(aircraft)
+        self._length = round(FRAME_DURATION / dt)
+        self._frame: list[tuple[float, ...]] = []
+        self._frames = 0
+        self._still = np.zeros(3)
+        self._still_frames = np.zeros(3, dtype=np.int64)
+        self.airborne = False
+        self.on_ground = False
+        self.standing = False
+        self.zero_offsets = (0.0, 0.0, 0.0)
+
+    def step(self, values: tuple[float, ...]) -> None:
+        """Go on by one tick: p, q, r (rad/s), V (m/s), altitude (m); NaN where missing."""
+        self._frame.append(values)
+        if len(self._frame) < self._length:
+            return
+        means = [_window_mean(column) for column in zip(*self._frame, strict=True)]
+        self._frame.clear()
+        self._frames += 1
+        self._decide(means)
+        self.on_ground = not self.airborne and self._frames >= _SURE_FRAMES
+
+    def _decide(self, means: list[float]) -> None:
+        if self._watch is None:
+            self.airborne = not means[3] < _SLOW
+            self.standing = False
+            return
+        row = np.full(len(SIGNALS), np.nan)
+        row[[SIGNAL_COLUMNS[name] for name in _FLOWN]] = means
+        self._watch.add(self._frames * FRAME_DURATION, row)
+        self.airborne = self._watch.airborne
+        self.standing = not self.airborne and bool(self._watch.is_stationary)
+        if self.standing:
+            self._learn(means[:3])
+
+    def _learn(self, rates: list[float]) -> None:
+        there = np.abs(rates) < _LARGEST_ZERO
+        self._still += np.where(there, rates, 0.0)
+        self._still_frames += there
+        known = self._still_frames >= _FEWEST_FRAMES
+        p, q, r = np.where(known, self._still / np.maximum(self._still_frames, 1), 0.0).tolist()
+        self.zero_offsets = (p, q, r)
+
+
+def _window_mean(values: tuple[float, ...]) -> float:
+    known = [value for value in values if math.isfinite(value)]
+    return sum(known) / len(known) if known else math.nan
+
+
+# The rate of climb now, from a height that comes late and from accelerations that do not.
+# Height is read half a second late and with the noise of a static pressure. So it is followed where
+# it is, and accelerations carry the rate of climb on to the present.
+
+_START: Final = (10.0, 5.0)
+"""Standard deviations of height (m) and rate of climb (m/s) before anything was seen."""
+_HEIGHT: Final = 0.5
+"""Standard deviation of the mean height of a tick, m: static pressure with its noise."""
+_RATE: Final = 0.5
+"""The same of a measured rate of climb, m/s."""
+_LIFTED: Final = 0.1**2
+"""What the integrated acceleration adds, (m/s)^2 a second: attitude is known to a degree or two."""
+_ASTRAY: Final = 15.0
+"""A height farther than this from where it should be, m, is a fault or a new beginning."""
+_ASTRAY_FOR: Final = 0.5
+"""Seconds of such heights that are a new beginning."""
+_MISSING_FOR: Final = 2.0
+"""Seconds without height and without rate of climb after which nothing is told."""
+
+
+class ClimbObserver:
+    """Follows the rate of climb tick by tick.
+
+    Parameters
+    ----------
+    dt : float
+        Between ticks, s.
+
+    Attributes
+    ----------
+    climb : float
+        m/s; NaN where nothing tells it.
+    """
+
+    def __init__(self, dt: float) -> None:
+        self._dt = dt
+        self._lag = round(SLOW_CHANNEL_DELAY / dt)
+        self.restart()
+
+    def restart(self) -> None:
+        """Forget everything."""
+        self._filter: TwoStateKalmanFilter | None = None
+        self._lifts: deque[float] = deque([0.0] * self._lag, maxlen=self._lag)
+        self._unseen = self._astray = 0.0
+        self.climb = math.nan
+
+    def step(self, height: float, climb_rate: float, lift: float) -> None:
+        """Go on by one tick.
+
+        Parameters
+        ----------
+        height, climb_rate : float
+            As they were `SLOW_CHANNEL_DELAY` ago, m and m/s; NaN, as what follows, where missing.
+        lift : float
+            Acceleration upwards now, m/s^2.
+        """
+        dt = self._dt
+        before = self._lifts[0]
+        self._lifts.append(lift if lift == lift else 0.0)
+        missing = height != height and climb_rate != climb_rate
+        self._unseen = self._unseen + dt if missing else 0.0
+        if self._filter is None:
+            if not missing:
+                self._filter = TwoStateKalmanFilter(
+                    (height if height == height else 0.0, 0.0), _START
+                )
+            return
+        state = self._filter
+        if self._unseen > _MISSING_FOR:
+            self.restart()
+            return
+        state.predict(
+            (state.first + dt * state.second, state.second + dt * before),
+            (dt, 0.0),
+            (0.0, dt * _LIFTED),
+        )
+        self._astray = self._astray + dt if abs(height - state.first) > _ASTRAY else 0.0
+        if self._astray > _ASTRAY_FOR:
+            state = self._filter = TwoStateKalmanFilter((height, state.second), _START)
+        elif height == height and not self._astray:
+            state.update_first(height, _HEIGHT**2)
+        elif climb_rate == climb_rate:
+            state.update_second(climb_rate, _RATE**2)
+        self.climb = state.second + dt * sum(self._lifts)
+
 
 _FITTED: Final = (*TURBULENCE_CHANNELS, "V")
 _FITTED_PLACES: Final = [TICK_INDEX[name] for name in _FITTED]

@@ -7,6 +7,9 @@ from gsapp.flight.catalog.campaign_runs import (
     restore_campaign_run,
     set_campaign_run_label,
     store_campaign_run,
+    store_model,
+    store_run,
+    store_weights,
     update_campaign_run,
 )
 from gsapp.flight.catalog.catalog_export import export_catalog, maneuvers_csv, table_csv
@@ -35,11 +38,6 @@ from gsapp.flight.catalog.records import (
     StoredModel,
     StoredVerdict,
     compute_conditions,
-)
-from gsapp.flight.catalog.run_storage import (
-    store_model,
-    store_run,
-    store_weights,
 )
 from gsapp.flight.catalog.store import Catalog
 from gsapp.flight.catalog.verdicts import list_card_scores, search_verdicts, store_debrief

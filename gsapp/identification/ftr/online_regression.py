@@ -24,7 +24,12 @@ from gsapp.identification.ftr.estimates import (
 )
 from gsapp.identification.ftr.information import RecordInformation
 from gsapp.identification.ftr.known_effects import KnownEffects
-from gsapp.identification.ftr.regression_rows import RegressionRows, split_into_blocks
+from gsapp.identification.ftr.regression_rows import (
+    BlockBuffer,
+    EstimationWindow,
+    RegressionRows,
+    split_into_blocks,
+)
 from gsapp.identification.ftr.row_assembler import RowAssembler
 from gsapp.identification.ftr.settings import FTRSettings
 from gsapp.identification.ftr.solution import FTRSolution
@@ -36,7 +41,6 @@ from gsapp.identification.ftr.state_file import (
     strip_prefix,
     write_state,
 )
-from gsapp.identification.ftr.windows import BlockBuffer, EstimationWindow
 from gsapp.identification.memory_allocator import retain_freed_memory
 from gsapp.quantities import Block, FloatArray
 

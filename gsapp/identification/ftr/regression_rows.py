@@ -2,13 +2,118 @@
 
 from __future__ import annotations
 
+import math
+from collections import deque
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
+from gsapp.identification.ftr.channels import FTRAxis
+from gsapp.identification.ftr.state_file import ArrayTable, strip_prefix
 from gsapp.quantities import BoolArray, FloatArray
+
+
+@dataclass(slots=True, kw_only=True)
+class EstimationWindow:
+    """A stretch of flight that is listened to."""
+
+    start: float
+    stop: float | None = None
+    """From the origin of the grid, s; `stop` is None while the end is not known."""
+    overrun: bool = False
+    """Whether samples beyond the end were taken in before it was known."""
+
+    def blocks(self, rate: float, block: int) -> tuple[int, int]:
+        """Return the number of the first block of the window, and of the one after the last.
+
+        Parameters
+        ----------
+        rate : float
+            Samples a second.
+        block : int
+            Samples of a block.
+        """
+        first = (math.ceil(self.start * rate - 1e-6) - 1) // block
+        if self.stop is None:
+            return first, 2**62
+        return first, -(-math.floor(self.stop * rate + 1e-6) // block)
+
+    def masked(self, first: int, rows: RegressionRows, rate: float, block: int) -> RegressionRows:
+        """Return rows of whole blocks, from a number on, with what lies outside not valid."""
+        count, length = rows.valid.shape
+        places = (first + np.arange(count))[:, np.newaxis] * block + np.arange(length)
+        times = places / rate
+        inside = times >= self.start - 1e-9
+        if self.stop is not None:
+            inside &= times <= self.stop + 1e-9
+        return RegressionRows(valid=rows.valid & inside, columns=rows.columns, running=rows.running)
+
+    def state(self) -> npt.NDArray[np.generic]:
+        """Return the window as numbers, for a saved state."""
+        stop = np.nan if self.stop is None else self.stop
+        return np.array([self.start, stop, float(self.overrun)])
+
+    @classmethod
+    def from_state(cls, numbers: npt.NDArray[np.generic]) -> EstimationWindow | None:
+        """Return what `state` was made from; None of no numbers."""
+        if not numbers.size:
+            return None
+        start, stop, over = (float(x) for x in np.asarray(numbers, dtype=np.float64))
+        return cls(start=start, stop=None if np.isnan(stop) else stop, overrun=bool(over))
+
+
+class BlockBuffer:
+    """Ring buffer of the latest blocks, by number, so that a window may begin in the past."""
+
+    def __init__(self, axes: Sequence[FTRAxis], length: int) -> None:
+        self._axes = axes
+        self._blocks: deque[tuple[int, dict[FTRAxis, RegressionRows]]] = deque(maxlen=length)
+
+    def clear(self) -> None:
+        """Forget all blocks."""
+        self._blocks.clear()
+
+    def append(self, first: int, blocks: int, rows: Mapping[FTRAxis, RegressionRows]) -> None:
+        """Add the rows of whole blocks, the first of them with number `first`."""
+        for k in range(blocks):
+            self._blocks.append((first + k, {axis: one.part(k) for axis, one in rows.items()}))
+
+    @property
+    def oldest_if_full(self) -> int | None:
+        """Number of the oldest block if older ones were dropped."""
+        return self._blocks[0][0] if len(self._blocks) == self._blocks.maxlen else None
+
+    def between(self, first: int, end: int) -> tuple[int, dict[FTRAxis, RegressionRows]] | None:
+        """Return the blocks with ``first <= number < end``, and the first of their numbers."""
+        inside = [(number, rows) for number, rows in self._blocks if first <= number < end]
+        return (inside[0][0], self._joined([rows for _, rows in inside])) if inside else None
+
+    def _joined(
+        self, parts: Sequence[Mapping[FTRAxis, RegressionRows]]
+    ) -> dict[FTRAxis, RegressionRows]:
+        return {axis: RegressionRows.joined([rows[axis] for rows in parts]) for axis in self._axes}
+
+    def state(self) -> tuple[npt.NDArray[np.generic], dict[str, ArrayTable]]:
+        """Return the numbers of the blocks, and their rows by axis, for a saved state."""
+        numbers = np.array([number for number, _ in self._blocks], dtype=np.int64)
+        if not self._blocks:
+            return numbers, {}
+        whole = self._joined([rows for _, rows in self._blocks])
+        return numbers, {f"ring.{axis}": rows.state() for axis, rows in whole.items()}
+
+    def restore(self, numbers: npt.NDArray[np.generic], table: ArrayTable) -> None:
+        """Hold what `state` gave."""
+        self.clear()
+        if not numbers.size:
+            return
+        rows = {
+            axis: RegressionRows.from_state(strip_prefix(f"ring.{axis}", table))
+            for axis in self._axes
+        }
+        for k, number in enumerate(np.asarray(numbers, dtype=np.int64).tolist()):
+            self._blocks.append((number, {axis: one.part(k) for axis, one in rows.items()}))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

@@ -1,6 +1,5 @@
 """The checklist before a flight: a file of items, and how they stand by hand and telemetry."""
 
-from gsapp.session.checklist.checklist_state import Checklist
 from gsapp.session.checklist.evaluation import (
     ChecklistContext,
     EvaluatedItem,
@@ -14,7 +13,7 @@ from gsapp.session.checklist.items import (
     load_checklist,
     shipped_checklists,
 )
-from gsapp.session.checklist.session_checklist import SessionChecklist
+from gsapp.session.checklist.session_checklist import Checklist, SessionChecklist
 
 __all__ = [
     "SHIPPED_CHECKLISTS",

@@ -10,7 +10,7 @@ from typing import Final
 import numpy as np
 
 from gsapp.aircraft import Aircraft
-from gsapp.flight.catalog import StoredVerdict
+from gsapp.flight.catalog import Catalog, StoredVerdict, search_verdicts, store_maneuvers
 from gsapp.flight.events import EventLog, events_path
 from gsapp.flight.flight import Flight
 from gsapp.flight.maneuvers import (
@@ -26,7 +26,43 @@ from gsapp.flight.maneuvers import (
 )
 from gsapp.foundation import FlightError
 from gsapp.identification.maneuver_extraction import open_flight
-from gsapp.session.review.catalog_storage import load_catalog_verdicts
+
+
+def save_maneuvers_to_catalog(
+    catalog: Path, flight: Flight, maneuvers: Sequence[DetectedManeuver], aircraft: str
+) -> None:
+    """Write the maneuvers of a flight as they stand into a catalog, all or none.
+
+    Parameters
+    ----------
+    catalog : Path
+        Made if it is not there.
+    maneuvers : sequence of DetectedManeuver
+        In place of those that the catalog had of this flight.
+
+    Raises
+    ------
+    FlightError
+        If the catalog cannot be written.
+    """
+    catalog.parent.mkdir(parents=True, exist_ok=True)
+    with Catalog(catalog) as opened:
+        store_maneuvers(opened, flight, maneuvers, aircraft=aircraft)
+
+
+def load_catalog_verdicts(catalog: Path | None, flight: str) -> tuple[StoredVerdict, ...]:
+    """Return what the pilot was told in a flight, by time; nothing where it was not kept.
+
+    Raises
+    ------
+    FlightError
+        If the catalog cannot be read.
+    """
+    if catalog is None or not catalog.is_file():
+        return ()
+    with Catalog(catalog) as opened:
+        return search_verdicts(opened, flight=flight)
+
 
 MIN_MANEUVER_SECONDS: Final = 0.5
 """A maneuver shorter than this, s, shows no motion of the aircraft."""

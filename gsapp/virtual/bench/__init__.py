@@ -5,7 +5,6 @@ from gsapp.virtual.bench.bench_faults import (
     BenchFault,
     parse_bench_fault,
 )
-from gsapp.virtual.bench.bench_weather import BenchWeather
 from gsapp.virtual.bench.potentiometer import (
     POTENTIOMETER_TRAVEL,
     POTENTIOMETERS,
@@ -14,7 +13,7 @@ from gsapp.virtual.bench.potentiometer import (
     Potentiometer,
 )
 from gsapp.virtual.bench.transducers import SensorTriad, Transducer
-from gsapp.virtual.bench.virtual_bench import BENCH_SAMPLE_RATE, VirtualBench
+from gsapp.virtual.bench.virtual_bench import BENCH_SAMPLE_RATE, BenchWeather, VirtualBench
 
 __all__ = [
     "BENCH_FAULT_KINDS",

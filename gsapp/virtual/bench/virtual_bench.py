@@ -9,11 +9,12 @@ to go on at a time changes nothing.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
 from calibration import load_certificates
-from calibration.adc import quantize
+from calibration.adc import ADC_FULL_SCALE, quantize
 from calibration.inertial import Position
 from gsapp.aircraft import load_aircraft
 from gsapp.foundation import FlightError
@@ -22,11 +23,10 @@ from gsapp.quantities import INSTRUMENTS, Block, FloatArray
 from gsapp.virtual.ad_converter import DAQ_CHANNELS
 from gsapp.virtual.bench.bench_attitude import BenchAttitude
 from gsapp.virtual.bench.bench_faults import BenchFault
-from gsapp.virtual.bench.bench_weather import BenchWeather, Pitot
-from gsapp.virtual.bench.fault_injection import BenchFaultInjector
 from gsapp.virtual.bench.operator_motion import (
     ANGLE_SETTING_ERROR,
     OperatorTremor,
+    PitotBreath,
     SurfaceMovement,
 )
 from gsapp.virtual.bench.potentiometer import (
@@ -42,6 +42,116 @@ from gsapp.virtual.bench.transducers import (
     sample_accelerometers,
     sample_gyros,
 )
+
+# Faults at work on the volts of the bench.
+# What is mounted the other way round (``reversed``) is so from the beginning: see `virtual`.
+
+_SCRATCH, _LOST = 0.04, 0.6
+"""A bad contact: standard deviation, V, and how far it falls when lost, V."""
+_ROOM = (0.25, 0.45)
+"""V between where the wiper stands at first and the end of the converter, where it is clipped."""
+
+
+class BenchFaultInjector:
+    """What faults make of volts, stretch after stretch."""
+
+    def __init__(self, faults: Sequence[BenchFault], random: np.random.Generator) -> None:
+        self._faults = tuple(faults)
+        self._random = random.spawn(len(self._faults))
+        self._open = [bool(own.integers(2)) for own in self._random]
+        self._upward = [bool(own.integers(2)) for own in self._random]
+        self._room = [float(own.uniform(*_ROOM)) for own in self._random]
+        self._at_first: FloatArray | None = None
+
+    def apply(self, volts: FloatArray) -> FloatArray:
+        """Return volts (n, 20) with the faults in them."""
+        if not self._faults or not len(volts):
+            return volts
+        harmed = volts.copy()
+        if self._at_first is None:
+            self._at_first = harmed[0].copy()
+        for index, fault in enumerate(self._faults):
+            column = DAQ_CHANNELS.index(fault.channel)
+            first = float(self._at_first[column])
+            if fault.kind == "dead":
+                harmed[:, column] = 0.0 if self._open[index] else first
+            elif fault.kind == "swapped":
+                other = DAQ_CHANNELS.index(fault.other)
+                harmed[:, [column, other]] = harmed[:, [other, column]]
+            elif fault.kind == "noisy":
+                harmed[:, column] += self._scratching(self._random[index], len(volts))
+            elif fault.kind == "clipped":
+                end = (
+                    ADC_FULL_SCALE - self._room[index] if self._upward[index] else self._room[index]
+                )
+                harmed[:, column] += end - first
+        return harmed
+
+    def _scratching(self, random: np.random.Generator, count: int) -> FloatArray:
+        drawn = random.standard_normal((count, 2))
+        lost = np.abs(drawn[:, 1]) > 2.17  # three samples in a hundred
+        return np.asarray(_SCRATCH * drawn[:, 0] - np.where(lost, _LOST, 0.0))
+
+
+_HALF_DENSITY = 0.6
+"""kg/m^3."""
+_BREATHING_IN = 0.5
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class BenchWeather:
+    """The air at the field: static pressure, Pa, and temperature, K."""
+
+    pressure: float
+    temperature: float
+
+    @classmethod
+    def sample(cls, random: np.random.Generator) -> BenchWeather:
+        """Draw the weather of a day."""
+        return cls(
+            pressure=float(random.uniform(96e3, 102e3)),
+            temperature=float(random.uniform(278.0, 306.0)),
+        )
+
+
+class Pitot:
+    """What the pitot feels: a light gusty wind, nothing under its cover, or a breath.
+
+    Parameters
+    ----------
+    gust_phases : ndarray, shape (3,)
+        Of the gusts, rad.
+    """
+
+    def __init__(self, gust_phases: FloatArray) -> None:
+        self._phases = gust_phases
+        self._breath: PitotBreath | None = None
+        self.covered = False
+
+    def blow(self, hands: np.random.Generator, now: float) -> float:
+        """Have somebody take the cover off and blow; return when it is over, s."""
+        self.covered = False
+        self._breath = PitotBreath(
+            begin=now + _BREATHING_IN,
+            seconds=float(hands.uniform(1.0, 1.8)),
+            peak=float(hands.uniform(500.0, 2200.0)),
+        )
+        return self._breath.end
+
+    def is_blowing(self, now: float) -> bool:
+        """Return whether somebody is at it."""
+        return self._breath is not None and self._breath.end > now
+
+    def pressure(self, times: FloatArray) -> FloatArray:
+        """Return the dynamic pressure, Pa, shape (n,)."""
+        a, b, c = self._phases
+        wind = 2.0 + 0.9 * np.sin(0.6 * times + a) + 0.6 * np.sin(1.9 * times + b)
+        wind = wind + 0.4 * np.sin(4.3 * times + c)
+        felt = np.zeros(times.size) if self.covered else _HALF_DENSITY * wind * np.abs(wind)
+        if self._breath is not None:
+            felt = felt + self._breath.pressure(times)
+        return np.asarray(felt)
+
 
 BENCH_SAMPLE_RATE = 100
 """Samples a second."""
