@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Literal
+from typing import Final, Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -23,17 +23,27 @@ from calibration.sample_segments import SampleSegment, SampleSegmenter
 
 TurnState = Literal["unsettled", "ready", "turning", "stopping", "turned"]
 
-_LENGTH = 0.1
-"""s: means over that are judged."""
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TurnDetectionSettings:
+    """Settings of `TurnDetection`, checked by `tests/bench/inertial.py`."""
+
+    length: float = 0.1
+    """s: means over that are judged."""
+    kept_before: int = 30
+    """Stretches of rest before the turn that count for its zero."""
+    least: float = 135.0
+    """deg: less is a knock against the table, or the aircraft being laid on it."""
+
+
+_SETTINGS: Final = TurnDetectionSettings()
+
+
 _MOVING, _EDGE = 2.5, 0.5
 """deg/s by the factory's scale, as the mean of a stretch: more than the first is a turn, which goes
 from where the rate has left the second to where it is back for good."""
 _READY, _STOPPED = 10, 15
 """Stretches of rest before a turn may begin, and after which it is over."""
-_KEPT_BEFORE = 30
-"""Stretches of rest before the turn that count for its zero."""
-_LEAST = 135.0
-"""deg: less is a knock against the table, or the aircraft being laid on it."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -68,13 +78,13 @@ class TurnMonitor:
         self,
         channels: Sequence[str] = GYROS,
         *,
-        least: float = _LEAST,
+        least: float = _SETTINGS.least,
         factory: Mapping[str, FactoryCalibration] | None = None,
     ) -> None:
         self._factory = factory or factory_calibrations()
         self._channels = tuple(channels)
         self._least = least
-        self._cutter = SampleSegmenter(self._channels, _LENGTH)
+        self._cutter = SampleSegmenter(self._channels, _SETTINGS.length)
         self._per_unit = np.array([abs(self._factory[name].sensitivity) for name in channels])
         self.restart()
 
@@ -96,7 +106,7 @@ class TurnMonitor:
                 return
             self._judge(stretch)
             self._kept.append(stretch)
-            while self._state in ("unsettled", "ready") and len(self._kept) > _KEPT_BEFORE:
+            while self._state in ("unsettled", "ready") and len(self._kept) > _SETTINGS.kept_before:
                 self._kept.popleft()
 
     @property
@@ -140,7 +150,7 @@ class TurnMonitor:
         )
 
     def _judge(self, stretch: SampleSegment) -> None:
-        start = stretch.number * _LENGTH
+        start = stretch.number * _SETTINGS.length
         # A gyro without samples stands still, as far as anybody can tell.
         mean = np.where(np.isfinite(stretch.mean), stretch.mean, self._zero)
         if self._state == "unsettled":
@@ -170,10 +180,10 @@ class TurnMonitor:
             self._rest = []
 
     def _follow(self, start: float, rates: npt.NDArray[np.float64], *, quiet: bool) -> None:
-        self._swept += rates * _LENGTH
+        self._swept += rates * _SETTINGS.length
         if not quiet:
             self._state, self._quiet = "turning", 0
-            self._ended = start + _LENGTH
+            self._ended = start + _SETTINGS.length
             return
         self._state = "stopping"
         self._quiet += 1
@@ -189,7 +199,7 @@ class TurnMonitor:
             off = np.abs(mean - np.mean(self._rest, axis=0)) / self._per_unit
             if np.any(off > 2.0 * _EDGE):
                 self._rest = []
-        self._rest = [*self._rest[-(_KEPT_BEFORE - 1) :], mean]
+        self._rest = [*self._rest[-(_SETTINGS.kept_before - 1) :], mean]
         if len(self._rest) >= _READY:
             self._zero = np.mean(self._rest, axis=0)
             self._onset = 0

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Literal
+from typing import Final, Literal
 
 import numpy.typing as npt
 
@@ -16,16 +16,27 @@ PitotBlowState = Literal["waiting", "blowing", "green", "reversed", "blocked", "
 
 BLOW_PRESSURE = 150.0
 """Pa above zero that count as a breath; lungs give several thousand."""
-_SUCK = 60.0
-"""Pa below zero under a breath: the hoses are swapped."""
-_BACK = 40.0
-"""Pa above what the wind made before at which a breath is over."""
-_STATIC_MOVES = 500.0
-"""Pa of static pressure that a breath into the pitot must not move."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PitotBlowSettings:
+    """Settings of `PitotBlow`, checked by `tests/bench/calibrations.py`."""
+
+    suck: float = 60.0
+    """Pa below zero under a breath: the hoses are swapped."""
+    back: float = 40.0
+    """Pa above what the wind made before at which a breath is over."""
+    static_moves: float = 500.0
+    """Pa of static pressure that a breath into the pitot must not move."""
+    length: float = 0.05
+    """s: means over that are judged."""
+
+
+_SETTINGS: Final = PitotBlowSettings()
+
+
 _LAST, _BLOCKED_AFTER = 0.3, 10.0
 """s for which a breath must last, and after which pressure that stays is shut in."""
-_LENGTH = 0.05
-"""s: means over that are judged."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -68,7 +79,7 @@ class PitotBlowDetector:
 
     def __init__(self, dynamic: Certificate, static: Certificate | None = None) -> None:
         self._curves = tuple(c for c in (dynamic, static) if c is not None)
-        self._cutter = SampleSegmenter([c.channel for c in self._curves], _LENGTH)
+        self._cutter = SampleSegmenter([c.channel for c in self._curves], _SETTINGS.length)
         self.restart()
 
     def restart(self) -> None:
@@ -94,7 +105,7 @@ class PitotBlowDetector:
         )
 
     def _judge(self, stretch: SampleSegment) -> None:
-        time = stretch.number * _LENGTH
+        time = stretch.number * _SETTINGS.length
         pressures = [
             float(curve.evaluate(volts))
             for curve, volts in zip(self._curves, stretch.mean, strict=True)
@@ -114,7 +125,7 @@ class PitotBlowDetector:
             self._level = 0.0 if math.isnan(self._level) else self._level
             self._static_rise, self._calm = 0.0, math.nan
             return
-        if self._pressure < -_SUCK:
+        if self._pressure < -_SETTINGS.suck:
             self._sucked = time if math.isnan(self._sucked) else self._sucked
             if time - self._sucked >= _LAST:
                 self._state = "reversed"
@@ -131,14 +142,14 @@ class PitotBlowDetector:
             self._calm = time
         if self._pressure >= BLOW_PRESSURE:
             self._calm = math.nan
-        if self._pressure > self._level + _BACK:
+        if self._pressure > self._level + _SETTINGS.back:
             if self._state == "blowing" and time - self._began > _BLOCKED_AFTER:
                 self._state = "blocked"
             return
         lasted = (time if math.isnan(self._calm) else self._calm) - self._began
         if lasted < _LAST:
             self._state, self._peak = "waiting", math.nan
-        elif self._static_rise > _STATIC_MOVES:
+        elif self._static_rise > _SETTINGS.static_moves:
             self._state = "leaking"
         else:
             self._state = "green"

@@ -9,6 +9,8 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
 
@@ -20,15 +22,25 @@ from calibration.wizard.approach_side import ApproachTracker
 from calibration.wizard.sample_slices import SLICE_SECONDS, SampleSlice
 from gsapp.quantities import FloatArray
 
-_TRAIL = 20.0
-"""Seconds of samples that are looked back at."""
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class AngleFaultMonitorSettings:
+    """Settings of `AngleFaultMonitor`, checked by `tests/bench/calibrations.py`."""
+
+    trail: float = 20.0
+    """Seconds of samples that are looked back at."""
+    look: float = 0.5
+    """Seconds between looks."""
+    no_movement: float = 15.0
+    """Seconds without any movement after which an instrument may be dead."""
+    held: float = 0.02
+    """Volts between which an instrument stays while it is held."""
+
+
+_SETTINGS: Final = AngleFaultMonitorSettings()
+
+
 _RECENT = 2.0
-_LOOK = 0.5
-"""Seconds between looks."""
-_NO_MOVEMENT = 15.0
-"""Seconds without any movement after which an instrument may be dead."""
-_HELD = 0.02
-"""Volts between which an instrument stays while it is held."""
 
 
 class _OtherInstrument:
@@ -52,7 +64,7 @@ class _OtherInstrument:
     @property
     def held_elsewhere(self) -> bool:
         last = self._last
-        if len(last) < (last.maxlen or 0) or max(last) - min(last) > _HELD:
+        if len(last) < (last.maxlen or 0) or max(last) - min(last) > _SETTINGS.held:
             return False
         return self._arrival.approach_side(last[-1], MIN_SIGN_MOVEMENT) is not None
 
@@ -77,7 +89,7 @@ class AngleFaultMonitor:
         self._instrument = instrument
         self._slope = 0 if reference is None else int(np.sign(sum(reference.end_slopes)))
         self._others = {name: _OtherInstrument() for name in others}
-        self._trail: deque[SampleSlice] = deque(maxlen=round(_TRAIL / SLICE_SECONDS))
+        self._trail: deque[SampleSlice] = deque(maxlen=round(_SETTINGS.trail / SLICE_SECONDS))
         self._due = 0
         self._unmoved = 0.0
         self._seen: tuple[InstrumentFault, ...] = ()
@@ -114,7 +126,7 @@ class AngleFaultMonitor:
         """
         self._unmoved = 0.0 if moved else self._unmoved + SLICE_SECONDS
         self._due += 1
-        if self._due < round(_LOOK / SLICE_SECONDS):
+        if self._due < round(_SETTINGS.look / SLICE_SECONDS):
             return
         self._due = 0
         if moved:
@@ -132,7 +144,7 @@ class AngleFaultMonitor:
         names = [name for name, other in self._others.items() if other.held_elsewhere]
         found = self._open_wire() or find_faults(
             self._instrument.channel,
-            self._volts((self._instrument.channel, *names), _TRAIL),
+            self._volts((self._instrument.channel, *names), _SETTINGS.trail),
             sense=1,
             slope_sign=self._slope,
         )
@@ -157,7 +169,7 @@ class AngleFaultMonitor:
     def _open_wire(self) -> tuple[InstrumentFault, ...]:
         """Return that it is dead, if it was at an end of the converter from the beginning on."""
         name = self._instrument.channel
-        volts = self._volts((name,), _TRAIL)[name]
+        volts = self._volts((name,), _SETTINGS.trail)[name]
         known = volts[np.isfinite(volts)]
         if not known.size or np.ptp(known) > 0.005:
             return ()
@@ -172,10 +184,10 @@ class AngleFaultMonitor:
         own = self._instrument.channel
         names = [name for name, other in self._others.items() if other.held_elsewhere]
         if names:
-            found = find_faults(own, self._volts((own, *names), _TRAIL))
+            found = find_faults(own, self._volts((own, *names), _SETTINGS.trail))
             return tuple(fault for fault in found if fault.kind == "swapped")
-        if self._unmoved >= _NO_MOVEMENT:
-            seconds = f"{_NO_MOVEMENT:.0f} s"
+        if self._unmoved >= _SETTINGS.no_movement:
+            seconds = f"{_SETTINGS.no_movement:.0f} s"
             return (
                 self._dead(
                     f"no movement for {seconds}; if it was moved it is dead: check plug, wiper "

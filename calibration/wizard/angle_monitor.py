@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any, Final, Literal
 
 import numpy as np
 
@@ -22,11 +22,24 @@ PointHint = Literal[
     "wait", "little", "against",
 ]  # fmt: skip
 
-_APART = 0.02
-"""Volts from a rest that count as elsewhere: half a degree on most instruments."""
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class AngleMonitorSettings:
+    """Settings of `AngleMonitor`, checked by `tests/bench/calibrations.py`."""
+
+    apart: float = 0.02
+    """Volts from a rest that count as elsewhere: half a degree on most instruments."""
+    same: float = 0.06
+    """Volts from a point within which no other setting lies."""
+    enough: float = 0.05
+    """Of the certificate's 95 % bound: a mean known as well as that adds nothing to it that
+    shows."""
+
+
+_SETTINGS: Final = AngleMonitorSettings()
+
+
 _APART_STDS = 6.0
-_SAME = 0.06
-"""Volts from a point within which no other setting lies."""
 MIN_SIGN_MOVEMENT = 0.15
 """Volts that a movement must have so that it proves a sign: about four degrees."""
 SIGN_HOLD_SECONDS = 1.0
@@ -38,8 +51,6 @@ nothing tells whether it is the setting asked for."""
 _SHORTEST, _QUICK_HOLD = 0.3, 0.6
 """Seconds of rest that are averaged at least, and that it must last at least, where it is where the
 certificate in force says: what is left to find out is only whether that holds."""
-_ENOUGH = 0.05
-"""Of the certificate's 95 % bound: a mean known as well as that adds nothing to it that shows."""
 _NEAR, _NEAR_ONE, _AT = 0.3, 0.45, 0.1
 """Of the distance between settings: a rest nearer than that to the setting is meant to be it, by
 two points or more, or by one and the reference; one farther than that beyond it has passed it."""
@@ -225,10 +236,12 @@ class AngleMonitor:
         supply = None if reading.excitation is None else np.array([reading.excitation])
         here, beside = self._in_unit(certificate.evaluate(volts, supply)).tolist()
         bound = float(self._in_unit(certificate.uncertainty(volts[:1], supply))[0])
-        return bool(abs(here - slot.value) <= bound and abs(beside - here) <= _ENOUGH * bound)
+        return bool(
+            abs(here - slot.value) <= bound and abs(beside - here) <= _SETTINGS.enough * bound
+        )
 
     def _side(self, reading: VoltageReading) -> ApproachSide | None:
-        apart = max(_APART, _APART_STDS * reading.std)
+        apart = max(_SETTINGS.apart, _APART_STDS * reading.std)
         return self._arrival.approach_side(reading.volts, apart)
 
     def _spacing(self, work: AngleProgress) -> float:
@@ -251,12 +264,12 @@ class AngleMonitor:
         slope = self._slope(first, points[1:])
         if slope is not None:
             return first.value + slope * (reading.volts - first.volts)
-        return first.value if abs(reading.volts - first.volts) < _SAME else None
+        return first.value if abs(reading.volts - first.volts) < _SETTINGS.same else None
 
     def _slope(self, first: RecordedPoint, others: Sequence[RecordedPoint]) -> float | None:
         """Return the value per volt about a point: by another point, else by the reference."""
         second = next((taken for taken in others if taken.value != first.value), None)
-        if second is not None and abs(second.volts - first.volts) > _APART:
+        if second is not None and abs(second.volts - first.volts) > _SETTINGS.apart:
             return (second.value - first.value) / (second.volts - first.volts)
         if second is not None or self._reference is None:
             return None

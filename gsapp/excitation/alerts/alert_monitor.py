@@ -9,6 +9,7 @@ the way out of the fence, and what will run out.
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from functools import cache
 from typing import Final
 
@@ -27,14 +28,22 @@ from gsapp.excitation.flight_rows import FlightRows
 # ``files/b777.toml``). Here is what they cannot say: that the time agreed on is nearly over, and
 # that the battery, at the rate at which it sinks, will not last as long as the flight.
 
-_RESERVE: Final = 60.0
-"""s; as long before the end the crew is told to land."""
-_FUEL_RESERVE: Final = 0.2
-"""Share of what there was at take-off."""
-_SLOPE_FRAMES: Final = 240
-"""Frames, a minute, over which the battery's sinking is taken."""
-_LEAST_SINK: Final = 1e-4
-"""V/s; less is noise and no forecast."""
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class AlertMonitorSettings:
+    """Settings of `AlertMonitor`, checked by `tests/bench/dangers.py`."""
+
+    reserve: float = 60.0
+    """s; as long before the end the crew is told to land."""
+    fuel_reserve: float = 0.2
+    """Share of what there was at take-off."""
+    slope_frames: int = 240
+    """Frames, a minute, over which the battery's sinking is taken."""
+    least_sink: float = 1e-4
+    """V/s; less is noise and no forecast."""
+
+
+_SETTINGS: Final = AlertMonitorSettings()
 
 
 class EnduranceMonitor:
@@ -76,12 +85,12 @@ class EnduranceMonitor:
                     spoken_text="time is over: land",
                 )
             ]
-        if left <= _RESERVE:
+        if left <= _SETTINGS.reserve:
             return [
                 AlertCondition(
                     key="time",
                     level=AlertLevel.CAUTION,
-                    text=f"{_RESERVE:.0f} s are left of the flight time of "
+                    text=f"{_SETTINGS.reserve:.0f} s are left of the flight time of "
                     f"{_minutes(self._flight_time)}; land",
                     spoken_text="time: land",
                 )
@@ -92,24 +101,24 @@ class EnduranceMonitor:
         battery = frame.mean("battery")
         if self._battery_empty is None or math.isnan(battery):
             return []
-        self._battery = [*self._battery[1 - _SLOPE_FRAMES :], battery]
+        self._battery = [*self._battery[1 - _SETTINGS.slope_frames :], battery]
         half = len(self._battery) // 2
-        if len(self._battery) < _SLOPE_FRAMES:
+        if len(self._battery) < _SETTINGS.slope_frames:
             return []
         early = sum(self._battery[:half]) / half
         late = sum(self._battery[half:]) / (len(self._battery) - half)
         sink = (early - late) / (half * ALERT_FRAME_DURATION)
-        if sink < _LEAST_SINK:
+        if sink < _SETTINGS.least_sink:
             return []
         left = (late - self._battery_empty) / sink - 0.5 * half * ALERT_FRAME_DURATION
-        if left > _RESERVE:
+        if left > _SETTINGS.reserve:
             return []
         return [
             AlertCondition(
                 key="battery",
                 level=AlertLevel.WARNING,
                 text=f"The battery sinks by {60.0 * sink:.1f} V a minute and is empty within "
-                f"{_RESERVE:.0f} s; land",
+                f"{_SETTINGS.reserve:.0f} s; land",
                 spoken_text="battery: land",
             )
         ]
@@ -120,7 +129,7 @@ class EnduranceMonitor:
             return []
         if not fuel <= self._fuel_full:
             self._fuel_full = fuel
-        if self._fuel_full <= 0.0 or fuel > _FUEL_RESERVE * self._fuel_full:
+        if self._fuel_full <= 0.0 or fuel > _SETTINGS.fuel_reserve * self._fuel_full:
             return []
         return [
             AlertCondition(

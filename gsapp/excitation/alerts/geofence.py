@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
@@ -16,15 +17,22 @@ from gsapp.foundation import StrictModel, read_toml
 from gsapp.quantities.constants import DEGREE, EARTH_RADIUS
 from gsapp.quantities.fields import Angle, Length, Time
 
-_CLIMBED: Final = 5.0
-"""The floor counts once the aircraft was so far above it, m."""
-_LANDING_FLAP: Final = 5.0 * DEGREE
-"""With flaps out it lands, and the floor counts no more."""
 
-_LASTING: Final = 6
-"""Frames that a climb must last to be carried on."""
-_CLIMB_TIME: Final = 3.0
-"""Seconds over which the climb is taken where nothing measures it."""
+@dataclass(frozen=True, slots=True, kw_only=True)
+class GeofenceSettings:
+    """Settings of `Geofence`, checked by `tests/bench/dangers.py`."""
+
+    climbed: float = 5.0
+    """The floor counts once the aircraft was so far above it, m."""
+    landing_flap: float = 5.0 * DEGREE
+    """With flaps out it lands, and the floor counts no more."""
+    lasting: int = 6
+    """Frames that a climb must last to be carried on."""
+    climb_time: float = 3.0
+    """Seconds over which the climb is taken where nothing measures it."""
+
+
+_SETTINGS: Final = GeofenceSettings()
 
 
 class Geofence(StrictModel):
@@ -166,14 +174,14 @@ class GeofenceMonitor:
                     spoken_text="ceiling: level off",
                 )
             ]
-        lands = frame.mean("flap") > _LANDING_FLAP
+        lands = frame.mean("flap") > _SETTINGS.landing_flap
         return [] if lands else self._below(height, coming, system)
 
     def _below(self, height: float, coming: float, system: str) -> list[AlertCondition]:
         floor = self._fence.floor
         if floor is None:
             return []
-        self._above_floor = self._above_floor or height > floor + _CLIMBED
+        self._above_floor = self._above_floor or height > floor + _SETTINGS.climbed
         if not self._above_floor or min(height, coming) >= floor:
             return []
         low = height < floor
@@ -191,12 +199,14 @@ class GeofenceMonitor:
         """Return the rate of climb over the last seconds, m/s."""
         rate = frame.mean("climb_rate")
         self._heights = [
-            (time, height) for time, height in self._heights if frame.time - time < _CLIMB_TIME
+            (time, height)
+            for time, height in self._heights
+            if frame.time - time < _SETTINGS.climb_time
         ]
         self._heights.append((frame.time, frame.height))
         if rate == rate:
             # The pull of an input is over before it leads anywhere.
-            self._climbs = [*self._climbs[1 - _LASTING :], rate]
-            return min(self._climbs, key=abs) if len(self._climbs) == _LASTING else 0.0
+            self._climbs = [*self._climbs[1 - _SETTINGS.lasting :], rate]
+            return min(self._climbs, key=abs) if len(self._climbs) == _SETTINGS.lasting else 0.0
         (first, low), (last, high) = self._heights[0], self._heights[-1]
-        return (high - low) / (last - first) if last - first > 0.5 * _CLIMB_TIME else 0.0
+        return (high - low) / (last - first) if last - first > 0.5 * _SETTINGS.climb_time else 0.0

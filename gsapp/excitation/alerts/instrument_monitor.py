@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import itertools
 import math
+from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
@@ -34,20 +35,32 @@ from gsapp.quantities.constants import DEGREE
 
 GYRO_AXES: Final = ("p", "q", "r")
 _SOURCES: Final = ("", ".2", ".3", "attitude")
-_MEMORY: Final = 3.0
-"""Seconds over which angles are compared: a leaky sum."""
-_DECAY: Final = math.exp(-ALERT_FRAME_DURATION / _MEMORY)
-_APART: Final = 10.0 * DEGREE
-"""Angles that differ so much are not the same motion: three times what zeros, scales and delays of
-usual gyros make of a turn."""
-_TURNING: Final = 10.0 * DEGREE
-"""rad/s; a gyro once outvoted is believed again when it shows such rates as the others do ..."""
-_ALIKE: Final = (3.0 * DEGREE, 0.15)
-"""... to so much, rad/s, and such a share ..."""
-_AGREED: Final = 4
-"""... in so many frames one after the other in which it turns."""
-_STEEP: Final = 75.0 * DEGREE
-"""Beyond this pitch attitude Euler angles tell no rates."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class GyroMonitorSettings:
+    """Settings of `GyroMonitor`, checked by `tests/bench/dangers.py`."""
+
+    memory: float = 3.0
+    """Seconds over which angles are compared: a leaky sum."""
+    apart: float = 10.0 * DEGREE
+    """Angles that differ so much are not the same motion: three times what zeros, scales and delays
+    of usual gyros make of a turn."""
+    turning: float = 10.0 * DEGREE
+    """rad/s; a gyro once outvoted is believed again when it shows such rates as the others do
+    ..."""
+    alike: tuple[float, float] = (3.0 * DEGREE, 0.15)
+    """... to so much, rad/s, and such a share ..."""
+    agreed: int = 4
+    """... in so many frames one after the other in which it turns."""
+    steep: float = 75.0 * DEGREE
+    """Beyond this pitch attitude Euler angles tell no rates."""
+
+
+_GYRO_MONITOR: Final = GyroMonitorSettings()
+
+
+_DECAY: Final = math.exp(-ALERT_FRAME_DURATION / _GYRO_MONITOR.memory)
 
 
 class GyroMonitor:
@@ -90,13 +103,14 @@ class GyroMonitor:
     def _confirm(self, name: str, values: list[float], own: int) -> None:
         """Believe a gyro again once it turns as the others do."""
         others = [value for k, value in enumerate(values) if k != own and value == value]
-        if not others or max(abs(value) for value in others) < _TURNING:
+        if not others or max(abs(value) for value in others) < _GYRO_MONITOR.turning:
             return
         alike = all(
-            abs(values[own] - value) < _ALIKE[0] + _ALIKE[1] * abs(value) for value in others
+            abs(values[own] - value) < _GYRO_MONITOR.alike[0] + _GYRO_MONITOR.alike[1] * abs(value)
+            for value in others
         )
         self._agreed[name] = self._agreed[name] + 1 if alike else 0
-        if self._agreed[name] >= _AGREED:
+        if self._agreed[name] >= _GYRO_MONITOR.agreed:
             del self._lost[name]
 
     def _against(self, axis: str, rates: list[float]) -> dict[int, list[int]]:
@@ -109,7 +123,7 @@ class GyroMonitor:
                 _DECAY * self._apart.get(key, 0.0) + (rates[i] - rates[j]) * ALERT_FRAME_DURATION
             )
             self._apart[key] = apart
-            if abs(apart) > _APART:
+            if abs(apart) > _GYRO_MONITOR.apart:
                 against[i].append(j)
                 against[j].append(i)
         return against
@@ -119,7 +133,7 @@ def _rates_from_attitude(before: FloatArray, angles: FloatArray) -> FloatArray:
     """Return the body rates that turn one attitude into the next, NaN where they do not tell."""
     change = (angles - before + math.pi) % (2.0 * math.pi) - math.pi
     phi, theta, _ = before + 0.5 * change
-    if not abs(theta) < _STEEP:
+    if not abs(theta) < _GYRO_MONITOR.steep:
         return np.full(3, np.nan)
     a, b, c = change / ALERT_FRAME_DURATION
     sp, cp, ct = math.sin(phi), math.cos(phi), math.cos(theta)
@@ -159,12 +173,21 @@ def _angle(values: FloatArray) -> float:
     return float(known[0] + apart.mean())
 
 
-_STANDING: Final = 40
-"""Frames of standing whose median altitude is that of the field."""
-_NEAR_GROUND: Final = 8.0
-"""Height above the field, m, below which an aircraft may be slow because it lands."""
-_ALTITUDE_FRAMES: Final = 4
-"""Barometers are noisy: the median of so many frames counts."""
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FlightPhaseMonitorSettings:
+    """Settings of `FlightPhaseMonitor`, checked by `tests/bench/dangers.py`."""
+
+    standing: int = 40
+    """Frames of standing whose median altitude is that of the field."""
+    near_ground: float = 8.0
+    """Height above the field, m, below which an aircraft may be slow because it lands."""
+    altitude_frames: int = 4
+    """Barometers are noisy: the median of so many frames counts."""
+
+
+_FLIGHT_PHASE_MONITOR: Final = FlightPhaseMonitorSettings()
+
+
 _PER_JUDGMENT: Final = round(AIRBORNE_FRAME / ALERT_FRAME_DURATION)
 
 
@@ -215,7 +238,7 @@ class FlightPhaseMonitor:
             time_since_takeoff=float(rows.times[-1]) - self._watch.since if airborne else -1.0,
             time_airborne=self._flown,
             height=height,
-            near_ground=height < _NEAR_GROUND,
+            near_ground=height < _FLIGHT_PHASE_MONITOR.near_ground,
         )
 
     def _height(self, rows: FlightRows, altitude: float, *, airborne: bool) -> float:
@@ -225,9 +248,9 @@ class FlightPhaseMonitor:
         if known.size:
             return float(known.mean())
         if not airborne and altitude == altitude:
-            self._standing = [*self._standing[1 - _STANDING :], altitude]
+            self._standing = [*self._standing[1 - _FLIGHT_PHASE_MONITOR.standing :], altitude]
             self._field = float(np.median(self._standing))
-        self._altitudes = [*self._altitudes[1 - _ALTITUDE_FRAMES :], altitude]
+        self._altitudes = [*self._altitudes[1 - _FLIGHT_PHASE_MONITOR.altitude_frames :], altitude]
         return float(np.median(self._altitudes)) - self._field
 
 

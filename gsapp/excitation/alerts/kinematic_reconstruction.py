@@ -33,12 +33,20 @@ from gsapp.quantities.constants import DEGREE
 MOTION_COLUMNS: Final = ("p", "q", "r", "ax", "ay", "an", "V", "alpha", "beta")
 """What a stretch holds."""
 
-_HATS: Final = 9
-"""Triangles over the stretch of which a rate that is not believed is made up."""
-_USUAL_ERROR: Final = 20.0 * DEGREE
-"""Rates, rad/s, by which a gyro that is not believed may be wrong: keeps the sums small ..."""
-_USUAL_MISS: Final = 0.5
-"""... beside misses, m/s, such as gusts make."""
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class KinematicReconstructionSettings:
+    """Settings of this module, checked by `tests/bench/dangers.py`."""
+
+    hats: int = 9
+    """Triangles over the stretch of which a rate that is not believed is made up."""
+    usual_error: float = 20.0 * DEGREE
+    """Rates, rad/s, by which a gyro that is not believed may be wrong: keeps the sums small ..."""
+    usual_miss: float = 0.5
+    """... beside misses, m/s, such as gusts make."""
+
+
+_SETTINGS: Final = KinematicReconstructionSettings()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -115,14 +123,16 @@ class ReconstructedMotion:
         path = reconstruct_path(
             self.rates, self.specific_force, self.dt, self.initial_velocity, self.gravity
         )
-        slopes = sensitivities_to_rates(path, self.dt, np.full(_HATS, axis), hats)
+        slopes = sensitivities_to_rates(path, self.dt, np.full(_SETTINGS.hats, axis), hats)
         back = path.C.transpose(0, 2, 1)
-        matrix = np.zeros((3 * count + _HATS, 6 + _HATS))
+        matrix = np.zeros((3 * count + _SETTINGS.hats, 6 + _SETTINGS.hats))
         matrix[: 3 * count] = np.concatenate(
             (back, path.times[:, None, None] * back, slopes.velocity), axis=2
         ).reshape(3 * count, -1)
-        matrix[3 * count :, 6:] = np.eye(_HATS) * (_USUAL_MISS / _USUAL_ERROR)
-        wanted = np.concatenate((self.residual.ravel(), np.zeros(_HATS)))
+        matrix[3 * count :, 6:] = np.eye(_SETTINGS.hats) * (
+            _SETTINGS.usual_miss / _SETTINGS.usual_error
+        )
+        wanted = np.concatenate((self.residual.ravel(), np.zeros(_SETTINGS.hats)))
         normal = matrix.T @ matrix
         solved = np.linalg.solve(
             normal + 1e-9 * np.trace(normal) * np.eye(len(normal)), matrix.T @ wanted
@@ -195,5 +205,5 @@ def _fit_lines(values: FloatArray, times: FloatArray) -> tuple[FloatArray, Float
 
 
 def _hat_functions(count: int) -> FloatArray:
-    place = np.linspace(0.0, _HATS - 1.0, count)[:, None]
-    return np.maximum(1.0 - np.abs(place - np.arange(_HATS)), 0.0)
+    place = np.linspace(0.0, _SETTINGS.hats - 1.0, count)[:, None]
+    return np.maximum(1.0 - np.abs(place - np.arange(_SETTINGS.hats)), 0.0)

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, replace
+from typing import Final
 
 import numpy as np
 
@@ -38,16 +39,24 @@ from gsapp.identification.statistics.bounds import invert_information
 from gsapp.identification.statistics.correlation import default_lags
 from gsapp.quantities import FloatArray
 
-_ITERATIONS = 12
-"""Steps after which a fit is left as it is."""
-_PRIOR = 0.5
-"""Share of a derivative that it may be off where a stretch without an input is listened to."""
-_LEAST_PRIOR = 0.05
-"""The least of it, for a derivative near zero."""
-_ROUNDS = 3
-"""Of weights and step, until what is left over hardly changes."""
-_TINY = 1e-16
-"""Variance, SI: no response is known better."""
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PredictedBoundsSettings:
+    """Settings of this module, checked by `tests/bench/information.py`."""
+
+    iterations: int = 12
+    """Steps after which a fit is left as it is."""
+    prior: float = 0.5
+    """Share of a derivative that it may be off where a stretch without an input is listened to."""
+    least_prior: float = 0.05
+    """The least of it, for a derivative near zero."""
+    rounds: int = 3
+    """Of weights and step, until what is left over hardly changes."""
+    tiny: float = 1e-16
+    """Variance, SI: no response is known better."""
+
+
+_SETTINGS: Final = PredictedBoundsSettings()
 
 
 def create_fit_settings(maneuver: Maneuver, axis: Axis, model: Model) -> MLSettings:
@@ -59,7 +68,7 @@ def create_fit_settings(maneuver: Maneuver, axis: Axis, model: Model) -> MLSetti
     free = free_derivatives(axis, maneuver.inputs)
     free = (*free, *secondary_input_derivatives((maneuver,), axis, free))
     held = {name: model.derivative(name) for name in axis_derivatives(axis) if name not in free}
-    return MLSettings(axis=axis, free=free, held=held, max_iterations=_ITERATIONS)
+    return MLSettings(axis=axis, free=free, held=held, max_iterations=_SETTINGS.iterations)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -88,8 +97,8 @@ class ManeuverSensitivities:
         noise is asked for.
         """
         rest = self.residuals
-        for _ in range(_ROUNDS):
-            W = np.diag(1.0 / np.maximum(np.mean(rest * rest, axis=0), _TINY))
+        for _ in range(_SETTINGS.rounds):
+            W = np.diag(1.0 / np.maximum(np.mean(rest * rest, axis=0), _SETTINGS.tiny))
             side = np.einsum("krm,kr->m", self.S, self.residuals @ W)
             rest = self.residuals - self.S @ (_pseudo_inverse(information_matrix(self.S, W)) @ side)
         one = BoundsPart(
@@ -239,7 +248,7 @@ def noise_from_quiet_segment(stretch: Maneuver, axis: Axis, model: Model) -> Res
     """
     free = axis_derivatives(axis)
     settings = MLSettings(
-        axis=axis, free=free, priors=_priors(free, model), max_iterations=_ITERATIONS
+        axis=axis, free=free, priors=_priors(free, model), max_iterations=_SETTINGS.iterations
     )
     problem = build_problem([stretch], settings)
     solver = Solver(problem, settings)
@@ -253,5 +262,5 @@ def _priors(names: tuple[str, ...], model: Model) -> Mapping[str, tuple[float, f
     found = {}
     for name in names:
         value = model.derivative(name)
-        found[name] = value, max(_PRIOR * abs(value), _LEAST_PRIOR)
+        found[name] = value, max(_SETTINGS.prior * abs(value), _SETTINGS.least_prior)
     return found

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
@@ -21,12 +22,21 @@ DEFAULT_MANEUVER_INTERVAL: Final = 35.0
 """From one maneuver to the next where nothing is known yet, s: nine to twelve in a flight."""
 _SHORTEST, _LONGEST = 10.0, 120.0
 """Laps out of these, s, were no laps: two inputs on one leg, a pause."""
-_TURNING = 100.0
-"""Above this speed, rad/s, an engine runs."""
-_CLOSED = 0.02
-"""Throttle below which an engine without a tachometer is taken to stand still."""
-_LEARNED_FROM = 30.0
-"""Seconds of flight from which on its own fuel flow counts."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RemainingTimeSettings:
+    """Settings of `RemainingTime`, checked by `tests/bench/information.py`."""
+
+    turning: float = 100.0
+    """Above this speed, rad/s, an engine runs."""
+    closed: float = 0.02
+    """Throttle below which an engine without a tachometer is taken to stand still."""
+    learned_from: float = 30.0
+    """Seconds of flight from which on its own fuel flow counts."""
+
+
+_SETTINGS: Final = RemainingTimeSettings()
 
 
 class RemainingTimeEstimator:
@@ -127,7 +137,9 @@ class RemainingTimeEstimator:
         )
         flow = np.where(np.isfinite(throttle), flow, self._usual_flow)
         rpm = rows["rpm"]
-        running = np.where(np.isfinite(rpm), rpm > _TURNING, ~(throttle < _CLOSED))
+        running = np.where(
+            np.isfinite(rpm), rpm > _SETTINGS.turning, ~(throttle < _SETTINGS.closed)
+        )
         flow = np.where(running, flow, 0.0)
         # One after the other, so that pieces give what the whole gives.
         self._burned = float(np.cumsum(np.concatenate(([self._burned], flow / self._rate)))[-1])
@@ -191,7 +203,7 @@ class RemainingTimeEstimator:
         if not gauge and not (mass.fuel > 0.0 and mass.fuel_flow_full > 0.0):
             return None
         flow = self._usual_flow
-        if flown > _LEARNED_FROM:
+        if flown > _SETTINGS.learned_from:
             if gauge and self._measured_at_takeoff is not None:
                 burned = self._measured_at_takeoff - self._fuel
             else:

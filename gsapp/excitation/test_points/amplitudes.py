@@ -43,14 +43,23 @@ _WORDS: Final = {
     "an": "the normal acceleration",
 }
 """Channels in words; others are called by their id."""
-_SLOPS = 2.0
-"""Times the free play of the linkage that an input must have."""
-_LEAST_OF_TRAVEL = 0.03
-"""Share of half of the travel below which no input is seen as one; as the grader has it."""
-_EDGE_SHARE = 1.0 / 3.0
-"""Share of a step that the servo may take from one side to the other."""
-_HARDLY = 1.25
-"""Ratio of the ends of a band where noise leaves hardly any room below the limits."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class AmplitudesSettings:
+    """Settings of this module, checked by `tests/bench/wanted_inputs.py`."""
+
+    slops: float = 2.0
+    """Times the free play of the linkage that an input must have."""
+    least_of_travel: float = 0.03
+    """Share of half of the travel below which no input is seen as one; as the grader has it."""
+    edge_share: float = 1.0 / 3.0
+    """Share of a step that the servo may take from one side to the other."""
+    hardly: float = 1.25
+    """Ratio of the ends of a band where noise leaves hardly any room below the limits."""
+
+
+_SETTINGS: Final = AmplitudesSettings()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -142,14 +151,14 @@ def amplitude_from_linkage(aircraft: Aircraft, surface: str, width: float) -> To
     low, why_low = max(_min_by_linkage(control), key=lambda found: found[0])
     high, why_high = min(_max_by_servo(control, 0.0, width), key=lambda found: found[0])
     return replace(
-        _band(low, high, why_low, why_high), best=math.sqrt(low * max(high, _HARDLY * low))
+        _band(low, high, why_low, why_high), best=math.sqrt(low * max(high, _SETTINGS.hardly * low))
     )
 
 
 def _band(low: float, high: float, why_low: str, why_high: str) -> ToleranceBand:
-    if high < _HARDLY * low:
+    if high < _SETTINGS.hardly * low:
         why_high = f"{why_high}; hardly any room is left above the noise, fly another speed"
-        high = _HARDLY * low
+        high = _SETTINGS.hardly * low
     best = max(TARGET_AMPLITUDE_SHARE * high, math.sqrt(low * high))
     return ToleranceBand(
         low=float(low), best=float(best), high=float(high), why_low=why_low, why_high=why_high
@@ -265,7 +274,7 @@ def _max_by_servo(control: Control, trimmed: float, width: float) -> list[tuple[
         (_margin(trimmed, control.travel), "larger, the surface runs into its stop"),
         (stick, "there is no more stick"),
         (
-            0.5 * _EDGE_SHARE * width * control.rate_limit,
+            0.5 * _SETTINGS.edge_share * width * control.rate_limit,
             "larger, the servo is too slow for the step",
         ),
     ]
@@ -274,8 +283,8 @@ def _max_by_servo(control: Control, trimmed: float, width: float) -> list[tuple[
 def _min_by_linkage(control: Control) -> list[tuple[float, str]]:
     half = 0.5 * (control.travel[1] - control.travel[0])
     return [
-        (_SLOPS * control.slop, "smaller, the play of the linkage swallows it"),
-        (_LEAST_OF_TRAVEL * half, "smaller, it is not seen as an input"),
+        (_SETTINGS.slops * control.slop, "smaller, the play of the linkage swallows it"),
+        (_SETTINGS.least_of_travel * half, "smaller, it is not seen as an input"),
     ]
 
 

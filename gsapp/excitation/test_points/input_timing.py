@@ -27,12 +27,22 @@ HANDS_OFF_PERIODS: Final = 2.0
 MAX_HANDS_OFF_TIME: Final = 6.0
 """s; no straight leg has room for more."""
 
-_HEAVY = 0.9
-"""Damping ratio beyond which an oscillation is none to the eye: it dies within one swing."""
-_TIME_CONSTANTS = 4.0
-"""Time constants after which 2 % of a motion without oscillation are left."""
-_ROLL_BUILT_UP = 2.0
-"""Time constants of the roll after which a doublet's roll rate swings 80 % of what it can."""
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class InputTimingSettings:
+    """Settings of this module, checked by `tests/bench/wanted_inputs.py`."""
+
+    heavy: float = 0.9
+    """Damping ratio beyond which an oscillation is none to the eye: it dies within one swing."""
+    time_constants: float = 4.0
+    """Time constants after which 2 % of a motion without oscillation are left."""
+    roll_built_up: float = 2.0
+    """Time constants of the roll after which a doublet's roll rate swings 80 % of what it can."""
+
+
+_SETTINGS: Final = InputTimingSettings()
+
+
 _GRID = np.linspace(0.02, 1.5, 297) * math.pi
 """Widths of a step, as the phase, rad, that the mode goes through meanwhile."""
 _MIDDLE_STEP = {"3-2-1-1": 2}
@@ -57,13 +67,13 @@ class ModeTiming:
     @property
     def hands_off_time(self) -> float:
         """Return how long its free motion is worth having, s: two periods, if it has any."""
-        if self.damping_ratio < _HEAVY:
+        if self.damping_ratio < _SETTINGS.heavy:
             period = (
                 2.0 * math.pi / (self.natural_frequency * math.sqrt(1.0 - self.damping_ratio**2))
             )
             wanted = HANDS_OFF_PERIODS * period
         else:
-            wanted = _TIME_CONSTANTS * self.slowest_time_constant
+            wanted = _SETTINGS.time_constants * self.slowest_time_constant
         return min(max(wanted, MIN_FREE_RESPONSE_TIME), MAX_HANDS_OFF_TIME)
 
 
@@ -121,7 +131,7 @@ def oscillation_step_width(mode: ModeTiming, kind: str) -> ToleranceBand:
 def roll_step_width(roll_mode: ModeTiming, wobble: ModeTiming) -> ToleranceBand:
     """Return the width of an aileron input: the roll builds up, the dutch roll stays small."""
     half_period = math.pi / wobble.natural_frequency
-    low = min(_ROLL_BUILT_UP * roll_mode.slowest_time_constant, half_period / 1.5)
+    low = min(_SETTINGS.roll_built_up * roll_mode.slowest_time_constant, half_period / 1.5)
     low, high = (min(max(width, _FASTEST), _SLOWEST) for width in (low, half_period))
     return ToleranceBand(
         low=low,

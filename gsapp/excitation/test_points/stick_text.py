@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import Final
 
 from gsapp.aircraft import Aircraft, Control
@@ -23,12 +24,23 @@ STICK_SHARES: Final = {
 STICK_NAMES: Final = {"de": "stick", "da": "stick", "dr": "rudder"}
 """What moves each surface, as it is said."""
 
-_EASY = (1.0 / 3.0, 0.75)
-"""Shares that a hand finds well: smaller ones are fiddly, larger ones leave no room."""
-_POSSIBLE = (0.2, 1.0)
-"""Shares for which the rate switch is left where it is."""
-_BEYOND = 1.1
-"""Share beyond which full stick is not enough."""
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class StickTextSettings:
+    """Settings of this module, checked by `tests/bench/wanted_inputs.py`."""
+
+    easy: tuple[float, float] = (1.0 / 3.0, 0.75)
+    """Shares that a hand finds well: smaller ones are fiddly, larger ones leave no room."""
+    possible: tuple[float, float] = (0.2, 1.0)
+    """Shares for which the rate switch is left where it is."""
+    beyond: float = 1.1
+    """Share beyond which full stick is not enough."""
+    same_width: float = 0.1
+    """Share by which a width may miss what is wanted without a word: no hand keeps it better."""
+
+
+_SETTINGS: Final = StickTextSettings()
+
 
 _FACTORS: Final = {
     "a quarter of that": 0.25,
@@ -47,8 +59,6 @@ _FACTORS: Final = {
 }
 _MOST, _LEAST = 5.0, 0.2
 """Factors beyond which no number is told: such an input was a mistake."""
-_SAME_WIDTH = 0.1
-"""Share by which a width may miss what is wanted without a word: no hand keeps it better."""
 
 
 def format_stick(
@@ -106,12 +116,12 @@ def needs_high_rate(
     }
     if rate_switch is not None and math.isfinite(rate_switch):
         now = rate_switch > 0.5
-        if all(_POSSIBLE[0] <= share <= _POSSIBLE[1] for share in shares[now]):
+        if all(_SETTINGS.possible[0] <= share <= _SETTINGS.possible[1] for share in shares[now]):
             return now
     return min(
         shares,
         key=lambda high: (
-            sum(_outside(share, _EASY) for share in shares[high]),
+            sum(_outside(share, _SETTINGS.easy) for share in shares[high]),
             sum(abs(share - 0.5) for share in shares[high]),
         ),
     )
@@ -124,7 +134,7 @@ def _stick_text(aircraft: Aircraft, surface: str, amplitude: float, high: bool) 
     control: Control = getattr(aircraft.controls, surface)
     alike = math.isclose(control.full_stick_high, control.full_stick_low, rel_tol=0.02)
     rate = "" if alike else f", {'high' if high else 'low'} rate"
-    if share > _BEYOND:
+    if share > _SETTINGS.beyond:
         return f"full {lever}{rate}, and more than that"
     return f"{format_share(share)} {lever}{rate}"
 
@@ -170,7 +180,7 @@ def format_width_change(width: float, wanted: float) -> str:
         s.
     """
     way = f"{wanted:.1f} s each way" if wanted >= 0.095 else f"{wanted:.2f} s each way"
-    if abs(width / wanted - 1.0) < _SAME_WIDTH:
+    if abs(width / wanted - 1.0) < _SETTINGS.same_width:
         return way
     return f"{'quicker' if width > wanted else 'hold longer'}: {way}"
 

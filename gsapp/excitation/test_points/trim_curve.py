@@ -23,14 +23,25 @@ from gsapp.quantities.constants import DEGREE, GRAVITY
 MAX_ALPHA_SHIFT: Final = 3.0 * DEGREE
 """The most by which alpha measured in steady flight moves the curve; beyond it the vane is off."""
 
-_POINTS = 25
-"""Of the grid; alpha is met within a hundredth of a degree between them."""
-_HALVINGS = 6
-"""Steps in which each end of the range is found."""
-_FEWEST_STRETCHES = 3
-"""Stretches that tell where the vane stands: the median of three is safe from one that is off."""
-_ROUNDING = 1e-9
-"""By which alpha at an end of the curve may miss it, rad."""
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TrimCurveSettings:
+    """Settings of `TrimCurve`, checked by `tests/bench/wanted_inputs.py`."""
+
+    points: int = 25
+    """Of the grid; alpha is met within a hundredth of a degree between them."""
+    halvings: int = 6
+    """Steps in which each end of the range is found."""
+    fewest_stretches: int = 3
+    """Stretches that tell where the vane stands: the median of three is safe from one that is
+    off."""
+    rounding: float = 1e-9
+    """By which alpha at an end of the curve may miss it, rad."""
+
+
+_SETTINGS: Final = TrimCurveSettings()
+
+
 _SLOWEST_SHARE, _FASTEST_SHARE = 0.7, 4.0
 """Ends of the search, in speeds at which the wing carries the weight just before the stall."""
 
@@ -115,7 +126,7 @@ class TrimCurve:
             return None
         by_model = alpha - self.alpha_shift
         least, most = float(self._table[-1, 1]), float(self._table[0, 1])
-        if not least - _ROUNDING <= by_model <= most + _ROUNDING:
+        if not least - _SETTINGS.rounding <= by_model <= most + _SETTINGS.rounding:
             return None
         return float(self._speed(min(max(by_model, least), most)))
 
@@ -133,7 +144,7 @@ class TrimCurve:
             for speed, alpha in flown
             if (expected := self.level_flight_at(speed)) is not None and math.isfinite(alpha)
         ]
-        if len(misses) < _FEWEST_STRETCHES:
+        if len(misses) < _SETTINGS.fewest_stretches:
             return self
         moved = copy.copy(self)
         moved.alpha_shift = min(max(float(np.median(misses)), -MAX_ALPHA_SHIFT), MAX_ALPHA_SHIFT)
@@ -151,7 +162,7 @@ class TrimCurve:
             return nothing
         flying = FlightModel(aircraft, model)
         slowest, fastest = self._ends(aircraft, model)
-        grid = np.linspace(slowest, fastest, _POINTS)
+        grid = np.linspace(slowest, fastest, _SETTINGS.points)
         found = [self._level(flying, speed) for speed in grid.tolist()]
         run = _longest_true_run([one is not None for one in found])
         if run.stop - run.start < 2:
@@ -188,7 +199,7 @@ class TrimCurve:
 
     def _end(self, flying: FlightModel, inside: float, outside: float) -> _Row:
         """Return level flight at the end of the range, between a speed that flies and one not."""
-        for _ in range(_HALVINGS):
+        for _ in range(_SETTINGS.halvings):
             middle = 0.5 * (inside + outside)
             if self._level(flying, middle) is None:
                 outside = middle

@@ -93,15 +93,24 @@ class MovingWindow:
 
 
 _FLOWN: Final = ("p", "q", "r", "V", "altitude")
-_FEWEST_FRAMES: Final = 6
-"""Frames of standing still that tell a zero."""
-_SURE_FRAMES: Final = 4
-"""Frames after which an aircraft that does not seem to fly is said to be on the ground: a record
-may begin, or go on after a gap, in the air."""
-_LARGEST_ZERO: Final = 5.0 * DEGREE
-"""What is more, rad/s, is motion or a broken gyro."""
-_SLOW: Final = 12.0
-"""Airspeed below which no aircraft of this kind flies, m/s, where no aircraft file tells."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class GroundMonitorSettings:
+    """Settings of `GroundMonitor`, checked by `tests/bench/trim_cue.py`."""
+
+    fewest_frames: int = 6
+    """Frames of standing still that tell a zero."""
+    sure_frames: int = 4
+    """Frames after which an aircraft that does not seem to fly is said to be on the ground: a
+    record may begin, or go on after a gap, in the air."""
+    largest_zero: float = 5.0 * DEGREE
+    """What is more, rad/s, is motion or a broken gyro."""
+    slow: float = 12.0
+    """Airspeed below which no aircraft of this kind flies, m/s, where no aircraft file tells."""
+
+
+_GROUND_MONITOR: Final = GroundMonitorSettings()
 
 
 class GroundMonitor:
@@ -145,11 +154,11 @@ class GroundMonitor:
         self._frame.clear()
         self._frames += 1
         self._decide(means)
-        self.on_ground = not self.airborne and self._frames >= _SURE_FRAMES
+        self.on_ground = not self.airborne and self._frames >= _GROUND_MONITOR.sure_frames
 
     def _decide(self, means: list[float]) -> None:
         if self._watch is None:
-            self.airborne = not means[3] < _SLOW
+            self.airborne = not means[3] < _GROUND_MONITOR.slow
             self.standing = False
             return
         row = np.full(len(SIGNALS), np.nan)
@@ -161,10 +170,10 @@ class GroundMonitor:
             self._learn(means[:3])
 
     def _learn(self, rates: list[float]) -> None:
-        there = np.abs(rates) < _LARGEST_ZERO
+        there = np.abs(rates) < _GROUND_MONITOR.largest_zero
         self._still += np.where(there, rates, 0.0)
         self._still_frames += there
-        known = self._still_frames >= _FEWEST_FRAMES
+        known = self._still_frames >= _GROUND_MONITOR.fewest_frames
         p, q, r = np.where(known, self._still / np.maximum(self._still_frames, 1), 0.0).tolist()
         self.zero_offsets = (p, q, r)
 
@@ -178,20 +187,29 @@ def _window_mean(values: tuple[float, ...]) -> float:
 # Height is read half a second late and with the noise of a static pressure. So it is followed where
 # it is, and accelerations carry the rate of climb on to the present.
 
-_START: Final = (10.0, 5.0)
-"""Standard deviations of height (m) and rate of climb (m/s) before anything was seen."""
-_HEIGHT: Final = 0.5
-"""Standard deviation of the mean height of a tick, m: static pressure with its noise."""
-_RATE: Final = 0.5
-"""The same of a measured rate of climb, m/s."""
-_LIFTED: Final = 0.1**2
-"""What the integrated acceleration adds, (m/s)^2 a second: attitude is known to a degree or two."""
-_ASTRAY: Final = 15.0
-"""A height farther than this from where it should be, m, is a fault or a new beginning."""
-_ASTRAY_FOR: Final = 0.5
-"""Seconds of such heights that are a new beginning."""
-_MISSING_FOR: Final = 2.0
-"""Seconds without height and without rate of climb after which nothing is told."""
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ClimbObserverSettings:
+    """Settings of `ClimbObserver`, checked by `tests/bench/trim_cue.py`."""
+
+    start: tuple[float, float] = (10.0, 5.0)
+    """Standard deviations of height (m) and rate of climb (m/s) before anything was seen."""
+    height: float = 0.5
+    """Standard deviation of the mean height of a tick, m: static pressure with its noise."""
+    rate: float = 0.5
+    """The same of a measured rate of climb, m/s."""
+    lifted: float = 0.1**2
+    """What the integrated acceleration adds, (m/s)^2 a second: attitude is known to a degree or
+    two."""
+    astray: float = 15.0
+    """A height farther than this from where it should be, m, is a fault or a new beginning."""
+    astray_for: float = 0.5
+    """Seconds of such heights that are a new beginning."""
+    missing_for: float = 2.0
+    """Seconds without height and without rate of climb after which nothing is told."""
+
+
+_CLIMB_OBSERVER: Final = ClimbObserverSettings()
 
 
 class ClimbObserver:
@@ -238,25 +256,29 @@ class ClimbObserver:
         if self._filter is None:
             if not missing:
                 self._filter = TwoStateKalmanFilter(
-                    (height if height == height else 0.0, 0.0), _START
+                    (height if height == height else 0.0, 0.0), _CLIMB_OBSERVER.start
                 )
             return
         state = self._filter
-        if self._unseen > _MISSING_FOR:
+        if self._unseen > _CLIMB_OBSERVER.missing_for:
             self.restart()
             return
         state.predict(
             (state.first + dt * state.second, state.second + dt * before),
             (dt, 0.0),
-            (0.0, dt * _LIFTED),
+            (0.0, dt * _CLIMB_OBSERVER.lifted),
         )
-        self._astray = self._astray + dt if abs(height - state.first) > _ASTRAY else 0.0
-        if self._astray > _ASTRAY_FOR:
-            state = self._filter = TwoStateKalmanFilter((height, state.second), _START)
+        self._astray = (
+            self._astray + dt if abs(height - state.first) > _CLIMB_OBSERVER.astray else 0.0
+        )
+        if self._astray > _CLIMB_OBSERVER.astray_for:
+            state = self._filter = TwoStateKalmanFilter(
+                (height, state.second), _CLIMB_OBSERVER.start
+            )
         elif height == height and not self._astray:
-            state.update_first(height, _HEIGHT**2)
+            state.update_first(height, _CLIMB_OBSERVER.height**2)
         elif climb_rate == climb_rate:
-            state.update_second(climb_rate, _RATE**2)
+            state.update_second(climb_rate, _CLIMB_OBSERVER.rate**2)
         self.climb = state.second + dt * sum(self._lifts)
 
 
@@ -264,20 +286,31 @@ _FITTED: Final = (*TURBULENCE_CHANNELS, "V")
 _FITTED_PLACES: Final = [TICK_INDEX[name] for name in _FITTED]
 _P, _Q, _R, _ALPHA = (TICK_INDEX[name] for name in ("p", "q", "r", "alpha"))
 _SPEED, _ALTITUDE = TICK_INDEX["V"], TICK_INDEX["altitude"]
-_SLOWEST: Final = 5.0
-"""Airspeed below which flow angles mean nothing, m/s."""
-_USUAL_SPEED: Final = 28.0
-"""Airspeed, m/s, where neither a pitot nor an aircraft file tells one."""
-_CRUISE: Final = 1.5
-"""Usual airspeed over that below which it does not fly."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MotionEstimatorSettings:
+    """Settings of `MotionEstimator`, checked by `tests/bench/trim_cue.py`."""
+
+    slowest: float = 5.0
+    """Airspeed below which flow angles mean nothing, m/s."""
+    usual_speed: float = 28.0
+    """Airspeed, m/s, where neither a pitot nor an aircraft file tells one."""
+    cruise: float = 1.5
+    """Usual airspeed over that below which it does not fly."""
+    turn_time: float = 0.7
+    """Seconds of which the mean turn rate tells a turn."""
+    quick_time: float = 0.3
+    """Seconds of which the mean rates tell that trim is lost."""
+    least_share: float = 0.6
+    """Share of what a mean is taken of that must be there."""
+
+
+_MOTION_ESTIMATOR: Final = MotionEstimatorSettings()
+
+
 _BANK_SIGNS: Final = ("turn rate", "rate of roll", "lateral acceleration", "beta")
 """What tells of the bank where no attitude is measured."""
-_TURN_TIME: Final = 0.7
-"""Seconds of which the mean turn rate tells a turn."""
-_QUICK_TIME: Final = 0.3
-"""Seconds of which the mean rates tell that trim is lost."""
-_LEAST_SHARE: Final = 0.6
-"""Share of what a mean is taken of that must be there."""
 
 
 class MotionEstimator:
@@ -300,7 +333,11 @@ class MotionEstimator:
         self._aircraft = aircraft
         self._dt = dt
         self._second = round(tolerances.averaging_time / dt)
-        usual = _USUAL_SPEED if aircraft is None else _CRUISE * flying_speed(aircraft)
+        usual = (
+            _MOTION_ESTIMATOR.usual_speed
+            if aircraft is None
+            else _MOTION_ESTIMATOR.cruise * flying_speed(aircraft)
+        )
         self.unrest = TurbulenceMonitor(aircraft, tolerances, self._second)
         self._stand = GroundMonitor(aircraft, dt)
         self.leg = LegMonitor(dt)
@@ -316,8 +353,10 @@ class MotionEstimator:
         self._climb.restart()
         self._window = MovingWindow(self._second, len(_FITTED))
         self._derived: deque[tuple[float, float, float]] = deque(maxlen=self._second)
-        self._turns: deque[float] = deque(maxlen=round(_TURN_TIME / self._dt))
-        self._rates: deque[Sequence[float]] = deque(maxlen=round(_QUICK_TIME / self._dt))
+        self._turns: deque[float] = deque(maxlen=round(_MOTION_ESTIMATOR.turn_time / self._dt))
+        self._rates: deque[Sequence[float]] = deque(
+            maxlen=round(_MOTION_ESTIMATOR.quick_time / self._dt)
+        )
         self.motion = MeanMotion(*(math.nan for _ in MeanMotion._fields))
         self._local = False
         self.fast_rates: tuple[float, ...] = (0.0, 0.0, 0.0)
@@ -344,7 +383,7 @@ class MotionEstimator:
         if self._aircraft is not None:
             vane = self._aircraft.sensors.alpha_vane
             turned = q * vane.position[0] - p * vane.position[1]
-            known = speed > _SLOWEST and turned == turned
+            known = speed > _MOTION_ESTIMATOR.slowest and turned == turned
             values[_ALPHA] = values[_ALPHA] / vane.upwash + (turned / speed if known else 0.0)
         return values, stand.airborne, stand.on_ground, stand.standing
 
@@ -407,5 +446,5 @@ def _mean(values: Iterable[float]) -> float:
     """Return the mean of what is there; NaN where much is missing."""
     given = list(values)
     known = [value for value in given if value == value]
-    enough = len(known) >= _LEAST_SHARE * len(given) and known
+    enough = len(known) >= _MOTION_ESTIMATOR.least_share * len(given) and known
     return sum(known) / len(known) if enough else math.nan

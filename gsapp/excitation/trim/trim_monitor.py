@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections import deque
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Final
 
 from gsapp.aircraft import Aircraft
@@ -88,18 +89,27 @@ class StateHysteresis:
 
 MIN_LEG_TIME_LEFT: Final = 3.0
 """No GO with less of the straight leg left, s."""
-_AGAIN: Final = 1.0
-"""A leg found too short stays so unless it grows by this, s."""
-_LOST_RATE: Final = 3.0
-"""Times its tolerance, over 0.3 s: a rate that ends GO at once."""
-_LOST: Final = 1.5
-"""Times its tolerance, over a second: anything that ends GO at once."""
-_RESTLESS: Final = 0.6
-"""Share of the unrest allowed beyond which means of a second go to and fro with the gusts."""
-_CALM_AGAIN: Final = 0.9
-"""Share of the unrest allowed below which air is calm again that was too rough."""
-_CALM_FOR: Final = 1.0
-"""Seconds of calm that end gusty air."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TrimMonitorSettings:
+    """Settings of `TrimMonitor`, checked by `tests/bench/trim_cue.py`."""
+
+    again: float = 1.0
+    """A leg found too short stays so unless it grows by this, s."""
+    lost_rate: float = 3.0
+    """Times its tolerance, over 0.3 s: a rate that ends GO at once."""
+    lost: float = 1.5
+    """Times its tolerance, over a second: anything that ends GO at once."""
+    restless: float = 0.6
+    """Share of the unrest allowed beyond which means of a second go to and fro with the gusts."""
+    calm_again: float = 0.9
+    """Share of the unrest allowed below which air is calm again that was too rough."""
+    calm_for: float = 1.0
+    """Seconds of calm that end gusty air."""
+
+
+_SETTINGS: Final = TrimMonitorSettings()
 
 
 class TrimMonitor:
@@ -271,8 +281,8 @@ class TrimMonitor:
         trimmed = worst <= (LEAVE_RATIO if state in ("hold", "go") else 1.0)
         # Gusts come and go: what three seconds together say does not.
         near = trimmed or (
-            self._roughness() > _RESTLESS
-            and self._off_on_average() <= (_LOST if state in ("hold", "gusty") else 1.0)
+            self._roughness() > _SETTINGS.restless
+            and self._off_on_average() <= (_SETTINGS.lost if state in ("hold", "gusty") else 1.0)
         )
         if not near:
             return "fly"
@@ -293,7 +303,7 @@ class TrimMonitor:
             return False
         least = max(MIN_LEG_TIME_LEFT, self._needed)
         return left < least + self._senses.leg.time_uncertainty + (
-            _AGAIN if state == "turn" else 0.0
+            _SETTINGS.again if state == "turn" else 0.0
         )
 
     def _off_on_average(self) -> float:
@@ -311,11 +321,11 @@ class TrimMonitor:
     def _look_at_the_air(self, time: float) -> None:
         """Tell air that is too rough now, and air that has been for some seconds."""
         roughness = self._roughness()
-        self._rough = roughness > (_CALM_AGAIN if self._rough else 1.0)
-        self._calm_for = self._calm_for + self._dt if roughness < _CALM_AGAIN else 0.0
+        self._rough = roughness > (_SETTINGS.calm_again if self._rough else 1.0)
+        self._calm_for = self._calm_for + self._dt if roughness < _SETTINGS.calm_again else 0.0
         if self._rough and self._senses.unrest.is_lasting:
             self._gusty = self._gusty or self._undisturbed(time)
-        elif self._calm_for >= _CALM_FOR:
+        elif self._calm_for >= _SETTINGS.calm_for:
             self._gusty = False
 
     def _undisturbed(self, time: float) -> bool:
@@ -323,12 +333,12 @@ class TrimMonitor:
 
     def _lost(self, off: Sequence[TrimDeviation], wanted: TrimState) -> bool:
         """Return whether GO must end at once."""
-        if wanted in ("blind", "turn") or (off and off[0].tolerance_ratio > _LOST):
+        if wanted in ("blind", "turn") or (off and off[0].tolerance_ratio > _SETTINGS.lost):
             return True
         limits = self._tolerances
         rates = (limits.roll_rate, limits.pitch_rate, limits.yaw_rate)
         return any(
-            abs(rate) > _LOST_RATE * limit
+            abs(rate) > _SETTINGS.lost_rate * limit
             for rate, limit in zip(self._senses.fast_rates, rates, strict=True)
         )
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections import deque
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Final
 
 from gsapp.aircraft import Aircraft
@@ -18,20 +19,30 @@ from gsapp.excitation.trim.tolerances import TrimTolerances
 TURBULENCE_CHANNELS: Final = ("p", "q", "r", "an", "alpha", "beta")
 """Channels by which unrest is judged."""
 
-_LASTING: Final = 0.5
-"""Share of the tolerance that each of the last seconds exceeds in gusts that last: the answer to
-an input fills some of them only."""
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TurbulenceMonitorSettings:
+    """Settings of `TurbulenceMonitor`, checked by `tests/bench/trim_cue.py`."""
+
+    lasting: float = 0.5
+    """Share of the tolerance that each of the last seconds exceeds in gusts that last: the answer
+    to an input fills some of them only."""
+    vane_to_gust: float = 2.8
+    """Standard deviation of a gust over that of V alpha within a second: the rest is slower, and
+    the aircraft turns its nose into the wind."""
+    lift_slope: float = 4.5
+    """Lift per radian of an aircraft of usual shape, where only accelerations tell of gusts."""
+    slowest: float = 5.0
+    """Airspeed below which flow angles mean nothing, m/s."""
+
+
+_SETTINGS: Final = TurbulenceMonitorSettings()
+
+
 WINDOW_COUNT: Final = 5
 """Windows of a second by which unrest is found to last, or gusts to be strong."""
-_VANE_TO_GUST: Final = 2.8
-"""Standard deviation of a gust over that of V alpha within a second: the rest is slower, and the
-aircraft turns its nose into the wind."""
-_LIFT_SLOPE: Final = 4.5
-"""Lift per radian of an aircraft of usual shape, where only accelerations tell of gusts."""
 _LIFT: Final = TURBULENCE_CHANNELS.index("an")
 _ALPHA: Final = TURBULENCE_CHANNELS.index("alpha")
-_SLOWEST: Final = 5.0
-"""Airspeed below which flow angles mean nothing, m/s."""
 
 
 class TurbulenceMonitor:
@@ -59,7 +70,7 @@ class TurbulenceMonitor:
         self._loading = (
             None
             if aircraft is None
-            else 2.0 * aircraft.mass.mass / (aircraft.geometry.wing_area * _LIFT_SLOPE)
+            else 2.0 * aircraft.mass.mass / (aircraft.geometry.wing_area * _SETTINGS.lift_slope)
         )
         self._second = second
         self._now = max(1, round(tolerances.turbulence_time / tolerances.averaging_time))
@@ -112,13 +123,17 @@ class TurbulenceMonitor:
             if not share <= self.tolerance_ratio:
                 self.tolerance_ratio, self.worst_channel = share, TURBULENCE_CHANNELS[place]
                 self.is_lasting = (
-                    len(clean) >= WINDOW_COUNT and min(clean) > (_LASTING * limit) ** 2
+                    len(clean) >= WINDOW_COUNT and min(clean) > (_SETTINGS.lasting * limit) ** 2
                 )
         self.gust_strength = self._gusts(seconds, speed)
 
     def _with_alpha(self, powers: Sequence[float], speed: float) -> Sequence[float]:
         """Put what the lift tells of alpha in place of a vane that is not there."""
-        if powers[_ALPHA] == powers[_ALPHA] or self._loading is None or not speed > _SLOWEST:
+        if (
+            powers[_ALPHA] == powers[_ALPHA]
+            or self._loading is None
+            or not speed > _SETTINGS.slowest
+        ):
             return powers
         lift = max(powers[_LIFT] - self._floor[_LIFT], 0.0)
         told = lift * (self._loading / (SEA_LEVEL_DENSITY * speed * speed)) ** 2
@@ -126,7 +141,7 @@ class TurbulenceMonitor:
 
     def _gusts(self, seconds: list[Sequence[float]], speed: float) -> float | None:
         alpha = [one[_ALPHA] for one in seconds if one[_ALPHA] == one[_ALPHA]]
-        if not alpha or not speed > _SLOWEST:
+        if not alpha or not speed > _SETTINGS.slowest:
             return None
         bump = max(sum(alpha) / len(alpha) - self._floor[_ALPHA], 0.0)
-        return _VANE_TO_GUST * speed * math.sqrt(bump)
+        return _SETTINGS.vane_to_gust * speed * math.sqrt(bump)
