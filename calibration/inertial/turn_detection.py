@@ -26,7 +26,7 @@ TurnState = Literal["unsettled", "ready", "turning", "stopping", "turned"]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TurnDetectionSettings:
-    """Settings of `TurnDetection`, checked by `tests/bench/inertial.py`."""
+    """Settings of this module, checked by `tests/bench/inertial.py`."""
 
     length: float = 0.1
     """s: means over that are judged."""

@@ -20,7 +20,7 @@ BLOW_PRESSURE = 150.0
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PitotBlowSettings:
-    """Settings of `PitotBlow`, checked by `tests/bench/calibrations.py`."""
+    """Settings of this module, checked by `tests/bench/calibrations.py`."""
 
     suck: float = 60.0
     """Pa below zero under a breath: the hoses are swapped."""

@@ -34,24 +34,34 @@ LOST_TONE: Final = "moved"
 HANDS_OFF_TONE: Final = "steady"
 HANDS_ON_TONE: Final = "prompt"
 
-_APART: Final = 1.5
-"""Seconds between two things that are off: a pilot mends one after the other."""
-_CHANGED: Final = 1.5
-"""What is off is news again once it is so many times what was said."""
-_SOONEST: Final = 3.0
-"""Seconds after which the same thing may be said with another number."""
-_REPEATS: Final = (5.0, 10.0, 20.0, 40.0)
-"""Seconds until the same words are said again, the first time, the second time ..."""
-_FAR: Final = 3.0
-"""What is off by more than so many tolerances is seen by every pilot: he is on his way."""
-_ROLLING_OUT: Final = 2.0
-"""Seconds after a turn in which a pilot still rolls out of it."""
-_RECOVERY: Final = 3.0
-"""Seconds after a verdict that belong to it, and to flying on."""
-_UNTIL_VERDICT: Final = 1.5
-"""Seconds after a hands-off interval that are left to its verdict."""
-_QUIET: Final = 2.5
-"""Seconds without a word before a note is said."""
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class AnnouncerSettings:
+    """Settings of `Announcer`."""
+
+    apart: float = 1.5
+    """Seconds between two things that are off: a pilot mends one after the other."""
+    changed: float = 1.5
+    """What is off is news again once it is so many times what was said."""
+    soonest: float = 3.0
+    """Seconds after which the same thing may be said with another number."""
+    repeats: tuple[float, float, float, float] = (5.0, 10.0, 20.0, 40.0)
+    """Seconds until the same words are said again, the first time, the second time ..."""
+    far: float = 3.0
+    """What is off by more than so many tolerances is seen by every pilot: he is on his way."""
+    rolling_out: float = 2.0
+    """Seconds after a turn in which a pilot still rolls out of it."""
+    recovery: float = 3.0
+    """Seconds after a verdict that belong to it, and to flying on."""
+    until_verdict: float = 1.5
+    """Seconds after a hands-off interval that are left to its verdict."""
+    quiet: float = 2.5
+    """Seconds without a word before a note is said."""
+
+
+_SETTINGS: Final = AnnouncerSettings()
+
+
 _URGENT: Final = ("land", "stall", "nose down")
 """Words of a warning that is spoken even into a hands-off interval."""
 
@@ -146,7 +156,7 @@ class Announcer:
                 said += self._interval(event)
             elif event.kind == "verdict":
                 self._silent_until = -math.inf
-                self._recovers_until = event.time + _RECOVERY
+                self._recovers_until = event.time + _SETTINGS.recovery
                 said.append(self._say(event.time, spell_out_units(event.text), "prompt"))
             elif event.kind == "card":
                 self._note = spell_out_units(event.text)
@@ -176,7 +186,7 @@ class Announcer:
             self._silent_until = math.inf
             self._nagging = _RepeatTimer()
             return [self._say(event.time, "hands off", "prompt", HANDS_OFF_TONE)]
-        self._silent_until = event.time + _UNTIL_VERDICT
+        self._silent_until = event.time + _SETTINGS.until_verdict
         if event.state == "ends":
             return [Announcement(time=event.time, text="", priority="prompt", tone=HANDS_ON_TONE)]
         return []
@@ -220,10 +230,12 @@ class Announcer:
             return [self._say(time, "go", "prompt", GO_TONE)] if former != "go" else []
         lost = LOST_TONE if former == "go" else ""
         if former == "turn" and trim.state != "turn":
-            self._level_at = time + _ROLLING_OUT
+            self._level_at = time + _SETTINGS.rolling_out
         if trim.state == "fly" and trim.worst is not None:
             words = spell_out_units(trim.worst.format_text(self.system))
-            due = bool(lost) or (trim.worst.tolerance_ratio <= _FAR and time >= self._level_at)
+            due = bool(lost) or (
+                trim.worst.tolerance_ratio <= _SETTINGS.far and time >= self._level_at
+            )
             due = due and self._nagging.due(
                 time, _deviation_key(trim.worst), abs(trim.worst.amount), bool(lost)
             )
@@ -238,7 +250,7 @@ class Announcer:
         return [Announcement(time=time, text="", priority="prompt", tone=lost)] if lost else []
 
     def _noted(self, time: float) -> list[Announcement]:
-        if self._note is None or time - self._last_words < _QUIET:
+        if self._note is None or time - self._last_words < _SETTINGS.quiet:
             return []
         words, self._note = self._note, None
         return [self._say(time, words, "note")]
@@ -260,11 +272,11 @@ class _RepeatTimer:
         """Return whether it is time to say it, and count it as said."""
         passed = time - self._time
         if key != self._key:
-            due, count = at_once or passed >= _APART, 0
-        elif amount > _CHANGED * self._amount:
-            due, count = passed >= _SOONEST, self._count
+            due, count = at_once or passed >= _SETTINGS.apart, 0
+        elif amount > _SETTINGS.changed * self._amount:
+            due, count = passed >= _SETTINGS.soonest, self._count
         else:
-            wait = _REPEATS[min(self._count, len(_REPEATS) - 1)]
+            wait = _SETTINGS.repeats[min(self._count, len(_SETTINGS.repeats) - 1)]
             due, count = at_once or passed >= wait, self._count + 1
         if due:
             self._key, self._amount, self._time, self._count = key, amount, time, count

@@ -8,6 +8,7 @@ from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Final
 
 from gsapp.decoding.health import LinkHealth, LinkReport
 from gsapp.session.alarms import AlarmRegistry
@@ -16,13 +17,24 @@ from gsapp.telemetry.link_diagnosis import diagnose_link
 from gsapp.telemetry.recorder_control import RecorderHandle, find_recorder, read_last_status
 from gsapp.telemetry.recorder_status import RecorderStatus
 
-_LOOK = 0.5
-"""Seconds between looks at the recorder's state, which it writes as often."""
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class EquipmentMonitorSettings:
+    """Settings of `EquipmentMonitor`."""
+
+    look: float = 0.5
+    """Seconds between looks at the recorder's state, which it writes as often."""
+    no_data: float = 5.0
+    """Seconds without a sign of the aircraft after which the crew is told what is wrong."""
+    set_back_us: int = 1_000_000
+    """By how much the computer's clock must be set back for the crew to be told."""
+
+
+_SETTINGS: Final = EquipmentMonitorSettings()
+
 
 _HANGS = 5.0
 _SILENT = 3.0
-_NO_DATA = 5.0
-"""Seconds without a sign of the aircraft after which the crew is told what is wrong."""
 _LOSS_SPAN = 10.0
 _NOT_HEARD_YET = ("no data", "no aircraft")
 _MUCH_LOSS = 0.1
@@ -30,8 +42,6 @@ _FEW_FRAMES = 50
 _LITTLE_TIME, _LITTLE_ROOM = 1800.0, 500e6
 _NO_TIME, _NO_ROOM = 600.0, 50e6
 STUCK_DISK_TEXT = "the disk does not respond: what is recorded is not shown until it does"
-_SET_BACK_US = 1_000_000
-"""By how much the computer's clock must be set back for the crew to be told."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -239,7 +249,7 @@ class EquipmentMonitor:
         time = self._clock()
         if time < self._next_look:
             return False
-        self._next_look = time + _LOOK
+        self._next_look = time + _SETTINGS.look
         self._facts = self._read_facts()
         if stuck:
             self._note_stuck_disk(now)
@@ -278,7 +288,7 @@ class EquipmentMonitor:
     def _look_at_clock(self, now: float | None) -> None:
         """Tell once of every time that the computer's clock was set back."""
         ahead = 0 if self._status is None else self._status.ahead_us
-        if ahead - self._told_ahead_us >= _SET_BACK_US:
+        if ahead - self._told_ahead_us >= _SETTINGS.set_back_us:
             self._told_ahead_us = ahead
             self._board.raise_("clock", Severity.CAUTION, now, _clock_set_back_text(ahead))
         else:
@@ -318,7 +328,11 @@ class EquipmentMonitor:
         running = self.handle is not None
         growing = self._written is not None and status.received_bytes > self._written
         self._written = status.received_bytes
-        ahead = (_clock_set_back_text(status.ahead_us),) if status.ahead_us >= _SET_BACK_US else ()
+        ahead = (
+            (_clock_set_back_text(status.ahead_us),)
+            if status.ahead_us >= _SETTINGS.set_back_us
+            else ()
+        )
         wrong = (sentence,) if sentence else ()
         return RecorderSummary(
             state=words,
@@ -456,7 +470,7 @@ class EquipmentMonitor:
     ) -> tuple[str, Severity, str]:
         """Return how a link stands over which the aircraft has not been heard yet."""
         waited = (status.updated_us - status.started_us) / 1e6
-        problem = self._problem(status, report) if waited >= _NO_DATA else ""
+        problem = self._problem(status, report) if waited >= _SETTINGS.no_data else ""
         if not problem:
             return "waiting", Severity.NORMAL, ""
         words = _NOT_HEARD_YET[status.received_bytes > 0]

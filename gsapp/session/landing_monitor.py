@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections import deque
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
@@ -18,22 +19,32 @@ from gsapp.quantities.constants import DEGREE
 
 _READ: Final = (*SIGNALS, "ground_speed")
 
-_FLYING_SPEED: Final = 12.0
-"""Airspeed below which no aircraft of this kind flies, m/s, where no aircraft file tells."""
-_SLOW: Final = 0.5
-"""Of the flying speed: a stall or a strong wind does not bring it below that for long."""
-_QUIET: Final = 4.0 * DEGREE
-"""Greatest mean pitch or roll rate of an aircraft on its wheels, rad/s."""
-_LEVEL: Final = 4.0
-"""Most that the altitude of a standing aircraft wanders, m."""
-_LOW: Final = 20.0
-"""Greatest height above the place of take-off, m, where no ground speed tells."""
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LandingMonitorSettings:
+    """Settings of `LandingMonitor`."""
+
+    flying_speed: float = 12.0
+    """Airspeed below which no aircraft of this kind flies, m/s, where no aircraft file tells."""
+    slow: float = 0.5
+    """Of the flying speed: a stall or a strong wind does not bring it below that for long."""
+    quiet: float = 4.0 * DEGREE
+    """Greatest mean pitch or roll rate of an aircraft on its wheels, rad/s."""
+    level: float = 4.0
+    """Most that the altitude of a standing aircraft wanders, m."""
+    low: float = 20.0
+    """Greatest height above the place of take-off, m, where no ground speed tells."""
+    reported_frames: int = 2
+    """Slow frames for which the autopilot must report ground, or have disarmed."""
+    standing_frames_alone: int = 40
+    """Frames where neither height nor ground speed confirms an airspeed that a fault can zero."""
+
+
+_SETTINGS: Final = LandingMonitorSettings()
+
+
 _FLOWN_FRAMES: Final = 10
 _STANDING_FRAMES: Final = 6
-_REPORTED_FRAMES: Final = 2
-"""Slow frames for which the autopilot must report ground, or have disarmed."""
-_STANDING_FRAMES_ALONE: Final = 40
-"""Frames where neither height nor ground speed confirms an airspeed that a fault can zero."""
 
 
 class LandingMonitor:
@@ -67,7 +78,7 @@ class LandingMonitor:
     ) -> None:
         self._aircraft = aircraft
         self._on_ground = on_ground
-        self._speed = _FLYING_SPEED if aircraft is None else flying_speed(aircraft)
+        self._speed = _SETTINGS.flying_speed if aircraft is None else flying_speed(aircraft)
         self._count = max(round(FRAME_DURATION * rate), 1)
         self._stream = FlightRowStream(rate)
         self.reset()
@@ -126,7 +137,7 @@ class LandingMonitor:
             return
         if math.isfinite(altitude):
             self._altitudes.append(altitude)
-            if self._flown < _FLOWN_FRAMES and not speed > _SLOW * self._speed:
+            if self._flown < _FLOWN_FRAMES and not speed > _SETTINGS.slow * self._speed:
                 self._ground = altitude
         if not reported and not self._stands(speed, over_ground, means):
             self._standing = 0
@@ -134,7 +145,7 @@ class LandingMonitor:
         if not self._standing:
             self._since = time
         self._standing += 1
-        patience = _REPORTED_FRAMES if reported else self._patience(altitude, over_ground)
+        patience = _SETTINGS.reported_frames if reported else self._patience(altitude, over_ground)
         if self._flown >= _FLOWN_FRAMES and self._standing >= patience:
             self.landed_at = self._since
             self._flown = 0
@@ -142,22 +153,22 @@ class LandingMonitor:
     def _stands(self, speed: float, over_ground: float, means: FloatArray) -> bool:
         """Return whether nothing of a frame contradicts an aircraft that stands."""
         rates = np.abs(means[[SIGNAL_COLUMNS["p"], SIGNAL_COLUMNS["q"]]])
-        level = not self._altitudes or max(self._altitudes) - min(self._altitudes) < _LEVEL
+        level = not self._altitudes or max(self._altitudes) - min(self._altitudes) < _SETTINGS.level
         altitude = float(means[SIGNAL_COLUMNS["altitude"]])
-        high = math.isnan(over_ground) and altitude - self._ground > _LOW
+        high = math.isnan(over_ground) and altitude - self._ground > _SETTINGS.low
         return (
             self._is_slow(speed, over_ground)
             and level
             and not high
-            and not bool((rates > _QUIET).any())
+            and not bool((rates > _SETTINGS.quiet).any())
         )
 
     def _is_slow(self, speed: float, over_ground: float) -> bool:
-        return not max(_or_zero(speed), _or_zero(over_ground)) > _SLOW * self._speed
+        return not max(_or_zero(speed), _or_zero(over_ground)) > _SETTINGS.slow * self._speed
 
     def _patience(self, altitude: float, over_ground: float) -> int:
         confirmed = math.isfinite(over_ground) or math.isfinite(altitude - self._ground)
-        return _STANDING_FRAMES if confirmed else _STANDING_FRAMES_ALONE
+        return _STANDING_FRAMES if confirmed else _SETTINGS.standing_frames_alone
 
 
 def _or_zero(value: float) -> float:

@@ -8,8 +8,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import dataclass
 from itertools import pairwise
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -24,14 +25,22 @@ from gsapp.session.limits import LimitRule, LimitSet, Severity
 
 SPEED_CHANNEL, ALTITUDE_CHANNEL = "Vc", "altitude"
 
-_NEAR = 6.0
-"""Height above the place of take-off that counts as near the ground, m."""
-_GROUND_TIME = 5.0
-"""Seconds of standing and rolling whose median altitude is that of the ground ..."""
-_LEAST_TIME = 1.0
-"""... or what there is of them, but no less than this."""
-_WINDOW = 0.5
-"""Seconds of which more than half must be near the ground: barometers are noisy."""
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LimitMonitorSettings:
+    """Settings of `LimitMonitor`."""
+
+    near: float = 6.0
+    """Height above the place of take-off that counts as near the ground, m."""
+    ground_time: float = 5.0
+    """Seconds of standing and rolling whose median altitude is that of the ground ..."""
+    least_time: float = 1.0
+    """... or what there is of them, but no less than this."""
+    window: float = 0.5
+    """Seconds of which more than half must be near the ground: barometers are noisy."""
+
+
+_SETTINGS: Final = LimitMonitorSettings()
 
 
 class GroundProximityMonitor:
@@ -53,9 +62,9 @@ class GroundProximityMonitor:
     def __init__(self, flown_at: float, slow_at: float, rate: float) -> None:
         self._flown_at = flown_at
         self._slow_at = slow_at
-        self._longest = round(_GROUND_TIME * rate)
-        self._least = round(_LEAST_TIME * rate)
-        self._window = max(round(_WINDOW * rate), 1)
+        self._longest = round(_SETTINGS.ground_time * rate)
+        self._least = round(_SETTINGS.least_time * rate)
+        self._window = max(round(_SETTINGS.window * rate), 1)
         self._altitudes: FloatArray = np.empty(0)
         self._ground: float | None = None
         self._flown = False
@@ -78,7 +87,7 @@ class GroundProximityMonitor:
         if first != self._next:
             self._last[:] = False
         self._next = first + len(block)
-        line = np.concatenate((self._last, np.abs(altitude - self._ground) < _NEAR))
+        line = np.concatenate((self._last, np.abs(altitude - self._ground) < _SETTINGS.near))
         self._last = line[line.size - self._last.size :]
         counts = np.concatenate(((0,), np.cumsum(line)))
         return (counts[self._window :] - counts[: -self._window]) * 2 > self._window

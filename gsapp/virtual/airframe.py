@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
 
@@ -170,17 +171,28 @@ ONBOARD_CHANNELS = (
 )  # fmt: skip
 """What the autopilot-like board in the box knows."""
 
-_CALM = 3.0
-"""Below this airspeed, m/s, vanes hang where friction holds them."""
-_UNLOADING = 0.3
-"""Share by which the fans turn faster at 120 ft/s: 19,000 rpm on the ground, 25,000 in the air."""
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class AirframeSettings:
+    """Settings of `Airframe`."""
+
+    calm: float = 3.0
+    """Below this airspeed, m/s, vanes hang where friction holds them."""
+    unloading: float = 0.3
+    """Share by which the fans turn faster at 120 ft/s: 19,000 rpm on the ground, 25,000 in the
+    air."""
+    supply: float = 4.96
+    """Of the potentiometers on the day, V; the certificates were taken at 5 V."""
+    rigging: float = 0.002
+    """Standard deviation by which left and right surface differ, rad."""
+    settling: float = 2.0
+    """Time for the wheels to take the weight before the box is switched on, s."""
+
+
+_SETTINGS: Final = AirframeSettings()
+
+
 _UNLOADED_SPEED = 36.576
-_SUPPLY = 4.96
-"""Of the potentiometers on the day, V; the certificates were taken at 5 V."""
-_RIGGING = 0.002
-"""Standard deviation by which left and right surface differ, rad."""
-_SETTLING = 2.0
-"""Time for the wheels to take the weight before the box is switched on, s."""
 
 
 class Airframe:
@@ -224,7 +236,7 @@ class Airframe:
             ground=self._gear,
             dt=dt,
         )
-        rigging = _RIGGING * random.standard_normal(2)
+        rigging = _SETTINGS.rigging * random.standard_normal(2)
         self._rigging = (float(rigging[0]), float(rigging[1]))
         tilt = math.radians(0.4) * random.standard_normal(2)
         self._board_tilt = (float(tilt[0]), float(tilt[1]))
@@ -239,7 +251,7 @@ class Airframe:
             position=runway.to_north_east(TAKEOFF_RUN_START_ALONG, 0.0),
             commands=self._commands(self._sticks),
         )
-        for _ in range(round(_SETTLING / dt)):
+        for _ in range(round(_SETTINGS.settling / dt)):
             self.simulator.step(self._commands(self._sticks))
         self._resting_height = self.simulator.sample()["height"]
         self._time = 0.0
@@ -325,10 +337,10 @@ class Airframe:
     def _note(self) -> None:
         """Take note of this instant."""
         now = self.simulator.sample()
-        if now["V"] < _CALM:
+        if now["V"] < _SETTINGS.calm:
             now["alpha"] = now["beta"] = 0.0
         # Unloaded by the air that comes in, and never two engines alike.
-        unloaded = 1.0 + _UNLOADING * min(now["V"] / _UNLOADED_SPEED, 1.0)
+        unloaded = 1.0 + _SETTINGS.unloading * min(now["V"] / _UNLOADED_SPEED, 1.0)
         half = 0.5 * self._plan.engines.imbalance
         now["rpm_left"] *= unloaded * (1.0 + half)
         now["rpm_right"] *= unloaded * (1.0 - half)
@@ -360,7 +372,7 @@ class Airframe:
         ax, ay, an = accelerations_at(self._places["accelerometer"], force, rates, spin)
         at_probe = velocity_at(self._places["air_data"], flow, rates)
         alpha = beta = 0.0
-        if now["V"] > _CALM:
+        if now["V"] > _SETTINGS.calm:
             at_vane = velocity_at(self._places["alpha_vane"], flow, rates)
             at_fin = velocity_at(self._places["beta_vane"], flow, rates)
             alpha = alpha_vane(at_vane, vane.upwash)
@@ -394,7 +406,7 @@ class Airframe:
             now["temperature"],
             self._sticks.throttle,
             self._through("flap", now["flap"]),
-            _SUPPLY - 2e-5 * self._time,
+            _SETTINGS.supply - 2e-5 * self._time,
             self._battery(),
             now["rpm_left"],
             now["rpm_right"],

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
@@ -21,16 +22,26 @@ from gsapp.virtual.pilot_controllers import AircraftHandling
 from gsapp.virtual.pilot_perception import AircraftState, PilotView
 from gsapp.virtual.stick_motion import StickPositions
 
-_UPSET: Final = 55.0 * DEGREE
-"""Beyond this bank the wings come first, and the pitch stick stays."""
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class KeyboardPilotSettings:
+    """Settings of `KeyboardPilot`."""
+
+    upset: float = 55.0 * DEGREE
+    """Beyond this bank the wings come first, and the pitch stick stays."""
+    steady_climb: float = 3.0
+    """m/s."""
+    intercept_range: float = 60.0
+    """From so far beside a leg's line, m, it is flown to at 45 deg."""
+    on_line: float = 20.0
+    """m."""
+
+
+_SETTINGS: Final = KeyboardPilotSettings()
+
+
 _STEADY_BANK: Final = 15.0 * DEGREE
-_STEADY_CLIMB: Final = 3.0
-"""m/s."""
 _STEEPEST_INTERCEPT: Final = 75.0 * DEGREE
-_INTERCEPT_RANGE: Final = 60.0
-"""From so far beside a leg's line, m, it is flown to at 45 deg."""
-_ON_LINE: Final = 20.0
-"""m."""
 _JOINING_BANK: Final = 35.0 * DEGREE
 
 
@@ -98,8 +109,8 @@ class TrainingMission(Mission):
     def _home(self) -> MissionStage:
         """Level the wings, climb or sink to the pattern's height, and join the pattern."""
         view = yield GuidanceCommand(phase=RECOVERY_PHASE, speed=self._plan.pattern.speed)
-        while abs(view.bank) > _STEADY_BANK or abs(view.climb) > _STEADY_CLIMB:
-            upset = abs(view.bank) > _UPSET
+        while abs(view.bank) > _STEADY_BANK or abs(view.climb) > _SETTINGS.steady_climb:
+            upset = abs(view.bank) > _SETTINGS.upset
             view = yield GuidanceCommand(
                 phase=RECOVERY_PHASE,
                 path_angle=None if upset else self._level(view),
@@ -109,7 +120,9 @@ class TrainingMission(Mission):
                 break  # it climbs or sinks because it should
         # The leg that leads back over the field.
         leg = self._downwind if view.along > 0.0 else self._upwind
-        while abs(leg.across - view.across) > _ON_LINE or abs(leg.course_error(view)) > 0.3:
+        while (
+            abs(leg.across - view.across) > _SETTINGS.on_line or abs(leg.course_error(view)) > 0.3
+        ):
             view = yield GuidanceCommand(
                 phase="pattern",
                 path_angle=self._level(view),
@@ -122,7 +135,7 @@ class TrainingMission(Mission):
 def _joining_bank(leg: Leg, view: PilotView) -> float:
     """Return the bank that leads onto a leg's line in its direction, from anywhere, rad."""
     aside = (leg.across - view.across) * math.cos(leg.course)
-    intercept = math.atan(aside / _INTERCEPT_RANGE)
+    intercept = math.atan(aside / _SETTINGS.intercept_range)
     intercept = min(max(intercept, -_STEEPEST_INTERCEPT), _STEEPEST_INTERCEPT)
     turn = math.remainder(leg.course_error(view) + intercept, 2.0 * math.pi)
     wanted = 1.1 * (turn - 0.35 * view.bank)

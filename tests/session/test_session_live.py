@@ -32,7 +32,8 @@ Patience = Callable[..., None]
 @pytest.fixture
 def impatient(monkeypatch: pytest.MonkeyPatch) -> None:
     """Let every update look at the equipment and at what other windows wrote."""
-    monkeypatch.setattr(equipment_monitor, "_LOOK", 0.0)
+    settings = equipment_monitor.EquipmentMonitorSettings(look=0.0)
+    monkeypatch.setattr(equipment_monitor, "_SETTINGS", settings)
     monkeypatch.setattr("gsapp.session.session._EVENTS_EVERY", 0.0)
 
 

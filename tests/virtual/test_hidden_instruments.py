@@ -142,7 +142,7 @@ def test_what_comes_early_cannot_be_flown() -> None:
 
 def test_every_effect_can_be_hidden(monkeypatch: pytest.MonkeyPatch) -> None:
     """With its usual size, for some steps: nothing fails, everything shown is a number."""
-    monkeypatch.setattr(airframe, "_SETTLING", 0.03)
+    monkeypatch.setattr(airframe, "_SETTINGS", airframe.AirframeSettings(settling=0.03))
     aircraft, model, plan = load_aircraft("b777"), load_model("b777"), load_flight_plan("short")
     sticks = StickPositions(throttle=1.0, pitch=0.2, roll=0.1, yaw=0.1, flap=0.5, engines=True)
     for name in effect_ids():

@@ -5,6 +5,7 @@ from __future__ import annotations
 import bisect
 from collections import deque
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Final
 
 from gsapp.aircraft import Aircraft
@@ -77,12 +78,19 @@ class TrimHistory:
         return None
 
 
-_AFTER_INPUT: Final = 0.3
-"""Seconds after what is known of an input until GO may be given again."""
-_FEW: Final = 4
-"""More ticks in one step than a live flight brings: a record is being read."""
-_SHOWN_OVER: Final = 0.5
-"""Seconds over which the speed and the angle of attack shown are the mean."""
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CueGeneratorSettings:
+    """Settings of `CueGenerator`."""
+
+    after_input: float = 0.3
+    """Seconds after what is known of an input until GO may be given again."""
+    few: int = 4
+    """More ticks in one step than a live flight brings: a record is being read."""
+    shown_over: float = 0.5
+    """Seconds over which the speed and the angle of attack shown are the mean."""
+
+
+_SETTINGS: Final = CueGeneratorSettings()
 
 
 class CueGenerator:
@@ -164,7 +172,7 @@ class CueGenerator:
             self._take(rows)
             ticks += len(rows) // self._stream.tick
         # Live, what was just judged is to be told at once; the look ahead has the steps between.
-        if not ticks or ticks > _FEW:
+        if not ticks or ticks > _SETTINGS.few:
             self._lessons.run_slice()
 
     def has_pending_work(self, time: float) -> bool:
@@ -298,7 +306,7 @@ class CueGenerator:
 
     def _shown(self, channel: str) -> float | None:
         doubted = channel in self._dangers.invalid_channels
-        return None if doubted else self._recent.mean(channel, _SHOWN_OVER)
+        return None if doubted else self._recent.mean(channel, _SETTINGS.shown_over)
 
     # --- ticks ----------------------------------------------------------------------------------
 
@@ -328,7 +336,7 @@ class CueGenerator:
             self._desk.set_noise(noise)
         under_way = self._doublets.input_in_progress
         if under_way is not None:
-            self._trim.inhibit_go(time + under_way.hands_off_left + _AFTER_INPUT)
+            self._trim.inhibit_go(time + under_way.hands_off_left + _SETTINGS.after_input)
         self._note(time, under_way)
         self._conclude()
         self._choose(time, under_way)

@@ -26,7 +26,7 @@ _SHORTEST, _LONGEST = 10.0, 120.0
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RemainingTimeSettings:
-    """Settings of `RemainingTime`, checked by `tests/bench/information.py`."""
+    """Settings of this module, checked by `tests/bench/information.py`."""
 
     turning: float = 100.0
     """Above this speed, rad/s, an engine runs."""

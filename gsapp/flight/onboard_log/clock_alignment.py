@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -23,34 +23,42 @@ from gsapp.flight.onboard_log.cross_correlation import (
 from gsapp.flight.onboard_log.log_state import LogClock
 from gsapp.quantities import Block, FloatArray
 
-_WINDOW = 10.0
-"""Seconds of a stretch: several periods of what an aircraft of this size does."""
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ClockAlignmentSettings:
+    """Settings of this module."""
+
+    window: float = 10.0
+    """Seconds of a stretch: several periods of what an aircraft of this size does."""
+    smooth: float = 0.3
+    """Seconds over which both are smoothed alike before they are compared. The radio carries a few
+    samples a second, and what lies between them is a straight line; smoothed, both hold the same.
+    It is symmetric, so that it moves nothing."""
+    smooth_periods: float = 2.0
+    """Or over so many samples of the radio, where it carries fewer."""
+    most_drift: float = 1e-3
+    """Of any clock: bad crystals do 200 ppm."""
+    beyond_doubt: float = 3.0
+    """Standard deviations from which on a drift is corrected."""
+    floor: float = 2e-4
+    """Seconds; no lag of a stretch is believed to be better than this."""
+    normal: float = 1.4826
+    """From the median of absolute deviations to a standard deviation."""
+
+
+_SETTINGS: Final = ClockAlignmentSettings()
+
+
 _MOST_WINDOWS = 80
 _MOST_CHANNELS = 12
-_SMOOTH = 0.3
-"""Seconds over which both are smoothed alike before they are compared.
-
-The radio carries a few samples a second, and what lies between them is a straight line; smoothed,
-both hold the same. It is symmetric, so that it moves nothing.
-"""
-_SMOOTH_PERIODS = 2.0
-"""Or over so many samples of the radio, where it carries fewer."""
 _LEAST_THERE = 0.6
 _LEAST_ALIKE = 0.9
 _LEAST_AGREEING = 0.5
-_MOST_DRIFT = 1e-3
-"""Of any clock: bad crystals do 200 ppm."""
 _LEAST_SEARCH = 0.5
-_BEYOND_DOUBT = 3.0
-"""Standard deviations from which on a drift is corrected."""
-_FLOOR = 2e-4
-"""Seconds; no lag of a stretch is believed to be better than this."""
 _OUTSIDE = 4.0
 _ROUNDS = 3
 _FEW = 6
 _LEAST_SCATTER = 0.3
-_NORMAL = 1.4826
-"""From the median of absolute deviations to a standard deviation."""
 
 
 class ClockAlignmentError(Exception):
@@ -120,7 +128,7 @@ def align_clocks(
     if not windows:
         raise ClockAlignmentError(
             f"they look alike somewhere (correlation {coarse.correlation:.2f}), but no stretch of "
-            f"{_WINDOW:g} s does in detail"
+            f"{_SETTINGS.window:g} s does in detail"
         )
     line = _fit_lag_line(lags)
     if line.agreeing < _LEAST_AGREEING * windows:
@@ -128,11 +136,15 @@ def align_clocks(
             f"only {line.agreeing} of {windows} stretches of motion lie where one clock would put "
             "them"
         )
-    if abs(line.slope) > _MOST_DRIFT and abs(line.slope) > _BEYOND_DOUBT * (line.slope_std or 0.0):
+    if abs(line.slope) > _SETTINGS.most_drift and abs(line.slope) > _SETTINGS.beyond_doubt * (
+        line.slope_std or 0.0
+    ):
         raise ClockAlignmentError(
             f"one clock would gain {abs(line.slope) * 1e6:.0f} ppm on the other, more than any does"
         )
-    drifts = line.slope_std is not None and abs(line.slope) > _BEYOND_DOUBT * line.slope_std
+    drifts = (
+        line.slope_std is not None and abs(line.slope) > _SETTINGS.beyond_doubt * line.slope_std
+    )
     # Lags are over flight time; offset and drift over the log's own, parts in a million apart.
     return LogClock(
         offset=line.offset,
@@ -150,12 +162,13 @@ def align_clocks(
 def _segment_lags(
     live: Block, log: Block, rate: float, names: Sequence[str], coarse: RecordLag
 ) -> list[_SegmentLag]:
-    """Return the lags of stretches of the live record that move, one each `_WINDOW` seconds."""
+    """Return the lags of stretches of the live record that move, one per window."""
     live_first, live_values = fill_omitted_rows(live, names, rate)
     log_first, log_values = fill_omitted_rows(log, names, rate)
     periods = [_period(column) for column in live_values.T]
     widths = [
-        2 * round(0.5 * max(_SMOOTH * rate, _SMOOTH_PERIODS * period)) + 1 for period in periods
+        2 * round(0.5 * max(_SETTINGS.smooth * rate, _SETTINGS.smooth_periods * period)) + 1
+        for period in periods
     ]
     live_values, log_values = (
         _smooth_columns(live_values, widths),
@@ -163,14 +176,14 @@ def _segment_lags(
     )
     start = max(live_first, log_first + coarse.rows)
     stop = min(live_first + len(live_values), log_first + coarse.rows + len(log_values))
-    search = max(_LEAST_SEARCH, _MOST_DRIFT * (stop - start) / rate)
+    search = max(_LEAST_SEARCH, _SETTINGS.most_drift * (stop - start) / rate)
     reach = max(min(round(search * rate), (stop - start) // 8), 2)
     # The log is looked at a little before and behind each stretch, and smoothing takes its ends.
     edge = reach + min(max(widths) // 2, (stop - start) // 8)
     start, stop = start + edge, stop - edge
     if stop - start < min(widths):
         return []
-    rows = min(round(_WINDOW * rate), stop - start)
+    rows = min(round(_SETTINGS.window * rate), stop - start)
     count = (stop - start) // rows
     begins = start + (stop - start - rows) * np.arange(count) // max(count - 1, 1)
     if count > _MOST_WINDOWS:
@@ -192,7 +205,7 @@ def _segment_lags(
                         at=(begin + 0.5 * rows) / rate,
                         channel=name,
                         lag=(coarse.rows + lag[0]) / rate,
-                        std=max(lag[1] / rate, _FLOOR),
+                        std=max(lag[1] / rate, _SETTINGS.floor),
                     )
                 )
     return found
@@ -316,11 +329,11 @@ def _fit_lag_line(lags: Sequence[_SegmentLag]) -> _LagLine:
         excess = np.array(
             [_robust_std(rest[column == k] / stds[column == k]) for k in range(len(channels))]
         )
-        stds = np.maximum(stds * np.maximum(excess, _LEAST_SCATTER)[column], _FLOOR)
+        stds = np.maximum(stds * np.maximum(excess, _LEAST_SCATTER)[column], _SETTINGS.floor)
     weights = np.bincount(row, stds**-2, minlength=stretches.size)
     means = np.bincount(row, each * stds**-2, minlength=stretches.size) / weights
     beside = np.abs(means - middle - slope * stretches)
-    usual = max(_robust_std(beside), 2.0 * _FLOOR)
+    usual = max(_robust_std(beside), 2.0 * _SETTINGS.floor)
     kept = beside <= _OUTSIDE * np.maximum(usual, weights**-0.5)
     return _fit_weighted_line(stretches[kept], means[kept], weights[kept])
 
@@ -328,7 +341,7 @@ def _fit_lag_line(lags: Sequence[_SegmentLag]) -> _LagLine:
 def _robust_std(values: FloatArray) -> float:
     if values.size < _FEW:
         return 1.0
-    return _NORMAL * float(np.median(np.abs(values)))
+    return _SETTINGS.normal * float(np.median(np.abs(values)))
 
 
 def _fit_weighted_line(times: FloatArray, lags: FloatArray, weights: FloatArray) -> _LagLine:
@@ -352,8 +365,8 @@ def _fit_weighted_line(times: FloatArray, lags: FloatArray, weights: FloatArray)
     told = 1.0 if times.size - 2 < _FEW else 0.0
     excess = max(float(weights @ left**2) / (times.size - 2), told)
     # What straight lines between samples leave is alike everywhere: more stretches do not help.
-    offset_std = max(float(np.sqrt(excess / weights.sum())), 0.5 * _FLOOR)
-    slope_std = max(float(np.sqrt(excess / arm)), 2.0 * _FLOOR / float(np.ptp(times)))
+    offset_std = max(float(np.sqrt(excess / weights.sum())), 0.5 * _SETTINGS.floor)
+    slope_std = max(float(np.sqrt(excess / arm)), 2.0 * _SETTINGS.floor / float(np.ptp(times)))
     return _LagLine(
         at=at,
         offset=offset,
