@@ -41,9 +41,9 @@ def test_the_values_that_ship_are_nobodys_calibration() -> None:
 def test_what_is_worst_comes_first() -> None:
     rudder, alpha = made("rudder", timedelta(hours=1)), made("alpha", timedelta(days=3))
     assert judged(rudder, alpha, missing=["beta"]).summary == "1 uncalibrated"
-    assert judged(rudder, alpha, failed={"rudder": rudder.stamp}).summary == "1 moved"
+    assert judged(rudder, alpha, failed_checks={"rudder": rudder.stamp}).summary == "1 moved"
     # That check was one of an earlier certificate.
-    assert judged(rudder, failed={"rudder": alpha.stamp}).state == "good"
+    assert judged(rudder, failed_checks={"rudder": alpha.stamp}).state == "good"
     assert judged(replace(rudder, stamp=NOON + timedelta(days=3))).summary == "clock?"
     assert judged().state == "unknown"
 
