@@ -79,7 +79,7 @@ def strip_chart(stream: Stream, window: float, *, cursors: bool = True) -> Strip
     if cursors:
         end = stream.history.end or 0.0
         for name, share in (("cursor", 0.3), ("a", 0.5), ("b", 0.7)):
-            chart.set_cursor(name, end - share * window)
+            chart.navigator.set_cursor(name, end - share * window)
     for _ in range(3):
         chart.advance()
         QApplication.processEvents()

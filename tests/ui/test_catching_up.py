@@ -112,9 +112,15 @@ def test_a_paused_display_says_that_recording_goes_on(qtbot: QtBot, tmp_path: Pa
     qtbot.addWidget(window)
     picture = window.view._picture
     window.view.show_state(replace(picture, recording=True, present_shown=False))
-    assert (window.view.charts._recording, window.view.charts._newest) == (True, "read up to")
+    assert (window.view.charts.model.recording, window.view.charts.model.newest_text) == (
+        True,
+        "read up to",
+    )
     window.view.show_state(replace(picture, recording=False))
-    assert (window.view.charts._recording, window.view.charts._newest) == (False, "now")
+    assert (window.view.charts.model.recording, window.view.charts.model.newest_text) == (
+        False,
+        "now",
+    )
 
 
 def test_values_are_stale_when_the_flight_says_so(qtbot: QtBot, tmp_path: Path) -> None:
@@ -129,5 +135,5 @@ def test_values_are_stale_when_the_flight_says_so(qtbot: QtBot, tmp_path: Path) 
     assert session is not None
     assert picture.stale_ages == session.stale_timeouts(picture.available)
     window.view.show_state(replace(picture, stale_ages={"battery": 10.0}))
-    assert window.view.charts._patience == {"battery": 10.0}
+    assert window.view.charts.model.stale_ages == {"battery": 10.0}
     window.flight_controller.close_flight()

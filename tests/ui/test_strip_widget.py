@@ -115,7 +115,7 @@ def press(qtbot, widget, key, modifier=Qt.KeyboardModifier.NoModifier):
 def test_the_screen_shows_the_raster_to_the_pixel(qtbot, strips):
     """Proves that what was painted is what is seen, wherever the ring's seam is."""
     for second in range(7):
-        strips._history.append(rows(60.0 + second, 100))
+        strips.model.history.append(rows(60.0 + second, 100))
         settle(qtbot, strips)
         shown, plot = raster_of(strips)
         screen = pixels_of(image_of(strips))
@@ -127,8 +127,8 @@ def test_partial_repaints_equal_a_full_repaint(qtbot, strips):
     """Proves that repainting only parts leaves nothing stale on the screen."""
     screen = QImage(strips.size(), QImage.Format.Format_RGB32)
     for second in range(5):
-        strips._history.append(rows(60.0 + second, 100))
-        strips._read_at = -math.inf
+        strips.model.history.append(rows(60.0 + second, 100))
+        strips._values_read_at = -math.inf
         settle(qtbot, strips)
     strips.render(screen)
     kept = strips.screen().grabWindow(strips.winId()).toImage()
@@ -266,8 +266,8 @@ def test_the_cursor_stands_in_all_charts_and_reads_every_value(qtbot, strips, hi
     column = screen[plot.y : plot.bottom, x]
     assert count(column, DAYLIGHT.cursor) == plot.height
     expected = history.samples("V", round(time * RATE), round(time * RATE) + 1)[0]
-    assert strips.value_at("V", time) == expected
-    texts = strips.cursor_texts(3)["cursor"]
+    assert strips.model.value_at("V", time) == expected
+    texts = strips.model.cursor_texts(3)["cursor"]
     assert texts == [f"{expected / 0.3048:.1f}"]
     press(qtbot, strips, Qt.Key.Key_Right, Qt.KeyboardModifier.ControlModifier)
     later = strips.view.cursors["cursor"]
@@ -291,8 +291,8 @@ def test_a_and_b_give_differences(qtbot, strips):
     press(qtbot, strips, Qt.Key.Key_B)
     a, b = strips.view.cursors["a"], strips.view.cursors["b"]
     assert b > a
-    difference = (strips.value_at("q", b) - strips.value_at("q", a)) * 180.0 / math.pi
-    text = strips.cursor_texts(2)["delta"][0].replace("\N{MINUS SIGN}", "-")
+    difference = (strips.model.value_at("q", b) - strips.model.value_at("q", a)) * 180.0 / math.pi
+    text = strips.model.cursor_texts(2)["delta"][0].replace("\N{MINUS SIGN}", "-")
     assert float(text) == pytest.approx(difference, abs=0.051)
     # A whole line for each of C, A, B and the difference, and still one column.
     assert len(strips.geometry_in_pixels.cursors) == 1
@@ -339,9 +339,9 @@ def test_a_heading_differs_by_the_short_way_at_the_chart_and_in_the_table(qtbot)
     settle(qtbot, widget)
     for cursors, said in (((0.5, 1.5), ("10", "18")), ((1.5, 0.5), ("-10", "-18"))):
         for name, time in zip("ab", cursors, strict=True):
-            widget.set_cursor(name, time)
+            widget.navigator.set_cursor(name, time)
         settle(qtbot, widget)
-        charts = [widget.cursor_texts(number)["delta"][0] for number in (0, 1)]
+        charts = [widget.model.cursor_texts(number)["delta"][0] for number in (0, 1)]
         table = [
             line.cells[-1]
             for line in build_cursor_value_rows(
@@ -446,7 +446,7 @@ def test_a_stale_value_becomes_a_dash(qtbot, strips, history):
     settle(qtbot, strips)
     assert strips.displayed_values(3)[0].text.startswith("1")
     strips.set_now(history.end + 10.0)
-    strips._read_at = -math.inf
+    strips._values_read_at = -math.inf
     settle(qtbot, strips)
     for number in range(4):
         assert strips.displayed_values(number)[0].stale
@@ -460,7 +460,7 @@ def test_a_value_that_comes_seldom_is_left_standing_until_it_is_late(qtbot, stri
     strips.set_stale_ages({seldom: 10.0})
     for age, stale in ((2.9, [False] * 4), (9.9, [True, False, True, True]), (10.1, [True] * 4)):
         strips.set_now(history.end + age)
-        strips._read_at = -math.inf
+        strips._values_read_at = -math.inf
         settle(qtbot, strips)
         assert [strips.displayed_values(number)[0].stale for number in range(4)] == stale
 
@@ -506,7 +506,7 @@ def test_estimated_uncalibrated_and_out_of_limits_are_said_beside_the_value(qtbo
 
 def test_values_at_cursors_say_that_they_lie_beyond_what_was_calibrated(qtbot, strips):
     """Proves it for a measured channel, one derived from it, and where the range was not left."""
-    history = strips._history
+    history = strips.model.history
     alpha = history.samples("alpha", 0, round(history.end * history.rate))
     half = float(np.nanmax(alpha)) / 2.0
     covered = {"alpha": (-1.0, half)}
@@ -521,10 +521,10 @@ def test_values_at_cursors_say_that_they_lie_beyond_what_was_calibrated(qtbot, s
         (times[np.nanargmax(alpha)], True),
         (times[np.nanargmin(np.abs(alpha - 0.5 * half))], False),
     ):
-        strips.set_cursor("cursor", float(time))
+        strips.navigator.set_cursor("cursor", float(time))
         settle(qtbot, strips)
         for number, marked in ((1, beyond), (2, beyond), (3, False)):
-            (text,) = strips.cursor_texts(number)["cursor"]
+            (text,) = strips.model.cursor_texts(number)["cursor"]
             assert text.startswith("*") is marked
 
 
@@ -638,7 +638,7 @@ def test_nothing_overlaps_at_any_scale(qtbot, strips, scale):
     strips.set_layout(default_layout())
     strips.set_scale(scale)
     for name, time in (("cursor", 51.0), ("a", 52.0), ("b", 53.0)):
-        strips.set_cursor(name, time)
+        strips.navigator.set_cursor(name, time)
     settle(qtbot, strips)
     geometry = strips.geometry_in_pixels
     assert geometry.plot.width > 0.29 * 1280
@@ -660,7 +660,7 @@ def test_the_beginning_is_where_the_samples_begin(qtbot, strips):
     settle(qtbot, strips)
     press(qtbot, strips, Qt.Key.Key_Home, Qt.KeyboardModifier.ShiftModifier)
     assert strips.view.time(0) == pytest.approx(1200.0, abs=0.2)
-    assert math.isfinite(strips.value_at("alpha", strips.view.time(0) + 0.2))
+    assert math.isfinite(strips.model.value_at("alpha", strips.view.time(0) + 0.2))
     late.close()
 
 
@@ -670,7 +670,7 @@ def test_a_new_cursor_stands_where_there_are_samples(qtbot, strips, key):
     young = SampleHistory(CHANNELS, RATE)
     young.append(rows(2.0, 2800))
     strips.set_history(young)
-    strips.set_window(120.0)
+    strips.navigator.set_window(120.0)
     strips.set_now(45.0)
     settle(qtbot, strips)
     moves = key == Qt.Key.Key_Right
@@ -678,7 +678,7 @@ def test_a_new_cursor_stands_where_there_are_samples(qtbot, strips, key):
     press(qtbot, strips, key, held)
     ((name, time),) = strips.view.cursors.items()
     assert name == {Qt.Key.Key_A: "a", Qt.Key.Key_B: "b"}.get(key, "cursor")
-    assert math.isfinite(strips.value_at("alpha", time))
+    assert math.isfinite(strips.model.value_at("alpha", time))
     wanted = 16.0 if name == "cursor" else 30.0
     assert time == pytest.approx(wanted, abs=0.5)
     young.close()
@@ -724,9 +724,9 @@ def test_the_time_axis_has_two_labels_or_more(qtbot, monkeypatch, past, width):
     widget.show()
     settle(qtbot, widget)
     for name in ("a", "b", "cursor"):
-        widget.set_cursor(name, past + 60.0)
+        widget.navigator.set_cursor(name, past + 60.0)
     for seconds in (2.0, 10.0, 60.0):
-        widget.set_window(seconds)
+        widget.navigator.set_window(seconds)
         settle(qtbot, widget)
         drawn.clear()
         image_of(widget)
@@ -924,8 +924,8 @@ chart.set_recording(True)
 chart.show()
 chart.set_history(history)
 for name, time in (("cursor", 20.0), ("a", 22.0), ("b", 25.0)):
-    chart.set_cursor(name, time)
-chart.set_window(30.0)
+    chart.navigator.set_cursor(name, time)
+chart.navigator.set_window(30.0)
 chart.advance()
 app.processEvents()
 
@@ -950,16 +950,16 @@ chart.render(kept)
 several = 0
 for number in range(40):
     history.append(rows(30.0 + 0.05 * number, 5))
-    chart._read_at = -math.inf if number % 3 == 0 else math.inf
+    chart._values_read_at = -math.inf if number % 3 == 0 else math.inf
     if number == 30:
-        chart.toggle_pause()
+        chart.navigator.toggle_pause()
     watch.regions.clear()
     chart.advance()
     app.processEvents()
     for region in list(watch.regions):
         several += region.rectCount() > 1
         chart.render(kept, region.boundingRect().topLeft(), region)
-chart._read_at = math.inf
+chart._values_read_at = math.inf
 anew = image()
 chart.render(anew)
 
@@ -1041,13 +1041,13 @@ def test_the_wheel_over_a_value_axis_scales_that_chart_alone(qtbot, strips):
     box = geometry.charts[2]
     x, y = geometry.plot.x - 5, box.y + box.height // 4
     before = {number: (chart.low, chart.high) for number, chart in strips.charts.items()}
-    strips._select_at(QPointF(x, y))
-    value, window = strips._value_at(y), strips.view.seconds
+    strips._mouse.select_at(QPointF(x, y))
+    value, window = strips._mouse.value_at(y), strips.view.seconds
     wheel(strips, x, y, 120)
     settle(qtbot, strips)
     low, high = strips.charts[2].low, strips.charts[2].high
     assert high - low == pytest.approx((before[2][1] - before[2][0]) / 1.25)
-    assert strips._value_at(y) == pytest.approx(value)
+    assert strips._mouse.value_at(y) == pytest.approx(value)
     assert strips.view.seconds == window
     for number in (0, 1, 3):
         assert (strips.charts[number].low, strips.charts[number].high) == before[number]

@@ -1108,10 +1108,12 @@ def test_the_y_range_of_a_chart_is_typed(flight: MainWindow, qtbot: QtBot) -> No
 
     answer_dialog(RangeDialog, lambda dialog: answer(dialog, "−2,5", "12"))
     qtbot.keyClick(charts, Qt.Key.Key_Y, Qt.KeyboardModifier.ShiftModifier)
-    until(qtbot, lambda: bool(charts.selected_chart.ticks))
-    assert charts.selected_chart.specs[0].id == "alpha"
-    assert (charts.selected_chart.low, charts.selected_chart.high) == pytest.approx((-2.5, 12.0))
-    assert charts.selected_chart.ticks[0] >= -2.5
+    until(qtbot, lambda: bool(charts.model.selected_chart.ticks))
+    assert charts.model.selected_chart.specs[0].id == "alpha"
+    assert (charts.model.selected_chart.low, charts.model.selected_chart.high) == pytest.approx(
+        (-2.5, 12.0)
+    )
+    assert charts.model.selected_chart.ticks[0] >= -2.5
     assert charts.strip_layout.strips[1].high == pytest.approx(math.radians(12.0))
     activate(qtbot, flight)
     answer_dialog(RangeDialog, lambda dialog: answer(dialog, "", ""))
@@ -1130,7 +1132,7 @@ def test_the_limits_of_a_chart_are_typed_kept_and_reset(
     def ask(window: MainWindow, answer: Callable[[LimitsDialog], object]) -> None:
         activate(qtbot, window)
         window.view.charts.setFocus()
-        until(qtbot, lambda: window.view.charts.selected_chart is not None)
+        until(qtbot, lambda: window.view.charts.model.selected_chart is not None)
         answer_dialog(LimitsDialog, answer)
         qtbot.keyClick(window.view.charts, Qt.Key.Key_L, Qt.KeyboardModifier.ShiftModifier)
 
@@ -1155,7 +1157,9 @@ def test_the_limits_of_a_chart_are_typed_kept_and_reset(
     assert session.limits.bands("alpha") == LimitBands(
         warning_high=pytest.approx(math.radians(4.0)), caution_low=pytest.approx(math.radians(-30))
     )
-    until(qtbot, lambda: (one := charts.selected_chart) is not None and one.limits is not None)
+    until(
+        qtbot, lambda: (one := charts.model.selected_chart) is not None and one.limits is not None
+    )
     flight.flight_controller.seek(5.0)
     until(qtbot, lambda: session.alarm_registry.get("alpha:high") is not None)
     flight.flight_controller.close_flight()
@@ -1348,7 +1352,7 @@ def test_the_log_of_alarms_is_whole_sorted_copied_and_leads_into_the_replay(
     # alpha passes 3.4 degrees every 2 s.
     until(qtbot, lambda: len(panel.view.lines.lines) == 10)
     slider = flight.view.replay.slider
-    assert len(slider._alarms) == len(flight.view.charts._alarms) == 10
+    assert len(slider._alarms) == len(flight.view.charts.model.alarms) == 10
     flight.flight_controller.seek(3.0)
     until(qtbot, lambda: bool(flight.flight_controller.unacknowledged_alarms()))
     flight.commands.actions["acknowledge"].trigger()
@@ -1439,8 +1443,8 @@ def test_the_menu_of_a_chart_copies_hides_marks_and_scales(
     flight: MainWindow, qtbot: QtBot
 ) -> None:
     view, charts = flight.view, flight.view.charts
-    charts.set_cursor("a", 4.0)
-    charts.set_cursor("b", 8.0)
+    charts.navigator.set_cursor("a", 4.0)
+    charts.navigator.set_cursor("b", 8.0)
 
     def choose(words: str) -> None:
         menu = create_chart_menu(
@@ -1450,9 +1454,9 @@ def test_the_menu_of_a_chart_copies_hides_marks_and_scales(
         action.trigger()
 
     shown = charts.strip_layout.channels
-    spec = charts.selected_chart.specs[0]
+    spec = charts.model.selected_chart.specs[0]
     choose(f"Copy {spec.title}")
-    value = charts.value_at(spec.id, 5.5)
+    value = charts.model.value_at(spec.id, 5.5)
     assert QGuiApplication.clipboard().text() == channel_value_text(
         spec, value, flight.display_style.units
     )
@@ -1460,10 +1464,10 @@ def test_the_menu_of_a_chart_copies_hides_marks_and_scales(
     assert flight.flight_controller.mark_times() == pytest.approx((5.5,))
     choose("Zoom to A and B")
     assert charts.view.seconds == pytest.approx(4.8)
-    charts.set_range((0.0, 1.0))
-    assert charts.selected_chart.strip.range == "fixed"
+    charts.editor.set_range((0.0, 1.0))
+    assert charts.model.selected_chart.strip.range == "fixed"
     choose("Autoscale")
-    assert charts.selected_chart.strip.range == "auto"
+    assert charts.model.selected_chart.strip.range == "auto"
     choose("Hide ")
     assert charts.strip_layout.channels == shown[1:]
 
@@ -1476,7 +1480,7 @@ def test_values_at_cursors_stand_once(flight: MainWindow, qtbot: QtBot) -> None:
     charts.advance()
     whole = charts.geometry_in_pixels.plot.width
     for name, time in (("a", 3.0), ("b", 5.0), ("cursor", 4.0)):
-        charts.set_cursor(name, time)
+        charts.navigator.set_cursor(name, time)
     charts.advance()
     assert charts.geometry_in_pixels.plot.width > 0.85 * whole
     assert len(charts.geometry_in_pixels.cursors) == 1

@@ -337,8 +337,8 @@ def test_cursors_give_values_and_differences(
     window.flight_controller.seek(19.0)
     until(qtbot, lambda: window.flight_controller.is_up_to_date)
     window.view.show_panel(1)
-    window.view.charts.set_cursor("a", 10.5)
-    window.view.charts.set_cursor("b", 11.5)
+    window.view.charts.navigator.set_cursor("a", 10.5)
+    window.view.charts.navigator.set_cursor("b", 11.5)
     lines = {line.key: line.cells for line in window.view.values.view.lines.lines}
     assert lines["alpha"][2:] == ("4.6", "1.1", "−3.4")
     assert lines["V"][2:] == ("100.0", "100.0", "0.0")

@@ -44,19 +44,19 @@ def create_chart_menu(
         Owner of the menu.
     """
     menu = QMenu(parent)
-    chart = charts.selected_chart
+    chart = charts.model.selected_chart
     if chart is not None:
         if time is not None:
             for spec in chart.specs:
-                text = channel_value_text(spec, charts.value_at(spec.id, time), units)
+                text = channel_value_text(spec, charts.model.value_at(spec.id, time), units)
                 menu.addAction(
                     f"Copy {spec.title} {text}",
                     lambda text=text: QGuiApplication.clipboard().setText(text),
                 )
-        menu.addAction(f"Hide {chart.specs[0].title}", charts.hide_chart)
+        menu.addAction(f"Hide {chart.specs[0].title}", charts.editor.hide)
         menu.addAction(actions["chart_enlarge"])
         menu.addSeparator()
-        auto = menu.addAction("Autoscale", lambda: charts.set_range(None))
+        auto = menu.addAction("Autoscale", lambda: charts.editor.set_range(None))
         auto.setEnabled(chart.strip.range != "auto")
         menu.addAction(actions["type_range"])
         menu.addAction(actions["type_limits"])
@@ -64,8 +64,8 @@ def create_chart_menu(
     if time is not None:
         at = clock_text(time, decimals=1)
         menu.addAction(f"Mark {at}", lambda: charts.mark_requested.emit(time))
-        menu.addAction(f"Set A at {at}", lambda: charts.set_cursor("a", time))
-        menu.addAction(f"Set B at {at}", lambda: charts.set_cursor("b", time))
+        menu.addAction(f"Set A at {at}", lambda: charts.navigator.set_cursor("a", time))
+        menu.addAction(f"Set B at {at}", lambda: charts.navigator.set_cursor("b", time))
         for span in picture.spans:
             if span.stop is not None and span.start <= time <= span.stop:
                 menu.addAction(
@@ -84,8 +84,8 @@ def create_chart_menu(
 
 def zoom_to(charts: StripChart, start: float, stop: float) -> None:
     """Show a stretch of the flight (s) with some room on either side."""
-    charts.set_window(_ZOOM_MARGIN * (stop - start))
-    charts.go_to((start + stop) / 2.0)
+    charts.navigator.set_window(_ZOOM_MARGIN * (stop - start))
+    charts.navigator.go_to((start + stop) / 2.0)
 
 
 def export_chart_image(charts: StripChart) -> None:

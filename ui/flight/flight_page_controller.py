@@ -91,7 +91,7 @@ class FlightPageController(QObject):
         """Return what each command does."""
         return {
             "chart_pause": self.toggle_pause,
-            "mark": self._view.charts.request_mark,
+            "mark": self._view.charts.navigator.request_mark,
             "note": self.add_note,
             "previous_mark": lambda: self.step_mark(-1),
             "next_mark": lambda: self.step_mark(1),
@@ -124,10 +124,10 @@ class FlightPageController(QObject):
     def toggle_pause(self) -> None:
         """Hold the display while live; in a replay hold the replay itself."""
         if self._desk.is_replay:
-            self._view.charts.go_live()
+            self._view.charts.navigator.go_live()
             self._desk.toggle_play()
         else:
-            self._view.charts.toggle_pause()
+            self._view.charts.navigator.toggle_pause()
 
     # Marks
 
@@ -186,12 +186,12 @@ class FlightPageController(QObject):
         if self._desk.is_replay:
             self._seek(at)
         else:
-            self._view.charts.go_to(at)
+            self._view.charts.navigator.go_to(at)
 
     # Replay
 
     def _seek(self, at: float) -> None:
-        self._view.charts.go_live()
+        self._view.charts.navigator.go_live()
         self._desk.seek(at)
 
     def ask_time(self) -> None:
@@ -207,7 +207,7 @@ class FlightPageController(QObject):
 
     def ask_y_range(self) -> None:
         """Ask for the y range of the chosen chart."""
-        chart = self._view.charts.selected_chart
+        chart = self._view.charts.model.selected_chart
         if chart is None:
             return
         dialog = RangeDialog(
@@ -215,11 +215,11 @@ class FlightPageController(QObject):
             self._window,
         )  # fmt: skip
         if dialog.exec():
-            self._view.charts.set_range(dialog.range)
+            self._view.charts.editor.set_range(dialog.range)
 
     def ask_limits(self) -> None:
         """Ask for the limits of the chosen chart."""
-        chart, session = self._view.charts.selected_chart, self._desk.session
+        chart, session = self._view.charts.model.selected_chart, self._desk.session
         if chart is None or session is None:
             return
         spec = chart.specs[0]
