@@ -239,7 +239,7 @@ class FileMenuController(QObject):
 
     def offer_recorders(self) -> None:
         """Offer to attach to recorders that are running, one of them with one key."""
-        self._found = tuple(self._desk.running_recorders())
+        self._found = tuple(self._desk.recorders.poll())
         if not self._found:
             return
         newest = self._found[0]
@@ -254,7 +254,7 @@ class FileMenuController(QObject):
 
     def attach(self) -> None:
         """Attach to the newest recorder that is running."""
-        self._found = tuple(self._desk.running_recorders())
+        self._found = tuple(self._desk.recorders.poll())
         if self._offer is not None:
             self._banners.remove(self._offer)
             self._offer = None
@@ -267,7 +267,7 @@ class FileMenuController(QObject):
 
     def select_recorder(self) -> None:
         """Attach to the only recorder at once; list several, or those beside an open flight."""
-        others = self._desk.other_recorders
+        others = self._desk.recorders.others
         if len(others) == 1 and not self._desk.is_open:
             self._desk.flight_opener.attach(others[0])
             return
@@ -301,12 +301,12 @@ class FileMenuController(QObject):
         if self._landed is None and not ask_stop(self._window, self._desk.name or "this flight"):
             return
         self._review_when_ended = True
-        self._desk.stop_recording()
+        self._desk.recorders.stop_recording()
 
     def stop_recording(self) -> None:
         """Ask, and end the recording."""
         if ask_stop(self._window, self._desk.name or "this flight"):
-            self._desk.stop_recording()
+            self._desk.recorders.stop_recording()
 
     # A flight that was
 

@@ -379,7 +379,9 @@ class MainWindow(QMainWindow):
             data = status_bar_data(
                 controller.session, controller.snapshot, self.display_style.units, muted=muted
             )
-        return create_status_items(replace(data, others=controller.other_recorder_names))
+        return create_status_items(
+            replace(data, others=tuple(found.name for found in controller.recorders.others))
+        )
 
     def _refresh(self) -> None:
         """Show what the session says now, beside the samples."""
@@ -475,7 +477,7 @@ class MainWindow(QMainWindow):
     def closeEvent(self, event: QCloseEvent) -> None:
         """Ask about works and recordings, remember the window, and close."""
         for_trial = self.pilot_page.training.running or self.preflight_page.is_practice
-        elsewhere = self.flight_controller.other_recordings
+        elsewhere = self.flight_controller.recorders.left_running
         names = [recorder.folder.name for recorder in elsewhere]
         if self.flight_controller.is_recording and not for_trial:
             names.insert(0, self.flight_controller.name or "The flight")
@@ -490,9 +492,9 @@ class MainWindow(QMainWindow):
             event.ignore()
             return
         if for_trial or answer == "stop":
-            self.flight_controller.stop_recording_and_wait()
+            self.flight_controller.recorders.stop_recording_and_wait()
         if answer == "stop":
-            self.flight_controller.stop_recorders(*elsewhere)
+            self.flight_controller.recorders.stop_and_wait(*elsewhere)
         geometry = self.saveGeometry().toHex().data().decode("ascii")
         self.store.change(geometry=geometry)
         self.file_menu.stop_jobs()

@@ -120,7 +120,7 @@ class VirtualFlightSession(QObject, Generic[ProcessT]):
         process, self.process = self.process, None
         recorder, self._recorder = self._recorder, None
         if recorder is not None:
-            self._desk.release_recorder(recorder)
+            self._desk.recorders.release(recorder)
             self._ending = BackgroundJob(
                 "Ending the recording", lambda _tell: recorder.stop(), self
             )

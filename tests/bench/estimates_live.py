@@ -211,7 +211,7 @@ def measure(place: Path, seconds: float, *, estimates: bool) -> Result:
             fitted = len(fits.result.results) if fits is not None else 0
             values = len(fits.result.values) if fits is not None else 0
         finally:
-            window.desk.stop_recording_and_wait()
+            window.desk.recorders.stop_recording_and_wait()
             window.desk.close()
             window.close()
             window.deleteLater()

@@ -330,7 +330,7 @@ def measure(seconds: float, shift_us: int = 0) -> Result:
                 charts = len(window.view.charts.geometry_in_pixels.numbers)
                 drawn = len(frames.shown) - first
         finally:
-            window.desk.stop_recording_and_wait()
+            window.desk.recorders.stop_recording_and_wait()
             window.desk.close()
             window.close()
             window.deleteLater()

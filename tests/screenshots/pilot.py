@@ -126,7 +126,7 @@ def _visible_events(log: Sequence[CueEvent]) -> list[CueEvent]:
 def _go_to(crew: ScreenshotTaker, at: float) -> None:
     crew.window.flight_controller.seek(at)
     crew.wait_until(lambda: crew.window.flight_controller.is_up_to_date, "the cues")
-    crew.window.flight_controller.tick()
+    crew.window.flight_controller.poller.tick()
 
 
 def _capture_training(crew: ScreenshotTaker) -> Iterator[Path]:

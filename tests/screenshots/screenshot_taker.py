@@ -187,7 +187,7 @@ def screenshot_window(
             window.activateWindow()
             yield window
         finally:
-            window.flight_controller.stop_recording_and_wait()
+            window.flight_controller.recorders.stop_recording_and_wait()
             window.flight_controller.close()  # so that the window does not ask about the recording
             window.close()
             window.deleteLater()

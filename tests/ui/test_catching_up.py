@@ -45,7 +45,7 @@ def test_what_was_true_a_while_ago_is_neither_shown_nor_said(
         time = watch.cueing.snapshot().time
         assert time is not None
         watch.spoken.append(Announcement(time=time, text="hands off", priority="prompt", tone=""))
-        window.flight_controller._tell(session)
+        window.flight_controller._refresh(session)
         # An aircraft that stands still gives alarms of its own.
         window.flight_controller._snapshot = replace(session.snapshot(), alarms=())
         window.pilot_page.refresh()
@@ -94,14 +94,16 @@ def test_a_held_replay_that_jumped_catches_up_without_a_rest(
     assert session is not None
     behind = True
     monkeypatch.setattr(type(session.feed), "caught_up", property(lambda _feed: not behind))
-    monkeypatch.setattr(window.flight_controller._pace, "may_begin_frame", lambda _now: False)
+    monkeypatch.setattr(
+        window.flight_controller.poller._pace, "may_begin_frame", lambda _now: False
+    )
     taken_in: list[float] = []
     monkeypatch.setattr(session, "update", taken_in.append)
-    window.flight_controller._told_at = math.inf
-    window.flight_controller.tick()
+    window.flight_controller.poller._refreshed_at = math.inf
+    window.flight_controller.poller.tick()
     assert len(taken_in) == 1
     behind = False
-    window.flight_controller.tick()
+    window.flight_controller.poller.tick()
     assert len(taken_in) == 1
     window.flight_controller.close_flight()
 

@@ -52,7 +52,7 @@ def test_a_failed_connection_leaves_all_that_was_typed_and_no_recent_link(
     assert window.store.current.links == ()
     with Aircraft(good):
         until(qtbot, lambda: window.store.current.links == (f"udpin:127.0.0.1:{good}",))
-    window.flight_controller.stop_recording_and_wait()
+    window.flight_controller.recorders.stop_recording_and_wait()
 
 
 def test_a_recent_link_that_fails_opens_the_dialog_with_its_reason(

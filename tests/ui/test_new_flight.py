@@ -39,7 +39,7 @@ def test_a_title_names_one_flight_and_no_folder(window: MainWindow, qtbot: QtBot
     until(qtbot, lambda: window.flight_controller.is_recording)
     assert first.name.endswith("-a")
     assert FlightFolder(path=first).name == window.flight_controller.name == "Maiden flight"
-    window.flight_controller.stop_recording_and_wait()
+    window.flight_controller.recorders.stop_recording_and_wait()
     second = connect(window, qtbot)
     until(
         qtbot,

@@ -64,7 +64,7 @@ def fly(window: MainWindow, qtbot: QtBot, port: int, folder: Path, *, append: bo
     )
     with Aircraft(port):
         until(qtbot, lambda: records_in(folder) > before + 50)
-    window.flight_controller.stop_recording_and_wait()
+    window.flight_controller.recorders.stop_recording_and_wait()
     return records_in(folder)
 
 
@@ -132,7 +132,7 @@ def test_several_recorders_are_chosen_from_a_menu_on_the_record_tile(
         start_recorder(f"udpin:127.0.0.1:{free_port()}", tmp_path / name).folder: name
         for name in ("one", "two", "three")
     }
-    until(qtbot, lambda: len(window.flight_controller.other_recorders) == 3)
+    until(qtbot, lambda: len(window.flight_controller.recorders.others) == 3)
 
     def menu() -> QMenu:
         qtbot.mouseClick(rec, Qt.MouseButton.LeftButton)
@@ -147,7 +147,7 @@ def test_several_recorders_are_chosen_from_a_menu_on_the_record_tile(
         opened = menu()
         assert len(opened.actions()) == others
         row = others - 2
-        wanted = window.flight_controller.other_recorders[row].handle.folder
+        wanted = window.flight_controller.recorders.others[row].handle.folder
         assert links[wanted] in opened.actions()[row].text()
         if by_key:
             for _ in range(row + 1):

@@ -318,7 +318,7 @@ def test_an_open_flight_survives_a_disk_that_stops_and_goes_on(
         _record_on(window, folder, port)
         until(qtbot, lambda: (desk.time or 0.0) > 3.0, 20_000)
         if mode == "replay":
-            desk.stop_recording_and_wait()
+            desk.recorders.stop_recording_and_wait()
             desk.close_flight()
             desk.flight_opener.open_flight(folder)
             until(qtbot, lambda: desk.is_loaded)
@@ -343,7 +343,7 @@ def test_an_open_flight_survives_a_disk_that_stops_and_goes_on(
         assert [mark.text for mark in desk.session.marks] == ["stuck"]
         written = [one for one in read_events(folder / "events.jsonl").events if one.kind == "mark"]
         assert [one.text for one in written] == ["stuck"]
-        desk.stop_recording_and_wait()
+        desk.recorders.stop_recording_and_wait()
 
 
 def test_looking_for_recorders_does_not_wait_for_the_disk_of_one(
@@ -353,16 +353,16 @@ def test_looking_for_recorders_does_not_wait_for_the_disk_of_one(
     _record_on(window, disk.place / "flight", port)
     until(qtbot, lambda: window.flight_controller.is_recording, 20_000)
     window.flight_controller.close_flight()
-    until(qtbot, lambda: len(window.flight_controller.other_recorders) == 1)
+    until(qtbot, lambda: len(window.flight_controller.recorders.others) == 1)
     disk.stop()
     assert longest_gap(qtbot, window.file_menu.offer_recorders) < _LONGEST
     # Known from the last look.
     assert [
         found.name
-        for found in window.flight_controller.other_recordings
-        and window.flight_controller.other_recorders
+        for found in window.flight_controller.recorders.left_running
+        and window.flight_controller.recorders.others
     ] == ["flight"]
     assert longest_gap(qtbot, window.close) < _LONGEST
     disk.go_on()
-    for found in window.flight_controller.other_recorders:
+    for found in window.flight_controller.recorders.others:
         found.handle.stop()

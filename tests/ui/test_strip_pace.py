@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-import ui.flight_controller
+import ui.session_poller
 from tests.ui.window_kit import open_window, write_flight
 from ui.frame_rate import MIN_LIVE_FRAME_SECONDS, MIN_REPLAY_FRAME_SECONDS, FrameRateLimiter
 
@@ -70,13 +70,13 @@ def test_a_replay_is_painted_with_the_screen_and_a_paused_one_not_at_all(
 ):
     """Proves that looks cost no frames: a playing replay has sixty a second, a still one four."""
     clock = [100.0]
-    monkeypatch.setattr(ui.flight_controller.time, "monotonic", lambda: clock[0])
+    monkeypatch.setattr(ui.session_poller.time, "monotonic", lambda: clock[0])
     window = open_window(tmp_path)
     qtbot.addWidget(window)
     desk = window.flight_controller
     desk.flight_opener.open_flight(write_flight(tmp_path))
     qtbot.waitUntil(lambda: desk.is_loaded, timeout=10_000)
-    desk._timer.stop()
+    desk.poller._timer.stop()
     painted = []
     desk.frame_requested.connect(painted.append)
 
@@ -84,7 +84,7 @@ def test_a_replay_is_painted_with_the_screen_and_a_paused_one_not_at_all(
         painted.clear()
         for _ in range(round(seconds / 0.003)):
             clock[0] += 0.003
-            desk.tick()
+            desk.poller.tick()
         return len(painted) / seconds
 
     assert look(3.0) == pytest.approx(1.0 / MIN_REPLAY_FRAME_SECONDS, abs=2)

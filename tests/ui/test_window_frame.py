@@ -89,7 +89,7 @@ def flight(window: MainWindow, qtbot: QtBot, tmp_path: Path) -> MainWindow:
     until(qtbot, lambda: window.flight_controller.is_loaded and window.view.replay.isVisible())
     window.flight_controller.seek(19.0)
     until(qtbot, lambda: window.flight_controller.is_up_to_date)
-    window.flight_controller.tick()
+    window.flight_controller.poller.tick()
     return window
 
 
@@ -448,7 +448,7 @@ def test_all_tabs_of_the_side_panel_are_in_sight(
         flight.flight_controller.session.alarm_registry.raise_(
             f"x{index}", Severity.WARNING, 1.0, "too fast"
         )
-    flight.flight_controller.tick()
+    flight.flight_controller.poller.tick()
     tabs = flight.view.tabs
     bar = tabs.tabBar()
     for chosen in range(tabs.count()):
@@ -1052,7 +1052,7 @@ def test_an_alarm_is_in_sight_at_every_scale(flight: MainWindow, qtbot: QtBot) -
     )
     for _step in range(7):
         flight.appearance.step_scale(1)
-    flight.flight_controller.tick()
+    flight.flight_controller.poller.tick()
     until(qtbot, lambda: flight.status_bar.item_widgets["alarms"].item.state == "warning")
     until(
         qtbot,

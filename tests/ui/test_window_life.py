@@ -122,7 +122,7 @@ def test_the_flown_system_is_shown_and_chosen_on_the_link_tile(
     finally:
         stop.set()
         transmitter.join()
-        window.flight_controller.stop_recording_and_wait()
+        window.flight_controller.recorders.stop_recording_and_wait()
 
 
 def test_what_arrives_and_is_in_no_channel_is_not_called_nothing(
@@ -145,7 +145,7 @@ def test_what_arrives_and_is_in_no_channel_is_not_called_nothing(
     with Aircraft(port):
         until(qtbot, lambda: said() != "Nothing has arrived yet")
     assert said() == "Nothing of what has arrived is in the channel map bench"
-    window.flight_controller.stop_recording_and_wait()
+    window.flight_controller.recorders.stop_recording_and_wait()
 
 
 def test_from_the_first_byte_to_the_end_of_the_recording(
@@ -244,7 +244,7 @@ def test_from_the_first_byte_to_the_end_of_the_recording(
     assert again.bar.views["link"].part.value == "–"
     assert again.bar.views["flight"].part.value == "–"
 
-    again.flight_controller.stop_recording()
+    again.flight_controller.recorders.stop_recording()
     until(qtbot, lambda: any("has ended" in text for text in again.banners.texts()))
     # Read once, the flight that has landed opens in a moment.
     until(qtbot, lambda: any(FlightFolder(path=folder).cache_folder.glob("*.npz")))
@@ -283,7 +283,7 @@ def test_a_flight_is_replayed_with_keys_alone(
     slider = window.view.replay.slider
     slider.setFocus()
     window.flight_controller.seek(5.0)
-    window.flight_controller.tick()
+    window.flight_controller.poller.tick()
     until(qtbot, lambda: slider.accessibleDescription().startswith("00:05"))
     qtbot.keyClick(slider, Qt.Key.Key_PageDown)
     assert window.flight_controller.time == pytest.approx(15.0)
@@ -378,7 +378,7 @@ def test_a_port_in_use_is_told_and_the_window_goes_on(
             15_000,
         )
     if window.flight_controller.is_recording:
-        window.flight_controller.stop_recording_and_wait()
+        window.flight_controller.recorders.stop_recording_and_wait()
 
 
 def test_a_flight_is_exported_in_the_background(
@@ -639,7 +639,7 @@ def test_a_connection_that_is_cancelled_leaves_nothing_behind(
         encoding="utf-8"
     )
     assert "new tire" not in card.read_text(encoding="utf-8")
-    window.flight_controller.stop_recording_and_wait()
+    window.flight_controller.recorders.stop_recording_and_wait()
 
 
 def test_a_connection_that_is_cancelled_keeps_what_came(
@@ -703,7 +703,7 @@ def test_a_connection_that_fails_leaves_no_recorder_behind(
     monkeypatch.setattr(Session, "follow", follow)
     window.flight_controller.flight_opener.connect_link(link)
     until(qtbot, lambda: window.flight_controller.is_open)
-    window.flight_controller.stop_recording_and_wait()
+    window.flight_controller.recorders.stop_recording_and_wait()
 
 
 def test_a_second_connection_joins_the_recorder_of_the_first(
@@ -720,4 +720,4 @@ def test_a_second_connection_joins_the_recorder_of_the_first(
         window.flight_controller.session.path.absolute()
     ]
     assert window.flight_controller.session.recorder.is_alive()
-    window.flight_controller.stop_recording_and_wait()
+    window.flight_controller.recorders.stop_recording_and_wait()
