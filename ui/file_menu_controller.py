@@ -27,14 +27,11 @@ from ui.dialogs.flight_requests import ConnectRequest
 from ui.dialogs.virtual_flight import VirtualFlightDialog
 from ui.display_style import DisplayStyle
 from ui.flight_controller import FlightController
+from ui.job_banner_controller import JobBannerController
 from ui.number_format import clock_text
 from ui.recording_setup import PendingFlight, RunningRecorder
 from ui.settings import SettingsStore, initial_dialog_folder, recording_folder
 from ui.window_frame.banners import Banner, BannerStack
-
-_SHORT_WORK_MS = 300
-_STOP_TIMEOUT = 2.0
-"""Seconds that a work has to stop as the window closes."""
 
 
 class FileMenuController(QObject):
@@ -55,6 +52,8 @@ class FileMenuController(QObject):
 
     Attributes
     ----------
+    jobs : JobBannerController
+        Shows background jobs.
     review_requested : Signal(object)
         A flight has ended and is to be reviewed: its folder.
     """
@@ -78,12 +77,12 @@ class FileMenuController(QObject):
         self._found: tuple[RunningRecorder, ...] = ()
         self._offer: Banner | None = None
         self._of_flight: list[Banner] = []
-        self._making: list[BackgroundJob] = []
         self._landed: Banner | None = None
         self._problem: Banner | None = None
         self._review_when_ended = False
         self._unproven: ConnectRequest | None = None  # over its link nothing has come yet
-        desk.job_started.connect(self.show_job)
+        self.jobs = JobBannerController(banners, self)
+        desk.job_started.connect(self.jobs.show_job)
         desk.message_posted.connect(banners.show_banner)
         desk.flight_message_posted.connect(
             lambda *said: self.remove_with_flight(banners.show_banner(*said))
@@ -395,61 +394,5 @@ class FileMenuController(QObject):
                 self,
             )
             work.failed.connect(self._desk.error_reporter.report)
-            self.show_job(work, f"Exported to {path}.")
+            self.jobs.show_job(work, f"Exported to {path}.")
             work.start()
-
-    @property
-    def unfinished_jobs(self) -> tuple[str, ...]:
-        """Return the titles of the works that make something and are not done."""
-        return tuple(work.title for work in self._making)
-
-    def stop_jobs(self) -> None:
-        """Stop what makes something, as the window closes, and let it take away what it began."""
-        for work in self._making:
-            work.cancel()
-        for work in self._making:
-            work.wait(_STOP_TIMEOUT)
-
-    def show_job(self, work: BackgroundJob, done: str) -> None:
-        """Show a work in a banner until it ends; it goes on behind the other places.
-
-        A work that ends at once shows none; of one that another took the place of nothing is said.
-        One that makes something has a sentence for its end, which is said also where it was done
-        before it could be cancelled.
-        """
-        title = f"{work.title}…"
-        shown: list[Banner] = []
-        asked: list[bool] = []
-        made: list[bool] = []
-        if done:
-            self._making.append(work)
-
-        def cancel() -> None:
-            asked.append(True)
-            work.cancel()
-
-        def begin() -> None:
-            if work.is_running:
-                shown.append(self._banners.show_banner("work", title, ("Cancel", cancel)))
-
-        def tell(share: float | None, words: str) -> None:
-            for banner in shown:
-                banner.set_progress(share)
-                banner.set_text(f"{title} {words}")
-
-        def end(sentence: str) -> None:
-            if work in self._making:
-                self._making.remove(work)
-            for banner in shown:
-                self._banners.remove(banner)
-            if sentence:
-                self._banners.show_banner("note", sentence)
-
-        work.progressed.connect(tell)
-        work.done.connect(lambda _result: end(done))
-        work.discarded.connect(lambda _result: made.append(True))
-        work.canceled.connect(
-            lambda: end(done if made and done else f"{work.title}: cancelled." if asked else "")
-        )
-        work.failed.connect(lambda _error: end(""))
-        QTimer.singleShot(_SHORT_WORK_MS, begin)

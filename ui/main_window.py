@@ -5,16 +5,14 @@ from __future__ import annotations
 import logging
 from collections.abc import Callable, Mapping
 from dataclasses import replace
-from functools import partial
 from pathlib import Path
 
 from PySide6.QtCore import QByteArray, QSize, Qt, QTimer
-from PySide6.QtGui import QActionGroup, QCloseEvent, QGuiApplication, QResizeEvent
+from PySide6.QtGui import QCloseEvent, QResizeEvent
 from PySide6.QtWidgets import (
     QApplication,
     QHBoxLayout,
     QMainWindow,
-    QMenu,
     QStackedWidget,
     QVBoxLayout,
     QWidget,
@@ -23,13 +21,8 @@ from PySide6.QtWidgets import (
 from gsapp.session.user_limit_store import UserLimitStore
 from ui.appearance_controller import AppearanceController
 from ui.commands import CommandRequirement, CommandSet
-from ui.dialogs.about import AboutDialog, about_lines
 from ui.dialogs.flight_dialogs import ask_closing
-from ui.dialogs.guide import GuideWindow, guide_folder
-from ui.dialogs.link_rows import describe_vehicle
 from ui.dialogs.mavlink_inspector import MavlinkInspector
-from ui.dialogs.messages import MessagesDialog
-from ui.dialogs.shortcuts import ShortcutsDialog
 from ui.display_style import DisplayStyle
 from ui.error_reporter import ErrorReport, ErrorReporter
 from ui.file_menu_controller import FileMenuController
@@ -39,6 +32,7 @@ from ui.flight.flight_view import FlightView
 from ui.flight.layout_store import LayoutStore
 from ui.flight_controller import FlightController
 from ui.gap.gap_page import GapPage
+from ui.help_menu_controller import HelpMenuController
 from ui.page_registry import PAGES
 from ui.pilot.pilot_page import PilotPage
 from ui.preflight.preflight_page import PreflightPage
@@ -47,6 +41,7 @@ from ui.review.review_page import ReviewPage
 from ui.settings import SettingsStore, layouts_path, limits_path
 from ui.shortcut_filter import ShortcutOverrideFilter
 from ui.start_page import StartPage
+from ui.system_menu import create_system_menu
 from ui.voice.voice import Voice
 from ui.widgets.action_button import ActionButton
 from ui.window_frame.banners import BannerStack
@@ -105,6 +100,7 @@ class MainWindow(QMainWindow):
         self.file_menu = FileMenuController(
             self, self.flight_controller, self.display_style, store, self.banners
         )
+        self.help_menu = HelpMenuController(self, self.display_style, store, self.banners, faults)
         limits = UserLimitStore(limits_path(store.path))
         self.voice = Voice(self, muted=settings.muted)
         self.crew = FlightPageController(
@@ -139,15 +135,14 @@ class MainWindow(QMainWindow):
         self.pages = QStackedWidget()
         self._place_ids = [place.id for place in PAGES]
         self._asks = True
-        built: dict[str, QWidget] = {
-            "preflight": self.preflight_page,
-            "flight": self.flight_page,
-            "pilot": self.pilot_page,
-            "review": self.review_page,
-            "gap": self.gap_page,
-        }
+        self._built_pages: Mapping[
+            str, FlightPage | GapPage | PilotPage | PreflightPage | ReviewPage
+        ] = {
+            "preflight": self.preflight_page, "flight": self.flight_page,
+            "pilot": self.pilot_page, "review": self.review_page, "gap": self.gap_page,
+        }  # fmt: skip
         for place in PAGES:
-            self.pages.addWidget(built[place.id])
+            self.pages.addWidget(self._built_pages[place.id])
         self._arrange()
         # Once, when everything is in its place: Qt styles anew whatever moves.
         self.appearance.apply()
@@ -191,8 +186,9 @@ class MainWindow(QMainWindow):
         commands = self.commands
         commands.fill_menu_bar(self.menuBar())
         commands.bind(
-            self.handlers, self.appearance.handlers, self.file_menu.handlers, self.crew.handlers,
-            self.view.handlers, self.gap_page.handlers, self.preflight_page.handlers,
+            self.handlers, self.appearance.handlers, self.file_menu.handlers,
+            self.help_menu.handlers, self.crew.handlers, self.view.handlers,
+            self.gap_page.handlers, self.preflight_page.handlers,
             self.pilot_page.handlers, self.review_page.handlers,
         )  # fmt: skip
         actions = commands.actions
@@ -238,14 +234,9 @@ class MainWindow(QMainWindow):
         return {
             **places,
             "full_screen": self.toggle_full_screen,
-            "keys": lambda: ShortcutsDialog(self.display_style, self).exec(),
             "link": self.show_link,
-            "copy_details": self.copy_details,
             "undo": self.undo,
             "dismiss": self.banners.dismiss,
-            "messages": self.show_messages,
-            "about": lambda: AboutDialog(self.display_style, about_lines(self.store), self).exec(),
-            "guide": self.show_guide,
             "quit": self.close,
         }
 
@@ -256,16 +247,7 @@ class MainWindow(QMainWindow):
         self.pages.setCurrentIndex(self._place_ids.index(place_id))
         self.navigation_rail.show_page(place_id)
         self._enable()
-        if place_id == "flight":
-            (
-                self.view.charts if self.flight_controller.is_open else self.flight_page.start
-            ).setFocus()
-            return
-        guides = {
-            "preflight": self.preflight_page, "pilot": self.pilot_page, "review": self.review_page,
-            "gap": self.gap_page,
-        }  # fmt: skip
-        guides[place_id].begin()
+        self._built_pages[place_id].begin()
 
     def _show_time(self, at: float) -> None:
         """Show a flight time (s) in the charts."""
@@ -292,28 +274,11 @@ class MainWindow(QMainWindow):
 
     def show_systems(self) -> None:
         """Offer the systems heard on the link, of which one is the flown one."""
-        session = self.flight_controller.session
-        if session is None:
-            return
-        report = session.link_report()
-        menu = QMenu("Flown system", self)
-        menu.setObjectName("flown_system")
-        group = QActionGroup(menu)
-        for vehicle in () if report is None else report.vehicles:
-            words = describe_vehicle(vehicle, live=not self.flight_controller.is_replay)
-            action = menu.addAction(
-                words, partial(self.flight_controller.select_system, vehicle.system)
-            )
-            action.setCheckable(True)
-            action.setChecked(report is not None and vehicle.system == report.system)
-            group.addAction(action)
-        if menu.isEmpty():
-            menu.addAction("No aircraft heard").setEnabled(False)
-        menu.addSeparator()
-        menu.addAction(self.commands.actions["link"])
-        tile = self.status_bar.item_widgets["link"]
-        menu.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-        menu.popup(tile.mapToGlobal(tile.rect().bottomLeft()))
+        link_action = self.commands.actions["link"]
+        menu = create_system_menu(self.flight_controller, link_action, self)
+        if menu is not None:
+            tile = self.status_bar.item_widgets["link"]
+            menu.popup(tile.mapToGlobal(tile.rect().bottomLeft()))
 
     def _review(self, folder: Path) -> None:
         """Review a flight that has ended."""
@@ -330,22 +295,6 @@ class MainWindow(QMainWindow):
             )
             self.flight_controller.refreshed.connect(dialog.refresh)
             dialog.exec()
-
-    # Help
-
-    def show_guide(self) -> None:
-        """Open the user guide in a window of its own."""
-        folder = guide_folder()
-        if folder is None:
-            self.banners.show_banner("caution", "The user guide is not installed.")
-            return
-        GuideWindow(self.display_style, folder, self).show()
-
-    def show_messages(self) -> None:
-        """Open the list of messages in a window of its own."""
-        for former in self.findChildren(MessagesDialog):
-            former.close()
-        MessagesDialog(self.display_style, self.banners, self).show()
 
     # What happens
 
@@ -426,20 +375,11 @@ class MainWindow(QMainWindow):
             self.flight_controller.undo_mark()
 
     def _show_fault(self, fault: ErrorReport) -> None:
-        copy = ("Copy details", self.copy_details)
+        copy = ("Copy details", self.help_menu.copy_details)
         choices = () if fault.is_expected else (copy,)
         banner = self.banners.show_banner("warning", fault.message, *choices)
         if fault.is_opening_error:
             self.file_menu.remove_with_flight(banner)
-
-    def copy_details(self) -> None:
-        """Put the details of the last error on the clipboard."""
-        fault = self.error_reporter.last_report
-        if fault is None:
-            self.banners.show_banner("note", "There was no error.")
-            return
-        QGuiApplication.clipboard().setText(fault.details)
-        self.banners.show_banner("note", "The details of the last error are on the clipboard.")
 
     # Beginning and end
 
@@ -475,14 +415,13 @@ class MainWindow(QMainWindow):
         self._asks = False
 
     def closeEvent(self, event: QCloseEvent) -> None:
-        """Ask about works and recordings, remember the window, and close."""
         for_trial = self.pilot_page.training.running or self.preflight_page.is_practice
         elsewhere = self.flight_controller.recorders.left_running
         names = [recorder.folder.name for recorder in elsewhere]
         if self.flight_controller.is_recording and not for_trial:
             names.insert(0, self.flight_controller.name or "The flight")
         works = (
-            *self.file_menu.unfinished_jobs,
+            *self.file_menu.jobs.unfinished_jobs,
             *self.review_page.unfinished_work_title,
             *self.gap_page.unfinished_work_title,
         )
@@ -497,7 +436,7 @@ class MainWindow(QMainWindow):
             self.flight_controller.recorders.stop_and_wait(*elsewhere)
         geometry = self.saveGeometry().toHex().data().decode("ascii")
         self.store.change(geometry=geometry)
-        self.file_menu.stop_jobs()
+        self.file_menu.jobs.stop_jobs()
         self.gap_page.close_search()
         self.review_page.close_work()
         self.preflight_page.flush()

@@ -51,7 +51,7 @@ def run(
     """
     from gsapp.cli._console import PlainConsole
     from gsapp.cli._usage_errors import as_usage_error
-    from gsapp.cli.fly import flight_status, open_link
+    from gsapp.cli._virtual_flight import flight_status, open_link
     from gsapp.telemetry.clock import HostClock
     from gsapp.telemetry.link_registry import parse_link
     from gsapp.virtual.bench import VirtualBench, parse_bench_fault

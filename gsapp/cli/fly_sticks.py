@@ -51,7 +51,7 @@ def fly_with_sticks(
     GroundStationError
         If the link cannot be opened, or the aircraft cannot be flown.
     """
-    from gsapp.cli.fly import flight_status, open_link, print_crash, write_truth
+    from gsapp.cli._virtual_flight import flight_status, open_link, print_crash, write_truth
     from gsapp.telemetry.clock import HostClock
     from gsapp.virtual.downlink.bench_downlink import StdinConsole
     from gsapp.virtual.downlink.downlink_transmitter import DownlinkTransmitter

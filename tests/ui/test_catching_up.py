@@ -54,7 +54,7 @@ def test_what_was_true_a_while_ago_is_neither_shown_nor_said(
     window.flight_controller.seek(15.0)
     until(qtbot, lambda: session.feed.caught_up)
     tell()
-    *_, alarms = window.flight_controller.create_status_items("US", muted=False)
+    *_, alarms = window._status_items()
     assert (alarms.value, alarms.note, alarms.state) == ("catching up", "34 %", "unknown")
     assert "34 %" in window.view.alarms._empty.text()
     sheet = window.pilot_page.state.build_display("US")
@@ -69,7 +69,7 @@ def test_what_was_true_a_while_ago_is_neither_shown_nor_said(
     watched = 1.0
     monkeypatch.setattr(Session, "monitored_fraction", property(lambda _self: watched))
     tell()
-    *_, alarms = window.flight_controller.create_status_items("US", muted=False)
+    *_, alarms = window._status_items()
     assert alarms.value == "none"
     assert window.view.alarms._empty.text() == "No alarms."
     assert "catching up" not in str(window.pilot_page.state.build_display("US"))

@@ -86,7 +86,7 @@ def test_the_layout_is_reset_once_asked_for(
     view = window.view
     view.show_panel(0)
     before = view.tabs.width()
-    view.show_layout("Lateral")
+    view.layouts.show_layout("Lateral")
     view._split.moveSplitter(view._split.width() - before - 150, 1)
     assert view.tabs.width() >= before + 100
     view.toggle_panel()

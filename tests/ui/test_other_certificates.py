@@ -86,11 +86,7 @@ def choose(monkeypatch: pytest.MonkeyPatch, value: str) -> list[str]:
 
 
 def bar_part(window: MainWindow) -> tuple[str, str, str, str]:
-    (part,) = (
-        part
-        for part in window.flight_controller.create_status_items("US", muted=True)
-        if part.id == "calibration"
-    )
+    (part,) = (part for part in window._status_items() if part.id == "calibration")
     return part.title, part.value, part.note, part.state
 
 
@@ -162,7 +158,7 @@ def test_what_has_no_certificate_is_charted_hatched_and_called_uncalibrated(
     assert picture.uncalibrated == {
         "elevator_left", "elevator_left_volts", "flap", "flap_volts", "de",
     }  # fmt: skip
-    window.view.show_layout("Overview")
+    window.view.layouts.show_layout("Overview")
     charts = window.view.charts
     window.view.advance(window.flight_controller.time)
     order = [strip.traces[0].channel for strip in charts.strip_layout.strips]

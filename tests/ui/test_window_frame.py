@@ -277,13 +277,13 @@ def test_channels_are_chosen_ordered_and_saved_by_keys(
     order = flight.view.charts.strip_layout.channels
     panel.layout_saved.emit("Doublets")
     assert flight.store.current.layout == "Doublets"
-    flight.view.show_layout("Overview")
-    flight.view.show_layout("Doublets")
+    flight.view.layouts.show_layout("Overview")
+    flight.view.layouts.show_layout("Doublets")
     assert flight.view.charts.strip_layout.channels == order
     flight.close()
     again = open_window(tmp_path)
     qtbot.addWidget(again)
-    assert again.view._layouts.load("Doublets").channels == order
+    assert again.view.layouts._layouts.load("Doublets").channels == order
 
 
 def test_a_channel_that_never_has_a_sample_gets_no_chart(
@@ -690,7 +690,7 @@ def test_an_error_in_a_slot_becomes_a_banner_and_can_be_copied(
         window.error_reporter.remove()
     assert "ZeroDivisionError" in window.banners.texts()[0]
     assert "Traceback" not in window.banners.texts()[0]
-    window.copy_details()
+    window.help_menu.copy_details()
     assert "Traceback" in QGuiApplication.clipboard().text()
     window.banners.dismiss()
     window.banners.dismiss()
@@ -770,7 +770,7 @@ def test_a_work_can_be_cancelled_and_says_how_far_it_is(window: MainWindow, qtbo
             progress(0.5, "counting")
 
     work = BackgroundJob("Counting", count, window)
-    window.file_menu.show_job(work, "Done.")
+    window.file_menu.jobs.show_job(work, "Done.")
     work.start()
     until(qtbot, lambda: any("counting" in text for text in window.banners.texts()))
     window.banners.banners[0].buttons[0].click()

@@ -394,7 +394,7 @@ def test_a_flight_is_exported_in_the_background(
         lambda progress: window.flight_controller.export("csv", target, progress),
         window,
     )
-    window.file_menu.show_job(work, "Exported.")
+    window.file_menu.jobs.show_job(work, "Exported.")
     work.start()
     until(qtbot, lambda: "Exported." in window.banners.texts())
     assert load_flight(target).block.channels == load_flight(tmp_path / "small.csv").block.channels
@@ -435,7 +435,7 @@ def test_an_export_that_is_given_up_leaves_nothing_behind(
         lambda told: window.flight_controller.export(kind, target, held.within(told)),
         window,
     )
-    window.file_menu.show_job(work, "Exported.")
+    window.file_menu.jobs.show_job(work, "Exported.")
     work.start()
     assert held.begun.wait(10.0)
     assert len(list(target.parent.iterdir())) == 1
@@ -450,7 +450,7 @@ def test_an_export_that_is_given_up_leaves_nothing_behind(
     else:
         work.cancel()
         held.goes_on.set()
-        until(qtbot, lambda: not window.file_menu.unfinished_jobs)
+        until(qtbot, lambda: not window.file_menu.jobs.unfinished_jobs)
         assert "Exported." not in window.banners.texts()
     assert list(target.parent.iterdir()) == []
 
@@ -460,7 +460,7 @@ def test_an_export_that_is_cancelled_when_it_is_done_is_told_as_done(
 ) -> None:
     held = Held()
     work = BackgroundJob("Exporting", lambda _told: held.halt(), window)
-    window.file_menu.show_job(work, "Exported.")
+    window.file_menu.jobs.show_job(work, "Exported.")
     work.start()
     assert held.begun.wait(10.0)
     work.cancel()

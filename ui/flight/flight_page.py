@@ -29,3 +29,7 @@ class FlightPage(QStackedWidget):
     def show_flight(self, shown: bool) -> None:
         """Show the flight, or the start page."""
         self.setCurrentWidget(self.view if shown else self.start)
+
+    def begin(self) -> None:
+        """Put the keyboard into the charts, or the start page."""
+        (self.view.charts if self.currentWidget() is self.view else self.start).setFocus()

@@ -13,16 +13,11 @@ from ui.commands import CHART_PREFIX
 from ui.display_style import DisplayStyle
 from ui.flight.channel_panel import ChannelPanel
 from ui.flight.chart_menu import create_chart_menu
-from ui.flight.chart_selection import (
-    OVERVIEW_LAYOUT,
-    SHIPPED_LAYOUT_NAMES,
-    create_shipped_layout,
-    rename_layout,
-)
 from ui.flight.controls import ControlRow, ReplayBar
 from ui.flight.cursor_values import build_cursor_value_rows, cursor_times_text
 from ui.flight.estimates_panel import EstimatesPanel
-from ui.flight.flight_view_state import FlightViewState, origin_note
+from ui.flight.flight_view_state import FlightViewState
+from ui.flight.layout_controller import LayoutController
 from ui.flight.layout_store import LayoutStore
 from ui.flight.side_panels import AlarmsPanel, MarksPanel, MessagesPanel, ValuesPanel
 from ui.number_format import floor_percent
@@ -30,7 +25,6 @@ from ui.settings import SettingsStore
 from ui.strips.chart_keys import KEY_ACTIONS
 from ui.strips.pixel_columns import SampleSource
 from ui.strips.strip_chart import StripChart
-from ui.strips.strip_layout import StripLayout
 from ui.style_sheet import TAB_MARGIN
 
 _PANEL_WIDTH = 344
@@ -59,6 +53,8 @@ class FlightView(QWidget):
 
     Attributes
     ----------
+    layouts : LayoutController
+        Chooses the charts.
     mark_requested : Signal(float)
         Mark this flight time, s.
     show_requested : Signal
@@ -79,11 +75,8 @@ class FlightView(QWidget):
         self._actions = actions
         self._look = look
         self._store = store
-        self._layouts = layouts
         self._history: SampleSource | None = None
         self._picture = FlightViewState()
-        self._layout_name = store.current.layout or OVERVIEW_LAYOUT
-        self._fresh_layout = True
         self._panel_wish: bool | None = None
         column = QVBoxLayout(self)
         column.setContentsMargins(0, 0, 0, 0)
@@ -94,6 +87,7 @@ class FlightView(QWidget):
         self.charts.navigator.set_window(store.current.span)
         self._split.addWidget(self.charts)
         self.tabs = self._make_panels()
+        self.layouts = LayoutController(self.charts, self.channels, store, layouts, self)
         self._split.addWidget(self.tabs)
         self._split.setStretchFactor(0, 1)
         self._split.setStretchFactor(1, 0)
@@ -149,13 +143,9 @@ class FlightView(QWidget):
         charts.mark_requested.connect(self.mark_requested)
         charts.menu_requested.connect(self._show_menu)
         charts.cursor_moved.connect(lambda *_: self._show_values())
-        charts.layout_changed.connect(self._charts_changed)
         charts.view_changed.connect(self._view_changed)
         self.controls.span_chosen.connect(charts.navigator.set_window)
-        self.channels.charts_changed.connect(self._charts_chosen)
-        self.channels.layout_chosen.connect(self.show_layout)
-        self.channels.layout_saved.connect(self._save_layout)
-        self.channels.layout_deleted.connect(self._delete_layout)
+        self.layouts.layout_shown.connect(self._show_values)
         self.tabs.currentChanged.connect(lambda _index: self._show_values())
         self.tabs.currentChanged.connect(lambda _index: self._size_panel())
         self._look.changed.connect(self._restyle)
@@ -228,8 +218,9 @@ class FlightView(QWidget):
 
     def _size_panel(self) -> None:
         roomy = self.width() >= self._look.px(_PANEL_MIN_WIDTH)
-        wish = self._panel_wish if self._panel_wish is not None else None
-        shown = wish if wish is not None else (self._store.current.side_panel and roomy)
+        shown = self._store.current.side_panel and roomy
+        if self._panel_wish is not None:
+            shown = self._panel_wish
         if shown != self.tabs.isVisibleTo(self):
             self.tabs.setVisible(shown)
             self._show_values()
@@ -255,7 +246,7 @@ class FlightView(QWidget):
         self._panel_wish = None
         self._drawn.stop()
         self._panel_width = self._store.current.panel_width
-        self.show_layout(self._store.current.layout)
+        self.layouts.show_layout(self._store.current.layout)
         self._size_panel()
 
     def _panel_drawn(self) -> None:
@@ -279,72 +270,8 @@ class FlightView(QWidget):
         return sum(each) + math.ceil(bolder)
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Give the charts the room where the window is narrow."""
         super().resizeEvent(event)
         self._size_panel()
-
-    # Layouts
-
-    def show_layout(self, name: str) -> None:
-        """Show a layout by name."""
-        picture = self._picture
-        available = picture.available
-        if picture.channels_known:
-            there = picture.present | picture.uncalibrated
-            available = tuple(known for known in available if known in there)
-        if name in SHIPPED_LAYOUT_NAMES:
-            layout = create_shipped_layout(name, available)
-        elif name in self._layouts.names:
-            layout = self._layouts.load(name)
-        else:
-            name, layout = OVERVIEW_LAYOUT, create_shipped_layout(OVERVIEW_LAYOUT, available)
-        self._layout_name = name
-        self._store.change(layout=name)
-        self._set_charts(rename_layout(layout, name, self.charts.view.window))
-
-    def _set_charts(self, layout: StripLayout) -> None:
-        self.charts.set_layout(layout)
-        self.charts.advance()
-        self._show_channels()
-        self._show_values()
-
-    def _charts_chosen(self, layout: StripLayout) -> None:
-        self._layout_name = ""
-        self._set_charts(rename_layout(layout, "Own choice", self.charts.view.window))
-
-    def _charts_changed(self, layout: StripLayout) -> None:
-        """Follow a change made on the charts themselves."""
-        if layout.name in SHIPPED_LAYOUT_NAMES:
-            self._layout_name = ""
-            self.charts.set_layout(rename_layout(layout, "Own choice", self.charts.view.window))
-        self._show_channels()
-        self._show_values()
-
-    def _save_layout(self, name: str) -> None:
-        layout = rename_layout(self.charts.strip_layout, name, self.charts.view.window)
-        self._layouts.save(layout, name)
-        self._layout_name = name
-        self._store.change(layout=name)
-        self._set_charts(layout)
-
-    def _delete_layout(self, name: str) -> None:
-        if name in self._layouts.names:
-            self._layouts.delete(name)
-            self.show_layout(OVERVIEW_LAYOUT)
-
-    def _show_channels(self) -> None:
-        picture = self._picture
-        notes = {}
-        for name in picture.available:
-            source = picture.sources.get(name)
-            note = origin_note(source) if source is not None else ""
-            if picture.channels_known and name not in picture.present | picture.uncalibrated:
-                note = f"{note}, no samples" if note else "no samples"
-            if note:
-                notes[name] = note
-        layout = self.charts.strip_layout
-        self.channels.show_channels(self._picture.available, layout, notes)
-        self.channels.show_layouts(self._layouts.names, self._layout_name)
 
     # What is shown
 
@@ -352,7 +279,7 @@ class FlightView(QWidget):
         """Show another flight."""
         self._history = history
         self._picture = FlightViewState()
-        self._fresh_layout = True
+        self.layouts.begin_flight()
         self.charts.clear()
         self.charts.set_history(history)
         if history is not None:
@@ -361,8 +288,7 @@ class FlightView(QWidget):
     def show_state(self, picture: FlightViewState) -> None:
         """Show everything beside the samples; what did not change is left alone."""
         former, self._picture = self._picture, picture
-        if picture.limits != former.limits or self._fresh_layout:
-            self.charts.set_limits(picture.limits)
+        self.charts.set_limits(picture.limits)
         if picture.sources != former.sources:
             self.charts.set_sources(picture.sources)
         if picture.stale_ages != former.stale_ages:
@@ -373,19 +299,7 @@ class FlightView(QWidget):
         self.charts.set_marks(picture.marks)
         self.charts.set_spans(picture.spans)
         self.charts.set_alarms(picture.alarms)
-        if self._fresh_layout and picture.available:
-            self._fresh_layout = False
-            self.show_layout(self._layout_name or OVERVIEW_LAYOUT)
-        elif (picture.available, picture.present, picture.sources, picture.channels_known) != (
-            former.available,
-            former.present,
-            former.sources,
-            former.channels_known,
-        ):
-            if self._layout_name in SHIPPED_LAYOUT_NAMES:
-                self.show_layout(self._layout_name)
-            else:
-                self._show_channels()
+        self.layouts.show_state(picture)
         self.marks.show_rows(picture.mark_rows)
         self.alarms.set_empty_text(_no_alarms_text(picture.monitored_fraction))
         self.alarms.show_rows(picture.alarm_rows)

@@ -1,0 +1,71 @@
+"""The Help menu: user guide, shortcuts, messages, and the details of errors."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+
+from PySide6.QtCore import QObject
+from PySide6.QtGui import QGuiApplication
+from PySide6.QtWidgets import QWidget
+
+from ui.dialogs.about import AboutDialog, about_lines
+from ui.dialogs.guide import GuideWindow, guide_folder
+from ui.dialogs.messages import MessagesDialog
+from ui.dialogs.shortcuts import ShortcutsDialog
+from ui.display_style import DisplayStyle
+from ui.error_reporter import ErrorReporter
+from ui.settings import SettingsStore
+from ui.window_frame.banners import BannerStack
+
+
+class HelpMenuController(QObject):
+    """Opens the dialogs of the Help menu over a window."""
+
+    def __init__(
+        self,
+        window: QWidget,
+        look: DisplayStyle,
+        store: SettingsStore,
+        banners: BannerStack,
+        faults: ErrorReporter,
+    ) -> None:
+        super().__init__(window)
+        self._window = window
+        self._look = look
+        self._store = store
+        self._banners = banners
+        self._faults = faults
+
+    @property
+    def handlers(self) -> Mapping[str, Callable[[], object]]:
+        """Return what each command does."""
+        return {
+            "keys": lambda: ShortcutsDialog(self._look, self._window).exec(),
+            "copy_details": self.copy_details,
+            "messages": self.show_messages,
+            "about": lambda: AboutDialog(self._look, about_lines(self._store), self._window).exec(),
+            "guide": self.show_guide,
+        }
+
+    def show_guide(self) -> None:
+        """Open the user guide in a window of its own."""
+        folder = guide_folder()
+        if folder is None:
+            self._banners.show_banner("caution", "The user guide is not installed.")
+            return
+        GuideWindow(self._look, folder, self._window).show()
+
+    def show_messages(self) -> None:
+        """Open the list of messages in a window of its own."""
+        for former in self._window.findChildren(MessagesDialog):
+            former.close()
+        MessagesDialog(self._look, self._banners, self._window).show()
+
+    def copy_details(self) -> None:
+        """Put the details of the last error on the clipboard."""
+        report = self._faults.last_report
+        if report is None:
+            self._banners.show_banner("note", "There was no error.")
+            return
+        QGuiApplication.clipboard().setText(report.details)
+        self._banners.show_banner("note", "The details of the last error are on the clipboard.")
