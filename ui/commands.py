@@ -627,7 +627,6 @@ class CommandAction(QAction):
     by_key = False
 
     def event(self, event: QEvent) -> bool:
-        """Mark a shortcut while it is handled."""
         self.by_key = event.type() == QEvent.Type.Shortcut
         try:
             return super().event(event)

@@ -389,7 +389,6 @@ class MainWindow(QMainWindow):
             self.restoreGeometry(QByteArray.fromHex(saved.encode("ascii")))
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Give the rail's room to the charts where the window is narrow."""
         super().resizeEvent(event)
         self._fit()
 

@@ -85,7 +85,6 @@ class ShortcutOverrideFilter(QObject):
             now.installEventFilter(self)
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        """Claim a key for the control that has the focus; the key then reaches it."""
         if not self._at_work:
             return False
         if event.type() == QEvent.Type.ShortcutOverride and isinstance(event, QKeyEvent):

@@ -87,7 +87,6 @@ class StartOptionButton(QAbstractButton):
         self.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Fixed)
 
     def sizeHint(self) -> QSize:
-        """Return the size of the card."""
         look = self._look
         return (
             QSize(self.flat_width, look.px(64))
@@ -96,7 +95,6 @@ class StartOptionButton(QAbstractButton):
         )
 
     def paintEvent(self, _event: QPaintEvent) -> None:
-        """Draw the card."""
         look = self._look
         painter = QPainter(self)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
@@ -278,7 +276,6 @@ class StartPage(CenteredPage):
             self._flights.addWidget(remove, row, 1)
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Flatten the cards where the window is narrow."""
         super().resizeEvent(event)
         self._rescale()
 

@@ -210,7 +210,6 @@ class ConnectDialog(RecordingDialog):
         return self.link.input_check.is_valid and super().is_valid
 
     def accept(self) -> None:
-        """Give the port to the recorder."""
         self.test.stop()
         super().accept()
 

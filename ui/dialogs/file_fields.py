@@ -192,7 +192,6 @@ class RecordingDialog(FormDialog):
         self.button.setEnabled(self.is_valid and not self.is_connecting)
 
     def accept(self) -> None:
-        """Ask for the recording, and close once it has begun."""
         if self.is_connecting:
             super().accept()
             return

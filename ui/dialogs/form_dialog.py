@@ -218,7 +218,6 @@ class FormDialog(SelfDeletingDialog):
             self.grid.addWidget(below, row + 1, 0 if self._stacked else 1, 1, -1)
 
     def showEvent(self, event: QShowEvent) -> None:
-        """Begin in the first field."""
         super().showEvent(event)
         for button in self.findChildren(QPushButton):
             # Enter does what the dialog is for, not what the nearest button would do.
@@ -229,7 +228,6 @@ class FormDialog(SelfDeletingDialog):
             chain[0].setFocus(Qt.FocusReason.TabFocusReason)
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        """Say over the button why it cannot be pressed: what the fields complain of."""
         if watched is self.button and event.type() == QEvent.Type.ToolTip:
             complaints = [
                 sentence.text()

@@ -179,7 +179,6 @@ class ChannelPanel(QWidget):
         self._set(toggle_channel(self._charts, name, name not in self._charts.channels))
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Put tree and order side by side where the panel is wide and low."""
         super().resizeEvent(event)
         wide = self.width() > 1.5 * self.height()
         self._split.setOrientation(Qt.Orientation.Horizontal if wide else Qt.Orientation.Vertical)

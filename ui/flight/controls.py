@@ -191,7 +191,6 @@ class ControlRow(QWidget):
             flow.setSpacing(gap)
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Give the room to the charts where the window is narrow; the keys + and - stay."""
         super().resizeEvent(event)
         roomy = self.width() >= self._look.px(_SPANS_MIN_WIDTH)
         self._spans.setVisible(roomy)

@@ -82,11 +82,9 @@ class EstimatesModel(QAbstractListModel):
             self.dataChanged.emit(self.index(0), self.index(len(new) - 1))
 
     def rowCount(self, parent: ModelIndex | None = None) -> int:
-        """Return the number of derivatives."""
         return 0 if parent is not None and parent.isValid() else len(self.rows)
 
     def data(self, index: ModelIndex, role: int = Qt.ItemDataRole.DisplayRole) -> object:
-        """Return a row in words: what a screen reader says, and what hovering shows."""
         row = self.rows[index.row()]
         if role in (Qt.ItemDataRole.DisplayRole, Qt.ItemDataRole.AccessibleTextRole):
             return accessible_row_text(row)
@@ -144,11 +142,9 @@ class EstimateDelegate(QStyledItemDelegate):
         self._look = look
 
     def sizeHint(self, _option: QStyleOptionViewItem, _index: ModelIndex) -> QSize:
-        """Return the size of a row."""
         return QSize(self._look.px(200), self._look.px(_ROW_HEIGHT))
 
     def paint(self, painter: QPainter, option: QStyleOptionViewItem, index: ModelIndex) -> None:
-        """Paint a row."""
         row = index.model().rows[index.row()]
         look, px = self._look, self._look.px
         theme = look.theme
@@ -321,7 +317,6 @@ class EstimatesList(QListView):
             self.opened.emit(self.rows.rows[self.currentIndex().row()].name)
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Open with Enter."""
         if event.key() in (Qt.Key.Key_Return, Qt.Key.Key_Enter):
             self._open()
         else:
@@ -360,19 +355,15 @@ class EstimatesLegend(QWidget):
         return found
 
     def hasHeightForWidth(self) -> bool:
-        """Return that narrow ones have more lines."""
         return True
 
     def heightForWidth(self, width: int) -> int:
-        """Return the height of all lines."""
         return round(self._places(width)[-1][1]) + self._look.px(24)
 
     def sizeHint(self) -> QSize:
-        """Return the size at the present width."""
         return QSize(self._look.px(200), self.heightForWidth(max(self.width(), 1)))
 
     def paintEvent(self, _event: QPaintEvent) -> None:
-        """Draw signs and words."""
         look, theme, px = self._look, self._look.theme, self._look.px
         painter = QPainter(self)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing, True)

@@ -343,7 +343,6 @@ class StripChart(QWidget):
             self._mouse.double_click(event.position())
 
     def contextMenuEvent(self, event: QContextMenuEvent) -> None:
-        """Ask for a menu of the chart under the pointer, or by key of the selected one."""
         time = self.view.cursors.get("cursor", self.view.now)
         if event.reason() == QContextMenuEvent.Reason.Mouse:
             self._mouse.select_at(event.pos().toPointF())
@@ -376,7 +375,6 @@ class StripChart(QWidget):
         super().resizeEvent(event)
 
     def showEvent(self, event: QShowEvent) -> None:
-        """Catch up with what came while hidden."""
         self._rebuild()
         super().showEvent(event)
 

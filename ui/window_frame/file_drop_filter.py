@@ -35,7 +35,6 @@ class FileDropFilter(QObject):
         target.installEventFilter(self)
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        """Answer what is dragged over the widget and dropped on it."""
         if isinstance(event, QDropEvent) and (paths := _paths(event)):
             # Whatever was proposed: moved, the flight would be taken away where it lay.
             event.setDropAction(Qt.DropAction.CopyAction)

@@ -32,12 +32,10 @@ class NavigationButton(QAbstractButton):
         self.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Fixed)
 
     def sizeHint(self) -> QSize:
-        """Return the size: the word goes where there is no room for it."""
         look = self._look
         return QSize(look.px(48), look.px(48)) if self.narrow else QSize(look.px(80), look.px(64))
 
     def paintEvent(self, _event: QPaintEvent) -> None:
-        """Draw sign, word and key."""
         look, box = self._look, QRectF(self.rect())
         painter = QPainter(self)
         chosen = self.isChecked()

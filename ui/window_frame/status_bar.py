@@ -68,7 +68,6 @@ class StatusItemWidget(QWidget):
         self.setToolTip(part.detail)
 
     def sizeHint(self) -> QSize:
-        """Return the reserved size."""
         look = self._look
         if self.is_flat:
             step = look.px(_FLAT_STEP)
@@ -77,14 +76,12 @@ class StatusItemWidget(QWidget):
         return QSize(look.px(self.item.width + 16), look.px(48))
 
     def minimumSizeHint(self) -> QSize:
-        """Return the same: parts do not shrink, they wrap; only sentences give way."""
         size = self.sizeHint()
         if self.item.stretches:
             size.setWidth(min(size.width(), self._look.px(self.item.width)))
         return size
 
     def paintEvent(self, _event: QPaintEvent) -> None:
-        """Draw word above, value and note below."""
         look, part = self._look, self.item
         painter = QPainter(self)
         box = QRectF(self.rect())
@@ -184,7 +181,6 @@ class StatusItemWidget(QWidget):
         painter.drawText(top.translated(0, high), Qt.AlignmentFlag.AlignVCenter, rest)
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
-        """Run what belongs to the part, or else show its whole sentence."""
         if event.button() != Qt.MouseButton.LeftButton:
             event.ignore()
             return

@@ -50,7 +50,6 @@ class StepButton(QAbstractButton, ArrowKeyNavigation):
         self.setToolTip(f"{self.state.detail or self.step.purpose} ({self._keys})")
 
     def sizeHint(self) -> QSize:
-        """Return the size: as wide as there is room, as high as gloves need."""
         return QSize(self._look.px(120), self._look.px(48 if self.is_low else 56))
 
     def _title_font(self) -> QFont:
@@ -59,7 +58,6 @@ class StepButton(QAbstractButton, ArrowKeyNavigation):
         return font
 
     def paintEvent(self, _event: QPaintEvent) -> None:
-        """Draw title, sign, words."""
         look, box = self._look, QRectF(self.rect())
         painter = QPainter(self)
         chosen = self.isChecked()
