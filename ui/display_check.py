@@ -30,7 +30,7 @@ class NoDisplayError(GroundStationError, RuntimeError):
     """There is no screen to open a window on."""
 
 
-def _socket_responds(family: int, address: object) -> bool:
+def _socket_responds(family: int, address: str | tuple[str, int]) -> bool:
     with socket.socket(family, socket.SOCK_STREAM) as probe:
         probe.settimeout(3.0)
         try:
@@ -78,7 +78,7 @@ def _platforms(environment: Mapping[str, str]) -> frozenset[str]:
     for folder in folders:
         for file in folder.glob("*"):
             data = QPluginLoader(str(file)).metaData().get("MetaData")
-            keys = data.get("Keys", []) if isinstance(data, dict) else []
+            keys: list[object] = data.get("Keys", []) if isinstance(data, dict) else []
             found.update(str(key).casefold() for key in keys)
     return frozenset(found)
 

@@ -8,7 +8,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
-from PySide6.QtCore import QObject, Signal
+from PySide6.QtCore import QObject, QTimer, Signal
 
 from gsapp.flight.folder import FlightFolder
 from gsapp.flight.folder_setup import prepare_flight_folder
@@ -18,6 +18,8 @@ from gsapp.virtual.downlink.aircraft_process import AircraftProcess
 from ui.dialogs.flight_requests import ConnectRequest, VirtualFlightRequest
 
 _POLL_SECONDS = 1.0
+_TAKE_MS = 200
+"""Between looks at what the thread found."""
 _DISK_TIMEOUT = 0.2
 """Seconds that the window waits for the disks of recorders."""
 
@@ -107,7 +109,6 @@ class RecorderMonitor(QObject):
     """
 
     changed = Signal()
-    _seen = Signal(object)
 
     def __init__(self, parent: QObject) -> None:
         super().__init__(parent)
@@ -115,8 +116,11 @@ class RecorderMonitor(QObject):
         self._over = threading.Event()
         self._asking: threading.Thread | None = None
         self._newest: tuple[RunningRecorder, ...] = ()
-        self._seen.connect(self._take)
         self.destroyed.connect(self._over.set)
+        # The thread emits no signal: this object may be deleted at that very moment.
+        timer = QTimer(self)
+        timer.timeout.connect(lambda: self._take(self._newest))
+        timer.start(_TAKE_MS)
         threading.Thread(target=self._watch, name="recorders", daemon=True).start()
 
     def poll(self) -> tuple[RunningRecorder, ...]:
@@ -136,10 +140,6 @@ class RecorderMonitor(QObject):
     def _watch(self) -> None:
         while not self._over.wait(_POLL_SECONDS):
             self._look()
-            try:
-                self._seen.emit(self._newest)
-            except RuntimeError:
-                return  # the window is closed
 
     def _take(self, running: tuple[RunningRecorder, ...]) -> None:
         if running != self.running:

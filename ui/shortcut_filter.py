@@ -140,7 +140,7 @@ def _is_reserved(watched: QObject, event: QKeyEvent) -> bool:
     moving = bool(event.modifiers() & Qt.KeyboardModifier.AltModifier)
     plain = not (event.modifiers() & ~_ALLOWED)
     key = Qt.Key(event.key())
-    control = watched
+    control: QObject | None = watched
     while isinstance(control, QWidget):
         kind, keys = next(
             (one for one in _RESERVED_KEYS if isinstance(control, one[0])), (None, frozenset())

@@ -22,7 +22,7 @@ from ui.display_style import DisplayStyle
 from ui.icons import paint_icon
 from ui.number_format import clock_text
 from ui.settings import RecentFlight
-from ui.widgets.flow_layout import FlowLayout
+from ui.widgets.flow_layout import FlowLayout, clear_layout
 from ui.widgets.labels import CenteredPage, create_label
 
 _LINKS_OFFERED = 3
@@ -233,8 +233,7 @@ class StartPage(CenteredPage):
 
     def show_links(self, links: Sequence[str]) -> None:
         """Offer the links used last, to connect with one press."""
-        while (item := self._links.takeAt(0)) is not None:
-            item.widget().deleteLater()
+        clear_layout(self._links)
         for link in links[:_LINKS_OFFERED]:
             button = QPushButton(link)
             button.setAccessibleName(f"Connect to {link}")
@@ -244,9 +243,7 @@ class StartPage(CenteredPage):
 
     def show_flights(self, flights: Sequence[RecentFlight]) -> None:
         """List the flights opened last; those that are gone can only be removed."""
-        while (item := self._flights.takeAt(0)) is not None:
-            item.widget().hide()
-            item.widget().deleteLater()
+        clear_layout(self._flights)
         self._flights_holder.setVisible(bool(flights))
         if not flights:
             return

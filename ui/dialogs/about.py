@@ -6,7 +6,8 @@ import platform
 import sys
 from importlib.metadata import PackageNotFoundError, metadata
 
-from PySide6.QtCore import Qt, __version__, qVersion
+from PySide6 import __version__
+from PySide6.QtCore import Qt, qVersion
 from PySide6.QtGui import QGuiApplication
 from PySide6.QtWidgets import QDialogButtonBox, QVBoxLayout, QWidget
 
@@ -27,7 +28,7 @@ def about_lines(store: SettingsStore) -> tuple[tuple[str, str], ...]:
     """Return what a report of a problem needs, as name and value."""
     try:
         found = metadata(_PACKAGE)
-        version, terms = found["Version"], found.get("License-Expression") or _LICENSE
+        version, terms = found["Version"], found["License-Expression"] or _LICENSE
     except PackageNotFoundError:
         version, terms = "not installed", _LICENSE
     return (

@@ -175,7 +175,10 @@ class ChannelPanel(QWidget):
         ]  # fmt: skip
 
     def _toggle_current(self) -> None:
-        name = self.tree.currentItem().data(0, _ID)
+        item = self.tree.currentItem()
+        if item is None:
+            return
+        name = item.data(0, _ID)
         self._set(toggle_channel(self._charts, name, name not in self._charts.channels))
 
     def resizeEvent(self, event: QResizeEvent) -> None:
@@ -243,9 +246,9 @@ class ChannelPanel(QWidget):
     def _fill_tree(self) -> None:
         self._busy = True
         closed = {
-            self.tree.topLevelItem(index).data(0, _ID)
-            for index in range(self.tree.topLevelItemCount())
-            if not self.tree.topLevelItem(index).isExpanded()
+            branch.data(0, _ID)
+            for branch in _child_items(self.tree.invisibleRootItem())
+            if not branch.isExpanded()
         } | ({"Volts"} if not self.tree.topLevelItemCount() else set())
         self.tree.clear()
         for name, specs in group_channels(self._available).items():
@@ -277,9 +280,9 @@ class ChannelPanel(QWidget):
 
     def _leaves(self) -> list[QTreeWidgetItem]:
         return [
-            self.tree.topLevelItem(group).child(index)
-            for group in range(self.tree.topLevelItemCount())
-            for index in range(self.tree.topLevelItem(group).childCount())
+            leaf
+            for branch in _child_items(self.tree.invisibleRootItem())
+            for leaf in _child_items(branch)
         ]
 
     def _tick_tree(self) -> None:
@@ -346,11 +349,9 @@ class ChannelPanel(QWidget):
             self._set(build_layout(self._charts, order))
 
     def _narrow(self, words: str) -> None:
-        for index in range(self.tree.topLevelItemCount()):
-            branch = self.tree.topLevelItem(index)
+        for branch in _child_items(self.tree.invisibleRootItem()):
             count = 0
-            for row in range(branch.childCount()):
-                leaf = branch.child(row)
+            for leaf in _child_items(branch):
                 shown = matches_search(channel(leaf.data(0, _ID)), words)
                 leaf.setHidden(not shown)
                 count += shown
@@ -378,3 +379,8 @@ class ChannelPanel(QWidget):
         """Put the keyboard into the search."""
         self.search.setFocus(Qt.FocusReason.ShortcutFocusReason)
         self.search.selectAll()
+
+
+def _child_items(item: QTreeWidgetItem) -> list[QTreeWidgetItem]:
+    children = (item.child(row) for row in range(item.childCount()))
+    return [child for child in children if child is not None]

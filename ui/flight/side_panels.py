@@ -85,7 +85,8 @@ class ListPanel(QWidget):
         """Show the lines, or the sentence if there are none."""
         self.view.lines.set_rows(lines)
         self._pile.setCurrentIndex(1 if lines else 0)
-        self.setFocusProxy(self.view if lines else None)
+        # The stub lacks None, which Qt takes.
+        self.setFocusProxy(self.view if lines else None)  # type: ignore[arg-type]
 
     def set_empty_text(self, text: str) -> None:
         """Change the sentence."""

@@ -231,8 +231,8 @@ def _draw_name(
     titled: bool,
 ) -> None:
     theme = pen.theme
-    x = geometry.columns.gutter + pen.px(4)
-    room = geometry.columns.names - pen.px(8)
+    x: float = geometry.columns.gutter + pen.px(4)
+    room: float = geometry.columns.names - pen.px(8)
     count = len(chart.specs)
     if count == 1:
         spec, display = chart.specs[0], chart.displays[0]
@@ -531,7 +531,7 @@ def draw_header(
         note = "Home: back to now"
         if recording:
             note = f"Still recording. {note}"
-        end = plot.right - pen.px(10)
+        end: float = plot.right - pen.px(10)
         if x + pen.px(14) + pen.width(note, _BODY_SIZE) < end:
             end -= pen.text(
                 painter, end, middle, note, theme.banner_text, _BODY_SIZE, align="right"
@@ -794,8 +794,8 @@ def draw_time_axis(
     if len(free) + len(times) < 2:
         # A single label is no scale.
         times, free = [], placed
-    for x, label in free:
-        pen.text(painter, plot.x + x, center, label, theme.text, _LABEL_SIZE, align="center")
+    for label_x, label in free:
+        pen.text(painter, plot.x + label_x, center, label, theme.text, _LABEL_SIZE, align="center")
     for left, right, text, color in times:
         box = QRect(plot.x + left, axis.y + pen.px(5), right - left, pen.px(18))
         painter.fillRect(box, pen.color(color))

@@ -211,7 +211,7 @@ def _compute_shades(
     mixed = behind[:, :, None, :] + (np.array(color) - behind[:, :, None, :]) * share
     parts = np.rint(mixed).astype(np.uint32)
     red, green, blue = parts[..., 0], parts[..., 1], parts[..., 2]
-    packed: Pixels = np.uint32(0xFF000000) | (red << 16) | (green << 8) | blue
+    packed: Pixels = np.uint32(0xFF000000) | (red << np.uint32(16)) | (green << np.uint32(8)) | blue
     return packed
 
 
@@ -272,8 +272,8 @@ class Raster:
         sizes = np.cumsum([0, *(len(members) for members in self._layers)]).tolist()
         self._layer_rows = [slice(one, other) for one, other in itertools.pairwise(sizes)]
         self._rows_of_channel: dict[str, list[int]] = {}
-        for (chart, layer), row in self._numbers.items():
-            name = self.charts[chart].traces[layer].channel
+        for (number, layer), row in self._numbers.items():
+            name = self.charts[number].traces[layer].channel
             self._rows_of_channel.setdefault(name, []).append(row)
         self._row_chart = np.full(self.height, len(self.charts), dtype=np.intp)
         self._row_local = np.zeros((self.height, 1), dtype=np.int32)

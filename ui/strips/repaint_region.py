@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
+from typing import cast
 
 from PySide6.QtCore import QRect
 from PySide6.QtGui import QPainter, QRegion
@@ -29,7 +31,8 @@ class RepaintRegion:
         # Numbers are far quicker than a question to the region for each of many small boxes.
         self._parts = [
             (x, y, x + width, y + height)
-            for x, y, width, height in (part.getRect() for part in region)
+            # The stub of QRegion has no __iter__.
+            for x, y, width, height in (part.getRect() for part in cast(Iterable[QRect], region))
         ]
 
     def intersects(self, box: PixelBox) -> bool:

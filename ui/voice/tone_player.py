@@ -10,8 +10,9 @@ import contextlib
 import logging
 import tempfile
 from collections.abc import Callable, Sequence
+from importlib import import_module
 from pathlib import Path
-from typing import Protocol
+from typing import Any, Protocol
 
 from PySide6.QtCore import QBuffer, QByteArray, QIODevice, QObject
 from PySide6.QtWidgets import QApplication
@@ -110,8 +111,7 @@ class WindowsTonePlayer:
     """
 
     def __init__(self) -> None:
-        import winsound
-
+        winsound: Any = import_module("winsound")
         self._play = winsound.PlaySound
         self._how = winsound.SND_FILENAME | winsound.SND_ASYNC | winsound.SND_NODEFAULT
         self._files = _ToneFiles()

@@ -111,11 +111,9 @@ class Voice(QObject):
         return self._player
 
     def _voice(self) -> Speaker:
-        if self._speaker is None:
-            self._take(create_speaker(self._sound, self))
-        return self._speaker
+        return self._speaker or self._take(create_speaker(self._sound, self))
 
-    def _take(self, speaker: Speaker) -> None:
+    def _take(self, speaker: Speaker) -> Speaker:
         if self._speaker is not None:
             # Not at once: it may be the one that is telling of its failure.
             self._speaker.deleteLater()
@@ -123,6 +121,7 @@ class Voice(QObject):
         self._speaker = speaker
         speaker.done.connect(self._done)
         speaker.failed.connect(self._failed)
+        return speaker
 
     def _follow(self) -> None:
         """Let be heard what the queue wants heard."""

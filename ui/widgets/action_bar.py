@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from PySide6.QtCore import QSize, Qt, Signal
@@ -124,6 +124,9 @@ class ActionBar(QWidget):
         self._row.insertWidget(place, button, 1)
         self._buttons.append(button)
 
+    def _trigger(self, name: str) -> Callable[[], None]:
+        return lambda: self.triggered.emit(name)
+
     def resizeEvent(self, event: QResizeEvent) -> None:
         """Show as many buttons as there is room for."""
         super().resizeEvent(event)
@@ -143,9 +146,7 @@ class ActionBar(QWidget):
             button.setVisible(place < shown)
         self._menu.clear()
         for offer in self.offers[shown:]:
-            entry = self._menu.addAction(
-                offer.label, lambda name=offer.id: self.triggered.emit(name)
-            )
+            entry = self._menu.addAction(offer.label, self._trigger(offer.id))
             entry.setEnabled(not offer.disabled_reason)
         self.more.setVisible(shown < len(self.offers))
         # At once: until the next round of events the new words would stand in the old widths.

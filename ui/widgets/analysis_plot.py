@@ -29,7 +29,7 @@ from ui.number_format import MINUS, clock_text, sanitize_file_name
 from ui.shortcut_filter import ArrowKeyNavigation
 from ui.strips.axis_ticks import step_decimals, time_step
 from ui.widgets.figure_menu import ContentFunction, FigureMenu, render_widget
-from ui.widgets.flow_layout import FlowLayout
+from ui.widgets.flow_layout import FlowLayout, clear_layout
 from ui.widgets.labels import create_label
 from ui.widgets.paint_primitives import curve_color, paint_focus_frame, paint_readout
 from ui.widgets.table_menu import format_delimited_rows
@@ -163,9 +163,7 @@ class PlotLegend(QWidget):
 
     def show_entries(self, entries: Sequence[PlotCurve | PlotBand]) -> None:
         """Show the named ones."""
-        while (item := self._flow.takeAt(0)) is not None:
-            item.widget().hide()
-            item.widget().deleteLater()
+        clear_layout(self._flow)
         self._flow.setSpacing(self._look.px(12))
         for one in entries:
             if not one.name:
@@ -272,8 +270,9 @@ class AnalysisPlot(QFrame):
     def _redraw(self) -> None:
         curves, bands = self._drawn
         self.plot.show_items(curves, bands, *self._labels)
-        self.legend.show_entries((*curves, *bands))
-        self.legend.setVisible(any(one.name for one in (*curves, *bands)))
+        entries: tuple[PlotCurve | PlotBand, ...] = (*curves, *bands)
+        self.legend.show_entries(entries)
+        self.legend.setVisible(any(one.name for one in entries))
 
     def _restyle(self) -> None:
         self.plot.setMinimumHeight(self._look.px(self._high))
@@ -299,7 +298,7 @@ class _PlotAxis(pyqtgraph.AxisItem):
     def tickSpacing(self, low: float, high: float, size: float) -> list[tuple[float, float]]:
         """Return the distances of ticks; those of a clock are round seconds and minutes."""
         if not self.clock:
-            return super().tickSpacing(low, high, size)
+            return list(super().tickSpacing(low, high, size))
         return [(time_step(high - low, max(size / (_TICK_SPACING * self.font_width()), 2.0)), 0.0)]
 
     def font_width(self) -> float:

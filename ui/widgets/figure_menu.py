@@ -82,7 +82,7 @@ class FigureMenu(QObject):
         self._begin("Copying the picture", self._content(".png"), self._copied_picture)
 
     def _copied_picture(self, png: bytes) -> None:
-        QGuiApplication.clipboard().setImage(QImage.fromData(png, "PNG"))
+        QGuiApplication.clipboard().setImage(QImage.fromData(png))
         self.message_posted.emit("Picture copied.")
 
     def copy_numbers(self) -> None:
@@ -136,4 +136,4 @@ def render_widget(widget: QWidget, ending: str) -> bytes:
         widget.render(page)
     else:
         widget.grab().save(buffer, "PNG")
-    return buffer.data().data()
+    return bytes(buffer.data().data())

@@ -20,7 +20,7 @@ from PySide6.QtWidgets import (
 
 from gsapp.quantities import convert_text_units
 from ui.display_style import DisplayStyle
-from ui.widgets.flow_layout import FlowLayout
+from ui.widgets.flow_layout import FlowLayout, clear_layout
 from ui.widgets.labels import create_label
 from ui.widgets.table_models import TableRow, TableRowModel, TableRowView
 
@@ -266,10 +266,7 @@ class HeadedParagraphs(QWidget):
         if tuple(paragraphs) == self._shown:
             return
         self._shown = tuple(paragraphs)
-        while (item := self._column.takeAt(0)) is not None:
-            if item.widget() is not None:
-                item.widget().hide()
-                item.widget().deleteLater()
+        clear_layout(self._column)
         self._column.setSpacing(self._look.px(2))
         for heading, text in paragraphs:
             if heading:
@@ -297,9 +294,7 @@ class NameValueTable(QWidget):
         if tuple(rows) == self.rows:
             return
         self.rows = tuple(rows)
-        while (item := self._grid.takeAt(0)) is not None:
-            item.widget().hide()
-            item.widget().deleteLater()
+        clear_layout(self._grid)
         self._grid.setHorizontalSpacing(self._look.px(16))
         self._grid.setVerticalSpacing(self._look.px(4))
         for row, (name, value) in enumerate(rows):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Literal
 
 from PySide6.QtCore import QPointF, QRectF, QSize, Qt, Signal
 from PySide6.QtGui import (
@@ -72,8 +73,7 @@ class TimeSlider(QWidget):
         pad = self._look.px(8)
         return QRectF(self.rect()).adjusted(pad, 0, -pad, 0)
 
-    def x(self, time: float) -> float:
-        """Return where a time is drawn."""
+    def _x_at(self, time: float) -> float:
         line, (first, last) = self._line(), self._range
         share = (time - first) / (last - first) if last > first else 0.0
         return line.left() + min(max(share, 0.0), 1.0) * line.width()
@@ -93,7 +93,7 @@ class TimeSlider(QWidget):
         painter.setPen(Qt.PenStyle.NoPen)
         painter.setBrush(look.color("line"))
         painter.drawRoundedRect(track, thick / 2, thick / 2)
-        here = self.x(self._time)
+        here = self._x_at(self._time)
         painter.setBrush(look.color("muted"))
         painter.drawRoundedRect(
             QRectF(track.left(), track.top(), here - track.left(), thick), thick / 2, thick / 2
@@ -101,14 +101,15 @@ class TimeSlider(QWidget):
         painter.setBrush(look.color("span_edge"))
         side = look.px(4)
         for mark in self._marks:
-            x, top = self.x(mark), middle - look.px(11)
+            x, top = self._x_at(mark), middle - look.px(11)
             painter.drawPolygon(
                 QPolygonF([QPointF(x - side, top), QPointF(x + side, top), QPointF(x, top + side)])
             )
             painter.drawRect(QRectF(x - 0.5, top, 1, look.px(12)))
         for alarm in self._alarms:
             # Triangle or square, as everywhere: the shape tells the state without its color.
-            box = QRectF(self.x(alarm.start) - side, middle + look.px(3), 2 * side, 2 * side)
+            box = QRectF(self._x_at(alarm.start) - side, middle + look.px(3), 2 * side, 2 * side)
+            state: Literal["caution", "warning"]
             state = "warning" if alarm.state == "warning" else "caution"
             paint_indicator(painter, state, box, look.state_color(state))
         painter.setPen(Qt.PenStyle.NoPen)

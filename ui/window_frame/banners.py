@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from datetime import datetime
+from functools import partial
 from typing import Literal
 
 from PySide6.QtCore import QRectF, QSize, Qt, QTimer, Signal
@@ -195,7 +196,7 @@ class Banner(QFrame):
             row.addWidget(self.progress_bar)
         self.buttons: list[QPushButton] = []
         for words, act in choices:
-            button = _button(row, words, lambda run=act: self._choose(run))
+            button = _button(row, words, partial(self._choose, act))
             self.buttons.append(button)
         if level != "work":
             close = _button(row, "Close", self.close_banner, quiet=True)
