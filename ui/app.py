@@ -74,7 +74,7 @@ def create_application() -> QApplication:
     # The same on all systems; the style sheet does the rest.
     application.setStyle("Fusion")
     # It works for as long as it is held.
-    application.collector = GarbageCollector(interval=_COLLECT_SECONDS)
+    application.setProperty("collector", GarbageCollector(interval=_COLLECT_SECONDS))
     return application
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from datetime import datetime
+from functools import partial
 from pathlib import Path
 
 from PySide6.QtCore import QObject, Qt, QTimer, Signal
@@ -175,14 +176,17 @@ class FileMenuController(QObject):
 
     def _ask(self, dialog: RecordingDialog) -> bool:
         """Show a dialog until its recording has begun; return whether it has."""
-        starter = self._desk.flight_opener
-        begun = starter.flight_opened.connect(
-            lambda: dialog.accept() if dialog.is_connecting else None
-        )
+
+        def accept() -> None:
+            if dialog.is_connecting:
+                dialog.accept()
+
+        opener = self._desk.flight_opener
+        opener.flight_opened.connect(accept)
         done = dialog.exec()
-        starter.disconnect(begun)
+        opener.flight_opened.disconnect(accept)
         if not done and dialog.is_connecting:
-            starter.cancel()
+            opener.cancel()
         return bool(done)
 
     def _connect(self, dialog: ConnectDialog) -> None:
@@ -275,7 +279,7 @@ class FileMenuController(QObject):
         for found in others:
             menu.addAction(
                 f"Attach to {found.name} ({found.link})",
-                lambda found=found: self._desk.flight_opener.attach(found),
+                partial(self._desk.flight_opener.attach, found),
             )
         if not others:
             menu.addAction("No other recorder is running").setEnabled(False)

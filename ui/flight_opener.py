@@ -119,10 +119,7 @@ class FlightOpener(QObject):
         def make() -> Session:
             if place.is_dir() and find_recorder(place) is not None:
                 return self._followed(place, channel_map)
-            return Session.replay(
-                place, channel_map=channel_map, certificates=calibration, speed=speed,
-                playing=playing, **self._options(),
-            )  # fmt: skip
+            return self._replayed(place, channel_map, calibration, speed, playing)
 
         self._open_session(make, place.name, None if channel_map or calibration else place)
 
@@ -141,14 +138,11 @@ class FlightOpener(QObject):
             self._open_session(lambda: self._followed(path, channel_map), path.name)
             return
         speed, playing = feed.speed, feed.playing
-
-        def replay() -> Session:
-            return Session.replay(
-                path, channel_map=channel_map, certificates=calibration, speed=speed,
-                playing=playing, **self._options(),
-            )  # fmt: skip
-
-        self._open_session(replay, path.name, back_to=feed.now)
+        self._open_session(
+            lambda: self._replayed(path, channel_map, calibration, speed, playing),
+            path.name,
+            back_to=feed.now,
+        )
 
     def attach(self, found: RunningRecorder) -> None:
         """Follow a flight that is being recorded."""
@@ -178,11 +172,23 @@ class FlightOpener(QObject):
 
     def _followed(self, folder: Path, channel_map: ChannelMap | str | None = None) -> Session:
         """Return the session of a flight that is being recorded."""
-        return Session.follow(folder, channel_map=channel_map, **self._options())
+        return Session.follow(folder, **self._options(channel_map))
 
-    def _options(self) -> SessionOptions:
+    def _replayed(
+        self,
+        path: Path,
+        channel_map: ChannelMap | str | None,
+        calibration: str | None,
+        speed: float,
+        playing: bool,
+    ) -> Session:
+        options: SessionOptions = {**self._options(channel_map), "certificates": calibration}
+        return Session.replay(path, speed=speed, playing=playing, **options)
+
+    def _options(self, channel_map: ChannelMap | str | None) -> SessionOptions:
         """Return how every flight is watched in a window."""
         return {
+            "channel_map": channel_map,
             "cues": True,
             "system": self._store.current.units,
             "workers": ProcessFitWorker(),
@@ -386,8 +392,8 @@ class FlightOpener(QObject):
                 self._faults.report(error)
 
     def _failed(self, error: Exception, wants_map: Path | None) -> None:
-        is_unmapped = wants_map is not None and isinstance(error, UnmappedError)
-        if is_unmapped and path_kind(wants_map) == "file":
+        is_unmapped = isinstance(error, UnmappedError)
+        if wants_map is not None and is_unmapped and path_kind(wants_map) == "file":
             self.channel_map_requested.emit(wants_map, str(error))
         else:
             self._faults.report(error, opening=True)

@@ -150,7 +150,7 @@ class MainWindow(QMainWindow):
         self._keeper = ShortcutOverrideFilter(self)
         self._keeper.install()
         application = QApplication.instance()
-        if application is not None:
+        if isinstance(application, QApplication):
             # Windows, and desktops that remember sessions, tell so before they close windows.
             application.commitDataRequest.connect(self.disable_close_questions)
         self._restore_geometry(settings.geometry)
@@ -433,7 +433,7 @@ class MainWindow(QMainWindow):
             self.flight_controller.recorders.stop_recording_and_wait()
         if answer == "stop":
             self.flight_controller.recorders.stop_and_wait(*elsewhere)
-        geometry = self.saveGeometry().toHex().data().decode("ascii")
+        geometry = bytes(self.saveGeometry().toHex().data()).decode("ascii")
         self.store.change(geometry=geometry)
         self.file_menu.jobs.stop_jobs()
         self.gap_page.close_search()

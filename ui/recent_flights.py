@@ -77,6 +77,7 @@ class RecentFlights(QObject):
 
 def _date(path: Path) -> str:
     """Return when a flight was recorded, or written, as ``2026-05-12 14:03``."""
-    date = FlightFolder(path=path).info().date if path.is_dir() else None
+    info = FlightFolder(path=path).info() if path.is_dir() else None
+    date = info.date if info is not None else None
     when = date or datetime.fromtimestamp(path.stat().st_mtime, UTC)
     return when.astimezone().strftime("%Y-%m-%d %H:%M")

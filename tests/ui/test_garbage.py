@@ -34,7 +34,7 @@ def _leave_a_window(seen: list[threading.Thread]) -> None:
 def test_a_window_in_a_cycle_is_destroyed_by_the_thread_of_the_windows(
     qtbot: QtBot, qapp: QApplication, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(qapp.collector, "threshold", (0, 10, 10))
+    monkeypatch.setattr(qapp.property("collector"), "threshold", (0, 10, 10))
     seen: list[threading.Thread] = []
     gc.collect(0)
     _leave_a_window(seen)

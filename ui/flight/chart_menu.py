@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import partial
 from pathlib import Path
 
 from PySide6.QtGui import QAction, QGuiApplication
@@ -49,10 +50,7 @@ def create_chart_menu(
         if time is not None:
             for spec in chart.specs:
                 text = channel_value_text(spec, charts.model.value_at(spec.id, time), units)
-                menu.addAction(
-                    f"Copy {spec.title} {text}",
-                    lambda text=text: QGuiApplication.clipboard().setText(text),
-                )
+                menu.addAction(f"Copy {spec.title} {text}", partial(_copy_text, text))
         menu.addAction(f"Hide {chart.specs[0].title}", charts.editor.hide)
         menu.addAction(actions["chart_enlarge"])
         menu.addSeparator()
@@ -69,8 +67,7 @@ def create_chart_menu(
         for span in picture.spans:
             if span.stop is not None and span.start <= time <= span.stop:
                 menu.addAction(
-                    f"Zoom to {span.label}",
-                    lambda span=span: zoom_to(charts, span.start, span.stop),
+                    f"Zoom to {span.label}", partial(zoom_to, charts, span.start, span.stop)
                 )
     a, b = charts.view.cursors.get("a"), charts.view.cursors.get("b")
     if a is not None and b is not None and a != b:
@@ -80,6 +77,10 @@ def create_chart_menu(
     menu.addAction("Copy picture", lambda: QGuiApplication.clipboard().setPixmap(charts.grab()))
     menu.addAction("Save as…", lambda: export_chart_image(charts))
     return menu
+
+
+def _copy_text(text: str) -> None:
+    QGuiApplication.clipboard().setText(text)
 
 
 def zoom_to(charts: StripChart, start: float, stop: float) -> None:

@@ -145,7 +145,10 @@ class EstimateDelegate(QStyledItemDelegate):
         return QSize(self._look.px(200), self._look.px(_ROW_HEIGHT))
 
     def paint(self, painter: QPainter, option: QStyleOptionViewItem, index: ModelIndex) -> None:
-        row = index.model().rows[index.row()]
+        model = index.model()
+        if not isinstance(model, EstimatesModel):
+            return
+        row = model.rows[index.row()]
         look, px = self._look, self._look.px
         theme = look.theme
         box = QRectF(option.rect)
@@ -434,7 +437,8 @@ class EstimatesPanel(QWidget):
                 "Derivatives form here as maneuvers are flown. It takes an aircraft file, and "
                 "surfaces and rates that are measured."
             )
-        self.setFocusProxy(self.list if rows else None)
+        # The stub lacks None, which Qt takes.
+        self.setFocusProxy(self.list if rows else None)  # type: ignore[arg-type]
 
 
 def fit_status_text(fitted: int, pending: int, failures: dict[str, str]) -> str:

@@ -30,9 +30,8 @@ class RepaintRegion:
         self._density = density
         # Numbers are far quicker than a question to the region for each of many small boxes.
         self._parts = [
-            (x, y, x + width, y + height)
-            # The stub of QRegion has no __iter__.
-            for x, y, width, height in (part.getRect() for part in cast(Iterable[QRect], region))
+            (part.left(), part.top(), part.right() + 1, part.bottom() + 1)
+            for part in cast(Iterable[QRect], region)  # the stub has no __iter__
         ]
 
     def intersects(self, box: PixelBox) -> bool:
