@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from typing import Any
 
 from PySide6.QtCore import Qt, QTimer, Signal
 from PySide6.QtWidgets import QComboBox, QHBoxLayout, QLabel, QLineEdit, QVBoxLayout, QWidget
@@ -107,10 +108,11 @@ class LinkField(QWidget):
         row.setContentsMargins(0, 0, 0, 0)
         row.setSpacing(look.px(8))
         self._labels = {}
-        for name, editors in {
+        by_field: dict[str, list[QWidget]] = {
             "host": [self.host], "port": [self.port], "path": [self.path, self.device],
             "baud": [self.baud],
-        }.items():  # fmt: skip
+        }  # fmt: skip
+        for name, editors in by_field.items():
             self._labels[name] = QLabel()
             row.addWidget(self._labels[name])
             for editor in editors:
@@ -132,8 +134,8 @@ class LinkField(QWidget):
         for name, label in self._labels.items():
             label.setVisible(name in fields)
         editors = {self._editor(name): field for name, field in fields.items()}
-        for editor in (self.host, self.port, self.path, self.device, self.baud):
-            editor.setVisible(editor in editors)
+        for known in (self.host, self.port, self.path, self.device, self.baud):
+            known.setVisible(known in editors)
         for editor, field in editors.items():
             self._labels[field.name].setText(field.label)
             editor.setAccessibleName(field.label)
@@ -204,7 +206,7 @@ class LinkField(QWidget):
         if self._busy:
             return
         kind = self._current_kind
-        values = {field.name: self._value(field) for field in kind.fields}
+        values: dict[str, Any] = {field.name: self._value(field) for field in kind.fields}
         self._busy = True
         self.text.setEditText(str(LinkAddress(kind=kind.name, **values)))
         self._busy = False
