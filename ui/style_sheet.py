@@ -97,7 +97,7 @@ QCheckBox:disabled, QRadioButton:disabled {{ color: {faint}; }}
 QTreeView, QTableView, QListView, QTreeWidget, QTableWidget, QListWidget {{ background: {panel};
   border: 2px solid transparent; outline: 0; alternate-background-color: {background};
   gridline-color: {grid}; }}
-QListWidget[role="boxed"] {{ border: 1px solid {axis}; border-radius: {p4}px; padding: 1px; }}
+QAbstractItemView[role="boxed"] {{ border: 1px solid {axis}; border-radius: {p4}px; padding: 1px; }}
 QTreeView:focus, QTableView:focus, QListView:focus {{ border: 2px solid {text}; padding: 0; }}
 QScrollArea[role="read"] {{ border: 2px solid transparent; }}
 QScrollArea[role="read"]:focus {{ border-color: {text}; }}

@@ -73,7 +73,7 @@ def _capture_steps(crew: ScreenshotTaker, flights: int) -> Iterator[Path]:
     _run_estimate(crew, "Ctrl+Return")
     runs = estimate.runs.list
     runs.setFocus()
-    crew.wait_until(lambda: len(runs.lines.lines) == 2, "the kept runs")
+    crew.wait_until(lambda: len(runs.row_model.rows) == 2, "the kept runs")
     crew.press_key("Down")
     crew.press_key("Space")
     crew.press_key("Up")

@@ -82,7 +82,7 @@ def test_history_points_and_excitation_are_drawn(qtbot: QtBot) -> None:
         return int((part == int(color[1:], 16)).sum())
 
     screen = pixels(panel)
-    rows = panel.list.visualRect(panel.list.rows.index(0))
+    rows = panel.list.visualRect(panel.list.row_model.index(0, 0))
     top = panel.list.mapTo(panel, rows.topLeft()).y()
     first, second = screen[top : top + rows.height()], screen[top + rows.height() :]
     # Cm_alpha is of the pitch axis, Cl_da of the roll axis: each in the color of its figures.
@@ -94,7 +94,7 @@ def test_history_points_and_excitation_are_drawn(qtbot: QtBot) -> None:
     assert count(theme.text, plot) >= 4  # points of maximum likelihood; their edges are smoothed
     chosen = []
     panel.opened.connect(chosen.append)
-    panel.list.setCurrentIndex(panel.list.rows.index(0))
+    panel.list.setCurrentIndex(panel.list.row_model.index(0, 0))
     QTest.keyClick(panel.list, Qt.Key.Key_Return)
     assert chosen == ["Cm_alpha"]
     panel.show_rows((replace(KNOWN, value=-0.31), UNKNOWN), "")
@@ -119,12 +119,12 @@ def test_derivatives_form_while_a_flight_is_watched(
     until(qtbot, lambda: bool(getattr(workers._pool, "_processes", None)), 60_000)
     # The system kills the process of the fits: the window goes on, and so do the fits.
     os.kill(next(iter(workers._pool._processes)), KILL)
-    until(qtbot, lambda: any(row.points for row in panel.list.rows.rows), 120_000)
+    until(qtbot, lambda: any(row.value.points for row in panel.list.row_model.rows), 120_000)
     assert not window.flight_controller.session.estimates.fits.failures
-    names = [row.name for row in panel.list.rows.rows]
+    names = [row.key for row in panel.list.row_model.rows]
     assert "Cm_de" in names
-    given = next(row for row in panel.list.rows.rows if row.points)
-    panel.list.setCurrentIndex(panel.list.rows.index(names.index(given.name)))
+    given = next(row.value for row in panel.list.row_model.rows if row.value.points)
+    panel.list.setCurrentIndex(panel.list.row_model.index(names.index(given.name), 0))
     QTest.keyClick(panel.list, Qt.Key.Key_Return)
     until(
         qtbot, lambda: (window.flight_controller.time or 0.0) <= given.points[-1].time + 1.0, 30_000

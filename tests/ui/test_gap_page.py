@@ -285,9 +285,9 @@ def check_map(window: MainWindow) -> None:
     table, theme = window.gap_page.story.chapters["find"].map, window.display_style.theme
     seen = pixels(table.viewport())
     checked = 0
-    for row, cells in enumerate(table.map.picture.cells):
+    for row, cells in enumerate(one.value for one in table.row_model.rows):
         for column in (0, 4):
-            box = table.visualRect(table.map.index(row, column))
+            box = table.visualRect(table.row_model.index(row, column))
             if not table.viewport().rect().contains(box):
                 continue
             fill, text = level_colors(theme, cells[column].level)
@@ -305,10 +305,10 @@ def test_the_map_shows_number_and_color_and_arrows_choose_a_cell(
     view = story.gap_page.story.chapters["find"]
     assert view.map.hasFocus()
     index = view.map.currentIndex()
-    picture = view.map.map.picture
-    assert (picture.rows[index.row()][0], picture.columns[index.column()]) == ("8", "Cm")
+    model = view.map.row_model
+    assert (model.rows[index.row()].key, model.titles[index.column()]) == ("8", "Cm")
     check_map(story)
-    assert view.map.map.data(view.map.map.index(7, 4)) == "17"
+    assert model.index(7, 4).data() == "17"
     press(qtbot, Qt.Key.Key_Up)
     assert "maneuver 7" in view.trace.title.text()
     press(qtbot, Qt.Key.Key_Left, times=2)
@@ -360,7 +360,7 @@ def test_charts_move_and_zoom_by_keys(story: MainWindow, qtbot: QtBot) -> None:
 
 def test_a_disagreement_in_words_leads_to_its_cell(story: MainWindow, qtbot: QtBot) -> None:
     view = story.gap_page.story.chapters["find"]
-    lines = view.lines.lines.lines
+    lines = view.lines.row_model.rows
     assert lines[0].cells[1] == (
         "Cm, pitching moment: 10 times the noise, most with throttle above 70 %"
     )
@@ -379,10 +379,10 @@ def test_going_through_the_models_shrinks_the_map(story: MainWindow, qtbot: QtBo
     """Alt+Right: the cell that was full of color becomes noise; the former trace stays, gray."""
     view = story.gap_page.story.chapters["find"]
     table = view.map
-    texts = [table.map.picture.cells[7][4].text]
+    texts = [table.row_model.rows[7].cells[4]]
     for _ in range(2):
         press(qtbot, Qt.Key.Key_Right, ALT)
-        texts.append(table.map.picture.cells[7][4].text)
+        texts.append(table.row_model.rows[7].cells[4])
     assert [float(text) for text in texts] == pytest.approx([17, 5.2, 1.4], abs=0.2)
     assert story.gap_page.story.track.value() == 2
     assert "Slop" in story.gap_page.story.track.accessibleDescription()
@@ -412,7 +412,7 @@ def test_the_ranking_shows_evidence_and_what_is_known_of_each(
     ink = int(story.display_style.theme.text[1:], 16)
 
     def bar(row: int) -> int:
-        box = view.ranking.visualRect(view.ranking.ranks.index(row, 1))
+        box = view.ranking.visualRect(view.ranking.row_model.index(row, 1))
         return int((seen[box.center().y(), box.left() : box.right() - 58] == ink).sum())
 
     room = view.ranking.columnWidth(1) - 6 - 2 - 56
@@ -446,14 +446,14 @@ def test_what_stands_for_a_set_names_the_others(story: MainWindow, qtbot: QtBot)
 def test_what_the_flights_could_not_show_stands_there(story: MainWindow, qtbot: QtBot) -> None:
     press(qtbot, Qt.Key.Key_2, ALT)
     view = story.gap_page.story.chapters["name"]
-    cells = [line.cells for line in view.observability.lines.lines]
+    cells = [line.cells for line in view.observability.row_model.rows]
     assert cells[0] == (
         TITLES["aero.Cm.alphadot"], "1.4 σ, too little", "elevator doublets twice as fast"
     )  # fmt: skip
     assert len(cells) == 3
     view.hidden_only.setFocus()
     press(qtbot, Qt.Key.Key_Space)
-    assert len(view.observability.lines.lines) == 1
+    assert len(view.observability.row_model.rows) == 1
     assert "Center of gravity" in view.alternatives._shown[0][0]
     assert "weigh" in view.alternatives._shown[0][1]
 
@@ -472,16 +472,16 @@ def test_after_the_last_effect_nothing_more_is_proven(story: MainWindow, qtbot: 
 def test_effects_are_accepted_one_after_the_other(story: MainWindow, qtbot: QtBot) -> None:
     press(qtbot, Qt.Key.Key_3, ALT)
     view = story.gap_page.story.chapters["add"]
-    assert [line.cells[2] for line in view.effects.lines.lines] == ["next", "later"]
+    assert [line.cells[2] for line in view.effects.row_model.rows] == ["next", "later"]
     assert view.parameters.rows == (("Cm_throttle", "−0.0412 ± 0.0013"),)
-    assert [line.cells for line in view.values.lines.lines] == [
+    assert [line.cells for line in view.values.row_model.rows] == [
         ("Cmq", "−20.00", "−22.60 ± 0.42", "6.2 σ")
     ]
     press(qtbot, Qt.Key.Key_Return, CONTROL)
-    assert [line.cells[2] for line in view.effects.lines.lines] == ["in the model", "next"]
+    assert [line.cells[2] for line in view.effects.row_model.rows] == ["in the model", "next"]
     view.buttons["gap_accept"].setFocus()
     press(qtbot, Qt.Key.Key_Return)
-    assert [line.cells[2] for line in view.effects.lines.lines] == ["in the model"] * 2
+    assert [line.cells[2] for line in view.effects.row_model.rows] == ["in the model"] * 2
     assert not view.buttons["gap_accept"].isEnabled()
 
 
@@ -494,12 +494,12 @@ def test_an_effect_is_refused_and_that_is_taken_back(
     press(qtbot, Qt.Key.Key_Backspace, CONTROL)
     until(qtbot, lambda: len(engine.jobs) == 2 and not story.gap_page.busy)
     assert engine.jobs[1].decisions.refused == (THROTTLE,)
-    rows = [line.cells for line in view.effects.lines.lines]
+    rows = [line.cells for line in view.effects.row_model.rows]
     assert rows == [("1", TITLES[BACKLASH], "next"), ("–", TITLES[THROTTLE], "refused")]
     press(qtbot, Qt.Key.Key_Z, CONTROL)
-    assert [line.key for line in view.effects.lines.lines] == [THROTTLE, BACKLASH]
+    assert [line.key for line in view.effects.row_model.rows] == [THROTTLE, BACKLASH]
     press(qtbot, Qt.Key.Key_Y, CONTROL)
-    assert [line.cells[2] for line in view.effects.lines.lines] == ["next", "refused"]
+    assert [line.cells[2] for line in view.effects.row_model.rows] == ["next", "refused"]
     press(qtbot, Qt.Key.Key_Z, CONTROL)
     assert not story.commands.actions["undo"].isEnabled()
     # Nothing was searched again for going back and forth.
@@ -512,8 +512,7 @@ def test_another_effect_is_forced_from_a_list_that_can_be_searched(
     def fill(dialog: ForceEffectDialog) -> None:
         assert dialog.focusWidget() is dialog.search
         # What is in the model is not offered.
-        role = Qt.ItemDataRole.UserRole
-        keys = {dialog.listed.item(row).data(role).effect for row in range(dialog.listed.count())}
+        keys = {row.key for row in dialog.listed.row_model.rows}
         assert THROTTLE not in keys
         qtbot.keyClicks(dialog.search, "no such thing")
         assert not dialog.button.isEnabled()
@@ -528,7 +527,7 @@ def test_another_effect_is_forced_from_a_list_that_can_be_searched(
     until(qtbot, lambda: len(engine.jobs) == 2 and not story.gap_page.busy)
     assert engine.jobs[1].decisions.forced == (ALPHA2,)
     view = story.gap_page.story.chapters["add"]
-    assert view.effects.lines.lines[0].cells[2] == "next, forced"
+    assert view.effects.row_model.rows[0].cells[2] == "next, forced"
 
 
 def test_the_model_of_the_step_is_saved(
@@ -595,7 +594,7 @@ def test_the_end_shows_before_and_after_on_a_maneuver_kept_out(
     assert min(seen.values()) > 40
     assert "94 ± 3 % of the gap is closed" in view.closed.text()
     assert "2 and 6" in view.on.text()
-    numbers = {line.key: line.cells for line in view.numbers.lines.lines}
+    numbers = {line.key: line.cells for line in view.numbers.row_model.rows}
     assert numbers["q"][1].split() == ["1.38", "→", "0.23", "°/s"]
     assert numbers["q"][5].split() == ["100", "→", "100", "%"]
     # Dashes leave gaps: of the columns between both ends fewer hold the baseline.
@@ -747,13 +746,13 @@ def check_layout(page: QWidget, qtbot: QtBot) -> None:
     numbers = page.chapters["show"].numbers
     # Of the style sheet, and of the frame that Qt draws around a cell.
     padding = 2 * page._look.px(6) + 6
-    for line in range(len(numbers.lines.lines)):
+    for line in range(len(numbers.row_model.rows)):
         for column in range(6):
             if numbers.isColumnHidden(column):
                 continue
-            index = numbers.lines.index(line, column)
-            wide = numbers.fontMetrics().horizontalAdvance(numbers.lines.data(index))
+            index = numbers.row_model.index(line, column)
+            wide = numbers.fontMetrics().horizontalAdvance(numbers.row_model.data(index))
             assert wide + padding <= numbers.columnWidth(column), (
-                numbers.lines.data(index),
+                numbers.row_model.data(index),
                 column,
             )

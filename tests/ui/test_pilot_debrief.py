@@ -138,13 +138,13 @@ def test_what_is_judged_while_it_is_looked_at_is_added(
     monkeypatch.setattr(FlightCues, "snapshot", lambda _self: replace(BASE, event_count=events[0]))
     monkeypatch.setattr(FlightCues, "debrief", lambda _self: shown[0])
     window.pilot_page.refresh()
-    assert len(page.list.listed.lines) == 7
+    assert len(page.list.row_model.rows) == 7
     shown[0] = whole
     window.pilot_page.refresh()
-    assert len(page.list.listed.lines) == 7
+    assert len(page.list.row_model.rows) == 7
     events[0] = 2
     window.pilot_page.refresh()
-    assert len(page.list.listed.lines) == 8
+    assert len(page.list.row_model.rows) == 8
 
 
 def test_a_flight_without_inputs_says_so(

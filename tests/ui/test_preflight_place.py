@@ -518,7 +518,7 @@ def check_lines(window: MainWindow, qtbot: QtBot, step: int) -> None:
     assert lines.height() >= window.display_style.px(120)
     assert window.rect().contains(in_window(lines, window))
     for row in range(2):
-        box = lines.visualRect(lines.listed.index(row))
+        box = lines.visualRect(lines.row_model.index(row, 0))
         assert 0 <= box.left() < box.right() <= shown.width()
         assert count(shown, window.display_style.theme.text, box & shown.rect()) > 400
 
@@ -638,12 +638,12 @@ def test_telemetry_turns_items_green_and_starting_all_the_same_is_recorded(
             until(qtbot, lambda: state_of(window, "recorder") == "green", _PATIENCE_MS)
             # The box's supply is simulated far too low: red, in a red band, on top.
             until(qtbot, lambda: page.book.items[0].state == "red", _PATIENCE_MS)
-            until(qtbot, lambda: page.list.listed.lines[0].state == "warning", _PATIENCE_MS)
+            until(qtbot, lambda: page.list.row_model.rows[0].value.state == "warning", _PATIENCE_MS)
             shown = page.list.viewport()
-            top = page.list.visualRect(page.list.listed.index(0))
+            top = page.list.visualRect(page.list.row_model.index(0, 0))
             theme = window.display_style.theme
             assert count(shown, theme.warning_band, top) > 0.5 * top.width() * top.height()
-            last = page.list.visualRect(page.list.listed.index(5))
+            last = page.list.visualRect(page.list.row_model.index(5, 0))
             assert count(shown, theme.warning_band, last) == 0
             assert count(page.red, theme.warning) > 100
             page.list.setFocus()
@@ -819,11 +819,11 @@ def test_the_list_says_which_cards_are_done(window: MainWindow, qtbot: QtBot) ->
     good = flown(("de",), card.speed, 4.5 * DEGREE)
     page.book.set_maneuvers((good, good, good, flown(("de",), card.speed, 20 * DEGREE)))
     page._show_list()
-    lines = page.list.listed.lines
+    lines = [row.value for row in page.list.row_model.rows]
     assert (lines[0].state, lines[0].state_text) == ("good", "3 of 3")
     assert lines[1].state_text.startswith("0 of")
     assert "done" in page.book.state.text
-    box = page.list.visualRect(page.list.listed.index(0))
+    box = page.list.visualRect(page.list.row_model.index(0, 0))
     assert count(page.list.viewport(), window.display_style.theme.good, box) > 60
     window.resize(860, 800)
     qtbot.wait(30)

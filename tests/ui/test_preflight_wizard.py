@@ -14,7 +14,7 @@ import pytest
 from PySide6.QtCore import QRectF, Qt
 from PySide6.QtGui import QPolygonF
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QApplication, QLabel, QMenu, QPushButton
+from PySide6.QtWidgets import QApplication, QLabel, QPushButton
 from pytestqt.qtbot import QtBot
 
 import ui.main_window
@@ -250,7 +250,7 @@ def test_one_instrument_is_calibrated_again_by_itself(at_bench: Open, way: str) 
     assert rows.selected_channel == "elevator_left"
     window.press(KEY.Key_Down)
     assert rows.selected_channel == "rudder"
-    box = rows.visualItemRect(rows.currentItem())
+    box = rows.visualRect(rows.currentIndex())
     if way in ("space", "enter"):
         QTest.keyClick(rows, KEY.Key_Space if way == "space" else KEY.Key_Return)
     elif way == "double click":
@@ -258,9 +258,7 @@ def test_one_instrument_is_calibrated_again_by_itself(at_bench: Open, way: str) 
         assert window.page.run is None
         QTest.mouseDClick(rows.viewport(), Qt.MouseButton.LeftButton, pos=box.center())
     elif way == "menu":
-        rows.customContextMenuRequested.emit(box.center())
-        (menu,) = rows.findChildren(QMenu)
-        (action,) = menu.actions()
+        (action,) = (one for one in rows.actions() if one.text() == "Calibrate again")
         action.trigger()
     else:
         assert window.page.actions_bar.offers[0].id == "again"

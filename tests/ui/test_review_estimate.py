@@ -94,7 +94,7 @@ def test_enter_alone_runs_and_the_run_is_kept(
     assert outcome is not None
     assert outcome.number == 1
     assert "Run 1:" in page.sentence.text()
-    table = page.panel.derivatives.model_of
+    table = page.panel.derivatives
     shown = table.data(table.index(table.names.index("Cm_de"), LAST_COLUMN))
     mean = outcome.summary.derivatives["Cm_de"].value.mean
     assert float(str(shown).split()[0].replace("−", "-")) == pytest.approx(mean, rel=0.02)
@@ -102,7 +102,7 @@ def test_enter_alone_runs_and_the_run_is_kept(
     with Catalog(catalog_path(made.store.current)) as catalog:
         (kept,) = stored_runs(catalog)
     assert kept.values["Cm_de"].mean == mean
-    assert page.runs.values.lines.lines[0].cells[0] == "CN0"
+    assert page.runs.values.row_model.rows[0].cells[0] == "CN0"
 
 
 def test_what_stands_beside_is_the_run_that_ended_last(
@@ -135,12 +135,12 @@ def test_a_derivative_is_held_by_keys_taken_back_and_explained(
     table = page.panel.derivatives
     table.setFocus()
     assert "Hold one at a value" in page.head.explained.text()
-    cells = [table.model_of.index(row, NAME_COLUMN) for row in range(table.model_of.rowCount())]
+    cells = [table.row_model.index(row, NAME_COLUMN) for row in range(table.row_model.rowCount())]
     assert max(table.sizeHintForIndex(cell).width() for cell in cells) <= table.columnWidth(
         NAME_COLUMN
     )
-    row = table.model_of.names.index("Cm_q")
-    table.setCurrentIndex(table.model_of.index(row, VALUE_COLUMN))
+    row = table.names.index("Cm_q")
+    table.setCurrentIndex(table.row_model.index(row, VALUE_COLUMN))
     for letter in "-2x":
         qtbot.keyClicks(QApplication.focusWidget(), letter)
     press(qtbot, Qt.Key.Key_Return)
@@ -149,7 +149,7 @@ def test_a_derivative_is_held_by_keys_taken_back_and_explained(
     assert not page.can_run
     assert not made.commands.actions["review_run"].isEnabled()
     table.setFocus()
-    table.setCurrentIndex(table.model_of.index(row, VALUE_COLUMN))
+    table.setCurrentIndex(table.row_model.index(row, VALUE_COLUMN))
     press(qtbot, Qt.Key.Key_Return)
     editor = QApplication.focusWidget()
     assert isinstance(editor, QLineEdit)
@@ -168,7 +168,7 @@ def test_a_derivative_is_held_by_keys_taken_back_and_explained(
     assert page._wishes.derivative("Cm_q").treated == "tables"
     press(qtbot, Qt.Key.Key_Y, CONTROL)
     assert page._wishes.derivative("Cm_q").treated == "held"
-    table.setCurrentIndex(table.model_of.index(row, TREATMENT_COLUMN))
+    table.setCurrentIndex(table.row_model.index(row, TREATMENT_COLUMN))
     press(qtbot, Qt.Key.Key_Delete)
     until(qtbot, lambda: page._wishes == QUICK)
 
@@ -181,16 +181,16 @@ def test_parameters_of_the_effects_of_a_model_can_be_freed(
     page._show(QUICK.with_changes(model=str(save_model(curved, tmp_path / "curved.toml"))))
     table = page.panel.derivatives
     name = "aero.Cm.alpha2.Cm_alpha2"
-    row = table.model_of.names.index(name)
-    assert table.model_of.data(table.model_of.index(row, VALUE_COLUMN)) == "-1.5"
+    row = table.names.index(name)
+    assert table.row_model.data(table.row_model.index(row, VALUE_COLUMN)) == "-1.5"
     table.setFocus()
-    table.setCurrentIndex(table.model_of.index(row, TREATMENT_COLUMN))
+    table.setCurrentIndex(table.row_model.index(row, TREATMENT_COLUMN))
     press(qtbot, Qt.Key.Key_Space)
     assert page._wishes.derivative(name).treated == "free"
     asked = build_run_request(page._wishes, (), ()).settings
     assert (asked.free, asked.likelihood.free_effects) == (None, (name,))
     page._show(page._wishes.with_changes(model=""))
-    assert name not in table.model_of.names
+    assert name not in table.names
     assert page._wishes.derivatives == {}
 
 
@@ -209,16 +209,16 @@ def test_runs_are_compared_named_repeated_forgotten_and_their_settings_used_agai
     runs.select_row(before)
     press(qtbot, Qt.Key.Key_Space)
     runs.select_row(newest)
-    differing = [line.cells for line in page.runs.settings.lines.lines]
+    differing = [line.cells for line in page.runs.settings.row_model.rows]
     assert differing == [("bounds", "Cramer-Rao times 10", "corrected for colored residuals")]
     one, other = (page.book.find_run(number) for number in (newest, before))
     assert one is not None
     assert other is not None
-    name = page.runs.values.lines.lines[0].key
+    name = page.runs.values.row_model.rows[0].key
     apart = abs(one.values[name].mean - other.values[name].mean) / math.hypot(
         one.values[name].std, other.values[name].std
     )
-    assert page.runs.values.lines.lines[0].cells[3].endswith(f"{apart:.1f} bounds")
+    assert page.runs.values.row_model.rows[0].cells[3].endswith(f"{apart:.1f} bounds")
     press(qtbot, Qt.Key.Key_N, CONTROL | SHIFT)
     editor = QApplication.focusWidget()
     assert isinstance(editor, QLineEdit)
@@ -303,10 +303,10 @@ def test_what_is_typed_while_a_run_ends_stays(
     page.panel.label.clear()
     table = page.panel.derivatives
     table.setFocus()
-    table.setCurrentIndex(table.model_of.index(table.model_of.names.index("Cm_q"), VALUE_COLUMN))
+    table.setCurrentIndex(table.row_model.index(table.names.index("Cm_q"), VALUE_COLUMN))
     for letter in "-2":
         qtbot.keyClicks(QApplication.focusWidget(), letter)
-    table.model_of.show_last({"Cm_q": "-20.0"})
+    table.show_last({"Cm_q": "-20.0"})
     qtbot.keyClicks(QApplication.focusWidget(), "2")
     press(qtbot, Qt.Key.Key_Return)
     until(qtbot, lambda: page._wishes.derivative("Cm_q").value == "-22")
@@ -317,18 +317,18 @@ def test_a_value_is_shown_with_all_of_its_bound(qtbot: QtBot) -> None:
     table = DerivativeTable(DisplayStyle())
     qtbot.addWidget(table)
     table.resize(500, 300)
-    table.model_of.set_form(EstimateForm(axis="lat"))
+    table.set_form(EstimateForm(axis="lat"))
     table.show()
     for last in (
         {"Cn_0": "−0.5 ± 0.1"},
         {"Cn_0": "−0.0000129 ± 0.0000067", "Cl_p": "−1.06 ± 0.01"},
     ):
-        table.model_of.show_last(last)
+        table.show_last(last)
         assert table.sizeHintForColumn(LAST_COLUMN) <= table.columnWidth(LAST_COLUMN)
-        high = table.sizeHintForRow(table.model_of.names.index("Cn_0"))
+        high = table.sizeHintForRow(table.names.index("Cn_0"))
         assert high <= table.rowHeight(0)
         bar = table.horizontalScrollBar()
-        assert table.viewport().height() >= table.rowHeight(0) * min(12, len(table.model_of.names))
+        assert table.viewport().height() >= table.rowHeight(0) * min(12, len(table.names))
     assert bar.isVisible()
 
 

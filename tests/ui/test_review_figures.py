@@ -316,7 +316,7 @@ def test_in_gusts_equation_error_stands_below_the_fit(bench: Bench) -> None:
     page.open_fit("M1")
     bench.settle()
     assert table.lines is not None
-    rows = {one.cells[0]: one.cells for one in table.lines.lines.lines}
+    rows = {one.cells[0]: one.cells for one in table.lines.row_model.rows}
     (value,) = [one for one in compare_methods(gusty().result.results[0]) if one.name == "Cm_q"]
     assert value.equation_error is not None
     assert float(rows["Cm_q"][3]) == pytest.approx(value.equation_error[0], abs=0.01)

@@ -69,8 +69,8 @@ class Room:
 
     def cells(self, key: str) -> dict[str, str]:
         """Return the cells of a derivative by the titles of their columns."""
-        model = self.page.table.lines
-        line = next(one for one in model.lines if one.key == key)
+        model = self.page.table.row_model
+        line = next(one for one in model.rows if one.key == key)
         titles = [
             str(model.headerData(column, Qt.Orientation.Horizontal))
             for column in range(model.columnCount())
@@ -105,9 +105,9 @@ def test_the_page_tells_what_came_out_and_how_far_to_believe_it(room: Room) -> N
     assert cells["/ bound"] == f"{one.bound_consistency.ratio:.1f} ×"  # type: ignore[union-attr]
     # Said by a sign as well as by its color, and in words beside the table.
     assert room.cells("Cm_alpha")["/ bound"] == "▲ 1.4 ×"
-    assert page.attention.lines.lines[0].cells[0] == WILD
-    assert "wild: " in page.attention.lines.lines[0].cells[1]
-    assert len([one for one in page.attention.lines.lines if one.cells[0] == WILD]) == 1
+    assert page.attention.row_model.rows[0].cells[0] == WILD
+    assert "wild: " in page.attention.row_model.rows[0].cells[1]
+    assert len([one for one in page.attention.row_model.rows if one.cells[0] == WILD]) == 1
     assert page_state(room) == "1 wild maneuver"
 
 
@@ -124,7 +124,7 @@ def test_what_was_not_earned_has_no_number_but_a_reason(room: Room) -> None:
     blank = ("Mean", "Std. error", "%", "Scatter", "/ bound", "Before")
     assert {cells[title] for title in blank} == {"–"}
     assert cells["n"] == "0"
-    line = next(one for one in room.page.table.lines.lines if one.key == "Cm_q")
+    line = next(one for one in room.page.table.row_model.rows if one.key == "Cm_q")
     assert line.italic
     assert line.cells[-1].startswith("not told apart from C")
     assert page_state(room) == "no derivatives"
@@ -148,7 +148,7 @@ def test_it_is_said_why_scatter_tells_nothing_of_a_bound(count: int, why: str) -
 def test_a_maneuver_in_gusts_is_to_be_looked_at(room: Room) -> None:
     """With the derivatives in which equation error lies apart; the calm one is not named."""
     room.page.show_outcome(gusty())
-    lines = [one for one in room.page.attention.lines.lines if one.cells[1] == "flown in gusts"]
+    lines = [one for one in room.page.attention.row_model.rows if one.cells[1] == "flown in gusts"]
     assert [one.cells[0] for one in lines] == ["M1"]
     assert lines[0].cells[2].startswith("equation error ")
 
@@ -160,7 +160,7 @@ def test_a_row_chosen_by_keys_is_chosen_everywhere(room: Room, qtbot: QtBot) -> 
     """
     page = room.page
     qtbot.keyClick(page.table, Qt.Key.Key_Down)
-    assert room.selection.derivative == page.table.lines.lines[1].key == "CN_alpha"
+    assert room.selection.derivative == page.table.row_model.rows[1].key == "CN_alpha"
     assert page.detail.text().startswith("CNα is 4.4")
     qtbot.keyClick(page.attention, Qt.Key.Key_Down)
     qtbot.keyClick(page.attention, Qt.Key.Key_Up)
@@ -180,7 +180,7 @@ def test_the_chosen_row_is_seen_in_every_theme(room: Room, qtbot: QtBot) -> None
         ratio = grabbed.devicePixelRatio()
 
         def line(row: int, image: object = grabbed, ratio: float = ratio) -> np.ndarray:
-            box = room.page.table.visualRect(room.page.table.lines.index(row, 1))
+            box = room.page.table.visualRect(room.page.table.row_model.index(row, 1))
             y = round(box.center().y() * ratio)
             colors = [image.pixelColor(round(x * ratio), y) for x in range(box.left(), box.right())]  # type: ignore[attr-defined]
             return np.array([[one.red(), one.green(), one.blue()] for one in colors])
@@ -262,14 +262,14 @@ def test_linear_models_are_compared_on_demand(room: Room, qtbot: QtBot) -> None:
         for part in section.parts
         if getattr(part, "caption", "").startswith("RMS error over range")
     )
-    shown = [line.cells[1:] for line in room.page.linear.errors.lines.lines]
+    shown = [line.cells[1:] for line in room.page.linear.errors.row_model.rows]
     assert shown == [row[1:] for row in table.rows]
 
 
 def test_what_is_left_out_by_hand_is_shown(room: Room) -> None:
     """Another outcome takes the place of the first; without one the page says what to do."""
     room.page.show_outcome(exclude_maneuvers(outcome(), [WILD]))
-    last = room.page.attention.lines.lines[-1]
+    last = room.page.attention.row_model.rows[-1]
     assert last.cells[:2] == (WILD, "left out by hand")
     assert f"({WILD})" in room.page.trust.text()
     assert room.cells("Cm_de")["n"] == "5"

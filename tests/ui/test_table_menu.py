@@ -117,7 +117,7 @@ def test_a_list_of_painted_lines_is_copied_and_offers_its_commands(qtbot: QtBot)
     with qtbot.waitExposed(listed):
         listed.show()
     assert listed.actions()[0] is command
-    place = listed.visualRect(listed.listed.index(1)).center()
+    place = listed.visualRect(listed.row_model.index(1, 0)).center()
     QTest.mouseClick(listed.viewport(), Qt.MouseButton.RightButton, pos=place)
     assert listed.current_key == "M2"
     assert trigger(listed, "Copy row") == [["M2  rudder doublet", "", "too small", ""]]

@@ -73,7 +73,8 @@ from ui.settings import Settings, SettingsStore, initial_dialog_folder, limits_p
 from ui.shortcut_filter import ShortcutOverrideFilter
 from ui.strips.chart_keys import KEY_ACTIONS
 from ui.theme import THEMES, contrast
-from ui.widgets.table_models import TableRow, TableRowModel, TableRowView
+from ui.widgets.row_model import TableRow, TableRowModel
+from ui.widgets.table_view import TableRowView
 from ui.widgets.time_slider import TimeSlider
 from ui.window_frame.navigation_rail import NavigationButton
 from ui.window_frame.status_bar_model import AlarmSummary, StatusBarData, create_status_items
@@ -852,7 +853,7 @@ def test_new_lines_leave_the_chosen_line_and_its_editor_alone(qtbot: QtBot) -> N
     show("a", "b", "c", "d")
     assert panel.view.current_key() == "d"
     assert panel.view.findChild(QLineEdit) is editor
-    assert [line.key for line in panel.view.lines.lines] == ["a", "b", "c", "d"]
+    assert [line.key for line in panel.view.row_model.rows] == ["a", "b", "c", "d"]
     show("d", "a")
     assert panel.view.current_key() == "d"
 
@@ -967,7 +968,7 @@ def test_times_are_whole_after_an_hour(
     panel.setStyleSheet(QApplication.instance().styleSheet())
     panel.resize(500, 300)
     panel.show()
-    others = ("words",) * (panel.view.lines.columnCount() - 1)
+    others = ("words",) * (panel.view.row_model.columnCount() - 1)
     panel.show_rows([TableRow(key=1, cells=("1:06:48.9", *others), is_bold=True)])
     view = panel.view
     assert view.sizeHintForColumn(0) <= view.columnWidth(0)
@@ -994,7 +995,7 @@ def test_the_last_line_of_long_words_in_a_table_is_not_cut(
     QApplication.processEvents()
     margin = style.pixelMetric(QStyle.PixelMetric.PM_FocusFrameHMargin, None, view) + 1
     for row in range(len(lines)):
-        index = view.lines.index(row, 1)
+        index = view.row_model.index(row, 1)
         option = QStyleOptionViewItem()
         view.initViewItemOption(option)
         view.itemDelegate().initStyleOption(option, index)
@@ -1350,30 +1351,30 @@ def test_the_log_of_alarms_is_whole_sorted_copied_and_leads_into_the_replay(
     flight.view.show_panel(3)
     session.set_user_limits("alpha", LimitBands(caution_high=0.06))
     # alpha passes 3.4 degrees every 2 s.
-    until(qtbot, lambda: len(panel.view.lines.lines) == 10)
+    until(qtbot, lambda: len(panel.view.row_model.rows) == 10)
     slider = flight.view.replay.slider
     assert len(slider._alarms) == len(flight.view.charts.model.alarms) == 10
     flight.flight_controller.seek(3.0)
     until(qtbot, lambda: bool(flight.flight_controller.unacknowledged_alarms()))
     flight.commands.actions["acknowledge"].trigger()
-    until(qtbot, lambda: "menu" in panel.view.lines.lines[-1].cells[-1])
+    until(qtbot, lambda: "menu" in panel.view.row_model.rows[-1].cells[-1])
     flight.flight_controller.seek(5.0)
     until(qtbot, flight.commands.actions["acknowledge"].isEnabled)
     flight.activateWindow()
     qtbot.keyClick(flight, Qt.Key.Key_K)
-    until(qtbot, lambda: "key K" in panel.view.lines.lines[-2].cells[-1])
-    onsets = [line.sort_values[0] for line in panel.view.lines.lines]
+    until(qtbot, lambda: "key K" in panel.view.row_model.rows[-2].cells[-1])
+    onsets = [line.sort_values[0] for line in panel.view.row_model.rows]
     assert onsets == sorted(onsets, reverse=True)
     panel.view.sortByColumn(0, Qt.SortOrder.AscendingOrder)
-    assert len(panel.view.lines.lines) == 10
-    last = panel.view.lines.index(9, 0)
+    assert len(panel.view.row_model.rows) == 10
+    last = panel.view.row_model.index(9, 0)
     panel.view.scrollTo(last)
     where = panel.view.visualRect(last).center()
     qtbot.mouseClick(panel.view.viewport(), Qt.MouseButton.LeftButton, pos=where)
     qtbot.keyClick(panel.view, Qt.Key.Key_C, Qt.KeyboardModifier.ControlModifier)
     copied = QGuiApplication.clipboard().text().split("\t")
     assert copied[0] == "00:18.2"
-    assert len(copied) == panel.view.lines.columnCount()
+    assert len(copied) == panel.view.row_model.columnCount()
     next(one for one in panel.view.actions() if one.text() == "Copy table").trigger()
     assert len(QGuiApplication.clipboard().text().splitlines()) == 11
     qtbot.keyClick(panel.view, Qt.Key.Key_Return)
@@ -1396,7 +1397,7 @@ def test_a_message_moves_nothing_and_covers_nothing(
     # What does not fit the line is in the list.
     qtbot.mouseClick(banner.label, Qt.MouseButton.LeftButton)
     (listed,) = flight.findChildren(MessagesDialog)
-    assert listed.view.lines.lines[0].cells[2] == banner.label.text()
+    assert listed.view.row_model.rows[0].cells[2] == banner.label.text()
     listed.close()
 
 
@@ -1412,7 +1413,7 @@ def test_closed_messages_are_listed_and_shown_again(window: MainWindow, qtbot: Q
     assert banners.texts() == ()
     window.commands.actions["messages"].trigger()
     (listed,) = window.findChildren(MessagesDialog)
-    assert [line.cells[1:] for line in listed.view.lines.lines] == [
+    assert [line.cells[1:] for line in listed.view.row_model.rows] == [
         ("Note", "A recorder runs."), ("Failed", "Failed once."),
     ]  # fmt: skip
     for row in (1, 1):

@@ -180,7 +180,7 @@ def test_from_the_first_byte_to_the_end_of_the_recording(
         until(
             qtbot,
             lambda: any(
-                "Engines" in line.cells[1] for line in window.view.messages.view.lines.lines
+                "Engines" in line.cells[1] for line in window.view.messages.view.row_model.rows
             ),
         )
 
@@ -189,7 +189,7 @@ def test_from_the_first_byte_to_the_end_of_the_recording(
 
         def look_at_link(dialog: MavlinkInspector) -> None:
             def rows() -> list[tuple[str, ...]]:
-                return [line.cells for line in dialog.messages.view.lines.lines]
+                return [line.cells for line in dialog.messages.view.row_model.rows]
 
             before = rows()
             until(qtbot, lambda: rows()[0][1] != before[0][1])
@@ -205,8 +205,8 @@ def test_from_the_first_byte_to_the_end_of_the_recording(
 
         # A mark with one key; its text afterwards.
         press(qtbot, window, Qt.Key.Key_M)
-        until(qtbot, lambda: len(window.view.marks.view.lines.lines) == 1)
-        key = window.view.marks.view.lines.lines[0].key
+        until(qtbot, lambda: len(window.view.marks.view.row_model.rows) == 1)
+        key = window.view.marks.view.row_model.rows[0].key
         window.view.marks.edited.emit(key, "first mark")
         assert window.flight_controller.session.marks[0].text == "first mark"
 
@@ -235,7 +235,9 @@ def test_from_the_first_byte_to_the_end_of_the_recording(
         )
         until(
             qtbot,
-            lambda: [line.cells[1] for line in again.view.marks.view.lines.lines] == ["first mark"],
+            lambda: (
+                [line.cells[1] for line in again.view.marks.view.row_model.rows] == ["first mark"]
+            ),
         )
         until(qtbot, lambda: again.flight_controller.is_recording)
 
@@ -339,12 +341,12 @@ def test_cursors_give_values_and_differences(
     window.view.show_panel(1)
     window.view.charts.navigator.set_cursor("a", 10.5)
     window.view.charts.navigator.set_cursor("b", 11.5)
-    lines = {line.key: line.cells for line in window.view.values.view.lines.lines}
+    lines = {line.key: line.cells for line in window.view.values.view.row_model.rows}
     assert lines["alpha"][2:] == ("4.6", "1.1", "−3.4")
     assert lines["V"][2:] == ("100.0", "100.0", "0.0")
     assert "B − A 1.00 s" in window.view.values.times.text().replace("\N{NO-BREAK SPACE}", " ")
     window.appearance.toggle_units()
-    lines = {line.key: line.cells for line in window.view.values.view.lines.lines}
+    lines = {line.key: line.cells for line in window.view.values.view.row_model.rows}
     assert lines["V"][0] == "V m/s"
     assert lines["V"][2] == "30.5"
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from gsapp.decoding.health import LinkReport, MessageHealth, SenderHealth
 from ui.number_format import DASH, count_text, duration_text, number_text, percent_text
-from ui.widgets.table_models import TableRow
+from ui.widgets.row_model import TableRow
 
 LINK_COLUMN_TITLES = ("Message", "Frames", "Per s", "Age", "Delay")
 LIVE_ONLY_COLUMNS = (2, 3)

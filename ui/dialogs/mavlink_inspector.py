@@ -18,7 +18,8 @@ from ui.dialogs.link_rows import (
 from ui.display_style import DisplayStyle
 from ui.flight.side_panels import ListPanel
 from ui.widgets.labels import create_label
-from ui.widgets.table_models import TableRowModel, TableRowView
+from ui.widgets.row_model import TableRowModel
+from ui.widgets.table_view import TableRowView
 
 _DELAY = (
     "Delay: by how much the last one came later, by its own stamp, than the quickest of the last "

@@ -9,7 +9,8 @@ from gsapp.quantities import convert_text_units
 from ui.display_style import DisplayStyle
 from ui.flight.side_panels import ListPanel
 from ui.icons import IndicatorState
-from ui.widgets.table_models import TableRow, TableRowModel, TableRowView
+from ui.widgets.row_model import TableRow, TableRowModel
+from ui.widgets.table_view import TableRowView
 from ui.window_frame.banners import LEVEL_TITLES, BannerMessage, BannerStack
 
 _STATES: dict[str, IndicatorState] = {"caution": "caution", "warning": "warning"}

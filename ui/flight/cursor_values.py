@@ -16,7 +16,7 @@ from ui.strips.chart_state import (
     channel_difference,
     is_beyond_calibration,
 )
-from ui.widgets.table_models import TableRow
+from ui.widgets.row_model import TableRow
 
 
 class SampleReader(Protocol):

@@ -7,9 +7,6 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 from PySide6.QtCore import (
-    QAbstractListModel,
-    QModelIndex,
-    QPersistentModelIndex,
     QPointF,
     QRectF,
     QSize,
@@ -40,6 +37,7 @@ from gsapp.quantities import trace_color
 from ui.display_style import DisplayStyle
 from ui.number_format import DASH, number_text, symbol_text
 from ui.widgets.labels import create_label
+from ui.widgets.row_model import VALUE_ROLE, ModelIndex, TableRow, TableRowModel
 from ui.widgets.table_menu import TableMenu
 
 if TYPE_CHECKING:
@@ -59,38 +57,10 @@ _MAX_SIGMA_RANGE: Final = 5.0
 _ARROW: Final = "→"
 """Between the bounds in percent before and after the last maneuver."""
 
-ModelIndex = QModelIndex | QPersistentModelIndex
 
-
-class EstimatesModel(QAbstractListModel):
-    """Derivatives as rows."""
-
-    def __init__(self) -> None:
-        super().__init__()
-        self.rows: tuple[EstimateRow, ...] = ()
-
-    def set_rows(self, rows: Sequence[EstimateRow]) -> None:
-        """Show other rows; the same derivatives keep their places and what is chosen."""
-        new = tuple(rows)
-        if [one.name for one in new] != [one.name for one in self.rows]:
-            self.beginResetModel()
-            self.rows = new
-            self.endResetModel()
-            return
-        self.rows = new
-        if new:
-            self.dataChanged.emit(self.index(0), self.index(len(new) - 1))
-
-    def rowCount(self, parent: ModelIndex | None = None) -> int:
-        return 0 if parent is not None and parent.isValid() else len(self.rows)
-
-    def data(self, index: ModelIndex, role: int = Qt.ItemDataRole.DisplayRole) -> object:
-        row = self.rows[index.row()]
-        if role in (Qt.ItemDataRole.DisplayRole, Qt.ItemDataRole.AccessibleTextRole):
-            return accessible_row_text(row)
-        if role == Qt.ItemDataRole.ToolTipRole:
-            return row.why or accessible_row_text(row)
-        return None
+def _build_row(row: EstimateRow) -> TableRow:
+    spoken = accessible_row_text(row)
+    return TableRow(key=row.name, cells=(spoken,), detail=row.why or spoken, value=row)
 
 
 def accessible_row_text(row: EstimateRow) -> str:
@@ -145,10 +115,8 @@ class EstimateDelegate(QStyledItemDelegate):
         return QSize(self._look.px(200), self._look.px(_ROW_HEIGHT))
 
     def paint(self, painter: QPainter, option: QStyleOptionViewItem, index: ModelIndex) -> None:
-        model = index.model()
-        if not isinstance(model, EstimatesModel):
-            return
-        row = model.rows[index.row()]
+        """Paint a row."""
+        row = index.data(VALUE_ROLE)
         look, px = self._look, self._look.px
         theme = look.theme
         box = QRectF(option.rect)
@@ -285,9 +253,9 @@ class EstimatesList(QListView):
 
     def __init__(self, look: DisplayStyle) -> None:
         super().__init__()
-        self.rows = EstimatesModel()
+        self.row_model = TableRowModel(look, ("Derivative",))
         self._look = look
-        self.setModel(self.rows)
+        self.setModel(self.row_model)
         self.menu = TableMenu(self, table=self._table)
         self.menu.add_command("Go to the last maneuver", self._open)
         self.setItemDelegate(EstimateDelegate(look))
@@ -297,10 +265,7 @@ class EstimatesList(QListView):
         self.setVerticalScrollMode(QAbstractItemView.ScrollMode.ScrollPerPixel)
         self.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
         self.doubleClicked.connect(self._open)
-        look.changed.connect(self._restyle)
-
-    def _restyle(self) -> None:
-        self.rows.layoutChanged.emit()
+        look.changed.connect(self.row_model.refresh)
 
     def _table(self) -> list[tuple[str, ...]]:
         """Return value and standard error of each derivative by FTR and by ML, per radian."""
@@ -311,13 +276,13 @@ class EstimatesList(QListView):
                 row.mean.std)),
                 _format_number(row.prior), row.why,
             )
-            for row in self.rows.rows
+            for row in (one.value for one in self.row_model.rows)
         ]  # fmt: skip
         return [("Derivative", "FTR", "FTR std", "ML", "ML std", "Prior", "Remark"), *rows]
 
     def _open(self) -> None:
         if self.currentIndex().isValid():
-            self.opened.emit(self.rows.rows[self.currentIndex().row()].name)
+            self.opened.emit(self.row_model.rows[self.currentIndex().row()].key)
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         if event.key() in (Qt.Key.Key_Return, Qt.Key.Key_Enter):
@@ -430,7 +395,7 @@ class EstimatesPanel(QWidget):
         self._state.setText(state)
         self._state.setVisible(bool(state))
         self._legend.setVisible(bool(rows))
-        self.list.rows.set_rows(rows)
+        self.list.row_model.set_rows(map(_build_row, rows))
         self._pile.setCurrentIndex(1 if rows else 0)
         if not rows:
             self._empty.setText(

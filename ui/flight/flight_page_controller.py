@@ -177,7 +177,7 @@ class FlightPageController(QObject):
 
     def _go_to_maneuver_of(self, derivative: str) -> None:
         """Go to the last maneuver that gave a derivative."""
-        rows = {row.name: row for row in self._view.estimates.list.rows.rows}
+        rows = {row.key: row.value for row in self._view.estimates.list.row_model.rows}
         if derivative in rows and rows[derivative].points:
             self.go_to_time(rows[derivative].points[-1].time)
 

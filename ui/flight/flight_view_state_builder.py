@@ -24,7 +24,7 @@ from ui.flight.panel_rows import (
     build_message_rows,
 )
 from ui.strips.chart_annotations import AlarmSpan, OriginInfo
-from ui.widgets.table_models import TableRow
+from ui.widgets.row_model import TableRow
 
 if TYPE_CHECKING:
     from gsapp.session.live_estimation.estimate_table import EstimateRow

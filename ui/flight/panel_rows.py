@@ -12,7 +12,7 @@ from gsapp.session.marks import FlightMark as FlightMark
 from ui.icons import IndicatorState
 from ui.number_format import channel_value_text, clock_text, elapsed_text
 from ui.strips.chart_annotations import AlarmSpan, ChartMark, ChartSpan
-from ui.widgets.table_models import TableRow
+from ui.widgets.row_model import TableRow
 
 _DEFAULT_MARK_TITLES = {"mark": "Mark", "note": "Note"}
 _SEVERITY_STATES: dict[Severity, IndicatorState] = {

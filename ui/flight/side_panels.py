@@ -11,7 +11,8 @@ from ui.commands import shortcut_text
 from ui.display_style import DisplayStyle
 from ui.widgets.flow_layout import FlowLayout
 from ui.widgets.labels import create_label
-from ui.widgets.table_models import WIDEST_TIME_TEXT, TableRow, TableRowModel, TableRowView
+from ui.widgets.row_model import TableRow, TableRowModel
+from ui.widgets.table_view import WIDEST_TIME_TEXT, TableRowView
 
 _NO_MARK_TEXT = "Choose a mark first"
 
@@ -83,7 +84,7 @@ class ListPanel(QWidget):
 
     def show_rows(self, lines: Sequence[TableRow]) -> None:
         """Show the lines, or the sentence if there are none."""
-        self.view.lines.set_rows(lines)
+        self.view.row_model.set_rows(lines)
         self._pile.setCurrentIndex(1 if lines else 0)
         # The stub lacks None, which Qt takes.
         self.setFocusProxy(self.view if lines else None)  # type: ignore[arg-type]
@@ -150,7 +151,7 @@ class MarksPanel(ListPanel):
     edit_ended = Signal()
 
     def __init__(self, look: DisplayStyle) -> None:
-        model = TableRowModel(look, ("Time", "Mark"), right=frozenset({0}), editable=1)
+        model = TableRowModel(look, ("Time", "Mark"), right=frozenset({0}), editable=frozenset({1}))
         view = TableRowView(model, look, "Marks and notes", stretch=1, widths={0: WIDEST_TIME_TEXT})
         super().__init__(
             view, look, "No marks yet. M marks this moment, N also asks for a few words."

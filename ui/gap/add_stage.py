@@ -18,12 +18,8 @@ from ui.gap.gap_view_models import (
 from ui.gap.stage_view import StageView
 from ui.widgets.action_button import ActionButton
 from ui.widgets.labels import create_label
-from ui.widgets.layout_widgets import (
-    FittedTableView,
-    NameValueTable,
-    StackingColumns,
-    create_button_row,
-)
+from ui.widgets.layout_widgets import NameValueTable, StackingColumns, create_button_row
+from ui.widgets.table_view import FittedTableView
 
 _BUTTONS = (
     ("gap_accept", "Accept next"),
@@ -79,7 +75,7 @@ class AddStage(StageView):
 
     def begin(self) -> None:
         """Begin on the effects."""
-        (self.effects if self.effects.lines.lines else self.buttons["gap_force"]).setFocus()
+        (self.effects if self.effects.row_model.rows else self.buttons["gap_force"]).setFocus()
 
     @property
     def selected_effect(self) -> str:

@@ -14,15 +14,16 @@ from ui.gap.gap_selection import find_maneuver_view, list_plot_variables
 from ui.gap.gap_tables import DisagreementMapLegend, DisagreementMapView
 from ui.gap.gap_text import channel_text, coefficient_text, noise_ratio_text
 from ui.gap.gap_view_models import (
-    build_disagreement_map,
     build_disagreement_rows,
+    build_map_rows,
     build_missing_scatter,
     list_instrument_texts,
 )
 from ui.gap.stage_view import StageView
 from ui.widgets.analysis_plot import FLIGHT_TIME_LABEL, AnalysisPlot, PlotBand, PlotCurve
 from ui.widgets.labels import create_label
-from ui.widgets.layout_widgets import FittedTableView, LabeledComboBox, StackingColumns
+from ui.widgets.layout_widgets import LabeledComboBox, StackingColumns
+from ui.widgets.table_view import FittedTableView
 
 
 class FindStage(StageView):
@@ -60,7 +61,6 @@ class FindStage(StageView):
         self.map.cell_selected.connect(self._cell)
         self.lines.opened.connect(self._open)
         self.lines.selectionModel().currentChanged.connect(self._line)
-        self.lines.lines.modelReset.connect(lambda: self.detail.setText(""))
         self.variable.box.currentIndexChanged.connect(
             lambda _index: self.selection_requested.emit(
                 replace(self.selection, variable=self.variable.current_key)
@@ -77,13 +77,15 @@ class FindStage(StageView):
         if answer is None:
             return
         self.map.show_map(
-            build_disagreement_map(answer, selection.step),
+            answer.discrepancy.coefficients,
+            build_map_rows(answer, selection.step),
             selection.maneuver,
             selection.coefficient,
         )
         lines = build_disagreement_rows(answer, self.look.units)
         self.lines.show_rows(lines)
         self.lines.setVisible(bool(lines))
+        self._show_detail()
         instruments = list_instrument_texts(answer)
         sentences = [] if lines else ["None: what remains is noise in every maneuver."]
         sentences += [f"Instruments: {words}" for words in instruments]
@@ -121,17 +123,8 @@ class FindStage(StageView):
             PlotBand(low=low, high=high, name="" if place else "proven", is_horizontal=False)
             for place, (low, high) in enumerate(picture.spans)
         ]
-        ratio = next(
-            (
-                cell.ratio
-                for row, cells in zip(
-                    self.map.map.picture.rows, self.map.map.picture.cells, strict=True
-                )
-                for column, cell in zip(self.map.map.picture.columns, cells, strict=True)
-                if (row[0], column) == (self.selection.maneuver, self.selection.coefficient)
-            ),
-            float("nan"),
-        )
+        cell = self.map.cell(self.selection.maneuver, self.selection.coefficient)
+        ratio = float("nan") if cell is None else cell.ratio
         self.trace.draw(
             curves,
             bands,
@@ -182,11 +175,13 @@ class FindStage(StageView):
         )
 
     def _line(self) -> None:
-        key = self.lines.current_key()
-        line = next((one for one in self.lines.lines.lines if one.key == key), None)
-        self.detail.setText(line.detail if line is not None else "")
-        if line is not None and self.lines.hasFocus():
-            self._open(key)
+        self._show_detail()
+        if self.lines.hasFocus():
+            self._open(self.lines.current_key())
+
+    def _show_detail(self) -> None:
+        row = self.lines.currentIndex().row()
+        self.detail.setText(self.lines.row_model.rows[row].detail if row >= 0 else "")
 
     def _open(self, key: object) -> None:
         """Look at a disagreement."""

@@ -6,17 +6,19 @@ from collections.abc import Sequence
 
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QKeyEvent
-from PySide6.QtWidgets import QLineEdit, QListWidget, QListWidgetItem, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QLineEdit, QVBoxLayout, QWidget
 
 from ui.dialogs.form_dialog import FieldMessage, FormDialog
 from ui.display_style import DisplayStyle
 from ui.gap.gap_view_models import ForceableEffect
+from ui.widgets.row_model import TableRow
+from ui.widgets.table_view import BoxedListView
 
 
 class _SearchEdit(QLineEdit):
     """Typed words narrow the list; Up and Down move in it meanwhile."""
 
-    def __init__(self, listed: QListWidget) -> None:
+    def __init__(self, listed: QWidget) -> None:
         super().__init__()
         self._listed = listed
 
@@ -41,22 +43,22 @@ class ForceEffectDialog(FormDialog):
             look,
             parent,
         )
-        self.listed = QListWidget()
-        self.listed.setAccessibleName("Effects")
-        self.listed.setProperty("role", "boxed")
-        self.listed.setFixedHeight(look.px(224))
-        self.listed.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        self.listed = BoxedListView(look, "Effects")
         self.search = _SearchEdit(self.listed)
         self.search.setPlaceholderText("Search the effects")
         self.search.setAccessibleName("Search the effects")
         self.search.setClearButtonEnabled(True)
         self.search.textChanged.connect(self._narrow)
         self.note = FieldMessage()
-        for one in choices:
-            item = QListWidgetItem(f"{one.title}   ({one.effect})")
-            item.setToolTip(f"{item.text()}\n{one.reason}".strip())
-            item.setData(Qt.ItemDataRole.UserRole, one)
-            self.listed.addItem(item)
+        self._rows = [
+            TableRow(
+                key=one.effect,
+                cells=(f"{one.title}   ({one.effect})",),
+                detail=f"{one.title}   ({one.effect})\n{one.reason}".strip(),
+                value=one,
+            )
+            for one in choices
+        ]
         holder = QWidget()
         column = QVBoxLayout(holder)
         column.setContentsMargins(0, 0, 0, 0)
@@ -65,24 +67,20 @@ class ForceEffectDialog(FormDialog):
         column.addWidget(self.listed)
         holder.setFocusProxy(self.search)
         self.add_row("Effect", holder, self.note)
-        self.listed.currentItemChanged.connect(lambda *_: self._judge())
-        self.listed.itemDoubleClicked.connect(lambda _item: self.accept())
-        self.listed.setCurrentRow(0)
-        self._judge()
+        self.listed.row_changed.connect(lambda _key: self._judge())
+        self.listed.doubleClicked.connect(lambda _index: self.accept())
+        self._narrow("")
+        # As high with few matches as with all.
+        self.listed.setFixedHeight(look.px(224))
         self.fit_to_content()
 
     def _narrow(self, words: str) -> None:
         wanted = words.lower().split()
-        first = None
-        for row in range(self.listed.count()):
-            item = self.listed.item(row)
-            fits = all(word in item.text().lower() for word in wanted)
-            item.setHidden(not fits)
-            if fits and first is None:
-                first = item
-        current = self.listed.currentItem()
-        if current is None or current.isHidden():
-            self.listed.setCurrentItem(first)
+        self.listed.show_rows(
+            [row for row in self._rows if all(word in row.cells[0].lower() for word in wanted)]
+        )
+        if self.listed.row_model.rows and self.listed.current_key() is None:
+            self.listed.selectRow(0)
         self._judge()
 
     def _judge(self) -> None:
@@ -96,8 +94,5 @@ class ForceEffectDialog(FormDialog):
     @property
     def selected_effect(self) -> ForceableEffect | None:
         """Return the effect chosen; None while nothing fits the words."""
-        item = self.listed.currentItem()
-        if item is None or item.isHidden():
-            return None
-        found = item.data(Qt.ItemDataRole.UserRole)
-        return found if isinstance(found, ForceableEffect) else None
+        row = self.listed.currentIndex().row()
+        return self.listed.row_model.rows[row].value if row >= 0 else None

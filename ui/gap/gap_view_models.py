@@ -16,6 +16,7 @@ from gsapp.quantities import FloatArray, convert_text_units
 from gsapp.report.discrepancy_pictures import missing_by_condition, to_display_units
 from ui.gap.gap_selection import GapSelection, find_maneuver_view
 from ui.gap.gap_text import (
+    COEFFICIENT_NAMES,
     MIN_OBSERVABLE_SIGMA,
     axis_unit,
     channel_symbol,
@@ -36,7 +37,7 @@ from ui.gap.gap_text import (
 )
 from ui.gap.search_request import SearchResult
 from ui.number_format import DASH, clock_text, symbol_text, value_to_std_digits
-from ui.widgets.table_models import TableRow
+from ui.widgets.row_model import CellFormat, TableRow
 
 MAP_LEVELS = (1.5, 2.5, 5.0, 10.0)
 """Times the noise floor at which a cell of the map takes the next color."""
@@ -57,7 +58,6 @@ class MapCell:
     ----------
     ratio : float
         Missing part over the noise floor.
-    text : str
     level : int
         0 to 4, by `MAP_LEVELS`.
     proven : bool
@@ -65,27 +65,8 @@ class MapCell:
     """
 
     ratio: float
-    text: str
     level: int
     proven: bool
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class DisagreementMap:
-    """The map of maneuver and coefficient.
-
-    Attributes
-    ----------
-    rows : tuple of (str, str, bool)
-        Id of each maneuver, its words, whether it was kept out.
-    columns : tuple of str
-    cells : tuple of tuple of MapCell
-        One for each row and column.
-    """
-
-    rows: tuple[tuple[str, str, bool], ...] = ()
-    columns: tuple[str, ...] = ()
-    cells: tuple[tuple[MapCell, ...], ...] = ()
 
 
 def find_map_level(ratio: float) -> int:
@@ -93,30 +74,37 @@ def find_map_level(ratio: float) -> int:
     return sum(ratio >= bound for bound in MAP_LEVELS)
 
 
-def build_disagreement_map(answer: SearchResult, step: int) -> DisagreementMap:
-    """Return the map of one model."""
+def build_map_rows(answer: SearchResult, step: int) -> tuple[TableRow, ...]:
+    """Return the map of one model: a row for each maneuver, a `MapCell` for each coefficient."""
     found = answer.discrepancy
     if not found.steps:
-        return DisagreementMap()
-    proven = {(one.maneuver, one.coefficient) for one in found.disagreements}
-    values = found.steps[step].coefficient_map
-    cells = tuple(
-        tuple(
+        return ()
+    proven = {(one.maneuver, one.coefficient) for one in found.disagreements} if step == 0 else ()
+    rows = []
+    for view, ratios in zip(found.maneuvers, found.steps[step].coefficient_map, strict=True):
+        heading = maneuver_text(answer, view, clock=False)
+        cells = [
             MapCell(
-                ratio=float(values[row, column]),
-                text=noise_ratio_text(float(values[row, column])),
-                level=find_map_level(float(values[row, column])),
-                proven=step == 0 and (view.id, name) in proven,
+                ratio=float(ratio),
+                level=find_map_level(float(ratio)),
+                proven=(view.id, name) in proven,
             )
-            for column, name in enumerate(found.coefficients)
+            for name, ratio in zip(found.coefficients, ratios, strict=True)
+        ]
+        texts = tuple(noise_ratio_text(cell.ratio) for cell in cells)
+        formats = {
+            column: CellFormat(
+                detail=f"{COEFFICIENT_NAMES.get(name, name)} of maneuver {heading}: {text} times "
+                f"the noise floor{', more than chance' if cell.proven else ''}"
+            )
+            for column, (name, text, cell) in enumerate(
+                zip(found.coefficients, texts, cells, strict=True)
+            )
+        }
+        rows.append(
+            TableRow(key=view.id, heading=heading, cells=texts, formats=formats, value=tuple(cells))
         )
-        for row, view in enumerate(found.maneuvers)
-    )
-    rows = tuple(
-        (view.id, maneuver_text(answer, view, clock=False), view.held_out)
-        for view in found.maneuvers
-    )
-    return DisagreementMap(rows=rows, columns=found.coefficients, cells=cells)
+    return tuple(rows)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -217,37 +205,32 @@ def list_instrument_texts(answer: SearchResult) -> tuple[str, ...]:
 # --- Name ---------------------------------------------------------------------------------------
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class RankingRow:
-    """One candidate of the competition."""
-
-    effect: str
-    title: str
-    evidence: float
-    score: str
-    held_out: str
-    size: str
-    proven: bool = False
-
-
-def build_ranking_rows(answer: SearchResult, step: int) -> tuple[RankingRow, ...]:
-    """Return the competition that a step's model faced."""
+def build_ranking_rows(answer: SearchResult, step: int) -> tuple[TableRow, ...]:
+    """Return the competition that a step's model faced; the evidence is the value of a row."""
     found = answer.discrepancy
     if not found.steps:
         return ()
     following = found.steps[step + 1].added if step + 1 < len(found.steps) else ""
-    return tuple(
-        RankingRow(
-            effect=one.effect,
-            title=one.title or answer.title(one.effect),
-            evidence=one.evidence,
-            score=signed_number_text(one.score, 1),
-            held_out=signed_number_text(one.held_out, 1),
-            size=sigma_text(one.sigma),
-            proven=one.effect == following,
+    rows = []
+    for one in found.steps[step].ranking:
+        title = one.title or answer.title(one.effect)
+        cells = (
+            title,
+            percent_text(one.evidence),
+            signed_number_text(one.score, 1),
+            signed_number_text(one.held_out, 1),
+            sigma_text(one.sigma),
         )
-        for one in found.steps[step].ranking
-    )
+        rows.append(
+            TableRow(
+                key=one.effect,
+                cells=cells,
+                is_bold=one.effect == following,
+                detail=f"{title} ({one.effect})",
+                value=one.evidence,
+            )
+        )
+    return tuple(rows)
 
 
 def describe_ranking(answer: SearchResult, step: int) -> str:

@@ -17,7 +17,8 @@ from ui.gap.gap_view_models import (
 )
 from ui.gap.stage_view import StageView
 from ui.widgets.labels import create_label
-from ui.widgets.layout_widgets import FittedTableView, HeadedParagraphs, StackingColumns
+from ui.widgets.layout_widgets import HeadedParagraphs, StackingColumns
+from ui.widgets.table_view import FittedTableView
 
 
 class NameStage(StageView):
@@ -57,7 +58,7 @@ class NameStage(StageView):
         pair.right.addWidget(self.alternatives)
         pair.right.addStretch(1)
         self._candidate = ""
-        self.ranking.effect_selected.connect(self._show_effect)
+        self.ranking.row_changed.connect(self._show_effect)
         self.observability.selectionModel().currentChanged.connect(self._seen)
         self.hidden_only.toggled.connect(lambda _on: self._show_observability())
 
@@ -83,7 +84,7 @@ class NameStage(StageView):
         self.ranking.show_rows(rows)
         self.ranking.setVisible(bool(rows))
         self._show_observability()
-        self._show_effect(self.ranking.current or (found.effect if found is not None else ""))
+        self._show_effect(self.ranking.current_key() or (found.effect if found is not None else ""))
         same = build_alternative_rows(answer, self.look.units)
         self.same.setVisible(bool(same))
         self.alternatives.show_paragraphs(

@@ -9,8 +9,6 @@ from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import (
     QFrame,
     QGridLayout,
-    QListWidget,
-    QListWidgetItem,
     QPushButton,
     QWidget,
 )
@@ -27,6 +25,8 @@ from ui.gap.search_request import GapRequest
 from ui.settings import SettingsStore
 from ui.widgets.labels import CenteredPage, create_label
 from ui.widgets.layout_widgets import create_button_row
+from ui.widgets.row_model import TableRow
+from ui.widgets.table_view import BoxedListView
 
 _STAGE_DESCRIPTIONS = {
     "find": "Where simulation and flight disagree: coefficient, maneuver, region.",
@@ -34,23 +34,6 @@ _STAGE_DESCRIPTIONS = {
     "add": "The effect in the model, all values fitted anew; refuse it, or force another.",
     "show": "Before and after on maneuvers that were kept out.",
 }
-
-
-class SearchFlightList(QListWidget):
-    """Flights to search; Delete takes one out."""
-
-    def __init__(self, look: DisplayStyle) -> None:
-        super().__init__()
-        self._look = look
-        self.setProperty("role", "boxed")
-        self.setAccessibleName("Flights to search")
-        self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
-        self.setTextElideMode(Qt.TextElideMode.ElideMiddle)
-
-    def fit(self) -> None:
-        """Take the height of the flights, up to five."""
-        rows = min(max(self.count(), 1), 5)
-        self.setFixedHeight(rows * self._look.px(30) + 4)
 
 
 class SearchSetupPage(CenteredPage):
@@ -91,7 +74,8 @@ class SearchSetupPage(CenteredPage):
         self.column.addWidget(self._story())
         self.column.addSpacing(look.px(8))
         self.column.addWidget(create_label("Flights", "heading"))
-        self.flights = SearchFlightList(look)
+        self.paths: tuple[Path, ...] = ()
+        self.flights = BoxedListView(look, "Flights to search", elide=Qt.TextElideMode.ElideMiddle)
         self.column.addWidget(self.flights)
         self.sentence = FieldMessage()
         self.column.addWidget(self.sentence)
@@ -149,7 +133,8 @@ class SearchSetupPage(CenteredPage):
             if path_kind(path) != "missing":
                 self._append(Path(path))
         self._read_models()
-        self.flights.itemSelectionChanged.connect(self._judge)
+        self.flights.row_changed.connect(self._judge)
+        self.flights.deleted.connect(self._remove)
         look.changed.connect(self._rescale)
         self._judge()
 
@@ -198,14 +183,6 @@ class SearchSetupPage(CenteredPage):
 
     # Flights
 
-    @property
-    def paths(self) -> tuple[Path, ...]:
-        """Return the flights listed."""
-        return tuple(
-            Path(self.flights.item(row).data(Qt.ItemDataRole.UserRole))
-            for row in range(self.flights.count())
-        )
-
     def add_flight(self, path: Path) -> None:
         """List a flight; one that is listed already is left where it is."""
         if path.absolute() not in [known.absolute() for known in self.paths]:
@@ -231,12 +208,18 @@ class SearchSetupPage(CenteredPage):
         self._judge()
 
     def _append(self, path: Path) -> None:
-        item = QListWidgetItem(f"{path.name}   {path.parent}")
-        item.setToolTip(str(path))
-        item.setData(Qt.ItemDataRole.UserRole, str(path))
-        self.flights.addItem(item)
-        if self.flights.currentRow() < 0:
-            self.flights.setCurrentRow(0)
+        self._show_paths((*self.paths, path))
+
+    def _show_paths(self, paths: Sequence[Path]) -> None:
+        self.paths = tuple(paths)
+        self.flights.show_rows(
+            [
+                TableRow(key=path, cells=(f"{path.name}   {path.parent}",), detail=str(path))
+                for path in paths
+            ]
+        )
+        if paths and self.flights.current_key() is None:
+            self.flights.select_row(paths[0])
 
     def _add_open(self) -> None:
         if self._open is not None:
@@ -251,26 +234,17 @@ class SearchSetupPage(CenteredPage):
             self.add_flight(path)
 
     def _remove(self) -> None:
-        row = self.flights.currentRow()
-        if row >= 0:
-            self.flights.takeItem(row)
+        chosen = self.flights.current_key()
+        self._show_paths([path for path in self.paths if path != chosen])
         self._judge()
-
-    def keyPressEvent(self, event: object) -> None:
-        """Delete takes the chosen flight out."""
-        if event.key() == Qt.Key.Key_Delete and self.flights.hasFocus():
-            self._remove()
-        else:
-            super().keyPressEvent(event)
 
     def _judge(self) -> None:
         paths = self.paths
-        self.flights.fit()
         self.flights.setVisible(bool(paths))
         listed = [path.absolute() for path in paths]
         offered = self._open is not None and self._open.absolute() not in listed
         self.add_open.setVisible(offered)
-        self.remove.setEnabled(bool(paths) and self.flights.currentRow() >= 0)
+        self.remove.setEnabled(self.flights.current_key() is not None)
         self.search.setEnabled(bool(paths) and not self._busy)
         self.trial.setEnabled(not self._busy)
         busy = "A search is running" if self._busy else ""
@@ -323,8 +297,7 @@ class SearchSetupPage(CenteredPage):
 
     def set_flight(self, flight: Path, aircraft: str, model: str) -> None:
         """Search one flight with a certain aircraft and model."""
-        self.flights.clear()
-        self._append(flight)
+        self._show_paths((flight,))
         self._offer_models((model,))
         for field, value in ((self.aircraft, aircraft), (self.model, model)):
             place = field.findData(value)

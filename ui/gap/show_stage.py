@@ -20,12 +20,8 @@ from ui.gap.stage_view import StageView
 from ui.widgets.action_button import ActionButton
 from ui.widgets.analysis_plot import FLIGHT_TIME_LABEL, AnalysisPlot, PlotBand, PlotCurve
 from ui.widgets.labels import create_label
-from ui.widgets.layout_widgets import (
-    FittedTableView,
-    LabeledComboBox,
-    StackingColumns,
-    create_button_row,
-)
+from ui.widgets.layout_widgets import LabeledComboBox, StackingColumns, create_button_row
+from ui.widgets.table_view import FittedTableView
 
 _ALL_COLUMNS_WIDTH = 620
 _NOISE_COLUMN = 2

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from PySide6.QtCore import QEvent, Qt, QTimer, Signal
+from PySide6.QtCore import QEvent, QModelIndex, Qt, QTimer, Signal
 from PySide6.QtGui import QHideEvent, QKeyEvent, QKeySequence, QShowEvent
 from PySide6.QtWidgets import QApplication, QLineEdit, QStackedWidget, QVBoxLayout, QWidget
 
@@ -104,7 +104,7 @@ class WizardPage(QWidget):
         column.setSpacing(0)
         self.start = WizardStartPanel(look)
         self.start.instruments.calibration_requested.connect(self._calibrate_guarded)
-        self.start.instruments.itemSelectionChanged.connect(self._show_start_offers)
+        self.start.instruments.selectionModel().selectionChanged.connect(self._show_start_offers)
         self.work = WizardCalibrationPanel(look)
         self.work.point_chosen.connect(self._choose)
         self.summary = WizardSummaryPanel(look)
@@ -456,5 +456,5 @@ class WizardPage(QWidget):
         return None
 
     def _choose_none(self) -> None:
-        self.start.instruments.setCurrentItem(None)
+        self.start.instruments.setCurrentIndex(QModelIndex())
         self.begin()

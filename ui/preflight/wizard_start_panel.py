@@ -5,16 +5,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from PySide6.QtCore import QPoint, Qt, Signal
-from PySide6.QtGui import QBrush, QKeyEvent
+from PySide6.QtCore import Qt, Signal
+from PySide6.QtGui import QFocusEvent, QKeyEvent
 from PySide6.QtWidgets import (
     QFrame,
     QGridLayout,
     QLineEdit,
-    QMenu,
     QSizePolicy,
-    QTreeWidget,
-    QTreeWidgetItem,
+    QTableView,
     QWidget,
 )
 
@@ -24,6 +22,8 @@ from ui.dialogs.form_dialog import FieldMessage
 from ui.display_style import DisplayStyle
 from ui.number_format import number_text, parse_number, unit_text
 from ui.widgets.labels import CenteredPage, create_label
+from ui.widgets.row_model import TableRow
+from ui.widgets.table_view import FittedTableView
 
 _TEMPERATURE = channel("temperature")
 
@@ -48,7 +48,7 @@ class InstrumentStatus:
     is_calibrated: bool
 
 
-class InstrumentList(QTreeWidget):
+class InstrumentList(FittedTableView):
     """The instruments with their standing; one that is activated is calibrated again.
 
     Parameters
@@ -65,60 +65,53 @@ class InstrumentList(QTreeWidget):
     calibration_requested = Signal(str)
 
     def __init__(self, look: DisplayStyle) -> None:
-        super().__init__()
-        self._look = look
-        self.setAccessibleName("Instruments")
-        self.setColumnCount(2)
-        self.setHeaderHidden(True)
-        self.setRootIsDecorated(False)
-        self.setIndentation(0)
+        super().__init__(look, "Instruments", ("", ""), stretch=1, least=99, most=99)
         self.setFrameShape(QFrame.Shape.NoFrame)
-        self.setWordWrap(True)
         # The page scrolls; the list is as high as its rows.
         self.setVerticalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
-        self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
-        self.setContextMenuPolicy(Qt.ContextMenuPolicy.CustomContextMenu)
-        self.customContextMenuRequested.connect(self._show_menu)
-        self.itemDoubleClicked.connect(
-            lambda item, _column: self.calibration_requested.emit(_item_channel(item))
-        )
+        self.menu.add_command("Calibrate again", self._calibrate)
+        self.opened.connect(self._calibrate)
+
+    def _fit_columns(self) -> None:
+        self.resizeColumnToContents(0)
+
+    def _calibrate(self) -> None:
+        if self.selected_channel:
+            self.calibration_requested.emit(self.selected_channel)
 
     @property
     def selected_channel(self) -> str:
         """Return the channel of the selected row; empty for none."""
-        return "".join(_item_channel(item) for item in self.selectedItems())
+        rows = self.selectionModel().selectedRows()
+        return str(self.row_model.rows[rows[0].row()].key) if rows else ""
+
+    def focusInEvent(self, event: QFocusEvent) -> None:
+        # Nothing is selected by the keyboard's coming: Space is for all instruments then.
+        QTableView.focusInEvent(self, event)
 
     def show_statuses(self, standings: Sequence[InstrumentStatus]) -> None:
         """Show the rows; the selection stays with its instrument."""
-        chosen = self.selected_channel
-        self.clear()
-        for standing in standings:
-            sign = "✓" if standing.is_calibrated else "▲"
-            item = QTreeWidgetItem([f"{sign}  {standing.title}", standing.text])
-            item.setData(0, Qt.ItemDataRole.UserRole, standing.channel)
-            item.setToolTip(1, standing.text)
-            color = self._look.state_color("good" if standing.is_calibrated else "caution")
-            item.setForeground(0, QBrush(color))
-            item.setForeground(1, QBrush(color))
-            self.addTopLevelItem(item)
-            if standing.channel == chosen:
-                self.setCurrentItem(item)
-        self.fit()
-
-    def fit(self) -> None:
-        """Take the height of all rows."""
-        self.resizeColumnToContents(0)
-        row = self.sizeHintForRow(0) if self.topLevelItemCount() else 0
-        self.setFixedHeight(row * self.topLevelItemCount() + self._look.px(4))
+        self.show_rows(
+            [
+                TableRow(
+                    key=one.channel,
+                    cells=(f"{'✓' if one.is_calibrated else '▲'}  {one.title}", one.text),
+                    state="good" if one.is_calibrated else "caution",
+                    colored=frozenset({0, 1}),
+                )
+                for one in standings
+            ]
+        )
+        self._fit_columns()
 
     def move_selection(self, rows: int) -> None:
         """Select the row so many below the selected one, and take the keyboard."""
         self.setFocus(Qt.FocusReason.OtherFocusReason)
-        count = self.topLevelItemCount()
+        count = len(self.row_model.rows)
         if count:
-            here = self.indexOfTopLevelItem(self.currentItem()) if self.selected_channel else -1
+            here = self.currentIndex().row() if self.selected_channel else -1
             at = here + rows if self.selected_channel or rows > 0 else count - 1
-            self.setCurrentItem(self.topLevelItem(min(max(at, 0), count - 1)))
+            self.selectRow(min(max(at, 0), count - 1))
             self.scroll_here()
 
     def scroll_here(self) -> None:
@@ -127,7 +120,7 @@ class InstrumentList(QTreeWidget):
         while page is not None and not isinstance(page, CenteredPage):
             page = page.parentWidget()
         if page is not None:
-            spot = self.visualItemRect(self.currentItem()).center()
+            spot = self.visualRect(self.currentIndex()).center()
             there = self.mapTo(page.widget(), spot)
             page.ensureVisible(there.x(), there.y(), 0, self._look.px(40))
 
@@ -136,27 +129,12 @@ class InstrumentList(QTreeWidget):
         key = Qt.Key(event.key())
         if key in (Qt.Key.Key_Up, Qt.Key.Key_Down):
             self.move_selection(-1 if key == Qt.Key.Key_Up else 1)
-        elif (
-            key in (Qt.Key.Key_Space, Qt.Key.Key_Return, Qt.Key.Key_Enter) and self.selected_channel
+        elif key in (Qt.Key.Key_Space, Qt.Key.Key_Return, Qt.Key.Key_Enter) and (
+            self.selected_channel
         ):
-            self.calibration_requested.emit(self.selected_channel)
+            self._calibrate()
         else:
             event.ignore()
-
-    def _show_menu(self, spot: QPoint) -> None:
-        item = self.itemAt(spot)
-        if item is not None:
-            self.setCurrentItem(item)
-            menu = QMenu(self)
-            menu.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-            menu.addAction(
-                "Calibrate again", lambda: self.calibration_requested.emit(self.selected_channel)
-            )
-            menu.popup(self.viewport().mapToGlobal(spot))
-
-
-def _item_channel(item: QTreeWidgetItem) -> str:
-    return str(item.data(0, Qt.ItemDataRole.UserRole))
 
 
 class WizardStartPanel(CenteredPage):
@@ -220,8 +198,6 @@ class WizardStartPanel(CenteredPage):
         # As high as its row: the style sheet knows a least height of its own.
         self._field_grid.setRowMinimumHeight(1, self._look.sizes.control)
         self._show_unit()
-        if self.standings:
-            self.instruments.show_statuses(self.standings)
 
     def _show_unit(self) -> None:
         """Ask for the temperature in the units of the screen; what was typed is converted."""

@@ -304,7 +304,7 @@ class EstimatePage(ReviewStepPage):
             return
         effects = self._checker.effects
         gone = {n for n in self._wishes.derivatives if is_effect_parameter(n)} - set(effects)
-        self.panel.derivatives.model_of.show_effects(effects)
+        self.panel.derivatives.show_effects(effects)
         if gone:
             kept = {n: w for n, w in self._wishes.derivatives.items() if n not in gone}
             self._wishes = self._wishes.with_changes(derivatives=kept)
@@ -378,5 +378,5 @@ class EstimatePage(ReviewStepPage):
         self._outcome = outcome
         values = {} if outcome is None else outcome.summary.derivatives
         found = {name: (one.value.mean, one.value.std) for name, one in values.items()}
-        self.panel.derivatives.model_of.show_last(format_last_values(tuple(found), found))
+        self.panel.derivatives.show_last(format_last_values(tuple(found), found))
         self.runs.show_run(None if outcome is None else outcome.number)

@@ -182,7 +182,7 @@ class EstimatePanel(QWidget):
     def _derivatives(self) -> None:
         _, grid = self._section("derivatives", "Derivatives")
         self.derivatives = DerivativeTable(self._look)
-        self.derivatives.model_of.edited.connect(self._taken)
+        self.derivatives.edited.connect(self._taken)
         self._row(grid, "derivatives", self.derivatives, wide=True)
 
     def _noise(self) -> None:
@@ -195,7 +195,7 @@ class EstimatePanel(QWidget):
     def _channels(self) -> None:
         _, grid = self._section("channels", "Responses, states, instrument errors")
         self.channels = FitChannelTable(self._look)
-        self.channels.model_of.edited.connect(self._taken)
+        self.channels.edited.connect(self._taken)
         self._row(grid, "channels", self.channels, wide=True)
         self.stand_ins = self._line(grid, "stand_ins", "for what was not measured: V=30")
 
@@ -259,8 +259,8 @@ class EstimatePanel(QWidget):
     def _spread(self) -> None:
         """Show the wishes in the tables, and gray what the method does not heed."""
         wishes = self.wishes
-        self.derivatives.model_of.set_form(wishes)
-        self.channels.model_of.set_form(wishes)
+        self.derivatives.set_form(wishes)
+        self.channels.set_form(wishes)
         takes = METHOD_SETTINGS[wishes.method]
         heeded: Mapping[str, str] = {
             "derivatives": "derivatives", "weights": "weights", "noise": "noise",
@@ -294,11 +294,7 @@ class EstimatePanel(QWidget):
             if "derivatives" not in METHOD_SETTINGS[wishes.method]:
                 return "FTR takes the derivatives of the tables."
             free = [name for name, one in wishes.derivatives.items() if one.treated == "free"]
-            here = [
-                n
-                for n in free
-                if n in self.derivatives.model_of.names and not is_effect_parameter(n)
-            ]
+            here = [n for n in free if n in self.derivatives.names and not is_effect_parameter(n)]
             if here:
                 only = f"Only {', '.join(here)}" if len(here) < 7 else f"Only these {len(here)}"
                 return f"{only} {'is' if len(here) == 1 else 'are'} estimated; the rest is held."

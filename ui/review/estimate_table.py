@@ -5,19 +5,17 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Final
 
-from PySide6.QtCore import QAbstractTableModel, QModelIndex, QPersistentModelIndex, Qt, Signal
-from PySide6.QtGui import QColor, QFontMetrics, QKeyEvent, QResizeEvent
-from PySide6.QtWidgets import QAbstractItemView, QHeaderView, QTableView
+from PySide6.QtCore import Qt, Signal
+from PySide6.QtGui import QFontMetrics, QKeyEvent
+from PySide6.QtWidgets import QAbstractItemView
 
 from gsapp.identification.axes import axis_derivatives
 from ui.display_style import DisplayStyle
 from ui.estimate_form import DerivativeEntry, EstimateForm
 from ui.number_format import MINUS, symbol_text, value_with_std_text
 from ui.review.estimate_text import AS_MODEL_TEXT, TREATMENT_CHOICES
-from ui.widgets.table_menu import TableMenu
-from ui.widgets.table_models import TextEditDelegate
-
-ModelIndex = QModelIndex | QPersistentModelIndex
+from ui.widgets.row_model import CellFormat, ModelIndex, TableRow, TableRowModel
+from ui.widgets.table_view import TableRowView
 
 ESTIMATE_COLUMN_TITLES: Final = ("", "Treated", "Last run", "Held at", "Start", "Known", "±")
 (
@@ -41,7 +39,6 @@ _COLUMN_DESCRIPTIONS: Final = {
     PRIOR_COLUMN: "a-priori value",
     DEVIATION_COLUMN: "deviation of the a-priori value",
 }
-_ROW: Final = 30
 _MOST_ROWS: Final = 12
 _PADDING: Final = 14
 """Points beside the letters of a cell."""
@@ -57,202 +54,93 @@ _WIDTHS: Final = {
 }
 
 
-class DerivativeModel(QAbstractTableModel):
-    """One row for each derivative of the axis.
+class DerivativeTable(TableRowView):
+    """The table; Space changes the treatment, typing writes, Delete resets a row.
 
     Attributes
     ----------
     edited : Signal(object)
-        The wishes with another one for a derivative.
+        The form with another entry for a derivative.
+    names : tuple of str
+        Derivatives of the axis, then the parameters of the model's effects.
     """
 
     edited = Signal(object)
 
     def __init__(self, look: DisplayStyle) -> None:
-        super().__init__()
-        self._look = look
         self.names: tuple[str, ...] = ()
-        self.wishes = EstimateForm()
+        self.form = EstimateForm()
         self.last: Mapping[str, str] = {}
         self.effects: Mapping[str, float] = {}
-
-    def set_form(self, wishes: EstimateForm) -> None:
-        """Show other wishes."""
-        axis = axis_derivatives("both" if wishes.six_degrees else wishes.axis)
-        names = (*axis, *self.effects)
-        if names != self.names:
-            self.beginResetModel()
-            self.names, self.wishes = names, wishes
-            self.endResetModel()
-        elif wishes != self.wishes:
-            self.wishes = wishes
-            self._repaint()
-
-    def show_effects(self, effects: Mapping[str, float]) -> None:
-        """Show the parameters of the model's effects below the derivatives, with their values."""
-        self.effects = effects
-        self.set_form(self.wishes)
-
-    def show_last(self, last: Mapping[str, str]) -> None:
-        """Show what the last run gave, in words."""
-        if last != self.last:
-            self.last = last
-            self._repaint()
-
-    def _repaint(self) -> None:
-        self.dataChanged.emit(self.index(0, 0), self.index(len(self.names) - 1, DEVIATION_COLUMN))
-
-    def rowCount(self, parent: ModelIndex | None = None) -> int:
-        """Return the number of derivatives."""
-        return 0 if parent is not None and parent.isValid() else len(self.names)
-
-    def columnCount(self, parent: ModelIndex | None = None) -> int:
-        """Return the number of columns."""
-        return 0 if parent is not None and parent.isValid() else len(ESTIMATE_COLUMN_TITLES)
-
-    def headerData(
-        self, section: int, orientation: Qt.Orientation, role: int = Qt.ItemDataRole.DisplayRole
-    ) -> object:
-        """Return the title of a column."""
-        if orientation is not Qt.Orientation.Horizontal:
-            return None
-        if role == Qt.ItemDataRole.DisplayRole:
-            return ESTIMATE_COLUMN_TITLES[section]
-        if role == Qt.ItemDataRole.TextAlignmentRole:
-            return int(_alignment(section))
-        return None
-
-    def entry_at(self, row: int) -> DerivativeEntry:
-        """Return the wish of a row."""
-        return self.wishes.derivative(self.names[row])
-
-    def data(self, index: ModelIndex, role: int = Qt.ItemDataRole.DisplayRole) -> object:
-        """Return text, type, what is said of a cell."""
-        name, column = self.names[index.row()], index.column()
-        wish = self.wishes.derivative(name)
-        if role in (Qt.ItemDataRole.DisplayRole, Qt.ItemDataRole.EditRole):
-            return self._text(name, wish, column)
-        if role == Qt.ItemDataRole.TextAlignmentRole:
-            return int(_alignment(column))
-        if role == Qt.ItemDataRole.FontRole:
-            if column == NAME_COLUMN and name in self.effects:
-                return self._look.font("small", strong=wish != DerivativeEntry())
-            own = column == NAME_COLUMN and wish != DerivativeEntry()
-            return self._look.font("body", strong=own)
-        if role == Qt.ItemDataRole.ForegroundRole and not self._counts(wish, column):
-            return QColor(self._look.color("muted"))
-        if role in (Qt.ItemDataRole.ToolTipRole, Qt.ItemDataRole.AccessibleTextRole):
-            return self._said(name, wish, column)
-        return None
-
-    def _text(self, name: str, wish: DerivativeEntry, column: int) -> str:
-        if column == NAME_COLUMN:
-            return symbol_text(name)
-        if column == TREATMENT_COLUMN:
-            usual = name in self.effects and wish.treated == "tables"
-            return AS_MODEL_TEXT if usual else dict(TREATMENT_CHOICES)[wish.treated]
-        if column == LAST_COLUMN:
-            return self.last.get(name, "")
-        if column == VALUE_COLUMN and name in self.effects and not wish.value:
-            return f"{self.effects[name]:.4g}"
-        return str(getattr(wish, _FIELDS[column]))
-
-    def _counts(self, wish: DerivativeEntry, column: int) -> bool:
-        """Return whether a cell says something that the run heeds."""
-        if column == TREATMENT_COLUMN:
-            return wish.treated != "tables"
-        if column == VALUE_COLUMN:
-            return wish.treated == "held"
-        if column in (START_COLUMN, PRIOR_COLUMN, DEVIATION_COLUMN):
-            return wish.treated != "held"
-        return True
-
-    def _said(self, name: str, wish: DerivativeEntry, column: int) -> str:
-        text = self._text(name, wish, column)
-        if column == TREATMENT_COLUMN:
-            return f"{symbol_text(name)} {text}; Space changes it"
-        if column in _COLUMN_DESCRIPTIONS:
-            return f"{_COLUMN_DESCRIPTIONS[column]} of {symbol_text(name)}: {text or 'none'}"
-        return f"{symbol_text(name)}, last run: {text}" if column == LAST_COLUMN and text else text
-
-    def flags(self, index: ModelIndex) -> Qt.ItemFlag:
-        """Return whether a cell may be typed into."""
-        flags = super().flags(index)
-        if index.column() in _FIELDS:
-            flags |= Qt.ItemFlag.ItemIsEditable
-        return flags
-
-    def setData(
-        self, index: ModelIndex, value: object, role: int = Qt.ItemDataRole.EditRole
-    ) -> bool:
-        """Take what was typed; a value to hold at holds the derivative."""
-        if role != Qt.ItemDataRole.EditRole or index.column() not in _FIELDS:
-            return False
-        text = str(value).strip()
-        wish = self.entry_at(index.row())
-        changes = {_FIELDS[index.column()]: text}
-        if index.column() == VALUE_COLUMN and text and text != wish.value:
-            changes["treated"] = "held"
-        self._change(index.row(), wish.model_copy(update=changes))
-        return True
-
-    def cycle_treatment(self, row: int) -> None:
-        """Treat a derivative in the next way; held, it begins with what the last run gave."""
-        wish = self.entry_at(row)
-        ways = [key for key, _ in TREATMENT_CHOICES]
-        treated = ways[(ways.index(wish.treated) + 1) % len(ways)]
-        value = wish.value
-        if treated == "held" and not value:
-            name = self.names[row]
-            value = self.last.get(name, "").partition(" ")[0].replace(MINUS, "-")
-            if not value and name in self.effects:
-                value = repr(self.effects[name])
-        self._change(row, wish.model_copy(update={"treated": treated, "value": value}))
-
-    def reset_row(self, row: int) -> None:
-        """Take back everything that was wished for a derivative."""
-        self._change(row, DerivativeEntry())
-
-    def _change(self, row: int, wish: DerivativeEntry) -> None:
-        if wish != self.entry_at(row):
-            self.edited.emit(self.wishes.with_derivative(self.names[row], wish))
-
-
-class DerivativeTable(QTableView):
-    """The table; Space treats in the next way, typing writes, Delete takes all of a row back."""
-
-    def __init__(self, look: DisplayStyle) -> None:
-        super().__init__()
-        self._look = look
-        self.model_of = DerivativeModel(look)
-        self.setModel(self.model_of)
-        self.setItemDelegate(TextEditDelegate(self))
-        self.setAccessibleName("Derivatives")
+        right = frozenset(range(LAST_COLUMN, len(ESTIMATE_COLUMN_TITLES)))
+        model = TableRowModel(look, ESTIMATE_COLUMN_TITLES, right, frozenset(_FIELDS))
+        # Not wrapped: a bound that has no room would go to a second line, where nobody sees it.
+        super().__init__(model, look, "Derivatives", wrap=False, row_height=30)
         self.setProperty("role", "close")
-        self.setShowGrid(False)
         self.setAlternatingRowColors(True)
-        self.setSelectionMode(QAbstractItemView.SelectionMode.SingleSelection)
+        self.setSelectionBehavior(QAbstractItemView.SelectionBehavior.SelectItems)
         self.setEditTriggers(
             QAbstractItemView.EditTrigger.AnyKeyPressed
             | QAbstractItemView.EditTrigger.DoubleClicked
             | QAbstractItemView.EditTrigger.EditKeyPressed
         )
-        self.setTabKeyNavigation(False)
-        # Else a bound that has no room goes to a second line, where nobody sees it.
-        self.setWordWrap(False)
-        self.setHorizontalScrollMode(QAbstractItemView.ScrollMode.ScrollPerPixel)
-        self.verticalHeader().hide()
-        header = self.horizontalHeader()
-        header.setHighlightSections(False)
-        header.setSectionResizeMode(QHeaderView.ResizeMode.Fixed)
+        self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAsNeeded)
         self.clicked.connect(self._clicked)
-        self.menu = TableMenu(self)
-        self.model_of.modelReset.connect(self._fit)
-        self.model_of.dataChanged.connect(self._fit)
-        look.changed.connect(self._fit)
-        self._fit()
+        model.edited.connect(self._edited)
 
-    def _fit(self) -> None:
+    # Rows
+
+    def set_form(self, form: EstimateForm) -> None:
+        """Show another form."""
+        self.form = form
+        self._show_rows()
+
+    def show_effects(self, effects: Mapping[str, float]) -> None:
+        """Show the parameters of the model's effects below the derivatives, with their values."""
+        self.effects = effects
+        self._show_rows()
+
+    def show_last(self, last: Mapping[str, str]) -> None:
+        """Show the values of the last run, as texts."""
+        self.last = last
+        self._show_rows()
+
+    def _show_rows(self) -> None:
+        axis = axis_derivatives("both" if self.form.six_degrees else self.form.axis)
+        self.names = (*axis, *self.effects)
+        self.row_model.set_rows(map(self._row, self.names))
+        self._fit_columns()
+
+    def _row(self, name: str) -> TableRow:
+        entry, is_effect = self.form.derivative(name), name in self.effects
+        texts = tuple(self._text(name, entry, column) for column in range(DEVIATION_COLUMN + 1))
+        formats = {}
+        for column, text in enumerate(texts):
+            detail = _describe_cell(name, column, text)
+            formats[column] = CellFormat(
+                color="" if _has_effect(entry, column) else "muted",
+                detail=detail,
+                accessible_text=detail,
+                is_bold=column == NAME_COLUMN and entry != DerivativeEntry(),
+                text_style="small" if column == NAME_COLUMN and is_effect else "body",
+            )
+        return TableRow(key=name, cells=texts, formats=formats)
+
+    def _text(self, name: str, entry: DerivativeEntry, column: int) -> str:
+        if column == NAME_COLUMN:
+            return symbol_text(name)
+        if column == TREATMENT_COLUMN:
+            usual = name in self.effects and entry.treated == "tables"
+            return AS_MODEL_TEXT if usual else dict(TREATMENT_CHOICES)[entry.treated]
+        if column == LAST_COLUMN:
+            return self.last.get(name, "")
+        if column == VALUE_COLUMN and name in self.effects and not entry.value:
+            return f"{self.effects[name]:.4g}"
+        return str(getattr(entry, _FIELDS[column]))
+
+    # Sizes
+
+    def _fit_columns(self) -> None:
         px = self._look.px
         for column, width in _WIDTHS.items():
             self.setColumnWidth(column, px(width))
@@ -260,48 +148,85 @@ class DerivativeTable(QTableView):
         own = QFontMetrics(self._look.font("body", strong=True))
         small = QFontMetrics(self._look.font("small", strong=True))
         names = [
-            (small if name in self.model_of.effects else own).horizontalAdvance(symbol_text(name))
+            (small if name in self.effects else own).horizontalAdvance(symbol_text(name))
             + px(_PADDING)
-            for name in self.model_of.names
+            for name in self.names
         ]
         self.setColumnWidth(NAME_COLUMN, min(max([px(_WIDTHS[NAME_COLUMN]), *names]), px(_WIDEST)))
         letters = QFontMetrics(self._look.font("body"))
-        written = map(letters.horizontalAdvance, self.model_of.last.values())
+        written = map(letters.horizontalAdvance, self.last.values())
         least = max(written, default=0) + px(_PADDING)
         room = self.viewport().width() - sum(self.columnWidth(column) for column in _WIDTHS)
         self.setColumnWidth(LAST_COLUMN, max(room, least))
         self.horizontalHeader().setMinimumSectionSize(px(40))
-        self.verticalHeader().setDefaultSectionSize(px(_ROW))
-        rows = min(len(self.model_of.names), _MOST_ROWS)
+        rows = min(len(self.names), _MOST_ROWS)
         bar = self.horizontalScrollBar().sizeHint().height() if room < least else 0
-        self.setFixedHeight(rows * px(_ROW) + px(34) + bar)
+        self.setFixedHeight(rows * px(self._row_height) + px(34) + bar)
 
-    def resizeEvent(self, event: QResizeEvent) -> None:
-        """Give what room is left to the last column."""
-        super().resizeEvent(event)
-        self._fit()
+    # Changes
 
-    def _clicked(self, index: QModelIndex) -> None:
+    def _edited(self, name: str, text: str, column: int) -> None:
+        """Take what was typed; a value to hold at holds the derivative."""
+        entry = self.form.derivative(name)
+        changes = {_FIELDS[column]: text}
+        if column == VALUE_COLUMN and text and text != entry.value:
+            changes["treated"] = "held"
+        self._change(name, entry.model_copy(update=changes))
+
+    def _cycle_treatment(self, name: str) -> None:
+        """Treat a derivative in the next way; held, it begins with the value of the last run."""
+        entry = self.form.derivative(name)
+        ways = [key for key, _ in TREATMENT_CHOICES]
+        treated = ways[(ways.index(entry.treated) + 1) % len(ways)]
+        value = entry.value
+        if treated == "held" and not value:
+            value = self.last.get(name, "").partition(" ")[0].replace(MINUS, "-")
+            if not value and name in self.effects:
+                value = repr(self.effects[name])
+        self._change(name, entry.model_copy(update={"treated": treated, "value": value}))
+
+    def _change(self, name: str, entry: DerivativeEntry) -> None:
+        if entry != self.form.derivative(name):
+            self.edited.emit(self.form.with_derivative(name, entry))
+
+    def _clicked(self, index: ModelIndex) -> None:
         if index.column() == TREATMENT_COLUMN:
-            self.model_of.cycle_treatment(index.row())
+            self._cycle_treatment(self.names[index.row()])
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Turn with Space, take back with Delete, write with any other letter."""
-        index = self.currentIndex()
-        if self.state() == QAbstractItemView.State.EditingState:
-            # Enter ends the typing and comes by here, too.
+        index, key = self.currentIndex(), event.key()
+        if self.is_editing or not index.isValid():
             super().keyPressEvent(event)
-        elif index.isValid() and event.key() == Qt.Key.Key_Space:
-            self.model_of.cycle_treatment(index.row())
-        elif index.isValid() and event.key() == Qt.Key.Key_Delete:
-            self.model_of.reset_row(index.row())
-        elif index.isValid() and event.key() in (Qt.Key.Key_Return, Qt.Key.Key_Enter):
-            if index.column() in _FIELDS:
-                self.edit(index)
-            else:
-                self.model_of.cycle_treatment(index.row())
+            return
+        name = self.names[index.row()]
+        is_enter = key in (Qt.Key.Key_Return, Qt.Key.Key_Enter)
+        if is_enter and index.column() in _FIELDS:
+            self.edit(index)
+        elif is_enter or key == Qt.Key.Key_Space:
+            self._cycle_treatment(name)
+        elif key == Qt.Key.Key_Delete:
+            self._change(name, DerivativeEntry())
         else:
             super().keyPressEvent(event)
+
+
+def _has_effect(entry: DerivativeEntry, column: int) -> bool:
+    """Return whether a run uses what stands in a cell."""
+    if column == TREATMENT_COLUMN:
+        return entry.treated != "tables"
+    if column == VALUE_COLUMN:
+        return entry.treated == "held"
+    if column in (START_COLUMN, PRIOR_COLUMN, DEVIATION_COLUMN):
+        return entry.treated != "held"
+    return True
+
+
+def _describe_cell(name: str, column: int, text: str) -> str:
+    if column == TREATMENT_COLUMN:
+        return f"{symbol_text(name)} {text}; Space changes it"
+    if column in _COLUMN_DESCRIPTIONS:
+        return f"{_COLUMN_DESCRIPTIONS[column]} of {symbol_text(name)}: {text or 'none'}"
+    return f"{symbol_text(name)}, last run: {text}" if column == LAST_COLUMN and text else text
 
 
 def format_last_values(
@@ -309,12 +234,3 @@ def format_last_values(
 ) -> dict[str, str]:
     """Return what a run gave of each derivative, in words."""
     return {name: value_with_std_text(*values[name]) for name in names if name in values}
-
-
-def _alignment(column: int) -> Qt.AlignmentFlag:
-    side = (
-        Qt.AlignmentFlag.AlignLeft
-        if column in (NAME_COLUMN, TREATMENT_COLUMN)
-        else Qt.AlignmentFlag.AlignRight
-    )
-    return side | Qt.AlignmentFlag.AlignVCenter

@@ -9,8 +9,8 @@ from PySide6.QtWidgets import QVBoxLayout, QWidget
 
 from ui.display_style import DisplayStyle
 from ui.widgets.labels import create_label
-from ui.widgets.layout_widgets import FittedTableView
-from ui.widgets.table_models import TableRow
+from ui.widgets.row_model import TableRow
+from ui.widgets.table_view import FittedTableView
 
 if TYPE_CHECKING:
     from gsapp.report.document import DocumentTable

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from PySide6.QtCore import Qt, Signal
-from PySide6.QtGui import QAction, QKeyEvent
-from PySide6.QtWidgets import QListWidget, QListWidgetItem, QPushButton, QVBoxLayout, QWidget
+from PySide6.QtGui import QAction
+from PySide6.QtWidgets import QPushButton, QVBoxLayout, QWidget
 
 from gsapp.session.review.review import Review
 from gsapp.session.review.reviewed_flight import ReviewedFlight
@@ -16,24 +16,11 @@ from ui.number_format import count_text, join_sentences
 from ui.review.maneuver_text import grade_counts_text
 from ui.widgets.labels import create_label
 from ui.widgets.layout_widgets import create_button_row
+from ui.widgets.row_model import TableRow
+from ui.widgets.table_view import BoxedListView
 
-_MAX_VISIBLE_ROWS = 5
-"""Flights in sight at once."""
 _MAX_REMARKS = 3
 """Remarks on a flight in sight; the others are in the tool tip."""
-
-
-class _ReviewFlightList(QListWidget):
-    """Flights; Delete takes one out of the review."""
-
-    deleted = Signal()
-
-    def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Take out with Delete."""
-        if event.key() == Qt.Key.Key_Delete:
-            self.deleted.emit()
-        else:
-            super().keyPressEvent(event)
 
 
 class FlightsPanel(QWidget):
@@ -61,12 +48,8 @@ class FlightsPanel(QWidget):
         column.setContentsMargins(0, 0, 0, 0)
         self._column = column
         column.addWidget(create_label("Flights", "heading"))
-        self.flights = _ReviewFlightList()
-        self.flights.setProperty("role", "boxed")
-        self.flights.setAccessibleName("Flights under review")
-        self.flights.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
-        self.flights.setTextElideMode(Qt.TextElideMode.ElideRight)
-        self.flights.currentRowChanged.connect(self._moved)
+        self.flights = BoxedListView(look, "Flights under review")
+        self.flights.row_changed.connect(self.flight_selected)
         column.addWidget(self.flights)
         self.words = create_label("", "muted", wrap=True, remarks_in=look)
         column.addWidget(self.words)
@@ -77,34 +60,29 @@ class FlightsPanel(QWidget):
             self.buttons[name] = create_command_button(actions[name])
         column.addWidget(create_button_row(look, *self.buttons.values()))
         column.addStretch(1)
-        self.flights.deleted.connect(actions["review_take_out"].trigger)
+        self.flights.deleted.connect(lambda _key: actions["review_take_out"].trigger())
         look.changed.connect(self._fit)
         self._fit()
 
     def _fit(self) -> None:
         self._column.setSpacing(self._look.px(6))
-        rows = min(max(self.flights.count(), 1), _MAX_VISIBLE_ROWS)
-        self.flights.setFixedHeight(rows * self._look.px(30) + 4)
 
     def show_flights(self, review: Review, place: int, doing: str) -> None:
         """Show the flights, one of them chosen, and what is being opened."""
         flights = review.flights
-        self.flights.blockSignals(True)
-        while self.flights.count() > len(flights):
-            self.flights.takeItem(self.flights.count() - 1)
+        rows = []
         for row, flight in enumerate(flights):
-            if row == self.flights.count():
-                self.flights.addItem(QListWidgetItem())
             count = count_text(len(flight.maneuvers), "maneuver")
-            grades = grade_counts_text(flight.maneuvers)
-            item = self.flights.item(row)
-            item.setText(f"{row + 1}  {review.title(flight)}   {count}")
-            item.setToolTip(f"{flight.path}\n{count}: {grades}")
-        self.flights.setCurrentRow(place)
+            words = f"{row + 1}  {review.title(flight)}   {count}"
+            detail = f"{flight.path}\n{count}: {grade_counts_text(flight.maneuvers)}"
+            rows.append(TableRow(key=row, cells=(words,), detail=detail))
+        self.flights.blockSignals(True)
+        self.flights.show_rows(rows)
+        if self.flights.current_key() != place:
+            self.flights.select_row(place)
         self.flights.blockSignals(False)
         self.flights.setVisible(bool(flights))
         self.buttons["review_trial"].setVisible(not flights)
-        self._fit()
         if doing:
             self._say(doing)
         elif not flights:
@@ -139,10 +117,6 @@ class FlightsPanel(QWidget):
     def has_keyboard(self) -> bool:
         """Return whether the keyboard is on one of the buttons."""
         return any(button.hasFocus() for button in self.buttons.values())
-
-    def _moved(self, row: int) -> None:
-        if row >= 0:
-            self.flight_selected.emit(row)
 
 
 def create_command_button(action: QAction, *, quiet: bool = False) -> QPushButton:

@@ -21,7 +21,8 @@ from ui.review.summary_rows import (
 )
 from ui.widgets.action_button import ActionButton
 from ui.widgets.labels import create_label
-from ui.widgets.layout_widgets import FittedTableView, create_button_row
+from ui.widgets.layout_widgets import create_button_row
+from ui.widgets.table_view import FittedTableView
 
 if TYPE_CHECKING:
     from gsapp.identification.runs.outcome import RunOutcome

@@ -1,14 +1,15 @@
-"""The columns of the table of maneuvers: title, text, and what each is sorted by. No Qt."""
+"""The columns of the table of maneuvers: title, text, and what each is sorted by."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from gsapp.quantities import channel
 from gsapp.session.review.review import ManeuverRow
 from ui.number_format import channel_value_text, clock_text, unit_text
-from ui.review.maneuver_text import grade_text, surface_symbols_text
+from ui.review.maneuver_text import GRADE_STATES, grade_text, surface_symbols_text
+from ui.widgets.row_model import CellFormat, TableRow
 
 _MISSING_SORT_VALUE = -1e9
 """Sorts what is not known before everything."""
@@ -147,3 +148,29 @@ COLUMN_INDEXES = {column.id: place for place, column in enumerate(MANEUVER_COLUM
 
 EDITABLE_COLUMNS = ("id", "note")
 """Columns that people write in."""
+
+
+def build_maneuver_table_row(row: ManeuverRow, units: str) -> TableRow:
+    """Return the row of a maneuver; its key is the number of the flight and the id within it."""
+    maneuver = row.maneuver
+    color = "" if row.in_use else "muted"
+    formats = {
+        place: CellFormat(color=color, detail=column.hint, is_bold=column.id == "id")
+        for place, column in enumerate(MANEUVER_COLUMNS)
+    }
+    use, name, grade = (COLUMN_INDEXES[column] for column in ("use", "id", "grade"))
+    spoken = "used in the estimate" if row.in_use else "not used in the estimate"
+    formats[use] = replace(formats[use], is_checked=row.in_use, accessible_text=spoken)
+    # The number of the flight is not to be changed.
+    formats[name] = replace(formats[name], edit_text=maneuver.id)
+    reasons = "; ".join(maneuver.reasons) or "nothing to object to"
+    formats[grade] = CellFormat(is_bold=True, detail=reasons)
+    return TableRow(
+        key=(row.flight_number, maneuver.id),
+        cells=tuple(column.cell_text(row, units) for column in MANEUVER_COLUMNS),
+        state=GRADE_STATES[maneuver.grade],
+        colored=frozenset({grade}),
+        sort_values=tuple(column.key(row) for column in MANEUVER_COLUMNS),
+        formats=formats,
+        value=row,
+    )

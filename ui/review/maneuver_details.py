@@ -10,6 +10,7 @@ from gsapp.session.review.review import ManeuverRow
 from ui.dialogs.form_dialog import FieldMessage, repolish
 from ui.display_style import DisplayStyle
 from ui.review.maneuver_text import (
+    GRADE_STATES,
     condition_text,
     grade_text,
     reasons_text,
@@ -17,7 +18,6 @@ from ui.review.maneuver_text import (
     times_text,
     title_text,
 )
-from ui.review.timeline_painter import GRADE_STATES
 from ui.widgets.flow_layout import FlowLayout
 from ui.widgets.labels import create_label
 

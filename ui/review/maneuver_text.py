@@ -5,9 +5,13 @@ from __future__ import annotations
 from gsapp.flight.maneuvers.detected_maneuver import GRADED_BY_CREW, GRADES, DetectedManeuver
 from gsapp.quantities import channel
 from gsapp.session.review.review import ManeuverRow
+from ui.icons import IndicatorState
 from ui.number_format import DASH, channel_value_text, clock_text, symbol_text
 
 _SURFACE_NAMES = {"de": "elevator", "da": "aileron", "dr": "rudder"}
+
+GRADE_STATES: dict[str, IndicatorState] = {"A": "good", "B": "good", "C": "caution", "D": "warning"}
+"""How a grade is colored; the letter says it too."""
 
 
 def surface_symbols_text(maneuver: DetectedManeuver) -> str:

@@ -117,9 +117,9 @@ class ManeuversPage(ReviewStepPage):
         table.maneuver_selected.connect(self._selection.select_maneuver)
         table.opened.connect(self.zoom)
         table.deleted.connect(lambda: editing.remove(table.selected_ids))
-        table.maneuvers.renamed.connect(editing.rename)
-        table.maneuvers.noted.connect(editing.annotate)
-        table.maneuvers.used.connect(editing.set_in_use)
+        table.renamed.connect(editing.rename)
+        table.noted.connect(editing.annotate)
+        table.used.connect(editing.set_in_use)
 
     # Commands
 

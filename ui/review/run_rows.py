@@ -6,7 +6,7 @@ from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING
 
 from ui.number_format import DASH, symbol_text, value_with_std_text
-from ui.widgets.table_models import TableRow
+from ui.widgets.row_model import TableRow
 
 if TYPE_CHECKING:
     from gsapp.identification.campaign import CampaignValue

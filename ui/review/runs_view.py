@@ -20,7 +20,8 @@ from ui.review.run_rows import (
 from ui.review.run_store import RunStore
 from ui.widgets.action_button import ActionButton
 from ui.widgets.labels import create_label
-from ui.widgets.layout_widgets import FittedTableView, create_button_row
+from ui.widgets.layout_widgets import create_button_row
+from ui.widgets.table_view import FittedTableView
 
 if TYPE_CHECKING:
     from gsapp.identification.runs.run_comparison import RunComparison
@@ -73,7 +74,7 @@ class RunsView(QWidget):
         self.list = _RunList(
             look, "Kept runs", _RUN_TITLES, stretch=NAME_COLUMN_INDEX,
             widths={0: 44, 2: 132, 3: 52, 4: 112, 5: 88}, right=frozenset({0, 3}),
-            least=2, most=7, editable=NAME_COLUMN_INDEX,
+            least=2, most=7, editable=frozenset({NAME_COLUMN_INDEX}),
         )  # fmt: skip
         self._column.addWidget(self.list)
         self.buttons = create_button_row(
@@ -108,7 +109,7 @@ class RunsView(QWidget):
         self.list.deleted.connect(self._delete)
         self.list.marked.connect(self.toggle_mark)
         self.list.focused.connect(self.focused)
-        self.list.lines.edited.connect(self._renamed)
+        self.list.row_model.edited.connect(self._renamed)
         book.changed.connect(self.refresh)
         look.changed.connect(self._fit)
         self._fit()
@@ -150,7 +151,7 @@ class RunsView(QWidget):
             self.list.select_row(self._wanted)
             self._wanted = None
         if runs and self.current_run is None:
-            self.list.setCurrentIndex(self.list.lines.index(0, 0))
+            self.list.setCurrentIndex(self.list.row_model.index(0, 0))
         self._tell()
 
     def toggle_mark(self) -> None:
@@ -200,7 +201,7 @@ class RunsView(QWidget):
             for table, columns in ((self.values, (2, 3)), (self.settings, (2,))):
                 for column in columns:
                     table.setColumnHidden(column, not beside)
-            self.settings.setVisible(bool(self.settings.lines.lines))
+            self.settings.setVisible(bool(self.settings.row_model.rows))
         self.chosen.emit()
 
 

@@ -30,12 +30,8 @@ from ui.review.summary_rows import (
 from ui.settings import SettingsStore
 from ui.widgets.action_button import ActionButton
 from ui.widgets.labels import create_label
-from ui.widgets.layout_widgets import (
-    FittedTableView,
-    LabeledComboBox,
-    StackingColumns,
-    create_button_row,
-)
+from ui.widgets.layout_widgets import LabeledComboBox, StackingColumns, create_button_row
+from ui.widgets.table_view import FittedTableView
 from ui.window_frame.page_steps import StepStatus
 
 if TYPE_CHECKING:
@@ -260,8 +256,8 @@ class SummaryPage(ReviewStepPage):
     def begin(self) -> None:
         """Put the keyboard on the derivatives."""
         self.table.setFocus()
-        if not self.table.currentIndex().isValid() and self.table.lines.lines:
-            self.table.setCurrentIndex(self.table.lines.index(0, 0))
+        if not self.table.currentIndex().isValid() and self.table.row_model.rows:
+            self.table.setCurrentIndex(self.table.row_model.index(0, 0))
 
     def show_outcome(self, outcome: RunOutcome | None) -> None:
         """Show a run; None where there is none."""
@@ -332,7 +328,7 @@ class SummaryPage(ReviewStepPage):
         current = self.attention.current_key()
         if isinstance(current, AttentionItem) and current.maneuver == maneuver:
             return
-        for line in self.attention.lines.lines:
+        for line in self.attention.row_model.rows:
             if isinstance(line.key, AttentionItem) and line.key.maneuver == maneuver:
                 with QSignalBlocker(self.attention.selectionModel()):
                     self.attention.select_row(line.key)

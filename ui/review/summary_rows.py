@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final, Literal
 
 from gsapp.quantities import channel, typeset
 from ui.number_format import DASH, MINUS, number_text, symbol_text
-from ui.widgets.table_models import TableRow
+from ui.widgets.row_model import TableRow
 
 if TYPE_CHECKING:
     # The window starts without the numerics behind an estimation.

@@ -14,13 +14,10 @@ from PySide6.QtGui import QBrush, QColor, QFontMetricsF, QPainter, QPainterPath,
 from gsapp.quantities import FloatArray
 from gsapp.session.review.traces import Traces
 from ui.display_style import DisplayStyle, mix_colors
-from ui.icons import IndicatorState
 from ui.number_format import clock_text, number_text
+from ui.review.maneuver_text import GRADE_STATES
 from ui.review.timeline_charts import TimelineChart
 from ui.strips.axis_ticks import multiples, step_decimals, time_step, value_ticks
-
-GRADE_STATES: dict[str, IndicatorState] = {"A": "good", "B": "good", "C": "caution", "D": "warning"}
-"""How a grade is colored; the letter says it too."""
 
 _TICK_SPACING = 15.0
 _OUTLINE_WIDTH = 3.0

@@ -1,28 +1,24 @@
-"""What the four steps are laid out with: two columns that stack, headings, tables of lines."""
+"""What the four steps are laid out with: two columns that stack, headings, names with values."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 
-from PySide6.QtCore import QSize, Qt, QTimer
+from PySide6.QtCore import Qt
 from PySide6.QtGui import QResizeEvent
 from PySide6.QtWidgets import (
     QBoxLayout,
     QComboBox,
     QGridLayout,
     QHBoxLayout,
-    QHeaderView,
     QSizePolicy,
     QVBoxLayout,
     QWidget,
 )
 
-from gsapp.quantities import convert_text_units
 from ui.display_style import DisplayStyle
 from ui.widgets.flow_layout import FlowLayout, clear_layout
 from ui.widgets.labels import create_label
-from ui.widgets.table_models import TableRow, TableRowModel, TableRowView
 
 _SIDE_BY_SIDE_WIDTH = 860
 
@@ -72,134 +68,6 @@ class StackingColumns(QWidget):
         self._box.setSpacing(look.px(24))
         for column in (self.left, self.right):
             column.setSpacing(look.px(8))
-
-
-class FittedTableView(TableRowView):
-    """A table of lines that is as high as its lines, up to a number of them.
-
-    Parameters
-    ----------
-    look : DisplayStyle
-        Sizes.
-    name : str
-        For those who hear it.
-    titles : sequence of str
-        Of the columns.
-    stretch : int
-        The column that takes the room.
-    widths : dict of int to int
-        Points of the other columns.
-    least, most : int
-        Rows in sight.
-    editable : int, optional
-        A column whose texts may be typed anew.
-    """
-
-    def __init__(
-        self,
-        look: DisplayStyle,
-        name: str,
-        titles: Sequence[str],
-        *,
-        stretch: int,
-        widths: dict[int, int],
-        right: frozenset[int] = frozenset(),
-        least: int = 2,
-        most: int = 8,
-        editable: int | None = None,
-    ) -> None:
-        self._rows = (least, most)
-        self._wish = 0
-        self._wrapped: object = None
-        self._given: tuple[TableRow, ...] = ()
-        self._editable = editable
-        super().__init__(TableRowModel(look, titles, right, editable), look, name, stretch, widths)
-        # Left to itself the header measures all rows again with every change of style.
-        self.verticalHeader().setSectionResizeMode(QHeaderView.ResizeMode.Interactive)
-        self.horizontalHeader().setVisible(any(titles))
-        self.horizontalHeader().setSectionsClickable(False)
-        policy = QSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Preferred)
-        self.setSizePolicy(policy)
-        # When the header has settled: within its own resizing the widths are not all known.
-        self._settle = QTimer(self)
-        self._settle.setSingleShot(True)
-        self._settle.timeout.connect(self._rewrap)
-        self.horizontalHeader().sectionResized.connect(lambda *_: self._settle.start(0))
-        look.changed.connect(self._restyled)
-        self._rewrap()
-
-    def show_rows(self, lines: Sequence[TableRow]) -> None:
-        """Show other lines; values in their words are in the units of the screen."""
-        self._given = tuple(lines)
-        self._convert()
-        self._rewrap()
-
-    def _convert(self) -> None:
-        units = self._look.units
-        self.lines.set_rows(
-            [
-                replace(
-                    line,
-                    cells=tuple(
-                        cell if column == self._editable else convert_text_units(cell, units)
-                        for column, cell in enumerate(line.cells)
-                    ),
-                    detail=convert_text_units(line.detail, units),
-                )
-                for line in self._given
-            ]
-        )
-
-    def select_row(self, key: object) -> None:
-        """Put the keyboard's line on a key, if it is there."""
-        for row, line in enumerate(self.lines.lines):
-            if line.key == key:
-                self.setCurrentIndex(self.lines.index(row, 0))
-                return
-
-    def resizeEvent(self, event: QResizeEvent) -> None:
-        """Wrap anew at another width."""
-        super().resizeEvent(event)
-        self._settle.start(0)
-
-    def _restyled(self) -> None:
-        """Wrap anew: the table forgot the heights with the change."""
-        self._convert()
-        self._wrapped = None
-        self._settle.start(0)
-
-    def _rewrap(self) -> None:
-        """Give wrapped rows the height they need at the width they have."""
-        columns = range(self.lines.columnCount())
-        state = (
-            tuple(line.cells for line in self.lines.lines),
-            tuple(self.columnWidth(column) for column in columns),
-            self._look.scale,
-        )
-        if state == self._wrapped:
-            return
-        self._wrapped = state
-        self.resizeRowsToContents()
-        self._fit()
-        self.updateGeometry()
-
-    def _fit(self) -> None:
-        rows = range(len(self.lines.lines))
-        heights = [self.rowHeight(row) for row in rows] or [self._look.px(34)]
-        head = self.horizontalHeader()
-        top = (0 if head.isHidden() else head.sizeHint().height()) + 4
-        least, most = self._rows
-        # Never higher than its lines: an empty half of a table says nothing.
-        enough = min(sum(heights[:least]), self._look.px(44 * least))
-        bounds = (top + enough, top + sum(heights))
-        self._wish = top + sum(heights[:most])
-        if bounds != (self.minimumHeight(), self.maximumHeight()):
-            self.setMinimumHeight(bounds[0])
-            self.setMaximumHeight(bounds[1])
-
-    def sizeHint(self) -> QSize:
-        """Return the size of the lines, within reason."""
-        return QSize(self._look.px(320), self._wish)
 
 
 class LabeledComboBox(QWidget):

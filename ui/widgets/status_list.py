@@ -5,16 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from PySide6.QtCore import (
-    QAbstractListModel,
-    QModelIndex,
-    QPersistentModelIndex,
-    QRect,
-    QRectF,
-    QSize,
-    Qt,
-    Signal,
-)
+from PySide6.QtCore import QModelIndex, QRect, QRectF, QSize, Qt, Signal
 from PySide6.QtGui import QAction, QFont, QFontMetrics, QKeyEvent, QPainter, QPen, QResizeEvent
 from PySide6.QtWidgets import (
     QAbstractItemView,
@@ -27,9 +18,8 @@ from PySide6.QtWidgets import (
 from gsapp.quantities import convert_text_units
 from ui.display_style import DisplayStyle
 from ui.icons import IndicatorState, paint_indicator
+from ui.widgets.row_model import VALUE_ROLE, ModelIndex, TableRow, TableRowModel
 from ui.widgets.table_menu import TableMenu
-
-ModelIndex = QModelIndex | QPersistentModelIndex
 
 _WRAP = Qt.TextFlag.TextWordWrap | Qt.AlignmentFlag.AlignTop | Qt.AlignmentFlag.AlignLeft
 _LEFT, _RIGHT = 44, 108
@@ -70,39 +60,6 @@ class StatusListItem:
     is_done: bool = False
 
 
-class _StatusListModel(QAbstractListModel):
-    """The lines in the order in which they stand."""
-
-    def __init__(self) -> None:
-        super().__init__()
-        self.lines: tuple[StatusListItem, ...] = ()
-
-    def show(self, lines: Sequence[StatusListItem]) -> bool:
-        """Show the lines; return whether others stand there now, or in another order."""
-        new, old = tuple(lines), self.lines
-        if [line.key for line in new] != [line.key for line in old]:
-            self.beginResetModel()
-            self.lines = new
-            self.endResetModel()
-            return True
-        self.lines = new
-        for row, (line, former) in enumerate(zip(new, old, strict=True)):
-            if line != former:
-                self.dataChanged.emit(self.index(row), self.index(row))
-        return False
-
-    def rowCount(self, parent: ModelIndex | None = None) -> int:
-        """Return the number of lines."""
-        return 0 if parent is not None and parent.isValid() else len(self.lines)
-
-    def data(self, index: ModelIndex, role: int = Qt.ItemDataRole.DisplayRole) -> object:
-        """Return a line in words, for those who hear it."""
-        if role not in (Qt.ItemDataRole.DisplayRole, Qt.ItemDataRole.AccessibleTextRole):
-            return None
-        line = self.lines[index.row()]
-        return ", ".join(filter(None, (line.text, line.state_text, line.detail)))
-
-
 class _StatusListDelegate(QStyledItemDelegate):
     """Draws one line as high as its words need."""
 
@@ -130,14 +87,14 @@ class _StatusListDelegate(QStyledItemDelegate):
     def sizeHint(self, _option: QStyleOptionViewItem, index: ModelIndex) -> QSize:
         """Return the size of a line at the width of the list."""
         width = self._view.viewport().width()
-        line = self._view.listed.lines[index.row()]
+        line = index.data(VALUE_ROLE)
         high = self._parts(line, width)[1].bottom() + self._look.px(8)
         return QSize(width, max(high, self._look.px(48)))
 
     def paint(self, painter: QPainter, option: QStyleOptionViewItem, index: ModelIndex) -> None:
         """Draw sign, words, state."""
         look, px = self._look, self._look.px
-        line = self._view.listed.lines[index.row()]
+        line = index.data(VALUE_ROLE)
         box = option.rect
         painter.save()
         if line.state in ("warning", "caution"):
@@ -208,8 +165,8 @@ class StatusListView(QListView):
     def __init__(self, look: DisplayStyle, name: str, commands: Sequence[QAction] = ()) -> None:
         super().__init__()
         self._look = look
-        self.listed = _StatusListModel()
-        self.setModel(self.listed)
+        self.row_model = TableRowModel(look, ("Line",))
+        self.setModel(self.row_model)
         self.menu = TableMenu(self, commands, self._table)
         self.setItemDelegate(_StatusListDelegate(look, self))
         self.setAccessibleName(name)
@@ -218,7 +175,7 @@ class StatusListView(QListView):
         self.setVerticalScrollMode(QAbstractItemView.ScrollMode.ScrollPerPixel)
         self.setResizeMode(QListView.ResizeMode.Adjust)
         self.clicked.connect(
-            lambda index: self.item_activated.emit(self.listed.lines[index.row()].key)
+            lambda index: self.item_activated.emit(self.row_model.rows[index.row()].key)
         )
         self._given: tuple[StatusListItem, ...] = ()
         look.changed.connect(self._restyle)
@@ -228,8 +185,8 @@ class StatusListView(QListView):
         self.scheduleDelayedItemsLayout()
 
     def _table(self) -> list[tuple[str, ...]]:
-        lines = self.listed.lines
-        rows = [(one.text, one.detail, one.state_text, one.note) for one in lines]
+        items = [row.value for row in self.row_model.rows]
+        rows = [(one.text, one.detail, one.state_text, one.note) for one in items]
         return [("Line", "Details", "State", "Note"), *rows]
 
     def resizeEvent(self, event: QResizeEvent) -> None:
@@ -254,19 +211,19 @@ class StatusListView(QListView):
         """
         self._given = tuple(lines)
         units = self._look.units
-        lines = [
-            replace(
-                line,
-                text=convert_text_units(line.text, units),
-                detail=convert_text_units(line.detail, units),
-            )
-            for line in lines
-        ]
+        rows = []
+        for line in lines:
+            text, detail = (convert_text_units(one, units) for one in (line.text, line.detail))
+            spoken = ", ".join(filter(None, (text, line.state_text, detail)))
+            value = replace(line, text=text, detail=detail)
+            rows.append(TableRow(key=line.key, cells=(spoken,), value=value))
         former, row = self.current_key, self.currentIndex().row()
+        before = [one.key for one in self.row_model.rows]
         scrolled = self.verticalScrollBar().value()
-        if not self.listed.show(lines) or not lines:
-            return
+        self.row_model.set_rows(rows)
         keys = [line.key for line in lines]
+        if keys == before or not keys:
+            return
         left = {line.key for line in lines if not line.is_done}
         stays = former in keys and (former in left or not left)
         self.select_row(keys.index(former) if stays else row)
@@ -276,18 +233,18 @@ class StatusListView(QListView):
     def current_key(self) -> str:
         """Return the key of the line that the keyboard is on; empty for none."""
         row = self.currentIndex().row()
-        return self.listed.lines[row].key if 0 <= row < len(self.listed.lines) else ""
+        return self.row_model.rows[row].key if 0 <= row < len(self.row_model.rows) else ""
 
     def select_item(self, key: str) -> None:
         """Put the keyboard on a line, if it is there."""
-        keys = [line.key for line in self.listed.lines]
-        if key in keys:
-            self.select_row(keys.index(key))
+        row = self.row_model.find_row(key)
+        if row >= 0:
+            self.select_row(row)
 
     def select_row(self, row: int) -> None:
         """Put the keyboard on the line that stands there, or nearest to there."""
-        last = len(self.listed.lines) - 1
-        self.setCurrentIndex(self.listed.index(min(max(row, 0), last)))
+        last = len(self.row_model.rows) - 1
+        self.setCurrentIndex(self.row_model.index(min(max(row, 0), last), 0))
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         """Act on the line: press it, move it, delete it."""
