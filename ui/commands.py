@@ -20,17 +20,16 @@ CommandRequirement = Literal[
     "replay",
     "recorder",
     "change",
+    "undone_change",
     "search",
     "gap",
     "gap_idle",
     "gap_next",
     "gap_effect",
-    "gap_future",
     "charts",
     "marks",
     "alarms",
     "preflight",
-    "preflight_future",
     "checklist",
     "checklist_ticked",
     "cards",
@@ -42,7 +41,6 @@ CommandRequirement = Literal[
     "pilot_flown",
     "review",
     "review_busy",
-    "review_future",
     "review_results",
     "review_written",
     "review_flights",
@@ -153,10 +151,6 @@ _PREFLIGHT_COMMANDS = (
     _command("Preflight", "preflight_calibration", "2 Calibration", "Alt+2", needs="preflight"),
     _command("Preflight", "preflight_checklist", "3 Checklist", "Alt+3", needs="preflight"),
     _command("Preflight", "preflight_cards", "4 Test cards", "Alt+4", needs="preflight"),
-    _command(
-        "Preflight", "preflight_redo", "Make the change again", "Ctrl+Y", "Ctrl+Shift+Z",
-        needs="preflight_future", rule=True,
-    ),
 )  # fmt: skip
 
 _CHECKLIST_COMMANDS = (
@@ -257,10 +251,6 @@ _REVIEW_COMMANDS = (
     _command("Review", "review_estimate", "2 Estimate", "Alt+2", needs="review"),
     _command("Review", "review_figures", "3 Figures", "Alt+3", needs="review"),
     _command("Review", "review_summary", "4 Summary", "Alt+4", needs="review"),
-    _command(
-        "Review", "review_redo", "Make the change again", "Ctrl+Y", "Ctrl+Shift+Z",
-        needs="review_future", rule=True,
-    ),
     _command("Review", "review_cancel", "Stop the work", "Ctrl+.", needs="review_busy"),
 )  # fmt: skip
 
@@ -465,7 +455,8 @@ COMMANDS: tuple[Command, ...] = (
     _command("Flight", "link", "MAVLink inspector…", "Ctrl+I", needs="flight"),
     _command("Flight", "mark", "Mark this moment", "M", needs="flight", rule=True),
     _command("Flight", "note", "Mark and write a note", "N", needs="flight"),
-    _command("Flight", "undo", "Take back the last change", "Ctrl+Z", needs="change"),
+    _command("Flight", "undo", "Undo", "Ctrl+Z", needs="change"),
+    _command("Flight", "redo", "Redo", "Ctrl+Y", "Ctrl+Shift+Z", needs="undone_change"),
     _command("Flight", "previous_mark", "Previous mark", "Shift+Left", needs="marks", repeats=True),
     _command("Flight", "next_mark", "Next mark", "Shift+Right", needs="marks", repeats=True),
     _command("Flight", "acknowledge", "Acknowledge the alarms", "K", needs="alarms", rule=True),
@@ -546,14 +537,6 @@ COMMANDS: tuple[Command, ...] = (
         _command(
             "Model gap", "gap_force", "Force another effect…", "Ctrl+Shift+F", needs="gap_idle"
         ),
-        _command(
-            "Model gap",
-            "gap_redo",
-            "Take the decision again",
-            "Ctrl+Y",
-            "Ctrl+Shift+Z",
-            needs="gap_future",
-        ),
     ),
     _command("Model gap", "gap_save", "Save the revised model…", "Ctrl+S", needs="gap", rule=True),
     _command("Model gap", "gap_report", "Write the report…", "Ctrl+P", needs="gap_idle"),
@@ -579,9 +562,7 @@ _DISABLED_REASONS: Mapping[str, str] = {
     "recorder": "No recording is running",
     "charts": "Open a flight on the Flight page first",
     "change": "Nothing to undo",
-    "preflight_future": "Nothing to redo",
-    "review_future": "Nothing to redo",
-    "gap_future": "Nothing to redo",
+    "undone_change": "Nothing to redo",
     "marks": "No marks yet",
     "alarms": "No alarm to acknowledge",
     "checklist": "A replay: connect an aircraft to use the checklist",

@@ -54,6 +54,7 @@ from ui.window_frame.status_bar_model import (
     status_bar_data,
 )
 from ui.window_frame.status_item import StatusItem
+from ui.window_frame.step_page import WindowPage
 
 log = logging.getLogger(__name__)
 
@@ -236,6 +237,7 @@ class MainWindow(QMainWindow):
             "full_screen": self.toggle_full_screen,
             "link": self.show_link,
             "undo": self.undo,
+            "redo": self.redo,
             "dismiss": self.banners.dismiss,
             "quit": self.close,
         }
@@ -342,13 +344,6 @@ class MainWindow(QMainWindow):
 
     def _enable(self) -> None:
         """Gray the commands that have nothing to act on at this place."""
-        undoes = self.flight_controller.is_open
-        if self.gap_page.is_result_shown:
-            undoes = self.gap_page.search.can_undo
-        elif self.preflight_page.shown:
-            undoes = self.preflight_page.can_undo
-        elif self.review_page.shown:
-            undoes = self.review_page.can_undo
         found: list[CommandRequirement] = [
             *self.flight_controller.present, *self.gap_page.present, *self.preflight_page.present,
             *self.pilot_page.present,
@@ -357,22 +352,44 @@ class MainWindow(QMainWindow):
         if "search" in found and "review_busy" in found:
             # One key stops both: it means the one on screen.
             found.remove("search" if self.review_page.shown else "review_busy")
-        if undoes:
-            found.append("change")
+        found += self._undo_requirements()
         if self.flight_controller.is_open and self.pages.currentWidget() is self.flight_page:
             found.append("charts")
         self.commands.update_enabled(found)
 
+    @property
+    def _shown_page(self) -> WindowPage | None:
+        """Return the page on screen whose changes can be undone; None for the charts."""
+        pages = (self.gap_page, self.preflight_page, self.review_page)
+        return next((page for page in pages if page.shown), None)
+
+    def _undo_requirements(self) -> list[CommandRequirement]:
+        """Name the changes in the menu that can be undone and redone, and return which can."""
+        page = self._shown_page
+        history = None if page is None else page.undo_history
+        undo_text = "" if history is None else history.undoText()
+        redo_text = "" if history is None else history.redoText()
+        self.commands.actions["undo"].setText(f"Undo {undo_text}".rstrip())
+        self.commands.actions["redo"].setText(f"Redo {redo_text}".rstrip())
+        if page is None:
+            return ["change"] if self.flight_controller.is_open else []
+        found: list[CommandRequirement] = []
+        if history is not None and history.canUndo():
+            found.append("change")
+        if history is not None and history.canRedo():
+            found.append("undone_change")
+        return found
+
     def undo(self) -> None:
-        """Take back the last change of what is on screen."""
-        if self.gap_page.is_result_shown:
-            self.gap_page.search.undo()
-        elif self.preflight_page.shown:
-            self.preflight_page.undo()
-        elif self.review_page.shown:
-            self.review_page.undo()
-        else:
-            self.flight_controller.undo_mark()
+        """Undo the last change of what is on screen."""
+        page = self._shown_page
+        (self.flight_controller.undo_mark if page is None else page.undo)()
+
+    def redo(self) -> None:
+        """Redo the change that was undone last."""
+        page = self._shown_page
+        if page is not None:
+            page.redo()
 
     def _show_fault(self, fault: ErrorReport) -> None:
         copy = ("Copy details", self.help_menu.copy_details)

@@ -71,7 +71,7 @@ def test_the_review_and_the_search_take_what_is_dropped_on_them(
 ) -> None:
     flights = [write_flight(tmp_path / name) for name in ("one", "two")]
     window.show_page("gap")
-    drop(window.gap_page.pages.currentWidget(), files(*flights))
+    drop(window.gap_page.stack.currentWidget(), files(*flights))
     setup = window.gap_page.setup
     assert setup is not None
     until(qtbot, lambda: setup.paths == tuple(flights))
@@ -79,5 +79,5 @@ def test_the_review_and_the_search_take_what_is_dropped_on_them(
     window.review_page.go_to_step("summary")
     drop(window.review_page.stack.currentWidget(), files(*flights))
     until(qtbot, lambda: [*window.review_page.review.paths] == flights)
-    assert window.review_page.chapter == "maneuvers"
+    assert window.review_page.step == "maneuvers"
     assert not window.flight_controller.is_open

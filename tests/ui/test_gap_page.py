@@ -269,7 +269,7 @@ def test_a_new_search_can_be_left_for_the_answer_that_is_there(
 ) -> None:
     press(qtbot, Qt.Key.Key_F, CONTROL)
     setup = story.gap_page.setup
-    assert story.gap_page.pages.currentWidget() is setup
+    assert story.gap_page.stack.currentWidget() is setup
     assert setup is not None
     assert setup.back.isVisible()
     setup.back.setFocus()

@@ -255,7 +255,7 @@ def test_a_maneuver_is_left_out_by_a_key_grayed_and_taken_back(bench: Bench) -> 
     at = bench.place("Cm_alpha", one.number, one.value)
     assert near(bench.color(at), THEMES["daylight"].previous)
     assert "by hand" in bench.page.view.canvas.text_at(QPointF(at))
-    assert bench.page.can_undo
+    assert bench.page.undo_history.undoText() == "exclude 1:M2"
     # The place hands the outcome back to all pages; that is no new run.
     bench.page.show_outcome(told[-1])
     bench.page.undo()

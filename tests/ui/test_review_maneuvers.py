@@ -150,7 +150,7 @@ def test_edges_are_moved_by_keys_and_taken_back(window, qtbot, tmp_path):
     assert (found[1]["t_start"], found[1]["t_end"]) == (pytest.approx(start), pytest.approx(stop))
     press(qtbot, Qt.Key.Key_Z, CONTROL, times=5)
     assert page.flights.flight["2"] == second
-    assert "Taken back: move 2" in page.details.said.text()
+    assert "Undone: move 2" in page.details.said.text()
     press(qtbot, Qt.Key.Key_Y, CONTROL)
     assert page.flights.flight["2"].t_start == pytest.approx(second.t_start + 0.1)
     # What cannot be is said, and changes nothing.

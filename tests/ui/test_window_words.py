@@ -141,7 +141,7 @@ def _place(needs: str) -> str:
         return f"running {needs}"
     if needs.startswith("review"):
         return f"review {_REVIEW_PAGES.get(needs, '')}"
-    if needs in ("preflight", "preflight_future", "checklist", "checklist_ticked", "cards", "card"):
+    if needs in ("preflight", "checklist", "checklist_ticked", "cards", "card"):
         return "preflight"
     if needs.startswith(("gap", "pilot")):
         return needs.partition("_")[0]

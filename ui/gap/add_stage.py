@@ -26,7 +26,7 @@ _BUTTONS = (
     ("gap_refuse", "Refuse"),
     ("gap_force", "Force another…"),
     ("undo", "Undo"),
-    ("gap_redo", "Redo"),
+    ("redo", "Redo"),
     ("gap_save", "Save the model…"),
 )
 

@@ -8,9 +8,7 @@ from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from PySide6.QtCore import Signal
-from PySide6.QtGui import QAction, QHideEvent, QShowEvent
-from PySide6.QtWidgets import QStackedWidget, QVBoxLayout, QWidget
+from PySide6.QtGui import QAction, QShowEvent
 
 from ui.background_job import BackgroundJob, JobProgress
 from ui.commands import CommandRequirement
@@ -22,9 +20,9 @@ from ui.gap.gap_stages import GAP_STAGES
 from ui.job_process.job_runner import JobRunner
 from ui.number_format import sanitize_file_name
 from ui.settings import SettingsStore, initial_dialog_folder, recording_folder, writable_folder
+from ui.undo import UndoHistory
 from ui.window_frame.banners import BannerStack
-from ui.window_frame.job_banner import JobBanner
-from ui.window_frame.job_progress_panel import JobProgressPanel
+from ui.window_frame.step_page import JobPage
 
 if TYPE_CHECKING:
     from ui.gap.gap_result_view import GapResultView
@@ -35,7 +33,7 @@ _MODEL_FILTER = "Model (*.toml)"
 _RESULT_VIEW_MODULE = "ui.gap.gap_result_view"
 
 
-class GapPage(QWidget):
+class GapPage(JobPage):
     """Asks, searches, and tells.
 
     The pages are made when they are first seen: a window that only flies does without them.
@@ -54,17 +52,7 @@ class GapPage(QWidget):
         Where errors go.
     engine : JobRunner, optional
         What searches; a process of its own by default.
-
-    Attributes
-    ----------
-    show_requested : Signal
-        The user wants to see this place.
-    changed : Signal
-        Other commands are of use now.
     """
-
-    show_requested = Signal()
-    changed = Signal()
 
     def __init__(
         self,
@@ -75,29 +63,16 @@ class GapPage(QWidget):
         faults: ErrorReporter,
         engine: JobRunner | None = None,
     ) -> None:
-        super().__init__()
-        self._actions = actions
-        self._look = look
-        self._store = store
-        self._banners = banners
+        super().__init__("Model gap", actions, look, store, banners, "search", "gap_cancel")
         self._faults = faults
         self._open: Path | None = None
-        self._banner = JobBanner(banners, self.cancel)
         self._trial: BackgroundJob | None = None
         self._loading: BackgroundJob | None = None
         self.setup: SearchSetupPage | None = None
         self.story: GapResultView | None = None
-        self.setAccessibleName("Model gap")
         self.search = GapSearch(engine or create_search_job_runner(), faults.report, self)
-        column = QVBoxLayout(self)
-        column.setContentsMargins(0, 0, 0, 0)
-        column.setSpacing(0)
-        self.strip = JobProgressPanel(look, actions["gap_cancel"], "search")
-        column.addWidget(self.strip)
-        self.pages = QStackedWidget()
-        column.addWidget(self.pages, 1)
-        self.search.began.connect(lambda work: self._began(work.title))
-        self.search.progressed.connect(self._told)
+        self.search.began.connect(lambda work: self._show_began(work.title))
+        self.search.progressed.connect(self._show_progress)
         self.search.ended.connect(self._ended)
         self.search.changed.connect(self._answered)
         self.search.written.connect(self._written)
@@ -124,7 +99,6 @@ class GapPage(QWidget):
             "gap_accept": lambda: self._in_story(lambda s: s.move_step(1)),
             "gap_refuse": self.refuse_effect,
             "gap_force": self.force_effect,
-            "gap_redo": self.search.redo,
             "gap_save": self.save_model,
             "gap_report": self.write_report,
         }
@@ -136,13 +110,22 @@ class GapPage(QWidget):
     @property
     def is_result_shown(self) -> bool:
         """Return whether an answer is on screen, so that its keys are meant."""
-        return (
-            self.isVisible() and self.story is not None and self.pages.currentWidget() is self.story
-        )
+        return self.shown and self.story is not None and self.stack.currentWidget() is self.story
+
+    @property
+    def undo_history(self) -> UndoHistory | None:
+        return self.search.undo_stack if self.is_result_shown and not self.busy else None
+
+    def undo(self) -> None:
+        if self.undo_history is not None:
+            self.undo_history.undo()
+
+    def redo(self) -> None:
+        if self.undo_history is not None:
+            self.undo_history.redo()
 
     @property
     def busy(self) -> bool:
-        """Return whether something runs."""
         return self.search.running or (self._trial is not None and self._trial.is_running)
 
     @property
@@ -160,8 +143,6 @@ class GapPage(QWidget):
         found.append("gap_idle")
         if story.chosen_effect and not self._is_refused(story.chosen_effect):
             found.append("gap_effect")
-        if self.search.can_redo:
-            found.append("gap_future")
         return tuple(found)
 
     def _is_refused(self, effect: str) -> bool:
@@ -171,17 +152,8 @@ class GapPage(QWidget):
     # Pages
 
     def showEvent(self, event: QShowEvent) -> None:
-        """Make the first page when it is needed; the strip tells of a search from here on."""
         super().showEvent(event)
         self._setup_page()
-        self._banner.clear()
-        self.changed.emit()
-
-    def hideEvent(self, event: QHideEvent) -> None:
-        """Tell of a search that goes on in a banner."""
-        super().hideEvent(event)
-        if self.busy:
-            self._banner.show(self.strip.title)
         self.changed.emit()
 
     def _setup_page(self) -> SearchSetupPage:
@@ -194,7 +166,7 @@ class GapPage(QWidget):
             self.setup.back_requested.connect(self._show_story)
             self.setup.command_requested.connect(lambda name: self._actions[name].trigger())
             self.setup.set_open_flight(self._open)
-            self.pages.addWidget(self.setup)
+            self.stack.addWidget(self.setup)
         return self.setup
 
     def _story_page(self) -> GapResultView:
@@ -203,7 +175,7 @@ class GapPage(QWidget):
 
             self.story = GapResultView(self._actions, self._look, self._store)
             self.story.step_changed.connect(self.changed)
-            self.pages.addWidget(self.story)
+            self.stack.addWidget(self.story)
         return self.story
 
     def set_open_flight(self, path: Path | None) -> None:
@@ -214,7 +186,7 @@ class GapPage(QWidget):
 
     def begin(self) -> None:
         """Put the keyboard where one goes on."""
-        page = self.pages.currentWidget()
+        page = self.stack.currentWidget()
         if self.setup is not None and page is self.setup:
             self.setup.begin()
         elif self.story is not None and page is self.story:
@@ -225,7 +197,7 @@ class GapPage(QWidget):
         self.show_requested.emit()
         page = self._setup_page()
         page.show_state(busy=self.busy, answered=self.search.answer is not None)
-        self.pages.setCurrentWidget(page)
+        self.stack.setCurrentWidget(page)
         page.begin()
         self.changed.emit()
 
@@ -237,7 +209,7 @@ class GapPage(QWidget):
 
     def _show_story(self) -> None:
         if self.story is not None and self.search.answer is not None:
-            self.pages.setCurrentWidget(self.story)
+            self.stack.setCurrentWidget(self.story)
             self.story.begin()
             self.changed.emit()
 
@@ -254,27 +226,16 @@ class GapPage(QWidget):
             self._loading.failed.connect(self._faults.report)
             self._loading.start()
 
-    def _began(self, title: str) -> None:
+    def _show_began(self, title: str) -> None:
         self._load()
-        self.strip.begin(title)
         if self.setup is not None:
             self.setup.show_state(busy=True, answered=self.search.answer is not None)
-        if not self.isVisible():
-            self._banner.show(self.strip.title)
-        self.changed.emit()
-
-    def _told(self, share: float | None, words: str) -> None:
-        self.strip.set_progress(share, words)
-        self._banner.set_progress(share, words)
+        super()._show_began(title)
 
     def _ended(self, how: str) -> None:
-        self.strip.hide()
-        self._banner.remove()
         if self.setup is not None:
             self.setup.show_state(busy=False, answered=self.search.answer is not None)
-        if how == "cancelled":
-            self._banners.show_banner("note", f"{self.search.title}: stopped.")
-        self.changed.emit()
+        self._show_ended(self.search.title, how)
 
     def _answered(self) -> None:
         answer = self.search.answer
@@ -283,7 +244,7 @@ class GapPage(QWidget):
         story = self._story_page()
         story.show_result(answer)
         had_focus = self.isVisible()
-        self.pages.setCurrentWidget(story)
+        self.stack.setCurrentWidget(story)
         if had_focus:
             story.begin()
         else:
@@ -292,7 +253,6 @@ class GapPage(QWidget):
         self.changed.emit()
 
     def cancel(self) -> None:
-        """Stop what runs."""
         self.search.cancel()
         if self._trial is not None:
             self._trial.cancel()
@@ -325,12 +285,12 @@ class GapPage(QWidget):
 
         work = BackgroundJob("Flying the virtual aircraft", run, self)
         self._trial = work
-        work.progressed.connect(self._told)
+        work.progressed.connect(self._show_progress)
         work.done.connect(self._flown)
         work.canceled.connect(lambda: self._ended("stopped"))
         work.failed.connect(self._trial_failed)
         work.start()
-        self._began(work.title)
+        self._show_began(work.title)
 
     def _flown(self, folder: Path) -> None:
         from ui.virtual_flight_simulation import BASELINE_MODEL, SIMULATED_AIRCRAFT

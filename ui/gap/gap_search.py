@@ -1,4 +1,4 @@
-"""Runs searches behind the window and keeps their answers; decisions can be taken back."""
+"""Runs searches behind the window and keeps their answers; decisions can be undone."""
 
 from __future__ import annotations
 
@@ -6,11 +6,13 @@ from collections.abc import Callable
 from pathlib import Path
 
 from PySide6.QtCore import QObject, Signal
+from PySide6.QtGui import QUndoStack
 
 from ui.background_job import BackgroundJob, JobProgress
 from ui.gap.gap_worker import GapJob, GapReportJob, SearchJob, serve_gap_jobs
 from ui.gap.search_request import EffectDecisions, GapRequest, SearchResult
 from ui.job_process.job_runner import JobRunner, ProcessJobRunner
+from ui.undo import UndoCommand
 
 _RESULT_CACHE_SIZE = 8
 """Answers kept for going back."""
@@ -60,8 +62,9 @@ class GapSearch(QObject):
         self._report_error = report_error
         self._work: BackgroundJob | None = None
         self.answer: SearchResult | None = None
-        self._past: list[SearchResult] = []
-        self._future: list[SearchResult] = []
+        self._decision = ""
+        self.undo_stack = QUndoStack(self)
+        self.undo_stack.setUndoLimit(_RESULT_CACHE_SIZE)
 
     @property
     def running(self) -> bool:
@@ -73,45 +76,29 @@ class GapSearch(QObject):
         """Return what is being done, or was last."""
         return self._work.title if self._work is not None else ""
 
-    @property
-    def can_undo(self) -> bool:
-        """Return whether a decision can be taken back."""
-        return bool(self._past) and not self.running
-
-    @property
-    def can_redo(self) -> bool:
-        """Return whether a decision taken back can be taken again."""
-        return bool(self._future) and not self.running
-
     def search(self, request: GapRequest) -> None:
         """Search flights from the beginning."""
-        self._look(request, EffectDecisions(), "Searching for missing effects")
+        self._look(request, EffectDecisions(), "Searching for missing effects", "search")
 
     def refuse(self, effect: str, title: str) -> None:
         """Search again without an effect."""
         if self.answer is not None:
             decisions = self.answer.decisions.refuse(effect)
-            self._look(self.answer.request, decisions, f"Searching without “{title}”")
+            self._look(
+                self.answer.request, decisions, f"Searching without “{title}”", f"refuse {title}"
+            )
 
     def force(self, effect: str, title: str) -> None:
         """Search again with an effect in the model, whatever its evidence."""
         if self.answer is not None:
             decisions = self.answer.decisions.force(effect)
-            self._look(self.answer.request, decisions, f"Searching with “{title}”")
+            self._look(
+                self.answer.request, decisions, f"Searching with “{title}”", f"force {title}"
+            )
 
-    def undo(self) -> None:
-        """Take the last decision back."""
-        if self.can_undo and self.answer is not None:
-            self._future.append(self.answer)
-            self.answer = self._past.pop()
-            self.changed.emit()
-
-    def redo(self) -> None:
-        """Take a decision again that was taken back."""
-        if self.can_redo and self.answer is not None:
-            self._past.append(self.answer)
-            self.answer = self._future.pop()
-            self.changed.emit()
+    def _show_answer(self, answer: SearchResult) -> None:
+        self.answer = answer
+        self.changed.emit()
 
     def write_report(self, path: Path, units: str) -> None:
         """Write the report of the answer in the background, in ``US`` or ``SI`` units."""
@@ -131,9 +118,12 @@ class GapSearch(QObject):
         self.cancel()
         self._engine.close()
 
-    def _look(self, request: GapRequest, decisions: EffectDecisions, title: str) -> None:
+    def _look(
+        self, request: GapRequest, decisions: EffectDecisions, title: str, decision: str
+    ) -> None:
         if self.running:
             return
+        self._decision = decision
         self._start(title, SearchJob(request=request, decisions=decisions), self._found)
 
     def _start(self, title: str, job: GapJob, done: Callable[[object], None]) -> None:
@@ -154,13 +144,16 @@ class GapSearch(QObject):
             return
         former = self.answer
         if former is not None and former.request == answer.request:
-            self._past = [*self._past, former][-_RESULT_CACHE_SIZE:]
+            command = UndoCommand(
+                self._decision,
+                lambda: self._show_answer(former),
+                lambda: self._show_answer(answer),
+            )
+            self.undo_stack.push(command)
         else:
-            self._past = []
-        self._future = []
-        self.answer = answer
+            self.undo_stack.clear()
         self.ended.emit("found")
-        self.changed.emit()
+        self._show_answer(answer)
 
     def _report_done(self, path: object) -> None:
         self.ended.emit("written")

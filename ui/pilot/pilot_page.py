@@ -6,9 +6,9 @@ import time
 from collections.abc import Callable, Mapping
 from typing import Final
 
-from PySide6.QtCore import QTimer, Signal
+from PySide6.QtCore import QTimer
 from PySide6.QtGui import QAction, QHideEvent, QShowEvent
-from PySide6.QtWidgets import QApplication, QStackedWidget, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QApplication
 
 from ui.commands import CommandRequirement
 from ui.display_style import DisplayStyle
@@ -27,12 +27,13 @@ from ui.pilot.training_status_line import TrainingStatusLine
 from ui.settings import SettingsStore
 from ui.voice.voice import Voice
 from ui.widgets.action_bar import ActionBar
+from ui.window_frame.step_page import WindowPage
 
 MIN_REFRESH_INTERVAL: Final = 0.05
 """Seconds between two looks at the cues: they are made anew so often."""
 
 
-class PilotPage(QWidget):
+class PilotPage(WindowPage):
     """Shows, speaks, and lets the crew choose.
 
     Parameters
@@ -52,10 +53,6 @@ class PilotPage(QWidget):
 
     Attributes
     ----------
-    changed : Signal
-        Other commands are of use now.
-    show_requested : Signal
-        The place should be on screen.
     cues : FlightCues
         What is known of the open flight.
     state : PilotPageState
@@ -68,9 +65,6 @@ class PilotPage(QWidget):
         The virtual aircraft flown with keys.
     """
 
-    changed = Signal()
-    show_requested = Signal()
-
     def __init__(
         self,
         actions: Mapping[str, QAction],
@@ -80,10 +74,7 @@ class PilotPage(QWidget):
         desk: FlightController,
         voice: Voice,
     ) -> None:
-        super().__init__()
-        self._actions = actions
-        self._look = look
-        self._store = store
+        super().__init__("Pilot", actions, look, store)
         self._desk = desk
         self.cues = FlightCues(desk)
         self.state = PilotPageState(self.cues)
@@ -98,19 +89,13 @@ class PilotPage(QWidget):
         self._was_opened = False
         self._units = look.units
         self._present: tuple[CommandRequirement, ...] = ()
-        self.setAccessibleName("Pilot")
-        column = QVBoxLayout(self)
-        column.setContentsMargins(0, 0, 0, 0)
-        column.setSpacing(0)
-        self.stack = QStackedWidget()
         self.canvas = PilotCanvas(look)
         self.stack.addWidget(self.canvas)
-        column.addWidget(self.stack, 1)
         self.help = TrainingStatusLine(look)
-        column.addWidget(self.help)
+        self.column.addWidget(self.help)
         self.buttons = ActionBar(look)
         self.buttons.triggered.connect(lambda name: actions[name].trigger())
-        column.addWidget(self.buttons)
+        self.column.addWidget(self.buttons)
         self._capture = StickKeyFilter(self.training, self.canvas)
         self.training.changed.connect(self._training_changed)
         self.own_window.changed.connect(self.refresh)
@@ -156,11 +141,6 @@ class PilotPage(QWidget):
             "pilot_any_card": then_show(state.clear_card_selection),
             "pilot_dismiss": then_show(state.dismiss_verdict),
         }
-
-    @property
-    def shown(self) -> bool:
-        """Return whether the place is on screen, so that its keys are meant."""
-        return self.isVisible()
 
     @property
     def present(self) -> tuple[CommandRequirement, ...]:
@@ -249,9 +229,8 @@ class PilotPage(QWidget):
         self.refresh()
 
     def hideEvent(self, event: QHideEvent) -> None:
-        """Say that other commands are of use now."""
         super().hideEvent(event)
-        self._tell_present()
+        self._present = self.present
 
     def _tell_present(self) -> None:
         """Say so where other commands are of use than a moment ago."""

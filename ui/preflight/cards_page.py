@@ -24,6 +24,7 @@ from ui.preflight.form_fields import set_touch_height
 from ui.preflight.preflight_model import PreflightModel
 from ui.preflight.step_page import PreflightStepPage
 from ui.settings import SettingsStore, initial_dialog_folder
+from ui.undo import UndoHistory
 from ui.widgets.action_button import ActionButton
 from ui.widgets.labels import create_label
 from ui.widgets.layout_widgets import create_button_row
@@ -145,6 +146,17 @@ class CardsPage(PreflightStepPage):
         self._show_card()
 
     # Showing
+
+    @property
+    def handlers(self) -> Mapping[str, Callable[[], object]]:
+        return {
+            "cards_add": self.add,
+            "cards_remove": self.remove,
+            "cards_up": lambda: self.move(-1),
+            "cards_down": lambda: self.move(1),
+            "cards_open": self.open,
+            "cards_save": self.save,
+        }
 
     @property
     def present(self) -> tuple[CommandRequirement, ...]:
@@ -351,23 +363,9 @@ class CardsPage(PreflightStepPage):
             self.said.set_message(f"Saved as {path}.", "good")
 
     @property
-    def can_undo(self) -> bool:
-        """Return whether there is a change to take back."""
-        return self.book is not None and self.book.editor is not None and self.book.editor.can_undo
+    def undo_history(self) -> UndoHistory | None:
+        return None if self.book is None else self.book.editor
 
-    @property
-    def can_redo(self) -> bool:
-        """Return whether there is a change to make again."""
-        return self.book is not None and self.book.editor is not None and self.book.editor.can_redo
-
-    def undo(self) -> None:
-        """Take back the last change."""
-        if self.book is not None and self.book.editor is not None:
-            self.book.editor.undo()
-            self._after()
-
-    def redo(self) -> None:
-        """Make again what was taken back."""
-        if self.book is not None and self.book.editor is not None:
-            self.book.editor.redo()
-            self._after()
+    def show_restored(self) -> None:
+        self._after()
+        self.changed.emit()

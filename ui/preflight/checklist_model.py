@@ -6,6 +6,8 @@ from collections.abc import Callable, Sequence
 from datetime import datetime
 from pathlib import Path
 
+from PySide6.QtGui import QUndoStack
+
 from gsapp.aircraft import Aircraft
 from gsapp.flight.folder import FlightFolder
 from gsapp.flight.info import FlightInfo
@@ -22,7 +24,7 @@ from gsapp.session.checklist import (
 )
 from gsapp.session.pending_checklist import PendingChecklist
 from ui.number_format import count_text
-from ui.preflight.value_history import ValueHistory
+from ui.undo import UndoCommand
 from ui.window_frame.page_steps import StepStatus
 
 Ticks = frozenset[str]
@@ -54,7 +56,7 @@ class ChecklistModel:
         self._card: Callable[[], FlightInfo | None] = lambda: None
         self._aircraft: Aircraft | None = None
         self._going: SessionChecklist | PendingChecklist | None = None
-        self._changes: ValueHistory[Ticks] = ValueHistory(frozenset())
+        self.undo_stack = QUndoStack()
         self._read_stamp: FileStamp | None = None
         self._system = "US"
 
@@ -89,7 +91,7 @@ class ChecklistModel:
                 log, self._file, card=self._card, aircraft=self._aircraft
             )
         self.update_items()
-        self._changes = ValueHistory(self.ticks)
+        self.undo_stack.clear()
 
     def read_if_changed(self) -> bool:
         """Read the list again if its file is another; return whether it was."""
@@ -186,8 +188,9 @@ class ChecklistModel:
         item = next((one for one in self.items if one.id == item_id), None)
         if item is None or not item.can_tick or not self.accepts_ticks:
             return False
-        self._set(self.ticks ^ {item_id})
-        self._changes.record(self.ticks)
+        former = self.ticks
+        self._set(former ^ {item_id})
+        self._push("untick" if item_id in former else "tick", former)
         return True
 
     def restart(self) -> None:
@@ -199,10 +202,15 @@ class ChecklistModel:
             If it cannot be written.
         """
         if self._going is not None and self.accepts_ticks:
+            former = self.ticks
             self._going.restart()
             self.update_items()
-            if self.ticks != self._changes.value:
-                self._changes.record(self.ticks)
+            if self.ticks != former:
+                self._push("restart", former)
+
+    def _push(self, text: str, former: Ticks) -> None:
+        now = self.ticks
+        self.undo_stack.push(UndoCommand(text, lambda: self._set(former), lambda: self._set(now)))
 
     def _set(self, wanted: Ticks) -> None:
         going = self._going
@@ -213,26 +221,6 @@ class ChecklistModel:
         for item_id in sorted(self.ticks - wanted):
             going.untick(item_id)
         self.update_items()
-
-    @property
-    def can_undo(self) -> bool:
-        """Return whether there is a tick to take back."""
-        return self._changes.can_undo
-
-    @property
-    def can_redo(self) -> bool:
-        """Return whether there is a tick to make again."""
-        return self._changes.can_redo
-
-    def undo(self) -> None:
-        """Take back the last tick, or bring back those that beginning anew took away."""
-        if self._changes.undo():
-            self._set(self._changes.value)
-
-    def redo(self) -> None:
-        """Make again what was taken back."""
-        if self._changes.redo():
-            self._set(self._changes.value)
 
     def record_start(self) -> str:
         """Record that the flight begins as the list stands; return that in words, else nothing.

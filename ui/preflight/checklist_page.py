@@ -18,6 +18,7 @@ from ui.preflight.checklist_model import ChecklistModel, describe_summary
 from ui.preflight.form_fields import set_touch_height
 from ui.preflight.preflight_model import PreflightModel
 from ui.preflight.step_page import PreflightStepPage
+from ui.undo import UndoHistory
 from ui.widgets.action_button import ActionButton
 from ui.widgets.labels import create_label
 from ui.widgets.status_list import StatusListItem, StatusListView
@@ -168,6 +169,14 @@ class ChecklistPage(PreflightStepPage):
     # Showing
 
     @property
+    def handlers(self) -> Mapping[str, Callable[[], object]]:
+        return {
+            "checklist_tick": self.tick,
+            "checklist_reset": self.reset,
+            "checklist_edit": self.edit,
+        }
+
+    @property
     def present(self) -> tuple[CommandRequirement, ...]:
         """Return what commands may act on."""
         if self.book is None or not self.book.accepts_ticks:
@@ -273,22 +282,15 @@ class ChecklistPage(PreflightStepPage):
         self.said.show()
 
     @property
-    def can_undo(self) -> bool:
-        """Return whether there is a tick to take back."""
-        return self.book is not None and self.book.accepts_ticks and self.book.can_undo
-
-    @property
-    def can_redo(self) -> bool:
-        """Return whether there is a tick to make again."""
-        return self.book is not None and self.book.accepts_ticks and self.book.can_redo
+    def undo_history(self) -> UndoHistory | None:
+        known = self.book is not None and self.book.accepts_ticks
+        return self.book.undo_stack if known else None
 
     def undo(self) -> None:
-        """Take back the last tick."""
-        self._do(lambda book: book.undo())
+        self._do(lambda book: book.undo_stack.undo())
 
     def redo(self) -> None:
-        """Make again what was taken back."""
-        self._do(lambda book: book.redo())
+        self._do(lambda book: book.undo_stack.redo())
 
     # The file
 

@@ -29,6 +29,7 @@ from ui.preflight.form_editor import FormEditor
 from ui.preflight.form_fields import FormField
 from ui.preflight.preflight_model import PreflightModel
 from ui.preflight.step_page import PreflightStepPage
+from ui.undo import UndoHistory
 from ui.widgets.form_columns import FormColumns, FormSection
 from ui.widgets.labels import create_label
 
@@ -225,28 +226,10 @@ class FlightCardPage(PreflightStepPage):
     # Undo
 
     @property
-    def can_undo(self) -> bool:
-        """Return whether there is a change to take back."""
-        return self.editor is not None and self.editor.can_undo
+    def undo_history(self) -> UndoHistory | None:
+        return self.editor
 
-    @property
-    def can_redo(self) -> bool:
-        """Return whether there is a change to make again."""
-        return self.editor is not None and self.editor.can_redo
-
-    def undo(self) -> None:
-        """Take back the last change."""
-        if self.editor is not None:
-            self.editor.undo()
-            self._after()
-
-    def redo(self) -> None:
-        """Make again what was taken back."""
-        if self.editor is not None:
-            self.editor.redo()
-            self._after()
-
-    def _after(self) -> None:
+    def show_restored(self) -> None:
         self.show_card()
         self.flush()
         self.changed.emit()

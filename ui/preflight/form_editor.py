@@ -6,12 +6,13 @@ from collections.abc import Mapping
 from typing import Any, Generic, TypeVar
 
 from pydantic import BaseModel
+from PySide6.QtGui import QUndoStack
 
-from gsapp.flight.toml_document import KeyPath, TomlContent, TomlDocument
+from gsapp.flight.toml_document import KeyPath, TomlDocument
 from gsapp.foundation import FileProblemsError, FlightError, UnitError
 from ui.disk_checks import may_block
 from ui.preflight.flight_card_fields import CardField, format_field, parse_field
-from ui.preflight.value_history import ValueHistory
+from ui.undo import UndoCommand
 
 Model = TypeVar("Model", bound=BaseModel)
 
@@ -34,7 +35,8 @@ class FormEditor(Generic[Model]):
         self.file = file
         self.problems: dict[KeyPath, str] = {}
         self._pending: dict[KeyPath, tuple[CardField, str]] = {}
-        self._changes: ValueHistory[TomlContent] = ValueHistory(file.content)
+        self._undo_stack = QUndoStack()
+        self._merge_serial = 0
 
     # What stands there
 
@@ -60,7 +62,7 @@ class FormEditor(Generic[Model]):
             return False
         self.problems.clear()
         self._pending.clear()
-        self._changes = ValueHistory(self.file.content)
+        self._undo_stack.clear()
         return True
 
     # Changes
@@ -104,7 +106,7 @@ class FormEditor(Generic[Model]):
     def _change(
         self, values: Mapping[KeyPath, Any], keys: Mapping[KeyPath, object], typing: str
     ) -> bool:
-        before = self.file.content
+        former = self.file.content
         try:
             self.file.change(values)
         except FileProblemsError as error:
@@ -113,8 +115,15 @@ class FormEditor(Generic[Model]):
         for key in keys:
             self._pending.pop(key, None)
             self.problems.pop(key, None)
-        if self.file.content != before:
-            self._changes.record(self.file.content, typing)
+        now = self.file.content
+        if now != former:
+            command = UndoCommand(
+                "edit",
+                lambda: self.file.restore(former),
+                lambda: self.file.restore(now),
+                f"{typing} {self._merge_serial}" if typing else "",
+            )
+            self._undo_stack.push(command)
         return True
 
     def _blame(self, error: FileProblemsError, keys: Mapping[KeyPath, object]) -> None:
@@ -135,31 +144,34 @@ class FormEditor(Generic[Model]):
 
     def end_merge(self) -> None:
         """Let what is typed next be a change of its own."""
-        self._changes.end_merge()
+        self._merge_serial += 1
 
-    @property
-    def can_undo(self) -> bool:
-        """Return whether there is a change to take back."""
-        return bool(self._pending) or self._changes.can_undo
+    # Undo
 
-    @property
-    def can_redo(self) -> bool:
-        """Return whether there is a change to make again."""
-        return self._changes.can_redo
+    def canUndo(self) -> bool:
+        return bool(self._pending) or self._undo_stack.canUndo()
+
+    def canRedo(self) -> bool:
+        return self._undo_stack.canRedo()
+
+    def undoText(self) -> str:
+        return "edit" if self._pending else self._undo_stack.undoText()
+
+    def redoText(self) -> str:
+        return self._undo_stack.redoText()
 
     def undo(self) -> None:
-        """Take back the last change; what is still wrong goes first."""
+        """Undo the last change; what is still wrong goes first."""
+        self.end_merge()
         if self._pending:
             self._pending.clear()
             self.problems.clear()
-            return
-        if self._changes.undo():
-            self.file.restore(self._changes.value)
+        else:
+            self._undo_stack.undo()
 
     def redo(self) -> None:
-        """Make again what was taken back."""
-        if self._changes.redo():
-            self.file.restore(self._changes.value)
+        self.end_merge()
+        self._undo_stack.redo()
 
     def save(self) -> None:
         """Write what changed to the disk.

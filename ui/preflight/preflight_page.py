@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from PySide6.QtCore import Signal
-from PySide6.QtGui import QAction, QHideEvent, QResizeEvent, QShowEvent
-from PySide6.QtWidgets import QStackedWidget, QVBoxLayout, QWidget
+from PySide6.QtGui import QAction, QHideEvent
 
 from gsapp.foundation import GroundStationError
-from ui.commands import CommandRequirement, shortcut_text
+from ui.commands import shortcut_text
 from ui.display_style import DisplayStyle
 from ui.error_reporter import ErrorReporter
 from ui.flight_controller import FlightController
@@ -18,7 +17,6 @@ from ui.preflight.preflight_steps import PREFLIGHT_STEPS
 from ui.preflight.step_page import PreflightStepPage
 from ui.settings import SettingsStore
 from ui.window_frame.banners import BannerStack
-from ui.window_frame.step_list import StepList
 from ui.window_frame.step_page import MultiStepPage
 
 if TYPE_CHECKING:
@@ -52,13 +50,15 @@ class PreflightPage(MultiStepPage):
 
     Attributes
     ----------
-    changed : Signal
-        Other commands are of use now.
     flight_started : Signal
         The crew says that the flight begins.
     """
 
-    changed = Signal()
+    prefix = "preflight"
+    setting = "preflight_step"
+    all_steps = PREFLIGHT_STEPS
+    step_list_name = "Steps before the flight"
+    step_command_prefixes = ("checklist_", "cards_")
     flight_started = Signal()
 
     def __init__(
@@ -71,118 +71,31 @@ class PreflightPage(MultiStepPage):
         desk: FlightController,
         prompter: Prompter | None = None,
     ) -> None:
-        super().__init__()
-        self._actions = actions
-        self._look = look
-        self._store = store
+        super().__init__("Preflight", actions, look, store)
         self._banners = banners
         self._faults = faults
         self._desk = desk
         self._prompter = prompter
         self._books: PreflightModel | None = None
-        self.pages: dict[str, QWidget] = {}
-        self.step = ""
-        self.setAccessibleName("Preflight")
-        column = QVBoxLayout(self)
-        column.setContentsMargins(0, 0, 0, 0)
-        column.setSpacing(0)
-        self.steps = StepList(
-            actions, look, PREFLIGHT_STEPS, prefix="preflight", name="Steps before the flight"
-        )
-        column.addWidget(self.steps)
-        self.stack = QStackedWidget()
-        column.addWidget(self.stack, 1)
         desk.changed.connect(self._flight_changed)
         desk.refreshed.connect(self.refresh)
 
-    # Commands
-
     @property
-    def handlers(self) -> Mapping[str, Callable[[], object]]:
-        """Return what the commands of this place do."""
-        steps = {
-            f"preflight_{step.id}": lambda name=step.id: self.go_to_step(name)
-            for step in PREFLIGHT_STEPS
-        }
-        return {
-            **steps,
-            "preflight_start": self.start_flight,
-            "preflight_redo": self.redo,
-            "checklist_tick": lambda: self._on_page(lambda page: page.tick()),
-            "checklist_reset": lambda: self._on_page(lambda page: page.reset()),
-            "checklist_edit": lambda: self._on_page(lambda page: page.edit()),
-            "cards_add": lambda: self._on_page(lambda page: page.add()),
-            "cards_remove": lambda: self._on_page(lambda page: page.remove()),
-            "cards_up": lambda: self._on_page(lambda page: page.move(-1)),
-            "cards_down": lambda: self._on_page(lambda page: page.move(1)),
-            "cards_open": lambda: self._on_page(lambda page: page.open()),
-            "cards_save": lambda: self._on_page(lambda page: page.save()),
-        }
+    def own_handlers(self) -> Mapping[str, Callable[[], object]]:
+        return {"preflight_start": self.start_flight}
 
-    def _on_page(self, act: Callable[[Any], object]) -> None:
-        """Let the page on screen do something; its commands are gray at the others."""
-        act(self.pages[self.step])
-
-    @property
-    def step_page(self) -> PreflightStepPage | None:
-        """Return the page on screen that is made for this place; None at the calibration."""
-        page = self.pages.get(self.step)
-        return page if isinstance(page, PreflightStepPage) else None
-
-    @property
-    def present(self) -> tuple[CommandRequirement, ...]:
-        """Return what commands may act on."""
-        if not self.shown:
-            return ()
-        page = self.step_page
-        own = page.present if page is not None else ()
-        redo: tuple[CommandRequirement, ...] = (
-            ("preflight_future",) if page is not None and page.can_redo else ()
-        )
-        return ("preflight", *redo, *own)
-
-    # Pages
-
-    def showEvent(self, event: QShowEvent) -> None:
-        """Make the page when it is needed."""
-        super().showEvent(event)
-        self.go_to_step(self.step or self._store.current.preflight_step, begin=False)
+    # Steps
 
     def hideEvent(self, event: QHideEvent) -> None:
-        """Write what is still being typed; other commands are of use now."""
-        super().hideEvent(event)
         self.flush()
-        self.changed.emit()
-
-    def resizeEvent(self, event: QResizeEvent) -> None:
-        """Give the room of the steps to the page where the window is low."""
-        super().resizeEvent(event)
-        self.steps.fit(self.window().height())
+        super().hideEvent(event)
 
     def go_to_step(self, step_id: str, *, begin: bool = True) -> None:
-        """Go to a step by its id."""
         if step_id != self.step:
             self.flush()
-        if step_id not in self.pages:
-            page = self._make(step_id)
-            self.pages[step_id] = page
-            self.stack.addWidget(page)
-        self.step = step_id
-        self.stack.setCurrentWidget(self.pages[step_id])
-        self.steps.show_step(step_id)
-        self._store.change(preflight_step=step_id)
-        self.refresh()
-        if begin:
-            self.begin()
-        self.changed.emit()
+        super().go_to_step(step_id, begin=begin)
 
-    def begin(self) -> None:
-        """Put the keyboard where one goes on."""
-        if self.step:
-            self.pages[self.step].begin()
-
-    def _make(self, step_id: str) -> QWidget:
-        """Make the page of a step; what it is made of is loaded with it."""
+    def make_page(self, step_id: str) -> WizardPage | PreflightStepPage:
         page: WizardPage | PreflightStepPage
         if step_id == "calibration":
             from ui.preflight.wizard_page import WizardPage
@@ -203,7 +116,6 @@ class PreflightPage(MultiStepPage):
 
             page = CardsPage(self._look, self._actions, self._store, self._faults.report)
             page.set_model(self.model)
-        page.changed.connect(self._page_changed)
         return page
 
     @property

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from PySide6.QtCore import Qt, Signal
-from PySide6.QtGui import QAction, QShowEvent
+from PySide6.QtGui import QAction, QShowEvent, QUndoStack
 from PySide6.QtWidgets import QApplication, QFrame, QScrollArea, QVBoxLayout, QWidget
 
 from gsapp.foundation import GroundStationError
@@ -31,8 +31,8 @@ from ui.review.run_controller import RunController
 from ui.review.run_store import RunStore
 from ui.review.runs_view import RunsView
 from ui.review.step_page import ReviewStepPage
-from ui.review.undo_stack import UndoStack
 from ui.settings import SettingsStore, catalog_path
+from ui.undo import UNDO_LIMIT, UndoCommand, UndoHistory
 from ui.widgets.layout_widgets import StackingColumns
 from ui.window_frame.page_steps import StepStatus
 
@@ -87,10 +87,13 @@ class EstimatePage(ReviewStepPage):
         self._report_error = report_error
         self._checker = EstimateValidator(report_error, self)
         self._told = ""
-        self._deeds = UndoStack()
+        self._undo_stack = QUndoStack(self)
+        self._undo_stack.setUndoLimit(UNDO_LIMIT)
         self._outcome: RunOutcome | None = None
         self._wishes = store.current.review_estimate
-        self.book = RunStore(lambda: catalog_path(store.current), report_error, self._deeds, self)
+        self.book = RunStore(
+            lambda: catalog_path(store.current), report_error, self._undo_stack, self
+        )
         self._runner = RunController(begin_job, self.book, self)
         column = QVBoxLayout(self)
         column.setContentsMargins(0, 0, 0, 0)
@@ -196,24 +199,8 @@ class EstimatePage(ReviewStepPage):
         return StepStatus(state="plain", text=words, detail=detail)
 
     @property
-    def can_undo(self) -> bool:
-        """Return whether a setting or a kept run was changed."""
-        return self._deeds.can_undo
-
-    @property
-    def can_redo(self) -> bool:
-        """Return whether a change was taken back."""
-        return self._deeds.can_redo
-
-    def undo(self) -> None:
-        """Take back the last change of a setting or of a kept run."""
-        self._deeds.undo()
-        self.changed.emit()
-
-    def redo(self) -> None:
-        """Make the change again."""
-        self._deeds.redo()
-        self.changed.emit()
+    def undo_history(self) -> UndoHistory:
+        return self._undo_stack
 
     def begin(self) -> None:
         """Put the keyboard on the button: Enter alone runs."""
@@ -234,7 +221,7 @@ class EstimatePage(ReviewStepPage):
         before, now = self._wishes, self.panel.wishes
         if now != before:
             self._take(now)
-            self._deeds.push(lambda: self._show(before), lambda: self._show(now))
+            self._push("change of a setting", before, now)
         else:
             self.refresh()
 
@@ -274,8 +261,13 @@ class EstimatePage(ReviewStepPage):
         before = self._wishes
         if wishes != before:
             self._show(wishes)
-            self._deeds.push(lambda: self._show(before), lambda: self._show(wishes))
+            self._push("change of settings", before, wishes)
             self.changed.emit()
+
+    def _push(self, text: str, before: EstimateForm, now: EstimateForm) -> None:
+        self._undo_stack.push(
+            UndoCommand(text, lambda: self._show(before), lambda: self._show(now))
+        )
 
     @property
     def selected_maneuvers(self) -> tuple[SelectedManeuver, ...]:

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from PySide6.QtCore import Signal
-from PySide6.QtGui import QAction
+from PySide6.QtGui import QAction, QUndoStack
 from PySide6.QtWidgets import QVBoxLayout
 
 from gsapp.foundation import FlightError
@@ -29,11 +29,11 @@ from ui.review.figure_options import (
 )
 from ui.review.figure_renderer import FigureSize, RenderedFigure
 from ui.review.figures_layout import FiguresLayout
-from ui.review.maneuver_exclusion import ManeuverExclusions
 from ui.review.review_jobs import JobSubmitter
 from ui.review.review_selection import ReviewSelection
 from ui.review.step_page import NO_RUN_TEXT, PREVIOUS_RUN_COUNT, ReviewStepPage
 from ui.settings import SettingsStore, initial_dialog_folder
+from ui.undo import UndoCommand, UndoHistory
 from ui.widgets.figure_menu import ContentFunction, FigureMenu
 from ui.window_frame.page_steps import StepStatus
 
@@ -81,7 +81,8 @@ class FiguresPage(ReviewStepPage):
         self._selection = selection
         self._material: FigureData | None = None
         self._chosen: dict[str, str] = {}
-        self._exclusions = ManeuverExclusions()
+        self._undo_stack = QUndoStack(self)
+        self._excluded: frozenset[str] = frozenset()
         self._needs = FigureComputations(begin_job, self)
         self._store = store
         self.kind: FigureKind = FIGURE_KINDS[0]
@@ -167,13 +168,13 @@ class FiguresPage(ReviewStepPage):
             return
         if former is not None and former.outcome.result is outcome.result:
             if former.outcome is not outcome:
-                self._exclusions.set_excluded(outcome.summary.excluded_maneuvers)
+                self._excluded = frozenset(outcome.summary.excluded_maneuvers)
                 self._take(replace(former, outcome=outcome), same=True)
             return
         before = () if former is None else (former.outcome, *former.others)
         others = tuple(one for one in before if one.result is not outcome.result)
-        self._exclusions = ManeuverExclusions()
-        self._exclusions.set_excluded(outcome.summary.excluded_maneuvers)
+        self._undo_stack.clear()
+        self._excluded = frozenset(outcome.summary.excluded_maneuvers)
         self._needs.reset(outcome)
         self._follow_flight(outcome, self._selection.maneuver)
         self._take(
@@ -381,34 +382,27 @@ class FiguresPage(ReviewStepPage):
     # Maneuvers left out by hand
 
     @property
-    def can_undo(self) -> bool:
-        """Return whether a maneuver was left out or taken in."""
-        return self._exclusions.can_undo
-
-    @property
-    def can_redo(self) -> bool:
-        """Return whether such a change was taken back."""
-        return self._exclusions.can_redo
-
-    def undo(self) -> None:
-        """Take back the last change."""
-        self._exclude(self._exclusions.undo())
-
-    def redo(self) -> None:
-        """Make it again."""
-        self._exclude(self._exclusions.redo())
+    def undo_history(self) -> UndoHistory:
+        return self._undo_stack
 
     def exclude(self) -> None:
         """Leave the chosen maneuver out of the means, or take it in again."""
         if self._material is not None and self._selection.maneuver:
-            self._exclude(self._exclusions.toggle(self._selection.maneuver))
+            former, name = self._excluded, self._selection.maneuver
+            now = former ^ {name}
+            self._exclude(now)
+            text = f"{'include' if name in former else 'exclude'} {name}"
+            self._undo_stack.push(
+                UndoCommand(text, lambda: self._exclude(former), lambda: self._exclude(now))
+            )
+            self.changed.emit()
 
     def _exclude(self, without: frozenset[str]) -> None:
         if self._material is None:
             return
         from gsapp.identification.runs.exclusion import exclude_maneuvers
 
-        former = self._material.outcome
+        former, self._excluded = self._material.outcome, without
         outcome = exclude_maneuvers(former, without)
         # A derivative that no other maneuver gave comes and goes with it, and so does its chart.
         same = outcome.summary.derivatives.keys() == former.summary.derivatives.keys()

@@ -200,15 +200,27 @@ class ManeuverEditor(QObject):
         """Let a maneuver take part in estimates, or not."""
         self._named(campaign_id, lambda flight, name: flight.set_in_use(name, wanted))
 
-    # Taking back
+    # Undo: the file of the flight keeps the changes
+
+    def canUndo(self) -> bool:
+        return self._flights.flight is not None and self._flights.flight.can_undo
+
+    def canRedo(self) -> bool:
+        return self._flights.flight is not None and self._flights.flight.can_redo
+
+    def undoText(self) -> str:
+        return "" if self._flights.flight is None else self._flights.flight.undo_text
+
+    def redoText(self) -> str:
+        return "" if self._flights.flight is None else self._flights.flight.redo_text
 
     def undo(self) -> None:
-        """Take back the last change of the flight on screen."""
-        self._back("Taken back", lambda flight: flight.undo())
+        """Undo the last change of the flight on screen."""
+        self._back("Undone", lambda flight: flight.undo())
 
     def redo(self) -> None:
-        """Make again the change of the flight on screen that was taken back."""
-        self._back("Made again", lambda flight: flight.redo())
+        """Redo the change of the flight on screen that was undone last."""
+        self._back("Redone", lambda flight: flight.redo())
 
     def _back(self, what: str, act: Callable[[ReviewedFlight], str]) -> None:
         words = ""

@@ -25,6 +25,7 @@ from ui.review.reviewed_flights import ReviewedFlights
 from ui.review.step_page import ReviewStepPage
 from ui.review.timeline_painter import TimelineSpan
 from ui.settings import SettingsStore, catalog_path
+from ui.undo import UndoHistory
 from ui.window_frame.page_steps import StepStatus
 
 _POLL_MS = 1000
@@ -183,24 +184,11 @@ class ManeuversPage(ReviewStepPage):
         return StepStatus(state=state, text=words, detail=f"{flights}: {words}")
 
     @property
-    def can_undo(self) -> bool:
-        """Return whether the flight on screen has a change to take back."""
-        flight = self.flights.flight
-        return flight is not None and flight.can_undo
+    def undo_history(self) -> UndoHistory | None:
+        return None if self.flights.flight is None else self.editing
 
-    @property
-    def can_redo(self) -> bool:
-        """Return whether a change of the flight on screen was taken back."""
-        flight = self.flights.flight
-        return flight is not None and flight.can_redo
-
-    def undo(self) -> None:
-        """Take back the last change of the flight on screen."""
-        self.editing.undo()
-
-    def redo(self) -> None:
-        """Make again the change of the flight on screen that was taken back."""
-        self.editing.redo()
+    def show_restored(self) -> None:
+        """Nothing to do: the editor tells what changed."""
 
     def begin(self) -> None:
         """Put the keyboard where one goes on."""

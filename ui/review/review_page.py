@@ -7,11 +7,9 @@ from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from PySide6.QtCore import Signal
-from PySide6.QtGui import QAction, QHideEvent, QResizeEvent, QShowEvent
-from PySide6.QtWidgets import QStackedWidget, QVBoxLayout
+from PySide6.QtGui import QAction, QShowEvent
 
-from ui.commands import COMMANDS, CommandRequirement
+from ui.commands import CommandRequirement
 from ui.display_style import DisplayStyle
 from ui.error_reporter import ErrorReporter
 from ui.job_process.job_runner import JobRunner
@@ -23,10 +21,7 @@ from ui.review.review_steps import REVIEW_STEPS
 from ui.review.step_page import PREVIOUS_RUN_COUNT, ReviewStepPage
 from ui.settings import SettingsStore, recording_folder, writable_folder
 from ui.window_frame.banners import BannerStack
-from ui.window_frame.job_banner import JobBanner
-from ui.window_frame.job_progress_panel import JobProgressPanel
-from ui.window_frame.step_list import StepList
-from ui.window_frame.step_page import MultiStepPage
+from ui.window_frame.step_page import JobPage, MultiStepPage
 
 if TYPE_CHECKING:
     from gsapp.flight.flight import Flight
@@ -34,8 +29,8 @@ if TYPE_CHECKING:
     from gsapp.session.review import Review
 
 
-class ReviewPage(MultiStepPage):
-    """Leads from chapter to chapter; long work goes on whatever is on screen.
+class ReviewPage(MultiStepPage, JobPage):
+    """Leads from step to step; long work goes on whatever is on screen.
 
     Pages are made when they are first seen: a window that only flies does without them.
 
@@ -56,16 +51,15 @@ class ReviewPage(MultiStepPage):
 
     Attributes
     ----------
-    show_requested : Signal
-        The user wants to see this place.
-    changed : Signal
-        Other commands are of use now.
     outcome : RunOutcome or None
         The run that is looked at.
     """
 
-    show_requested = Signal()
-    changed = Signal()
+    prefix = "review"
+    setting = "review_chapter"
+    all_steps = REVIEW_STEPS
+    step_list_name = "Steps of the review"
+    step_command_prefixes = ("review_",)
 
     def __init__(
         self,
@@ -76,150 +70,69 @@ class ReviewPage(MultiStepPage):
         faults: ErrorReporter,
         engine: JobRunner | None = None,
     ) -> None:
-        super().__init__()
-        self._actions = actions
-        self._look = look
-        self._store = store
-        self._banners = banners
+        super().__init__("Review", actions, look, store, banners, "work", "review_cancel")
         self._faults = faults
-        self._banner = JobBanner(banners, self.cancel)
         self._review: Review | None = None
         self._open: Path | None = None
         self.outcome: RunOutcome | None = None
         self._former: tuple[RunOutcome, ...] = ()
-        self.pages: dict[str, ReviewStepPage] = {}
-        self.chapter = ""
         self.selection = ReviewSelection(self)
-        self.setAccessibleName("Review")
         self.work = JobQueue(engine or create_review_job_runner(), faults.report, self)
         self.onboard = OnboardLogController(
             look, store, banners, faults.report, self._reviewed, self._opened, self
         )
         self.onboard.log_applied.connect(self._samples_changed)
         self.onboard.changed.connect(self.changed)
-        column = QVBoxLayout(self)
-        column.setContentsMargins(0, 0, 0, 0)
-        column.setSpacing(0)
-        self.chapters = StepList(
-            actions, look, REVIEW_STEPS, prefix="review", name="Chapters of the review"
-        )
-        column.addWidget(self.chapters)
-        self.strip = JobProgressPanel(look, actions["review_cancel"], "work")
-        column.addWidget(self.strip)
-        self.stack = QStackedWidget()
-        column.addWidget(self.stack, 1)
-        self.work.began.connect(self._began)
-        self.work.progressed.connect(self._told)
+        self.work.began.connect(self._show_began)
+        self.work.progressed.connect(self._show_progress)
         self.work.ended.connect(self._ended)
 
-    # Commands
-
     @property
-    def handlers(self) -> Mapping[str, Callable[[], object]]:
-        """Return what the commands of this place and its pages do."""
-        own = {
-            f"review_{one.id}": lambda name=one.id: self.go_to_step(name) for one in REVIEW_STEPS
-        }
-        own |= {
+    def own_handlers(self) -> Mapping[str, Callable[[], object]]:
+        return {
             "review_cancel": self.cancel,
-            "review_redo": self.redo,
             "review_trial": self.fly_virtual_flight,
+            **self.onboard.handlers,
         }
-        own |= self.onboard.handlers
-        of_pages = {
-            command.id: lambda name=command.id: self._on_page(name)
-            for command in COMMANDS
-            if command.id.startswith("review_") and command.id not in own
-        }
-        return {**own, **of_pages}
-
-    def _on_page(self, command: str) -> None:
-        """Let the page on screen do it, or else the one that can."""
-        shown = self.step_page
-        for page in (shown, *self.pages.values()):
-            if page is not None and command in page.handlers:
-                page.handlers[command]()
-                return
-
-    @property
-    def step_page(self) -> ReviewStepPage | None:
-        """Return the page on screen."""
-        return self.pages.get(self.chapter)
 
     @property
     def present(self) -> tuple[CommandRequirement, ...]:
-        """Return what commands may act on."""
-        found: list[CommandRequirement] = ["review_busy"] if self.work.running else []
+        found: list[CommandRequirement] = ["review_busy"] if self.busy else []
         found += ["review_log"] if self.onboard.work.running else []
-        page = self.step_page
-        if not self.shown or page is None:
-            return tuple(found)
-        found.append("review")
-        if self.onboard.flight_folders:
+        if self.shown and self.onboard.flight_folders:
             found.append("review_folder")
-        if page.can_redo:
-            found.append("review_future")
-        return (*found, *page.present)
+        return (*found, *super().present)
 
-    # Pages
+    @property
+    def busy(self) -> bool:
+        return self.work.running
+
+    # Steps
 
     def showEvent(self, event: QShowEvent) -> None:
-        """Make the page when it is needed; the strip tells of work from here on."""
+        # The first step opens the flights that all others look at.
+        self.get_page("maneuvers")
         super().showEvent(event)
-        self._banner.clear()
-        # The first page opens the flights that all others look at.
-        self._made("maneuvers")
-        self.go_to_step(self.chapter or self._store.current.review_chapter, begin=False)
 
-    def hideEvent(self, event: QHideEvent) -> None:
-        """Tell of work that goes on in a banner."""
-        super().hideEvent(event)
-        if self.work.running:
-            self._banner.show(self.strip.title)
-        self.changed.emit()
+    def refresh(self) -> None:
+        for name, page in self.pages.items():
+            self.steps.show_state(name, page.state)
 
-    def resizeEvent(self, event: QResizeEvent) -> None:
-        """Give the room of the chapters to the page where the window is low."""
-        super().resizeEvent(event)
-        self.chapters.fit(self.window().height())
+    def make_page(self, step_id: str) -> ReviewStepPage:
+        page = self._make(step_id)
+        page.show_outcome(self.outcome)
+        page.set_open_flight(self._open)
+        return page
 
-    def go_to_step(self, chapter: str, *, begin: bool = True) -> None:
-        """Go to a chapter by its id."""
-        self.stack.setCurrentWidget(self._made(chapter))
-        self.chapter = chapter
-        self.chapters.show_step(chapter)
-        self._store.change(review_chapter=chapter)
-        self._page_changed()
-        if begin:
-            self.begin()
-
-    def begin(self) -> None:
-        """Put the keyboard where one goes on."""
-        page = self.step_page
-        if page is not None:
-            page.begin()
-
-    def _made(self, chapter: str) -> ReviewStepPage:
-        """Return the page of a chapter, made if it was not seen yet."""
-        if chapter not in self.pages:
-            page = self._make(chapter)
-            page.changed.connect(self._page_changed)
-            page.show_outcome(self.outcome)
-            page.set_open_flight(self._open)
-            self.pages[chapter] = page
-            self.stack.addWidget(page)
-        return self.pages[chapter]
-
-    def _make(self, chapter: str) -> ReviewStepPage:
-        """Make the page of a chapter; what it is made of is loaded with it."""
+    def _make(self, step_id: str) -> ReviewStepPage:
         look, store = self._look, self._store
-        if chapter == "maneuvers":
+        if step_id == "maneuvers":
             from ui.review.maneuvers_page import ManeuversPage
 
             maneuvers = ManeuversPage(self._actions, look, store, self.selection, self.review)
             maneuvers.maneuvers_changed.connect(self._maneuvers_changed)
             return maneuvers
-        if chapter == "estimate":
+        if step_id == "estimate":
             from ui.review.estimate_page import EstimatePage
 
             estimate = EstimatePage(
@@ -228,7 +141,7 @@ class ReviewPage(MultiStepPage):
             )  # fmt: skip
             estimate.estimated.connect(self.show_outcome)
             return estimate
-        if chapter == "figures":
+        if step_id == "figures":
             from ui.review.figures_page import FiguresPage
 
             figures = FiguresPage(self._actions, look, store, self.selection, self.work.submit)
@@ -280,11 +193,6 @@ class ReviewPage(MultiStepPage):
         if page is not None and path.resolve() in [one.resolve() for one in self.review.paths]:
             page.opening.open([path])
 
-    def _page_changed(self) -> None:
-        for name, page in self.pages.items():
-            self.chapters.show_state(name, page.state)
-        self.changed.emit()
-
     def set_open_flight(self, path: Path | None) -> None:
         """Say which flight is open in the window."""
         self._open = path
@@ -309,30 +217,16 @@ class ReviewPage(MultiStepPage):
 
     # Work
 
-    def _began(self, title: str) -> None:
-        self.strip.begin(title)
-        if not self.isVisible():
-            self._banner.show(self.strip.title)
-        self.changed.emit()
-
-    def _told(self, share: float | None, words: str) -> None:
-        self.strip.set_progress(share, words)
-        self._banner.set_progress(share, words)
-
     def _ended(self, title: str, how: str) -> None:
-        self.strip.hide()
-        self._banner.remove()
-        if how == "cancelled":
-            self._banners.show_banner("note", f"{title}: stopped.")
-        elif how == "done" and not self.isVisible():
+        self._show_ended(title, how)
+        if how == "done" and not self.isVisible():
             self._banner.show_result(f"{title}: done.", "Look (F4)", self.show_requested.emit)
-        self.changed.emit()
 
     def cancel(self) -> None:
         """Stop what runs; it may take a moment to put down what it holds."""
         self.work.cancel()
         if self.work.running:
-            self._told(None, "stopping")
+            self._show_progress(None, "stopping")
 
     @property
     def unfinished_work_title(self) -> tuple[str, ...]:

@@ -7,9 +7,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QObject, Signal
+from PySide6.QtGui import QUndoStack
 
 from ui.background_job import BackgroundJob, JobProgress
-from ui.review.undo_stack import UndoStack
+from ui.undo import UndoCommand
 
 if TYPE_CHECKING:
     # The window starts without the numerics behind a run.
@@ -29,8 +30,8 @@ class RunStore(QObject):
         Returns where the catalog is.
     report_error : callable
         Where errors go.
-    deeds : UndoStack
-        Where changes are noted.
+    undo_stack : QUndoStack
+        Takes the changes.
 
     Attributes
     ----------
@@ -48,13 +49,13 @@ class RunStore(QObject):
         self,
         catalog: Callable[[], Path],
         report_error: Callable[[BaseException], None],
-        deeds: UndoStack,
+        undo_stack: QUndoStack,
         parent: QObject | None = None,
     ) -> None:
         super().__init__(parent)
         self._catalog = catalog
         self._report_error = report_error
-        self._deeds = deeds
+        self._undo_stack = undo_stack
         self._work: BackgroundJob | None = None
         self._waiting: list[CatalogAction | None] = []
         self._only_reads = True
@@ -81,14 +82,26 @@ class RunStore(QObject):
             return
         former = before.label
         self._rename(number, label)
-        self._deeds.push(lambda: self._rename(number, former), lambda: self._rename(number, label))
+        self._undo_stack.push(
+            UndoCommand(
+                f"rename run {number}",
+                lambda: self._rename(number, former),
+                lambda: self._rename(number, label),
+            )
+        )
 
     def remove(self, number: int) -> None:
         """Leave a run out; it can be brought back."""
         if self.find_run(number) is None:
             return
         self._forget(number)
-        self._deeds.push(lambda: self._recall(number), lambda: self._forget(number))
+        self._undo_stack.push(
+            UndoCommand(
+                f"remove run {number}",
+                lambda: self._recall(number),
+                lambda: self._forget(number),
+            )
+        )
 
     def update_means(self, outcome: RunOutcome) -> None:
         """Keep the means of a kept run as they are now."""

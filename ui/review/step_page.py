@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -25,11 +24,6 @@ NO_RUN_TEXT = (
 
 class ReviewStepPage(AbstractStepPage):
     """One chapter of the review."""
-
-    @property
-    def handlers(self) -> Mapping[str, Callable[[], object]]:
-        """Return what the commands of this page do."""
-        return {}
 
     @property
     def state(self) -> StepStatus:

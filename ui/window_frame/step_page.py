@@ -1,16 +1,27 @@
-"""What the pages of places that lead from step to step have in common, and those places."""
+"""The pages of the window: their common base, and the base of the steps that some lead through."""
 
 from __future__ import annotations
 
-from PySide6.QtCore import Signal
-from PySide6.QtWidgets import QWidget
+from collections.abc import Callable, Mapping
+from typing import Any, ClassVar
 
-from ui.commands import CommandRequirement
+from PySide6.QtCore import Signal
+from PySide6.QtGui import QAction, QHideEvent, QResizeEvent, QShowEvent
+from PySide6.QtWidgets import QStackedWidget, QVBoxLayout, QWidget
+
+from ui.commands import COMMANDS, CommandRequirement
 from ui.display_style import DisplayStyle
+from ui.settings import SettingsStore
+from ui.undo import UndoHistory
+from ui.window_frame.banners import BannerStack
+from ui.window_frame.job_banner import JobBanner
+from ui.window_frame.job_progress_panel import JobProgressPanel
+from ui.window_frame.page_steps import PageStep
+from ui.window_frame.step_list import StepList
 
 
 class AbstractStepPage(QWidget):
-    """One step or chapter of a place.
+    """One step of a page.
 
     Parameters
     ----------
@@ -33,25 +44,35 @@ class AbstractStepPage(QWidget):
         self.setAccessibleName(name)
 
     @property
+    def handlers(self) -> Mapping[str, Callable[[], object]]:
+        """Return what the commands of this step do."""
+        return {}
+
+    @property
     def present(self) -> tuple[CommandRequirement, ...]:
         """Return what commands may act on here, beside going from step to step."""
         return ()
 
     @property
-    def can_undo(self) -> bool:
-        """Return whether there is a change to take back."""
-        return False
-
-    @property
-    def can_redo(self) -> bool:
-        """Return whether there is a change to make again."""
-        return False
+    def undo_history(self) -> UndoHistory | None:
+        """Return the changes made here; None while nothing can be changed."""
+        return None
 
     def undo(self) -> None:
-        """Take back the last change made here."""
+        """Undo the last change made here."""
+        if self.undo_history is not None:
+            self.undo_history.undo()
+            self.show_restored()
 
     def redo(self) -> None:
-        """Make again what was taken back."""
+        """Redo the change that was undone last."""
+        if self.undo_history is not None:
+            self.undo_history.redo()
+            self.show_restored()
+
+    def show_restored(self) -> None:
+        """Show what was undone or redone."""
+        self.changed.emit()
 
     def begin(self) -> None:
         """Put the keyboard where one goes on."""
@@ -61,33 +82,262 @@ class AbstractStepPage(QWidget):
         """Show what changed beside this page."""
 
 
-class MultiStepPage(QWidget):
-    """A place that shows one page at a time, and whose undo is that of the page on screen."""
+class WindowPage(QWidget):
+    """One page of the window: a stack of views below one another's bars.
 
-    @property
-    def step_page(self) -> AbstractStepPage | None:
-        """Return the page on screen; None where there is none that can be undone."""
-        raise NotImplementedError
+    Parameters
+    ----------
+    name : str
+        Accessible name.
+    actions : mapping of str to QAction
+        The commands.
+    look : DisplayStyle
+        Colors, sizes, units.
+    store : SettingsStore
+        Remembers what was looked at.
+
+    Attributes
+    ----------
+    changed : Signal
+        Other commands are of use now.
+    show_requested : Signal
+        The page should be on screen.
+    """
+
+    changed = Signal()
+    show_requested = Signal()
+
+    def __init__(
+        self, name: str, actions: Mapping[str, QAction], look: DisplayStyle, store: SettingsStore
+    ) -> None:
+        super().__init__()
+        self._actions = actions
+        self._look = look
+        self._store = store
+        self.setAccessibleName(name)
+        self.column = QVBoxLayout(self)
+        self.column.setContentsMargins(0, 0, 0, 0)
+        self.column.setSpacing(0)
+        self.stack = QStackedWidget()
+        self.column.addWidget(self.stack, 1)
 
     @property
     def shown(self) -> bool:
-        """Return whether the place is on screen, so that its keys are meant."""
+        """Return whether the page is on screen, so that its keys are meant."""
         return self.isVisible()
 
     @property
-    def can_undo(self) -> bool:
-        """Return whether there is a change to take back on the page on screen."""
-        page = self.step_page
-        return page is not None and page.can_undo
+    def undo_history(self) -> UndoHistory | None:
+        """Return the changes made in the view on screen; None while nothing can be changed."""
+        return None
 
     def undo(self) -> None:
-        """Take back the last change on the page on screen."""
-        page = self.step_page
-        if page is not None:
-            page.undo()
+        """Undo the last change in the view on screen."""
 
     def redo(self) -> None:
-        """Make again what was taken back."""
+        """Redo the change that was undone last."""
+
+    def hideEvent(self, event: QHideEvent) -> None:
+        super().hideEvent(event)
+        self.changed.emit()
+
+
+class JobPage(WindowPage):
+    """A page with jobs in the background: their progress on top, in a banner while it is hidden.
+
+    Parameters
+    ----------
+    banners : BannerStack
+    job_name : str
+        What runs, for those who hear it: ``search``.
+    cancel_command : str
+        Stops it.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        actions: Mapping[str, QAction],
+        look: DisplayStyle,
+        store: SettingsStore,
+        banners: BannerStack,
+        job_name: str,
+        cancel_command: str,
+    ) -> None:
+        super().__init__(name, actions, look, store)
+        self._banners = banners
+        self._banner = JobBanner(banners, self.cancel)
+        self.strip = JobProgressPanel(look, actions[cancel_command], job_name)
+        self.column.insertWidget(0, self.strip)
+
+    @property
+    def busy(self) -> bool:
+        """Return whether a job runs."""
+        raise NotImplementedError
+
+    def cancel(self) -> None:
+        """Stop what runs."""
+        raise NotImplementedError
+
+    def showEvent(self, event: QShowEvent) -> None:
+        super().showEvent(event)
+        self._banner.clear()
+
+    def hideEvent(self, event: QHideEvent) -> None:
+        if self.busy:
+            self._banner.show(self.strip.title)
+        super().hideEvent(event)
+
+    def _show_began(self, title: str) -> None:
+        self.strip.begin(title)
+        if not self.isVisible():
+            self._banner.show(self.strip.title)
+        self.changed.emit()
+
+    def _show_progress(self, share: float | None, words: str) -> None:
+        self.strip.set_progress(share, words)
+        self._banner.set_progress(share, words)
+
+    def _show_ended(self, title: str, how: str) -> None:
+        self.strip.hide()
+        self._banner.remove()
+        if how == "cancelled":
+            self._banners.show_banner("note", f"{title}: stopped.")
+        self.changed.emit()
+
+
+class MultiStepPage(WindowPage):
+    """A page that leads from step to step; each is made when it is first seen.
+
+    Attributes
+    ----------
+    prefix : str
+        Before the id of a step, in the id of the command that goes there.
+    setting : str
+        Remembers the step.
+    all_steps : tuple of PageStep
+    step_list_name : str
+        Accessible name of the row of steps.
+    step_command_prefixes : tuple of str
+        Before the ids of the commands that the steps handle.
+    pages : dict of str to QWidget
+        The steps that were seen, by id.
+    step : str
+        The one on screen; empty before the first.
+    """
+
+    prefix: ClassVar[str]
+    setting: ClassVar[str]
+    all_steps: ClassVar[tuple[PageStep, ...]]
+    step_list_name: ClassVar[str]
+    step_command_prefixes: ClassVar[tuple[str, ...]]
+
+    def __init__(self, *args: Any) -> None:
+        super().__init__(*args)
+        self.pages: dict[str, Any] = {}
+        self.step = ""
+        self.steps = StepList(
+            self._actions, self._look, self.all_steps, prefix=self.prefix, name=self.step_list_name
+        )
+        self.column.insertWidget(0, self.steps)
+
+    # Commands
+
+    @property
+    def handlers(self) -> Mapping[str, Callable[[], object]]:
+        """Return what the commands of this page and its steps do."""
+        steps = {
+            f"{self.prefix}_{step.id}": lambda name=step.id: self.go_to_step(name)
+            for step in self.all_steps
+        }
+        own = {**steps, **self.own_handlers}
+        of_steps = {
+            command.id: lambda name=command.id: self._handle_in_step(name)
+            for command in COMMANDS
+            if command.id.startswith(self.step_command_prefixes) and command.id not in own
+        }
+        return {**own, **of_steps}
+
+    @property
+    def own_handlers(self) -> Mapping[str, Callable[[], object]]:
+        """Return what the commands do that are for no single step."""
+        return {}
+
+    def _handle_in_step(self, command: str) -> None:
+        """Run a command in the step on screen, or else in the one that has it."""
+        for page in (self.step_page, *self.pages.values()):
+            if isinstance(page, AbstractStepPage) and command in page.handlers:
+                page.handlers[command]()
+                return
+
+    @property
+    def present(self) -> tuple[CommandRequirement, ...]:
+        """Return what commands may act on."""
+        if not self.shown or not self.step:
+            return ()
         page = self.step_page
-        if page is not None:
-            page.redo()
+        return (self.prefix, *(page.present if page is not None else ()))
+
+    @property
+    def step_page(self) -> AbstractStepPage | None:
+        """Return the step on screen; None for one that has changes of its own kind."""
+        page = self.pages.get(self.step)
+        return page if isinstance(page, AbstractStepPage) else None
+
+    @property
+    def undo_history(self) -> UndoHistory | None:
+        page = self.step_page
+        return None if page is None else page.undo_history
+
+    def undo(self) -> None:
+        if self.step_page is not None:
+            self.step_page.undo()
+
+    def redo(self) -> None:
+        if self.step_page is not None:
+            self.step_page.redo()
+
+    def showEvent(self, event: QShowEvent) -> None:
+        super().showEvent(event)
+        self.go_to_step(self.step or getattr(self._store.current, self.setting), begin=False)
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Give the height of the row of steps to the step where the window is low."""
+        super().resizeEvent(event)
+        self.steps.fit(self.window().height())
+
+    def go_to_step(self, step_id: str, *, begin: bool = True) -> None:
+        """Go to a step by its id."""
+        self.stack.setCurrentWidget(self.get_page(step_id))
+        self.step = step_id
+        self.steps.show_step(step_id)
+        self._store.change(**{self.setting: step_id})
+        self.refresh()
+        if begin:
+            self.begin()
+        self.changed.emit()
+
+    def get_page(self, step_id: str) -> Any:
+        """Return a step, made if it was not seen yet."""
+        if step_id not in self.pages:
+            page = self.pages[step_id] = self.make_page(step_id)
+            page.changed.connect(self._page_changed)
+            self.stack.addWidget(page)
+        return self.pages[step_id]
+
+    def make_page(self, step_id: str) -> Any:
+        """Make a step; what it is made of is loaded with it."""
+        raise NotImplementedError
+
+    def refresh(self) -> None:
+        """Show how every step stands."""
+        raise NotImplementedError
+
+    def _page_changed(self) -> None:
+        self.refresh()
+        self.changed.emit()
+
+    def begin(self) -> None:
+        """Put the keyboard where one goes on."""
+        if self.step:
+            self.pages[self.step].begin()

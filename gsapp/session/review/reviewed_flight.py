@@ -305,20 +305,28 @@ class ReviewedFlight:
         """Return whether a change was taken back."""
         return bool(self._log.maneuver_list.undone)
 
+    @property
+    def undo_text(self) -> str:
+        """Return the latest change in words; empty for none."""
+        return self._log.maneuver_list.edits[-1].text if self.can_undo else ""
+
+    @property
+    def redo_text(self) -> str:
+        """Return the change that was undone last, in words; empty for none."""
+        return self._log.maneuver_list.undone[-1].text if self.can_redo else ""
+
     def undo(self) -> str:
-        """Take back the latest change; return it in words, empty for none."""
-        if not self.can_undo:
-            return ""
-        words = self._log.maneuver_list.edits[-1].text
-        self._record(self._log.maneuver_list.undo())
+        """Undo the latest change; return it in words, empty for none."""
+        words = self.undo_text
+        if words:
+            self._record(self._log.maneuver_list.undo())
         return words
 
     def redo(self) -> str:
         """Make the change again that was taken back last; return it in words, empty for none."""
-        if not self.can_redo:
-            return ""
-        words = self._log.maneuver_list.undone[-1].text
-        self._record(self._log.maneuver_list.redo())
+        words = self.redo_text
+        if words:
+            self._record(self._log.maneuver_list.redo())
         return words
 
     def poll(self) -> bool:
