@@ -1,6 +1,6 @@
 """Changes that can be undone: commands for Qt's undo stack, and its interface for other histories.
 
-Histories that a file keeps are no stack of commands; see ``docs/decisions/undo.md``.
+Histories that a file keeps are no stack of commands: `docs/decisions/0025-undo-in-the-window.md`.
 """
 
 from __future__ import annotations

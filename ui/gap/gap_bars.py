@@ -68,12 +68,10 @@ class ChannelGapBars(_PaintedWidget):
         self._restyle()
 
     def sizeHint(self) -> QSize:
-        """Return the size: one row for each channel, and the words of the floor."""
         look = self.look
         return QSize(look.px(280), look.px(34 * max(len(self._pairs), 1) + 22))
 
     def paintEvent(self, _event: QPaintEvent) -> None:
-        """Draw the bars."""
         look = self.look
         painter = QPainter(self)
         painter.setFont(look.font("body"))
@@ -136,12 +134,10 @@ class MisfitWaterfall(_PaintedWidget):
         self._restyle()
 
     def sizeHint(self) -> QSize:
-        """Return the size: two lines for each step, and the words of the floor."""
         look = self.look
         return QSize(look.px(280), look.px(40 * max(len(self._falls), 1) + 22))
 
     def paintEvent(self, _event: QPaintEvent) -> None:
-        """Draw each step as a bar from where it began to where it ended."""
         look = self.look
         painter = QPainter(self)
         number = look.px(72)
@@ -228,11 +224,9 @@ class StepSlider(ArrowKeyNavigation, QSlider):
         self.setAccessibleDescription(f"Step {self.value()} of {self.maximum()}: {name}")
 
     def sizeHint(self) -> QSize:
-        """Return the size."""
         return QSize(self._look.px(240), self._look.px(44))
 
     def minimumSizeHint(self) -> QSize:
-        """Return the least size."""
         return QSize(self._look.px(160), self._look.px(44))
 
     def _columns(self) -> float:
@@ -242,7 +236,6 @@ class StepSlider(ArrowKeyNavigation, QSlider):
         return min(max(int(x / self._columns()), 0), self.maximum())
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
-        """Go to the model that was pressed."""
         if event.button() != Qt.MouseButton.LeftButton:
             event.ignore()
             return
@@ -250,12 +243,10 @@ class StepSlider(ArrowKeyNavigation, QSlider):
         event.accept()
 
     def mouseMoveEvent(self, event: QMouseEvent) -> None:
-        """Follow the finger."""
         if event.buttons() & Qt.MouseButton.LeftButton:
             self.setValue(self._at(event.position().x()))
 
     def paintEvent(self, _event: QPaintEvent) -> None:
-        """Draw a line with a knob for each model and its name below."""
         look = self._look
         painter = QPainter(self)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)

@@ -79,7 +79,6 @@ class _ScrollContent(QWidget):
         self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
 
     def heightForWidth(self, width: int) -> int:
-        """Return the height at a width; what the window has beyond goes to the charts."""
         layout = self.layout()
         if layout is None:
             return -1
@@ -335,7 +334,6 @@ class GapResultView(QScrollArea):
     # Look
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Put the way through the models below the four steps where the window is narrow."""
         super().resizeEvent(event)
         self._fit()
 

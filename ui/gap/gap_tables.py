@@ -140,7 +140,6 @@ class DisagreementMapLegend(QWidget):
         self.update()
 
     def paintEvent(self, _event: object) -> None:
-        """Draw the levels side by side."""
         look = self._look
         painter = QPainter(self)
         painter.setFont(look.font("label"))

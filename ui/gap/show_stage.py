@@ -80,7 +80,6 @@ class ShowStage(StageView):
         )
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Leave out the noise where there is no room for all numbers; the bars show it."""
         super().resizeEvent(event)
         narrow = self.width() < self.look.px(_ALL_COLUMNS_WIDTH)
         self.numbers.setColumnHidden(_NOISE_COLUMN, narrow)

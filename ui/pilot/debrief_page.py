@@ -166,7 +166,6 @@ class DebriefPage(QWidget):
         self.scroll.setFocus()
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Put the maneuver beside the list, or in its place where the window is narrow."""
         super().resizeEvent(event)
         self._fit()
 
@@ -176,7 +175,6 @@ class DebriefPage(QWidget):
         self.scroll.setVisible(wide or self._reading)
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Scroll the maneuver, and come back to the list with Esc."""
         bar = self.scroll.verticalScrollBar()
         steps: dict[Qt.Key, Callable[[], int]] = {
             Qt.Key.Key_Down: lambda: self._look.px(_SCROLL_STEP),

@@ -58,7 +58,6 @@ class PilotCanvas(QWidget):
         look.changed.connect(self.update)
 
     def sizeHint(self) -> QSize:
-        """Return a size that it would like; any will do."""
         return QSize(960, 600)
 
     def show_display(self, sheet: CueDisplay) -> None:
@@ -81,7 +80,6 @@ class PilotCanvas(QWidget):
         return compute_regions(float(self.width()), float(self.height()), self._look.sizes.scale)
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        """Draw it, or the part of it that moved."""
         places = self.compute_regions()
         asked = QRectF(event.rect())
         painter = QPainter(self)

@@ -223,7 +223,6 @@ class PilotPage(WindowPage):
     # What happens
 
     def showEvent(self, event: QShowEvent) -> None:
-        """Speak from now on: whoever opens the page flies."""
         super().showEvent(event)
         self._was_opened = True
         self.refresh()

@@ -68,14 +68,12 @@ class PilotWindow(QWidget):
         self.setWindowState(self.windowState() ^ Qt.WindowState.WindowFullScreen)
 
     def event(self, event: QEvent) -> bool:
-        """Keep keys of the page from becoming something else."""
         if event.type() == QEvent.Type.ShortcutOverride and isinstance(event, QKeyEvent):
             event.accept()
             return True
         return super().event(event)
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Do what the key does on the page."""
         # On macOS the arrows are keys of the keypad, everywhere one Enter is.
         modifiers = event.modifiers() & ~Qt.KeyboardModifier.KeypadModifier
         pressed = QKeySequence(QKeyCombination(modifiers, Qt.Key(event.key())))
@@ -86,7 +84,6 @@ class PilotWindow(QWidget):
             act()
 
     def closeEvent(self, event: QCloseEvent) -> None:
-        """Say that it is gone."""
         super().closeEvent(event)
         self.closed.emit()
 

@@ -36,7 +36,6 @@ class StickKeyFilter(QObject):
         page.installEventFilter(self)
 
     def eventFilter(self, _watched: QObject, event: QEvent) -> bool:
-        """Take a key that belongs to the sticks."""
         kind = event.type()
         if kind == QEvent.Type.FocusOut:
             self._training.keys.release_all()

@@ -88,12 +88,10 @@ class CalibrationPointList(QWidget):
         self.update()
 
     def sizeHint(self) -> QSize:
-        """Return the size of all rows."""
         rows = max(len(self.rows), 3)
         return QSize(self._look.px(320), self._look.px(_HEAD) + rows * self._look.px(_ROW))
 
     def minimumSizeHint(self) -> QSize:
-        """Return the least size: all rows, so that none is cut."""
         return QSize(self._look.px(240), self.sizeHint().height())
 
     def show_rows(self, rows: tuple[CalibrationPointRow, ...], choice: int | None) -> None:
@@ -108,7 +106,6 @@ class CalibrationPointList(QWidget):
         self.update()
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
-        """Choose the point under the mouse."""
         if event.button() != Qt.MouseButton.LeftButton:
             event.ignore()
             return
@@ -133,7 +130,6 @@ class CalibrationPointList(QWidget):
         )  # fmt: skip
 
     def paintEvent(self, _event: QPaintEvent) -> None:
-        """Draw head and rows."""
         look = self._look
         painter = QPainter(self)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)

@@ -110,7 +110,6 @@ class CardsPage(PreflightStepPage):
         self._fit()
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Put the card beside the list, or in its place where the window is narrow."""
         super().resizeEvent(event)
         self._fit()
 
@@ -134,7 +133,6 @@ class CardsPage(PreflightStepPage):
         self.form.begin()
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Come back from the card to the list with Esc."""
         if event.key() == Qt.Key.Key_Escape and not self.list.hasFocus():
             self.begin()
         else:

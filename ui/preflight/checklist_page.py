@@ -55,7 +55,6 @@ class _Summary(QWidget):
             self.update()
 
     def paintEvent(self, _event: QPaintEvent) -> None:
-        """Draw sign and words."""
         look = self._look
         painter = QPainter(self)
         side = look.px(24)
@@ -152,7 +151,6 @@ class ChecklistPage(PreflightStepPage):
         self._fit()
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Give the room to the list where the window is small for its scale."""
         super().resizeEvent(event)
         self._fit()
 

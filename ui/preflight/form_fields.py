@@ -52,14 +52,12 @@ class FormLineEdit(QLineEdit):
     editing_finished = Signal()
 
     def event(self, event: QEvent) -> bool:
-        """Leave undo and redo to the page."""
         if _is_undo(event):
             event.ignore()
             return False
         return super().event(event)
 
     def focusOutEvent(self, event: QFocusEvent) -> None:
-        """Say that typing is over."""
         super().focusOutEvent(event)
         self.editing_finished.emit()
 
@@ -81,14 +79,12 @@ class FormTextEdit(QPlainTextEdit):
         self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
 
     def event(self, event: QEvent) -> bool:
-        """Leave undo and redo to the page."""
         if _is_undo(event):
             event.ignore()
             return False
         return super().event(event)
 
     def focusOutEvent(self, event: QFocusEvent) -> None:
-        """Say that typing is over."""
         super().focusOutEvent(event)
         self.editing_finished.emit()
 

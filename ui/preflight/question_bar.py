@@ -131,7 +131,6 @@ class QuestionBar(QFrame):
         self._leave()
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Enter answers, Esc takes back; other keys are not for the page behind."""
         if event.key() in (Qt.Key.Key_Return, Qt.Key.Key_Enter):
             self.accept()
         elif event.key() == Qt.Key.Key_Escape:

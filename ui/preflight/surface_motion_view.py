@@ -104,7 +104,6 @@ class SurfaceMotionView(QWidget):
         self.update()
 
     def sizeHint(self) -> QSize:
-        """Return what it would like."""
         return QSize(self._look.px(480), self._look.px(220))
 
     def show_figure(self, figure: SurfaceFigure | AircraftPoseFigure | None) -> None:
@@ -116,7 +115,6 @@ class SurfaceMotionView(QWidget):
         self.update()
 
     def paintEvent(self, _event: QPaintEvent) -> None:
-        """Draw the whole aircraft and the surface close up."""
         figure = self.figure
         if figure is None:
             return
@@ -294,7 +292,6 @@ class SurfaceCloseup:
         return turn.map(to_polygon(((0.0, -half), (long, -tip), (long, tip), (0.0, half))))
 
     def paint(self, painter: QPainter, box: QRectF) -> None:
-        """Draw it into a box."""
         figure = self._figure
         hinge, reach = self.layout(box)
         self._paint_scale(painter, hinge, reach)

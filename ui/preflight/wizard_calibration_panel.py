@@ -125,11 +125,9 @@ class WizardCalibrationPanel(QWidget):
         self._scroll.setVisible(self._beside or not self._wide)
 
     def minimumSizeHint(self) -> QSize:
-        """Return the least size: in the lowest window everything scrolls."""
         return QSize(self._look.px(240), self._look.px(120))
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Put the curve beside the cue where there is room, below it elsewhere."""
         super().resizeEvent(event)
         self._fit()
 

@@ -15,7 +15,6 @@ from calibration.wizard import CalibrationWizard, WizardAction, has_unfinished_c
 from calibration.wizard.setting_schedule import CalibrationMode
 from gsapp.foundation import GroundStationError
 from gsapp.quantities import convert_text_units
-from ui.commands import shortcut_text
 from ui.display_style import DisplayStyle
 from ui.flight_controller import FlightController
 from ui.preflight.calibration_controller import CalibrationController
@@ -129,14 +128,12 @@ class WizardPage(QWidget):
         self.setFocus(Qt.FocusReason.OtherFocusReason)
 
     def showEvent(self, event: QShowEvent) -> None:
-        """Look at the volts while the page is on screen."""
         super().showEvent(event)
         if self.run is not None:
             self.run.set_active(True)
         self._refresh()
 
     def hideEvent(self, event: QHideEvent) -> None:
-        """Look away: elsewhere the sticks are moved for other reasons."""
         super().hideEvent(event)
         if self.run is not None:
             self.run.set_active(False)
@@ -272,25 +269,11 @@ class WizardPage(QWidget):
             return
         self.start.show_statuses(standings)
         self.start.suggest_operator(who)
-        self._say_whether_live()
+        self.start.show_connection(self._desk.session)
         self._left, self._made = has_unfinished_calibration(shelf.journal), made
         self.start.resume.setVisible(self._left)
         self.start.resume.set_message("A calibration was not finished: every step of it is kept.")
         self._show_start_offers()
-
-    def _say_whether_live(self) -> None:
-        """Say what to do, or what is missing for it."""
-        session, connects = self._desk.session, f"{shortcut_text('Ctrl+L')} connects one."
-        if session is None:
-            self.start.sentence.set_message(f"No aircraft is connected: {connects}", "caution")
-        elif session.replay_feed is not None:
-            words = f"This is a replay, and no aircraft to calibrate: {connects}"
-            self.start.sentence.set_message(words, "caution")
-        else:
-            self.start.sentence.set_message(
-                "Put the protractor on the surface shown, move it to each angle and hold it: "
-                "points are recorded automatically."
-            )
 
     def _show_start_offers(self) -> None:
         """Show what can be begun; the selected instrument first, else what was not finished."""
@@ -393,7 +376,6 @@ class WizardPage(QWidget):
     # Keys
 
     def event(self, event: QEvent) -> bool:
-        """Claim the keys of the page before they become commands of the window."""
         if (
             event.type() == QEvent.Type.ShortcutOverride
             and isinstance(event, QKeyEvent)
@@ -404,7 +386,6 @@ class WizardPage(QWidget):
         return super().event(event)
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Do what a key means now."""
         field = self.focusWidget()
         if isinstance(field, QLineEdit) and event.key() in _KEY_ALIASES:
             self.begin()

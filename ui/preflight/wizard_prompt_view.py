@@ -62,13 +62,11 @@ class WizardPromptView(QWidget):
         self.update()
 
     def sizeHint(self) -> QSize:
-        """Return its size; the height is the same whatever it shows."""
         return QSize(
             self._look.px(480), self._look.px(_COMPACT_HEIGHT if self._low else _FULL_HEIGHT)
         )
 
     def minimumSizeHint(self) -> QSize:
-        """Return the least size."""
         return QSize(self._look.px(240), self._look.px(_COMPACT_HEIGHT))
 
     def set_compact(self, *, low: bool) -> None:
@@ -86,7 +84,6 @@ class WizardPromptView(QWidget):
         self.update()
 
     def paintEvent(self, _event: QPaintEvent) -> None:
-        """Draw it."""
         px, cue = self._look.px, self.cue
         painter = QPainter(self)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)

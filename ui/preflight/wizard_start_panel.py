@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtGui import QFocusEvent, QKeyEvent
@@ -18,12 +19,16 @@ from PySide6.QtWidgets import (
 
 from gsapp.foundation import UnitError
 from gsapp.quantities import channel, from_si, to_si
+from ui.commands import shortcut_text
 from ui.dialogs.form_dialog import FieldMessage
 from ui.display_style import DisplayStyle
 from ui.number_format import number_text, parse_number, unit_text
 from ui.widgets.labels import CenteredPage, create_label
 from ui.widgets.row_model import TableRow
 from ui.widgets.table_view import FittedTableView
+
+if TYPE_CHECKING:
+    from gsapp.session import Session
 
 _TEMPERATURE = channel("temperature")
 
@@ -125,7 +130,6 @@ class InstrumentList(FittedTableView):
             page.ensureVisible(there.x(), there.y(), 0, self._look.px(40))
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Act on the row; letters are keys of the page, no search."""
         key = Qt.Key(event.key())
         if key in (Qt.Key.Key_Up, Qt.Key.Key_Down):
             self.move_selection(-1 if key == Qt.Key.Key_Up else 1)
@@ -249,3 +253,17 @@ class WizardStartPanel(CenteredPage):
         self.standings = tuple(standings)
         self._card.setVisible(bool(standings))
         self.instruments.show_statuses(standings)
+
+    def show_connection(self, session: Session | None) -> None:
+        """Say what to do, or what is missing for it."""
+        connects = f"{shortcut_text('Ctrl+L')} connects one."
+        if session is None:
+            self.sentence.set_message(f"No aircraft is connected: {connects}", "caution")
+        elif session.replay_feed is not None:
+            words = f"This is a replay, and no aircraft to calibrate: {connects}"
+            self.sentence.set_message(words, "caution")
+        else:
+            self.sentence.set_message(
+                "Put the protractor on the surface shown, move it to each angle and hold it: "
+                "points are recorded automatically."
+            )

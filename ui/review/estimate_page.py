@@ -209,7 +209,6 @@ class EstimatePage(ReviewStepPage):
         self.head.show_field_help("run")
 
     def showEvent(self, event: QShowEvent) -> None:
-        """Look at what was changed on the other pages, and at the files anew."""
         super().showEvent(event)
         self._checker.invalidate()
         self.refresh()

@@ -135,7 +135,6 @@ class FigureCanvas(ArrowKeyNavigation, FigureWidget):
         self.update()
 
     def event(self, event: QEvent) -> bool:
-        """Keep the keys that move and zoom."""
         if event.type() == QEvent.Type.ShortcutOverride and isinstance(event, QKeyEvent):
             shifted = bool(event.modifiers() & _SHIFT) and Qt.Key(event.key()) in _PAN_KEYS
             plain = not event.modifiers() & _CONTROL and Qt.Key(event.key()) in _ZOOM_KEYS
@@ -155,7 +154,6 @@ class FigureCanvas(ArrowKeyNavigation, FigureWidget):
         return pane.value_text(self.view_of(pane), point.x(), point.y())
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
-        """Begin a click or a drag; the menu is about the point under the mouse."""
         pane, spot = self._pane_at(event.position()), self._at(event.position())
         if event.button() == Qt.MouseButton.RightButton and spot is not None:
             self._choose_spot(spot)
@@ -166,7 +164,6 @@ class FigureCanvas(ArrowKeyNavigation, FigureWidget):
             self._pressed = _Press(at=event.position(), pane=pane, view=view, moves=moves)
 
     def mouseMoveEvent(self, event: QMouseEvent) -> None:
-        """Show the values under the mouse, or draw a rectangle, or move the chart."""
         self.pointer = event.position()
         self.update()
         press = self._pressed
@@ -201,7 +198,6 @@ class FigureCanvas(ArrowKeyNavigation, FigureWidget):
         return drawn.intersected(plot)
 
     def mouseReleaseEvent(self, event: QMouseEvent) -> None:
-        """Choose what was clicked, or zoom to the rectangle."""
         self.pointer = event.position()
         box, press = self._rectangle(), self._pressed
         self._pressed = None
@@ -221,13 +217,11 @@ class FigureCanvas(ArrowKeyNavigation, FigureWidget):
             self._choose_spot(spot)
 
     def leaveEvent(self, event: QEvent) -> None:
-        """Take the values away."""
         super().leaveEvent(event)
         self.pointer = None
         self.update()
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        """Draw over the figure: the rectangle of a zoom, the values under the mouse."""
         super().paintEvent(event)
         pane = None if self.pointer is None else self._pane_at(self.pointer)
         box = self._rectangle()
@@ -245,7 +239,6 @@ class FigureCanvas(ArrowKeyNavigation, FigureWidget):
         painter.end()
 
     def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:
-        """Open the fit of a point; show everything where it is zoomed; show a chart large."""
         spot, pane = self._at(event.position()), self._pane_at(event.position())
         if spot is not None:
             self.fit_requested.emit(spot.maneuver)
@@ -255,7 +248,6 @@ class FigureCanvas(ArrowKeyNavigation, FigureWidget):
             self.subplot_opened.emit(pane.name)
 
     def wheelEvent(self, event: QWheelEvent) -> None:
-        """Zoom at the mouse; with Shift, and beside the charts, the page scrolls."""
         pane = self._pane_at(event.position())
         if pane is None or event.modifiers() & _SHIFT or not event.angleDelta().y():
             event.ignore()
@@ -268,7 +260,6 @@ class FigureCanvas(ArrowKeyNavigation, FigureWidget):
     # Keys
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Walk, move, zoom, open."""
         key = Qt.Key(event.key())
         pane = self.subplot_at(self.subplot_index)
         if key in _POINT_STEP_KEYS and self.points and not event.modifiers() & _SHIFT:

@@ -218,19 +218,16 @@ class FigureView(QScrollArea):
         self._soon.start()
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Draw anew at another size."""
         super().resizeEvent(event)
         if event.size() != event.oldSize():
             self._fits = False
             self._soon.start()
 
     def showEvent(self, event: QShowEvent) -> None:
-        """Draw what could not be drawn before it was seen."""
         super().showEvent(event)
         self._soon.start()
 
     def changeEvent(self, event: QEvent) -> None:
-        """Draw anew on a screen of another density."""
         super().changeEvent(event)
         if event.type() == QEvent.Type.DevicePixelRatioChange:
             self._soon.start()

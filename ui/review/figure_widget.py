@@ -88,7 +88,6 @@ class FigureWidget(QWidget):
         self.current = None
 
     def sizeHint(self) -> QSize:
-        """Return the size of what is drawn."""
         drawing = self.rendered_figure
         return QSize(drawing.width, drawing.height) if drawing is not None else QSize(0, 0)
 
@@ -125,7 +124,6 @@ class FigureWidget(QWidget):
         return self.views.get(pane.index, pane.view)
 
     def paintEvent(self, _event: QPaintEvent) -> None:
-        """Draw the picture, what is chosen in it, and where the keyboard is."""
         painter = QPainter(self)
         painter.fillRect(self.rect(), self._look.color("panel"))
         drawing = self.rendered_figure
@@ -145,12 +143,10 @@ class FigureWidget(QWidget):
         painter.end()
 
     def focusInEvent(self, event: QFocusEvent) -> None:
-        """Show that the keyboard is here."""
         super().focusInEvent(event)
         self.update()
 
     def focusOutEvent(self, event: QFocusEvent) -> None:
-        """Show that the keyboard is elsewhere."""
         super().focusOutEvent(event)
         self.update()
 

@@ -152,7 +152,6 @@ class FiguresLayout(QWidget):
         self.caption.setVisible(bool(words))
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Put the list above the figure where there is little room."""
         super().resizeEvent(event)
         self._fit()
 

@@ -49,7 +49,7 @@ class FlightsPanel(QWidget):
         self._column = column
         column.addWidget(create_label("Flights", "heading"))
         self.flights = BoxedListView(look, "Flights under review")
-        self.flights.row_changed.connect(lambda row: self.flight_selected.emit(row))
+        self.flights.row_changed.connect(self.flight_selected.emit)
         column.addWidget(self.flights)
         self.words = create_label("", "muted", wrap=True, remarks_in=look)
         column.addWidget(self.words)

@@ -281,13 +281,11 @@ class ManeuversPage(ReviewStepPage):
     # Showing
 
     def showEvent(self, event: QShowEvent) -> None:
-        """Follow other windows while on screen."""
         super().showEvent(event)
         self.editing.reload()
         self._poll.start()
 
     def hideEvent(self, event: QHideEvent) -> None:
-        """Follow nothing while hidden."""
         super().hideEvent(event)
         self._poll.stop()
 

@@ -220,13 +220,11 @@ class _RunList(FittedTableView):
     focused = Signal()
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Mark with Space; the rest as in any list."""
         if event.key() == Qt.Key.Key_Space:
             self.marked.emit()
         else:
             super().keyPressEvent(event)
 
     def focusInEvent(self, event: QFocusEvent) -> None:
-        """Say that the keyboard came."""
         super().focusInEvent(event)
         self.focused.emit()

@@ -183,7 +183,6 @@ class SummaryPage(ReviewStepPage):
         self._column.setSpacing(self.display_style.px(8))
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        """Leave out columns where the table has little room."""
         if watched is self.table and event.type() == QEvent.Type.Resize:
             self._fit()
         return super().eventFilter(watched, event)

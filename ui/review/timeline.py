@@ -98,7 +98,6 @@ class Timeline(TimelineWidget, ArrowKeyNavigation):
         return min(found, key=lambda span: span.stop - span.start, default=None)
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
-        """Take hold of an edge, choose a maneuver, or begin to mark a stretch."""
         if event.button() != Qt.MouseButton.LeftButton or self._traces is None:
             super().mousePressEvent(event)
             return
@@ -135,7 +134,6 @@ class Timeline(TimelineWidget, ArrowKeyNavigation):
             self._redraw()
 
     def mouseMoveEvent(self, event: QMouseEvent) -> None:
-        """Drag what is held; else show that an edge can be."""
         at, drag = event.position(), self._drag
         known = self._traces is not None and self.regions.plot.contains(at)
         self._reads = False
@@ -158,7 +156,6 @@ class Timeline(TimelineWidget, ArrowKeyNavigation):
         self._drag_edge(drag, time)
 
     def leaveEvent(self, event: QEvent) -> None:
-        """Read nothing where the mouse is not."""
         super().leaveEvent(event)
         if not self._reads:
             self.set_pointer(None)
@@ -174,7 +171,6 @@ class Timeline(TimelineWidget, ArrowKeyNavigation):
             self.edge_dragged.emit(drag.name, start, stop)
 
     def mouseReleaseEvent(self, event: QMouseEvent) -> None:
-        """Let go: an edge stays where it was dragged to."""
         if event.button() != Qt.MouseButton.LeftButton:
             return
         drag, held = self._drag, self._held
@@ -188,7 +184,6 @@ class Timeline(TimelineWidget, ArrowKeyNavigation):
         self.update()
 
     def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:
-        """Zoom to the maneuver pressed, or show the whole flight beside them."""
         if event.button() != Qt.MouseButton.LeftButton or self._traces is None:
             return
         self._drag = self._held = None
@@ -202,7 +197,6 @@ class Timeline(TimelineWidget, ArrowKeyNavigation):
             self.zoom_to(span.start, span.stop)
 
     def wheelEvent(self, event: QWheelEvent) -> None:
-        """Zoom about the pointer; with Shift, or sideways, move."""
         along, up = scroll_steps(event)
         if along:
             self.view.pan(-along * _STEP * self.view.seconds)
@@ -214,7 +208,6 @@ class Timeline(TimelineWidget, ArrowKeyNavigation):
     # Keys
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Move, zoom, drop what is held."""
         key, view = Qt.Key(event.key()), self.view
         moves = {
             Qt.Key.Key_Left: -_STEP, Qt.Key.Key_Right: _STEP,

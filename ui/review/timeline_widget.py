@@ -157,11 +157,9 @@ class TimelineWidget(QWidget):
         )
 
     def sizeHint(self) -> QSize:
-        """Return what it would like: the page scrolls where there is less, and gives more."""
         return QSize(self._look.px(640), self._look.px(250))
 
     def minimumSizeHint(self) -> QSize:
-        """Return the size below which nothing can be told."""
         return QSize(self._look.px(320), self._look.px(250))
 
     def _restyle(self) -> None:
@@ -170,7 +168,6 @@ class TimelineWidget(QWidget):
         self._redraw()
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Draw the lines anew at another size."""
         super().resizeEvent(event)
         self._overview = None
         self._redraw()
@@ -200,7 +197,6 @@ class TimelineWidget(QWidget):
         return next((span for span in self._spans if span.id == self._name), None)
 
     def paintEvent(self, _event: QPaintEvent) -> None:
-        """Draw everything; lines come from a picture that is made once for each view."""
         look, places = self._look, self.regions
         painter = QPainter(self)
         painter.fillRect(self.rect(), look.color("background"))

@@ -85,11 +85,9 @@ class ActionBar(QWidget):
         self._fit()
 
     def sizeHint(self) -> QSize:
-        """Return its size: one row of controls for gloves."""
         return QSize(self._look.px(320), self._look.sizes.control + self._look.px(10))
 
     def minimumSizeHint(self) -> QSize:
-        """Return the least size: never lower."""
         return QSize(self._look.px(160), self.sizeHint().height())
 
     def show_actions(self, offers: Sequence[ActionItem]) -> None:
@@ -128,7 +126,6 @@ class ActionBar(QWidget):
         return lambda: self.triggered.emit(name)
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Show as many buttons as there is room for."""
         super().resizeEvent(event)
         self._fit()
 

@@ -103,7 +103,6 @@ class LegendSymbol(QWidget):
         self.setFixedSize(look.px(24), look.px(16))
 
     def paintEvent(self, _event: QPaintEvent) -> None:
-        """Draw it."""
         look, curve = self._look, self._curve
         painter = QPainter(self)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
@@ -296,7 +295,6 @@ class _PlotAxis(pyqtgraph.AxisItem):
         self.clock = False
 
     def tickSpacing(self, low: float, high: float, size: float) -> list[tuple[float, float]]:
-        """Return the distances of ticks; those of a clock are round seconds and minutes."""
         if not self.clock:
             return list(super().tickSpacing(low, high, size))
         return [(time_step(high - low, max(size / (_TICK_SPACING * self.font_width()), 2.0)), 0.0)]
@@ -307,7 +305,6 @@ class _PlotAxis(pyqtgraph.AxisItem):
         return QFontMetrics(font).horizontalAdvance("00:00.0") if font is not None else 48.0
 
     def tickStrings(self, values: Sequence[float], scale: float, spacing: float) -> list[str]:
-        """Return the numbers as they are shown."""
         if self.clock:
             decimals = max(step_decimals(spacing), 1)
             return [clock_text(value, decimals=decimals) for value in values]
@@ -338,7 +335,6 @@ class _PlotArea(ArrowKeyNavigation, pyqtgraph.PlotWidget):
         self._margin = _MARGIN
 
     def sizeHint(self) -> QSize:
-        """Return what it would like."""
         return QSize(self._look.px(320), self._look.px(220))
 
     def restyle(self) -> None:
@@ -425,7 +421,6 @@ class _PlotArea(ArrowKeyNavigation, pyqtgraph.PlotWidget):
             item.setXRange(*self._whole, padding=self._margin)
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Move and zoom."""
         box = self.getPlotItem().getViewBox()
         low, high = box.viewRange()[0]
         span = high - low
@@ -443,7 +438,6 @@ class _PlotArea(ArrowKeyNavigation, pyqtgraph.PlotWidget):
             event.ignore()
 
     def wheelEvent(self, event: QWheelEvent) -> None:
-        """Zoom x at the pointer, or values over their axis; with Shift the page scrolls."""
         if event.modifiers() & Qt.KeyboardModifier.ShiftModifier:
             event.ignore()
             return
@@ -458,18 +452,15 @@ class _PlotArea(ArrowKeyNavigation, pyqtgraph.PlotWidget):
         event.accept()
 
     def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:
-        """Show everything."""
         self.fit_view()
         event.accept()
 
     def mouseMoveEvent(self, event: QMouseEvent) -> None:
-        """Show the values under the mouse."""
         super().mouseMoveEvent(event)
         self.pointer = event.position()
         self.viewport().update()
 
     def leaveEvent(self, event: QEvent) -> None:
-        """Take the values away."""
         super().leaveEvent(event)
         self.pointer = None
         self.viewport().update()
@@ -499,7 +490,6 @@ class _PlotArea(ArrowKeyNavigation, pyqtgraph.PlotWidget):
         return "\n".join(said)
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        """Draw the plot, the values under the mouse, and a frame while the keyboard is on it."""
         super().paintEvent(event)
         area = self._area()
         held = QApplication.mouseButtons() != Qt.MouseButton.NoButton

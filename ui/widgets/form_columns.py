@@ -87,7 +87,6 @@ class FormColumns(QScrollArea):
         self._fit()
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Take as many columns as there is room for."""
         super().resizeEvent(event)
         self._fit()
 

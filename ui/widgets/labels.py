@@ -36,7 +36,6 @@ class UnitConvertingLabel(QLabel):
         self._convert()
 
     def setText(self, text: str) -> None:
-        """Show another text, in any units."""
         self._remark = text
         self._convert()
 
@@ -99,6 +98,5 @@ class CenteredPage(QScrollArea):
         self._body.setFixedWidth(min(self._look.px(self._width), room))
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Keep the column within the window."""
         super().resizeEvent(event)
         self._fit()

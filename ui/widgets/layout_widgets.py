@@ -52,7 +52,6 @@ class StackingColumns(QWidget):
         self._fit()
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Stack the columns where the window is narrow."""
         super().resizeEvent(event)
         self._fit()
 

@@ -270,7 +270,6 @@ class TableRowModel(QAbstractTableModel):
     def setData(
         self, index: ModelIndex, value: object, role: int = Qt.ItemDataRole.EditRole
     ) -> bool:
-        """Report an edited text or a pressed box; the row changes when its source has taken it."""
         row, column = self.rows[index.row()], index.column()
         is_checked = row.formats.get(column, _PLAIN).is_checked
         if role == Qt.ItemDataRole.CheckStateRole and is_checked is not None:

@@ -85,14 +85,12 @@ class _StatusListDelegate(QStyledItemDelegate):
         return words, more
 
     def sizeHint(self, _option: QStyleOptionViewItem, index: ModelIndex) -> QSize:
-        """Return the size of a line at the width of the list."""
         width = self._view.viewport().width()
         line = index.data(VALUE_ROLE)
         high = self._parts(line, width)[1].bottom() + self._look.px(8)
         return QSize(width, max(high, self._look.px(48)))
 
     def paint(self, painter: QPainter, option: QStyleOptionViewItem, index: ModelIndex) -> None:
-        """Draw sign, words, state."""
         look, px = self._look, self._look.px
         line = index.data(VALUE_ROLE)
         box = option.rect
@@ -190,16 +188,10 @@ class StatusListView(QListView):
         return [("Line", "Details", "State", "Note"), *rows]
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Wrap anew at another width."""
         super().resizeEvent(event)
         self.scheduleDelayedItemsLayout()
 
-    def currentChanged(
-        self,
-        current: QModelIndex | QPersistentModelIndex,
-        previous: QModelIndex | QPersistentModelIndex,
-    ) -> None:
-        """Say which line the keyboard is on."""
+    def currentChanged(self, current: QModelIndex, previous: QModelIndex) -> None:
         super().currentChanged(current, previous)
         if current.isValid():
             self.current_item_changed.emit(self.current_key)
@@ -247,7 +239,6 @@ class StatusListView(QListView):
         self.setCurrentIndex(self.row_model.index(min(max(row, 0), last), 0))
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Act on the line: press it, move it, delete it."""
         key = Qt.Key(event.key())
         moves = {Qt.Key.Key_Up: -1, Qt.Key.Key_Down: 1}
         if key in (Qt.Key.Key_Space, Qt.Key.Key_Return, Qt.Key.Key_Enter):

@@ -132,7 +132,6 @@ class TableMenu(QObject):
             self._followed.append((action, follows))
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        """Choose the cell under the right button before its menu opens; copy with Ctrl+C."""
         view = self._view
         if isinstance(event, QContextMenuEvent):
             self._enable()

@@ -49,7 +49,6 @@ class TimeSlider(QWidget):
         self.setToolTip("Press to go there; with the keyboard Left and Right by 1 s")
 
     def sizeHint(self) -> QSize:
-        """Return the least size."""
         return QSize(self._look.px(160), self._look.px(24))
 
     def show_time(
@@ -84,7 +83,6 @@ class TimeSlider(QWidget):
         return first + min(max(share, 0.0), 1.0) * (last - first)
 
     def paintEvent(self, _event: QPaintEvent) -> None:
-        """Draw line, marks, place."""
         look, line = self._look, self._line()
         painter = QPainter(self)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
@@ -122,7 +120,6 @@ class TimeSlider(QWidget):
         painter.end()
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
-        """Go where it was pressed."""
         if event.button() != Qt.MouseButton.LeftButton:
             event.ignore()
             return
@@ -130,17 +127,14 @@ class TimeSlider(QWidget):
         self.moved.emit(self._time_at(event.position().x()))
 
     def mouseMoveEvent(self, event: QMouseEvent) -> None:
-        """Follow the mouse."""
         if self._dragged:
             self.moved.emit(self._time_at(event.position().x()))
 
     def mouseReleaseEvent(self, event: QMouseEvent) -> None:
-        """Let go."""
         if event.button() == Qt.MouseButton.LeftButton:
             self._dragged = False
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Move by 1 s, by 10 s with PgUp and PgDown, to the ends with Home and End."""
         first, last = self._range
         steps = {
             int(Qt.Key.Key_Left): self._time - 1.0,

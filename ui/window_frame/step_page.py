@@ -302,7 +302,6 @@ class MultiStepPage(WindowPage):
         self.go_to_step(self.step or getattr(self._store.current, self.setting), begin=False)
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Give the height of the row of steps to the step where the window is low."""
         super().resizeEvent(event)
         self.steps.fit(self.window().height())
 
