@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Protocol
 
-from PySide6.QtGui import QUndoCommand
+from PySide6.QtGui import QUndoCommand, QUndoStack
 
 UNDO_LIMIT = 200
 """Changes that can be undone."""
@@ -48,6 +48,7 @@ class UndoCommand(QUndoCommand):
         self._undo, self._redo = undo, redo
         self._merge_key = merge_key
         self._is_pushed = False
+        self.error: Exception | None = None
 
     def id(self) -> int:
         return 1 if self._merge_key else -1
@@ -59,10 +60,35 @@ class UndoCommand(QUndoCommand):
         return True
 
     def undo(self) -> None:
-        self._undo()
+        self._run(self._undo)
 
     def redo(self) -> None:
         # Qt calls it when the command is pushed, too.
         if self._is_pushed:
-            self._redo()
+            self._run(self._redo)
         self._is_pushed = True
+
+    def _run(self, act: Callable[[], object]) -> None:
+        # On its way through Qt an error would get another message; the stack raises it.
+        try:
+            act()
+        except Exception as error:
+            self.error = error
+
+
+class UndoStack(QUndoStack):
+    """Qt's undo stack; an error of a command is raised as it is."""
+
+    def undo(self) -> None:
+        super().undo()
+        self._raise_error(self.index())
+
+    def redo(self) -> None:
+        super().redo()
+        self._raise_error(self.index() - 1)
+
+    def _raise_error(self, index: int) -> None:
+        command = self.command(index) if index < self.count() else None
+        if isinstance(command, UndoCommand) and command.error is not None:
+            error, command.error = command.error, None
+            raise error

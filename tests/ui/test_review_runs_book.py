@@ -5,8 +5,6 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
-from PySide6.QtGui import QUndoStack
-
 from gsapp.flight.catalog import Catalog
 from gsapp.identification.runs.exclusion import exclude_maneuvers
 from gsapp.identification.runs.request import RunRequest
@@ -14,6 +12,7 @@ from gsapp.identification.runs.run_execution import execute_run
 from gsapp.identification.runs.run_store import save_run
 from tests.identification.runs_kit import WINDOWS, write_flights
 from ui.review.run_store import RunStore
+from ui.undo import UndoStack
 
 
 def test_a_maneuver_left_out_is_kept_with_the_run(qtbot, tmp_path: Path) -> None:
@@ -23,7 +22,7 @@ def test_a_maneuver_left_out_is_kept_with_the_run(qtbot, tmp_path: Path) -> None
     with Catalog(path) as catalog:
         outcome = replace(outcome, number=save_run(catalog, outcome))
     errors: list[BaseException] = []
-    book = RunStore(lambda: path, errors.append, QUndoStack())
+    book = RunStore(lambda: path, errors.append, UndoStack())
     with qtbot.waitSignal(book.changed, timeout=20_000):
         book.update_means(exclude_maneuvers(outcome, ["1:1"]))
     (shown,) = book.runs

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from PySide6.QtGui import QUndoStack
+import pytest
 
-from ui.undo import UndoCommand
+from gsapp.foundation import FlightError
+from ui.undo import UndoCommand, UndoStack
 
 
 class Value:
@@ -12,7 +13,7 @@ class Value:
 
     def __init__(self) -> None:
         self.now = 0
-        self.stack = QUndoStack()
+        self.stack = UndoStack()
 
     def set(self, now: int, merge_key: str = "") -> None:
         """Change it, as the pages do: first the change, then the command."""
@@ -53,3 +54,16 @@ def test_typing_into_one_field_is_one_change() -> None:
     assert value.now == 0
     value.stack.redo()
     assert value.now == 120
+
+
+def test_an_error_of_a_command_keeps_its_message() -> None:
+    def fail() -> None:
+        raise FlightError("the disk is full")
+
+    stack = UndoStack()
+    stack.push(UndoCommand("tick", fail, fail))
+    with pytest.raises(FlightError, match=r"^the disk is full$"):
+        stack.undo()
+    with pytest.raises(FlightError, match=r"^the disk is full$"):
+        stack.redo()
+    assert stack.undoText() == "tick"

@@ -6,13 +6,12 @@ from collections.abc import Callable
 from pathlib import Path
 
 from PySide6.QtCore import QObject, Signal
-from PySide6.QtGui import QUndoStack
 
 from ui.background_job import BackgroundJob, JobProgress
 from ui.gap.gap_worker import GapJob, GapReportJob, SearchJob, serve_gap_jobs
 from ui.gap.search_request import EffectDecisions, GapRequest, SearchResult
 from ui.job_process.job_runner import JobRunner, ProcessJobRunner
-from ui.undo import UndoCommand
+from ui.undo import UndoCommand, UndoStack
 
 _RESULT_CACHE_SIZE = 8
 """Answers kept for going back."""
@@ -63,7 +62,7 @@ class GapSearch(QObject):
         self._work: BackgroundJob | None = None
         self.answer: SearchResult | None = None
         self._decision = ""
-        self.undo_stack = QUndoStack(self)
+        self.undo_stack = UndoStack(self)
         self.undo_stack.setUndoLimit(_RESULT_CACHE_SIZE)
 
     @property

@@ -6,8 +6,6 @@ from collections.abc import Callable, Sequence
 from datetime import datetime
 from pathlib import Path
 
-from PySide6.QtGui import QUndoStack
-
 from gsapp.aircraft import Aircraft
 from gsapp.flight.folder import FlightFolder
 from gsapp.flight.info import FlightInfo
@@ -24,7 +22,7 @@ from gsapp.session.checklist import (
 )
 from gsapp.session.pending_checklist import PendingChecklist
 from ui.number_format import count_text
-from ui.undo import UndoCommand
+from ui.undo import UndoCommand, UndoStack
 from ui.window_frame.page_steps import StepStatus
 
 Ticks = frozenset[str]
@@ -56,7 +54,7 @@ class ChecklistModel:
         self._card: Callable[[], FlightInfo | None] = lambda: None
         self._aircraft: Aircraft | None = None
         self._going: SessionChecklist | PendingChecklist | None = None
-        self.undo_stack = QUndoStack()
+        self.undo_stack = UndoStack()
         self._read_stamp: FileStamp | None = None
         self._system = "US"
 

@@ -6,13 +6,12 @@ from collections.abc import Mapping
 from typing import Any, Generic, TypeVar
 
 from pydantic import BaseModel
-from PySide6.QtGui import QUndoStack
 
 from gsapp.flight.toml_document import KeyPath, TomlDocument
 from gsapp.foundation import FileProblemsError, FlightError, UnitError
 from ui.disk_checks import may_block
 from ui.preflight.flight_card_fields import CardField, format_field, parse_field
-from ui.undo import UndoCommand
+from ui.undo import UndoCommand, UndoStack
 
 Model = TypeVar("Model", bound=BaseModel)
 
@@ -35,7 +34,7 @@ class FormEditor(Generic[Model]):
         self.file = file
         self.problems: dict[KeyPath, str] = {}
         self._pending: dict[KeyPath, tuple[CardField, str]] = {}
-        self._undo_stack = QUndoStack()
+        self._undo_stack = UndoStack()
         self._merge_serial = 0
 
     # What stands there

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from PySide6.QtCore import Qt, Signal
-from PySide6.QtGui import QAction, QShowEvent, QUndoStack
+from PySide6.QtGui import QAction, QShowEvent
 from PySide6.QtWidgets import QApplication, QFrame, QScrollArea, QVBoxLayout, QWidget
 
 from gsapp.foundation import GroundStationError
@@ -32,7 +32,7 @@ from ui.review.run_store import RunStore
 from ui.review.runs_view import RunsView
 from ui.review.step_page import ReviewStepPage
 from ui.settings import SettingsStore, catalog_path
-from ui.undo import UNDO_LIMIT, UndoCommand, UndoHistory
+from ui.undo import UNDO_LIMIT, UndoCommand, UndoHistory, UndoStack
 from ui.widgets.layout_widgets import StackingColumns
 from ui.window_frame.page_steps import StepStatus
 
@@ -87,7 +87,7 @@ class EstimatePage(ReviewStepPage):
         self._report_error = report_error
         self._checker = EstimateValidator(report_error, self)
         self._told = ""
-        self._undo_stack = QUndoStack(self)
+        self._undo_stack = UndoStack(self)
         self._undo_stack.setUndoLimit(UNDO_LIMIT)
         self._outcome: RunOutcome | None = None
         self._wishes = store.current.review_estimate

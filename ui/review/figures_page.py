@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from PySide6.QtCore import Signal
-from PySide6.QtGui import QAction, QUndoStack
+from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QVBoxLayout
 
 from gsapp.foundation import FlightError
@@ -33,7 +33,7 @@ from ui.review.review_jobs import JobSubmitter
 from ui.review.review_selection import ReviewSelection
 from ui.review.step_page import NO_RUN_TEXT, PREVIOUS_RUN_COUNT, ReviewStepPage
 from ui.settings import SettingsStore, initial_dialog_folder
-from ui.undo import UndoCommand, UndoHistory
+from ui.undo import UndoCommand, UndoHistory, UndoStack
 from ui.widgets.figure_menu import ContentFunction, FigureMenu
 from ui.window_frame.page_steps import StepStatus
 
@@ -81,7 +81,7 @@ class FiguresPage(ReviewStepPage):
         self._selection = selection
         self._material: FigureData | None = None
         self._chosen: dict[str, str] = {}
-        self._undo_stack = QUndoStack(self)
+        self._undo_stack = UndoStack(self)
         self._excluded: frozenset[str] = frozenset()
         self._needs = FigureComputations(begin_job, self)
         self._store = store

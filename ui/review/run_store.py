@@ -7,10 +7,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QObject, Signal
-from PySide6.QtGui import QUndoStack
 
 from ui.background_job import BackgroundJob, JobProgress
-from ui.undo import UndoCommand
+from ui.undo import UndoCommand, UndoStack
 
 if TYPE_CHECKING:
     # The window starts without the numerics behind a run.
@@ -30,7 +29,7 @@ class RunStore(QObject):
         Returns where the catalog is.
     report_error : callable
         Where errors go.
-    undo_stack : QUndoStack
+    undo_stack : UndoStack
         Takes the changes.
 
     Attributes
@@ -49,7 +48,7 @@ class RunStore(QObject):
         self,
         catalog: Callable[[], Path],
         report_error: Callable[[BaseException], None],
-        undo_stack: QUndoStack,
+        undo_stack: UndoStack,
         parent: QObject | None = None,
     ) -> None:
         super().__init__(parent)
