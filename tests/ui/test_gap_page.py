@@ -62,12 +62,13 @@ def window(made: MainWindow, qtbot: QtBot) -> Iterator[MainWindow]:
     """Return the window as it was when it was opened."""
     gap = made.gap_page
     gap.search._engine = FakeEngine()
-    gap.search.answer, gap.search._past, gap.search._future = None, [], []
+    gap.search.answer = None
+    gap.search.undo_stack.clear()
     gap.set_open_flight(None)
     if gap.setup is not None:
-        gap.setup.flights.clear()
+        gap.setup._show_paths(())
         gap.setup._judge()
-        gap.pages.setCurrentWidget(gap.setup)
+        gap.stack.setCurrentWidget(gap.setup)
     if gap.story is not None:
         gap.story.answer = None
     made.display_style.set_theme("daylight")
