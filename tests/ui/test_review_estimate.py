@@ -95,7 +95,7 @@ def test_enter_alone_runs_and_the_run_is_kept(
     assert outcome.number == 1
     assert "Run 1:" in page.sentence.text()
     table = page.panel.derivatives
-    shown = table.data(table.index(table.names.index("Cm_de"), LAST_COLUMN))
+    shown = table.row_model.index(table.names.index("Cm_de"), LAST_COLUMN).data()
     mean = outcome.summary.derivatives["Cm_de"].value.mean
     assert float(str(shown).split()[0].replace("−", "-")) == pytest.approx(mean, rel=0.02)
     assert page.state.detail == f"run 1: {count} maneuvers"
