@@ -113,7 +113,7 @@ STATES: dict[str, CueSnapshot] = {
             ),
         ),
     ),
-    "blind": replace(BASE, trim=cue("blind", missing=("no rates come in",)), speed=None),
+    "blind": replace(BASE, trim=cue("blind", limitations=("no rates come in",)), speed=None),
     "input": replace(BASE, input_in_progress=moving("moving")),
     "hands-off": replace(BASE, input_in_progress=moving("hands-off")),
     "too-small": replace(BASE, verdict=VERDICT),
