@@ -384,12 +384,15 @@ class MainWindow(QMainWindow):
         """Undo the last change of what is on screen."""
         page = self._shown_page
         (self.flight_controller.undo_mark if page is None else page.undo)()
+        # The stack knows only afterwards what can be undone and redone.
+        self._enable()
 
     def redo(self) -> None:
         """Redo the change that was undone last."""
         page = self._shown_page
         if page is not None:
             page.redo()
+            self._enable()
 
     def _show_fault(self, fault: ErrorReport) -> None:
         copy = ("Copy details", self.help_menu.copy_details)
