@@ -559,7 +559,7 @@ app = QCoreApplication([])
 drawer = FigureRenderer()
 picture = DocumentFigure(name="it", caption="", height=4.0, draw=draw)
 room = FigureSize(width=6.0, height=4.0)
-drawer.begin(
+drawer.submit(
     RenderRequest(
         request_id=1, build=lambda *_: picture, palette=lambda: PRINT_PALETTE, room=room, dpi=100.0
     )
