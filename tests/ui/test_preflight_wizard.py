@@ -108,7 +108,7 @@ def test_a_crew_calibrates_by_one_key_and_checks_it(at_bench: Open) -> None:
     window.press(KEY.Key_Space)
     standings = {one.title: one for one in window.page.start.standings or ()}
     assert standings["Left elevator"].is_calibrated
-    assert standings["Rudder"].words == "uncalibrated: wire broken"
+    assert standings["Rudder"].text == "uncalibrated: wire broken"
 
     # Before its first volts come an instrument is waited for: nothing is wrong with its signal.
     window.press(KEY.Key_C)
