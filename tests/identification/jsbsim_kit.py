@@ -8,8 +8,6 @@ pitot and accelerometers where they sit (by cross products, not by our formulas)
 offsets of accelerometers, 12-bit converter, air data by way of pressures and temperature.
 """
 
-from __future__ import annotations
-
 import math
 import tempfile
 from collections.abc import Callable, Mapping, Sequence
@@ -130,13 +128,11 @@ _PLANET = """<?xml version="1.0"?>
 
 
 def _structural(position: tuple[float, float, float]) -> tuple[float, float, float]:
-    """Return a place in JSBSim's structural frame, inches: x aft, y right, z up."""
     x, y, z = position
     return -x / INCH, y / INCH, -z / INCH
 
 
 def _products(coefficient: str) -> str:
-    """Return the linear build-up of a coefficient as JSBSim's functions."""
     terms = [f"<property>known/{coefficient}_0</property>"]
     for name in linear_variables(coefficient):
         reads = "".join(f"<property>{one}</property>" for one in READS[name])
@@ -227,7 +223,6 @@ class Engine:
 
     @property
     def mass(self) -> float:
-        """Return JSBSim's mass, kg: its pound has its own last digits."""
         return float(self.fdm["inertia/mass-slugs"] * SLUG)
 
     def start(self, model: Model, V: float, altitude: float = 300.0) -> Trim:
@@ -371,18 +366,15 @@ class Errors:
     withheld: int
 
     def rms(self, name: str) -> float:
-        """Return the rms of error over bound."""
         return float(np.sqrt(np.mean(self.over_bounds[name] ** 2)))
 
     def percent(self, name: str) -> float:
-        """Return the rms error in percent of the mean true value."""
         size = float(np.abs(np.mean(self.truths[name])))
         rms = float(np.sqrt(np.mean(self.errors[name] ** 2)))
         return 100.0 * rms / size if size > 0.0 else math.nan
 
 
 def estimates_of(method: str, flown: Sequence[Virtual], axis: Axis) -> list[Estimate]:
-    """Estimate from every maneuver by itself."""
     return [METHODS[method]([one.maneuver], axis) for one in flown]
 
 

@@ -25,7 +25,6 @@ from gsapp.quantities import FloatArray
 
 
 def cubic(samples: FloatArray, place: float) -> float:
-    """Return a signal between its samples by cubic convolution (Catmull-Rom), ends held."""
     base = math.floor(place)
     u = place - base
     a, b, c, d = (float(samples[min(max(base + k, 0), len(samples) - 1)]) for k in (-1, 0, 1, 2))
@@ -39,8 +38,6 @@ def cubic(samples: FloatArray, place: float) -> float:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Segment:
-    """Contiguous samples of one maneuver."""
-
     maneuver: int
     number: int
     dt: float
@@ -179,7 +176,6 @@ class Reference:
     def _as_shown(
         self, computed: FloatArray, segment: Segment, theta: Mapping[str, float]
     ) -> FloatArray:
-        """Return the responses as the instruments show them: late, scaled, biased."""
         shown = computed.copy()
         times = segment.dt * np.arange(len(computed))
         for column, name in enumerate(self.responses):
@@ -194,13 +190,11 @@ class Reference:
     # --- all of them ----------------------------------------------------------------------------
 
     def residuals(self, theta: Mapping[str, float]) -> list[FloatArray]:
-        """Return measured minus computed by segment, NaN where a sample does not count."""
         return [one.measured - self.respond(one, theta) for one in self.segments]
 
     def sensitivities(
         self, theta: Mapping[str, float], steps: Mapping[str, float]
     ) -> list[FloatArray]:
-        """Return dy/dtheta by segment, shape (n, n_responses, n_parameters)."""
         found = [np.zeros((*one.measured.shape, len(self.names))) for one in self.segments]
         for column, name in enumerate(self.names):
             step = steps[name]
@@ -238,7 +232,6 @@ class Reference:
     def normal_equations(
         self, S: Sequence[FloatArray], v: Sequence[FloatArray], W: Sequence[FloatArray]
     ) -> tuple[FloatArray, FloatArray]:
-        """Return sum S'WS and sum S'Wv over the samples that count."""
         size = len(self.names)
         H, gradient = np.zeros((size, size)), np.zeros(size)
         for one, sensitivity, residual in zip(self.segments, S, v, strict=True):
@@ -339,7 +332,6 @@ class Reference:
         return [k for k, one in enumerate(self.segments) if one.maneuver == index]
 
     def _pairs(self, index: int, v: Sequence[FloatArray], j: int) -> FloatArray:
-        """Return how many pairs of counted samples lie j apart, by responses."""
         found = np.zeros((v[0].shape[1], v[0].shape[1]))
         for k in self._mine(index):
             counted = np.isfinite(v[k]).astype(float)
@@ -408,8 +400,6 @@ class Reference:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Fit:
-    """What came out, by parameter name; `change` is the last step over the bounds."""
-
     theta: Mapping[str, float]
     cramer_rao: Mapping[str, float]
     std: Mapping[str, float]

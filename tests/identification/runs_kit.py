@@ -1,7 +1,5 @@
 """Two short flights of the virtual aircraft, made in a moment, for tests of runs."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np
@@ -15,7 +13,6 @@ WINDOWS = ("1:0:6", "1:8:14", "2:0:6", "2:8:14")
 
 
 def write_flights(folder: Path) -> tuple[Path, Path]:
-    """Write the flights ``a.csv`` and ``b.csv`` into a folder; return their paths."""
     first, second = (
         write_block(folder / f"{name}.csv", _flown(seed), "csv")
         for name, seed in (("a", 3), ("b", 13))

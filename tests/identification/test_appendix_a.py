@@ -1,7 +1,5 @@
 """Appendix A both ways: against the published matrices, and against exact linearization."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 
@@ -46,7 +44,6 @@ LATERAL = {
 
 
 def published(name: str) -> tuple[SteadyCondition, object]:
-    """Return a published model with its condition: stability axes, mass of table 3.2.2."""
     file = load_linear_model(name)
     assert file.speed is not None
     condition = SteadyCondition(U1=file.speed, mass=B777.mass.mass, stability_axes=True)
@@ -137,7 +134,6 @@ def test_appendix_a_agrees_with_exact_linearization(speed: float) -> None:
 
 
 def test_a_glider_is_linear_about_its_glide() -> None:
-    """Level flight, which it cannot keep up, gave its spiral and phugoid other time constants."""
     model, speed = load_model("b777"), 30.0
     flight_model = FlightModel(B777, model)
 
@@ -178,7 +174,6 @@ def test_without_drag_there_is_no_phugoid() -> None:
 
 
 def test_derivatives_go_through_and_come_back() -> None:
-    """The shipped model's derivatives survive both ways exactly."""
     model = load_model("b777")
     given = {name: model.derivative(name) for name in model.derivatives}
     condition = SteadyCondition(U1=31.0, mass=21.0, alpha1=0.06)
@@ -191,7 +186,6 @@ def test_derivatives_go_through_and_come_back() -> None:
 
 
 def test_linear_model_file_goes_to_disk_and_back(tmp_path: Path) -> None:
-    """SI on disk; a wrong matrix and an unknown name are told."""
     steady = OperatingPoint(speed=31.5, density=1.1, mass=21.0)
     model = replace(load_linear_model("seanor-bls-lateral").model(), operating_point=steady)
     path = save_linear_model(model, tmp_path / "model.toml", name="mine")
@@ -209,7 +203,6 @@ def test_linear_model_file_goes_to_disk_and_back(tmp_path: Path) -> None:
 
 
 def test_error_tables_of_the_source_are_complete() -> None:
-    """Seven variables, three models."""
     table = published_errors()
     assert set(table) == {"an", "alpha", "q", "ay", "beta", "p", "r"}
     assert table["r"].ml == 35.84

@@ -1,7 +1,5 @@
 """Batch least squares on measured states: truth within its own uncertainty."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np
@@ -47,7 +45,6 @@ def stretches(
 
 @pytest.mark.parametrize("axis", ["longitudinal", "lateral"])
 def test_without_noise_the_matrices_come_back(axis: str) -> None:
-    """Trims that differ from maneuver to maneuver do not matter."""
     truth = load_linear_model(f"seanor-bls-{axis}").model()
     found = batch_least_squares(stretches(axis, 0, noise=0.0)).model
     # What is left is the curvature of the input between samples, which no sample shows.
@@ -59,11 +56,6 @@ def test_without_noise_the_matrices_come_back(axis: str) -> None:
 
 @pytest.mark.parametrize("axis", ["longitudinal", "lateral"])
 def test_uncertainty_is_honest_for_the_inputs(axis: str) -> None:
-    """Over 30 seeds with 0.5 % noise, error over stated deviation of B has rms 0.6 to 1.5.
-
-    Noise in the states themselves pulls A toward zero: that is the known weakness of the method,
-    and why its A is only asked to come within a tenth.
-    """
     truth = load_linear_model(f"seanor-bls-{axis}").model()
     ratios, misses = [], []
     for seed in range(30):
@@ -75,7 +67,6 @@ def test_uncertainty_is_honest_for_the_inputs(axis: str) -> None:
 
 
 def test_input_that_never_moves_is_named() -> None:
-    """No model of a surface that stood still."""
     still = []
     for one in stretches("lateral", 1, noise=0.001):
         inputs = one.inputs.copy()
@@ -92,7 +83,6 @@ def test_input_that_never_moves_is_named() -> None:
 
 
 def test_inputs_that_move_alike_are_told() -> None:
-    """A doubled column has no effect of its own: one sentence, not a singular matrix."""
     alike = [
         replace(one, inputs=np.column_stack([one.inputs[:, 0], one.inputs[:, 0]]),
                 input_names=("da", "dr"))

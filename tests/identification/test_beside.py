@@ -1,7 +1,5 @@
 """In gusts equation error stands beside maximum likelihood; in calm air it costs nothing."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import replace
 from typing import Any
@@ -19,24 +17,19 @@ from tests.identification.virtual_maneuvers import Virtual, fly
 
 
 def flown(gust: float, kind: str = "lat") -> Virtual:
-    """Return a maneuver in gusts of so many m/s."""
     return fly(31, kind, gust=gust, dt=0.02)
 
 
 def result_of(*maneuvers: Virtual) -> CampaignResult:
-    """Return what maximum likelihood makes of them."""
     return run_campaign([one.maneuver for one in maneuvers], CampaignSettings())
 
 
 @pytest.mark.parametrize("kind", ["lon", "lat"])
 def test_in_gusts_equation_error_stands_beside_and_is_nearer_the_truth(kind: str) -> None:
-    """Of the same derivatives, each with its bound, the constants left out."""
     virtual = flown(1.0, kind)
     (result,) = result_of(virtual).results
-    assert result.estimate is not None
     assert result.estimate.gusty_maneuvers == (virtual.maneuver.id,)
     assert any("turbulence" in text for text in result.estimate.warnings)
-    assert result.equation_error_estimate is not None
     assert result.equation_error_estimate.method == "ee"
     both = [one for one in compare_methods(result) if one.maximum_likelihood and one.equation_error]
     assert len(both) >= (8 if kind == "lon" else 15)
@@ -54,21 +47,17 @@ STRONG = {
 
 
 def _miss(estimate: Estimate, virtual: Virtual, kind: str) -> float:
-    """Return the rms error of the strong derivatives, each over its own size."""
     errors = [(estimate.value(name) or 0.0) / virtual.truth[name] - 1.0 for name in STRONG[kind]]
     return float(np.sqrt(np.mean(np.square(errors))))
 
 
 def test_in_calm_air_nothing_is_computed_beside(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Equation error is not even called by the campaign; nothing is said of gusts."""
-
     def called(*_given: Any, **_options: Any) -> None:
         raise AssertionError
 
     monkeypatch.setattr(campaign_fitting.equation_error, "estimate", called)
     result = result_of(flown(0.0))
     (one,) = result.results
-    assert one.estimate is not None
     assert (one.estimate.gusty_maneuvers, one.equation_error_estimate) == ((), None)
     assert compare_methods(one) == compare_method_means(result.results) == ()
     (content,) = campaign_json(result)["maneuvers"]
@@ -76,7 +65,6 @@ def test_in_calm_air_nothing_is_computed_beside(monkeypatch: pytest.MonkeyPatch)
 
 
 def test_programs_get_both_values_of_a_maneuver_in_gusts() -> None:
-    """The key is there for each maneuver; means take the maneuvers in gusts alone."""
     calm, rough = flown(0.0), flown(1.0)
     rough = replace(rough, maneuver=replace(rough.maneuver, id="rough"))
     result = result_of(calm, rough)
@@ -96,16 +84,11 @@ def test_programs_get_both_values_of_a_maneuver_in_gusts() -> None:
 def test_where_equation_error_fails_that_is_said_and_the_fit_stands(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """A campaign never loses a fit over what was to stand beside it."""
-
     def failing(*_given: Any, **_options: Any) -> None:
         raise FlightError("the vane was gone")
 
     monkeypatch.setattr(campaign_fitting.equation_error, "estimate", failing)
     (one,) = result_of(flown(1.0)).results
     assert one.equation_error_estimate is None
-    assert one.estimate is not None
     assert one.estimate.converged
-    assert "equation error gives nothing to compare with: the vane was gone" in (
-        one.estimate.warnings
-    )
+    assert any("vane was gone" in text for text in one.estimate.warnings)

@@ -1,7 +1,5 @@
 """What a crew chooses to free over a campaign of both axes."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 from gsapp.identification.campaign import CampaignSettings, run_campaign

@@ -1,7 +1,5 @@
 """Slow attitude channels: curves in place of the chords between their samples."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np
@@ -20,7 +18,6 @@ BANK = 0.4 * np.sin(11.0 * TIMES) + 0.1 * np.sin(3.0 * TIMES)
 
 
 def chords(length: int, first: int = 0) -> np.ndarray:
-    """Return the bank as the grid has it that got one sample in so many."""
     return np.interp(TIMES, TIMES[first::length], BANK[first::length])
 
 
@@ -45,7 +42,6 @@ def test_gaps_stay_and_nothing_is_drawn_across_them() -> None:
 
 
 def test_a_channel_with_samples_of_its_own_stays_as_it_was() -> None:
-    """Through a converter three counts often lie on a line: they were measured all the same."""
     count = 0.01
     noise = np.random.default_rng(0).normal(0.0, 1e-3, TIMES.size)
     for own in (BANK, BANK + noise, np.round(BANK / count) * count, np.full(800, 0.3), TIMES):
@@ -53,7 +49,6 @@ def test_a_channel_with_samples_of_its_own_stays_as_it_was() -> None:
 
 
 def test_maneuvers_are_cut_with_curves() -> None:
-    """Their 0.2 percent passed for a wrong scale of the bank angle in gsapp discrepancy."""
     block = Block(
         channels=("de", "phi", "q"), times=TIMES, values=np.column_stack((BANK, chords(2), BANK))
     )

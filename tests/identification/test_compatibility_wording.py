@@ -1,7 +1,5 @@
 """Errors of instruments as a crew reads them."""
 
-from __future__ import annotations
-
 import pytest
 
 from gsapp.identification.compatibility.instrument_text import format_error_with_bound

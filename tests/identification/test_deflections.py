@@ -1,7 +1,5 @@
 """Surfaces of which only the command, or the servo, was recorded."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 
@@ -26,7 +24,6 @@ LAG, DELAY = 0.08, 0.03
 
 
 def flown_by(kind: str, aircraft: Aircraft = B777, **servo: object) -> Aircraft:
-    """Return an aircraft with its elevator measured elsewhere, and another servo."""
     elevator = aircraft.controls.de.model_copy(update={"kind": kind, **servo})
     controls = aircraft.controls.model_copy(update={"de": elevator})
     return aircraft.model_copy(update={"controls": controls})
@@ -42,7 +39,6 @@ def block_of(**channels: FloatArray) -> Block:
 
 
 def stepped(aircraft: Aircraft, commands: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return servo and surface as the virtual aircraft moves them, sample by sample."""
     actuator = Actuator(aircraft, "de", DT)
     places = [actuator.step(one) for one in commands.tolist()]
     return np.array([one.servo for one in places]), np.array([one.surface for one in places])
@@ -61,7 +57,6 @@ def test_a_command_passes_travel_servo_and_linkage_as_the_virtual_aircraft_has_i
 
 
 def test_a_servo_passes_the_linkage_alone() -> None:
-    """Its own lag is in the record already; half of the play is missing on either side."""
     aircraft = flown_by("servo", slop=2.0 * DEGREE)
     servo = stepped(aircraft, 0.5 * DOUBLET)[0]
     found = reconstruct_deflections(block_of(de=servo), aircraft)["de"]
@@ -70,13 +65,11 @@ def test_a_servo_passes_the_linkage_alone() -> None:
 
 
 def test_a_measured_surface_stays_to_the_last_bit() -> None:
-    """Its command beside it is none of its business."""
     block = block_of(de=DOUBLET, de_command=2.0 * DOUBLET)
     assert reconstruct_deflections(block, B777) is block
 
 
 def test_what_hangs_on_a_missing_sample_is_missing() -> None:
-    """And nothing else: the lag forgets."""
     aircraft = flown_by("command", slop=0.0)
     commands = DOUBLET.copy()
     commands[70:74] = np.nan
@@ -90,7 +83,6 @@ def test_what_hangs_on_a_missing_sample_is_missing() -> None:
 
 
 def asked_for(virtual: Virtual) -> FloatArray:
-    """Return the command that moved the elevator as it moved."""
     deflection = virtual.motion["de"]
     asked = deflection + LAG * np.gradient(deflection, virtual.maneuver.dt)
     late = round(DELAY / virtual.maneuver.dt)
@@ -98,7 +90,6 @@ def asked_for(virtual: Virtual) -> FloatArray:
 
 
 def log_of(virtual: Virtual) -> Flight:
-    """Return the flight with the command in place of the deflection that it brought about."""
     block = virtual.maneuver.block
     columns = {"de_command" if name == "de" else name: block[name] for name in block.channels}
     columns["de_command"] = asked_for(virtual)
@@ -114,12 +105,10 @@ def commanded(virtual: Virtual, aircraft: Aircraft) -> Maneuver:
 
 
 def behind_a_servo(aircraft: Aircraft, lag: float, delay: float) -> Aircraft:
-    """Return the aircraft with its elevator known by the command to a servo."""
     return flown_by("command", aircraft, lag=lag, delay=delay, slop=0.0, rate_limit=1e9)
 
 
 def test_a_log_of_commands_gives_the_derivatives_of_the_aircraft() -> None:
-    """With the servo of the aircraft file; taken as the surface, the command gives others."""
     virtual = fly(7, "lon")
 
     def found(aircraft: Aircraft) -> tuple[Maneuver, dict[str, float]]:
@@ -134,12 +123,11 @@ def test_a_log_of_commands_gives_the_derivatives_of_the_aircraft() -> None:
     untold, wrong = found(behind_a_servo(virtual.maneuver.aircraft, lag=0.0, delay=0.0))
     assert abs(wrong["Cm_q"] / truth["Cm_q"] - 1.0) > 0.3
     (remark,) = untold.remarks
-    assert "the aircraft file says nothing of the servo" in remark
+    assert "servo" in remark
     assert "[controls.de]" in remark
 
 
 def test_ftr_over_a_whole_flight_hears_the_surface() -> None:
-    """The command, with its servo told, says what the surface itself says."""
     virtual = fly(7, "lon")
     aircraft = virtual.maneuver.aircraft
     measured = replace(log_of(virtual), block=virtual.maneuver.block)
@@ -154,9 +142,8 @@ def test_ftr_over_a_whole_flight_hears_the_surface() -> None:
 
 
 def test_an_aircraft_file_that_expects_a_position_is_told_what_the_log_holds() -> None:
-    """The default of an aircraft file is a position; an autopilot's log has commands."""
     maneuver = commanded(fly(7, "lon"), B777)
     (surface, words) = next(iter(unmeasured_surfaces(maneuver, "lon")))
     assert surface == "de"
-    assert "its command (de_command) was" in words
+    assert "de_command" in words
     assert 'kind = "command"' in words

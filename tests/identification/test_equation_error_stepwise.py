@@ -1,7 +1,5 @@
 """Terms that the data prove: found where they are, not where they are not."""
 
-from __future__ import annotations
-
 from functools import cache
 
 import pytest

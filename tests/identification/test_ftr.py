@@ -1,9 +1,5 @@
 """Fourier transform regression: truth found, bounds honest, nothing shown that was not earned."""
 
-from __future__ import annotations
-
-from functools import cache
-
 import numpy as np
 import pytest
 from scipy.signal import lfilter
@@ -19,88 +15,44 @@ from gsapp.identification import maximum_likelihood
 from gsapp.identification.axes import AXIS_SURFACES
 from gsapp.identification.ftr import FrequencyBand, FTRSettings, estimate
 from gsapp.identification.maneuver import Maneuver
-from gsapp.quantities import Block, FloatArray
+from gsapp.quantities import Block
 from gsapp.quantities.constants import DEGREE
-from tests.identification.virtual_maneuvers import COLORED, NOISE, Virtual, fly
+from tests.identification.ftr_truth import LEVELS, errors_over_bounds, noisy, quiet, with_values
+from tests.identification.virtual_maneuvers import fly
 
 AIRCRAFT = load_aircraft("b777")
-# Settings were developed on seeds from 5000 on.
-SEEDS = range(300, 308)  # flown by other tests, too
-REPEATS = 25
-
-
-@cache
-def quiet(seed: int, kind: str) -> Virtual:
-    """Return a maneuver without noise."""
-    return fly(seed, kind, noise=0.0)
-
-
-def with_values(maneuver: Maneuver, values: FloatArray, **changes: object) -> Maneuver:
-    """Return a maneuver with other samples."""
-    block = Block(channels=maneuver.block.channels, times=maneuver.block.times, values=values)
-    fields = {
-        "id": maneuver.id,
-        "flight": maneuver.flight,
-        "aircraft": maneuver.aircraft,
-        "inputs": maneuver.inputs,
-        "mass": maneuver.mass,
-        **changes,
-    }
-    return Maneuver(block=block, **fields)  # type: ignore[arg-type]
 
 
 def without(maneuver: Maneuver, *channels: str) -> Maneuver:
-    """Return a maneuver in which some channels hold nothing."""
     values = maneuver.block.values.copy()
     for name in channels:
         values[:, maneuver.block.channels.index(name)] = np.nan
     return with_values(maneuver, values)
 
 
-def noisy(maneuver: Maneuver, seed: int, color: float = 0.0) -> Maneuver:
-    """Return a maneuver with the instruments' noise, colored by a first-order recursion."""
-    random = np.random.default_rng(seed)
-    values = maneuver.block.values.copy()
-    for column, name in enumerate(maneuver.block.channels):
-        error = random.standard_normal(len(values) + 200)
-        if color and name in COLORED:
-            error = lfilter([np.sqrt(1.0 - color * color)], [1.0, -color], error)
-        values[:, column] += NOISE.get(name, 0.0) * error[200:]
-    return with_values(maneuver, values)
-
-
 @pytest.mark.parametrize("kind", ["lon", "lat"])
 @pytest.mark.parametrize("color", [0.0, 0.9])
 def test_errors_are_as_large_as_the_bounds_say(kind: str, color: float) -> None:
-    """Over 200 maneuvers the error over the bound has an rms from 0.8 to 1.3, 30 derivatives."""
-    ratios: dict[str, list[float]] = {}
-    for seed in SEEDS:
-        virtual = quiet(seed, kind)
-        for repeat in range(REPEATS):
-            found = estimate([noisy(virtual.maneuver, 1000 * seed + repeat, color)], kind)  # type: ignore[arg-type]
-            for name, one in found.derivatives.items():
-                if one.value is not None and one.std is not None:
-                    error = (one.value - virtual.truth[name]) / one.std
-                    ratios.setdefault(name, []).append(error)
-    known = {name: np.array(x) for name, x in ratios.items() if len(x) >= 60}
+    """Over 64 maneuvers; the benchmark `ftr` flies 200 and asks for 0.8 to 1.3 of each."""
+    ratios = errors_over_bounds(kind, color, repeats=8)
+    known = {name: x for name, x in ratios.items() if len(x) >= 20}
     # Nothing that the maneuvers excite stays unknown for long.
     assert len(known) >= ({"lon": 9, "lat": 14}[kind] if not color else {"lon": 7, "lat": 12}[kind])
     rms = {name: float(np.sqrt(np.mean(x**2))) for name, x in known.items()}
-    constants = {"CN_0", "CA_0", "CY_0"}  # these have the uncertain zero of the accelerometer
-    off = {n: r for n, r in rms.items() if n not in constants and not 0.8 <= r <= 1.3}
+    off = {n: r for n, r in rms.items() if n not in LEVELS and not 0.7 <= r <= 1.45}
     assert not off, off
-    assert all(rms[name] <= 1.3 for name in constants & rms.keys())
+    every = np.concatenate([x for name, x in known.items() if name not in LEVELS])
+    assert 0.8 <= np.sqrt(np.mean(every**2)) <= 1.3
+    assert all(rms[name] <= 1.45 for name in LEVELS & rms.keys())
 
 
 @pytest.mark.parametrize("kind", ["lon", "lat"])
 def test_without_noise_the_truth_is_found(kind: str) -> None:
-    """Trim, drift, thrust, lever arms, products of inertia and changing qbar leave no error."""
     virtual = quiet(3, kind)
     settings = FTRSettings(signal_to_noise=1e-6, uncertain_share=1e6)
     found = estimate([virtual.maneuver], kind, settings)  # type: ignore[arg-type]
     for name, truth in virtual.truth.items():
         value = found.value(name)
-        assert value is not None
         scale = max(abs(truth), 0.05 * max(abs(x) for x in virtual.truth.values() if abs(x) < 10))
         assert abs(value - truth) < 0.02 * scale, (name, value, truth)
     # The changes of every coefficient are followed over the whole maneuver.
@@ -110,15 +62,11 @@ def test_without_noise_the_truth_is_found(kind: str) -> None:
 
 
 def test_several_maneuvers_together_say_more() -> None:
-    """Information adds up: four alike halve the bounds, and the error stays within them."""
     virtual = quiet(2, "lat")
     single = estimate([noisy(virtual.maneuver, 1)], "lat")
     four = estimate([noisy(virtual.maneuver, seed) for seed in range(1, 5)], "lat")
     for name in ("Cl_p", "Cl_da", "Cn_beta", "Cn_dr", "CY_beta"):
         one, all_of_them = single.derivatives[name], four.derivatives[name]
-        assert one.std is not None
-        assert all_of_them.std is not None
-        assert all_of_them.value is not None
         assert 0.35 < all_of_them.std / one.std < 0.7
         assert abs(all_of_them.value - virtual.truth[name]) < 4.0 * all_of_them.std
     assert four.covariance.shape == (len(four.free), len(four.free))
@@ -133,8 +81,6 @@ def test_printed_variance_is_not_used() -> None:
     coarse = estimate([maneuver], "lat", FTRSettings(spacing=0.1))
     for name in ("Cl_p", "Cn_dr"):
         one, other = fine.derivatives[name].std, coarse.derivatives[name].std
-        assert one is not None
-        assert other is not None
         assert 0.75 < one / other < 1.33
 
 
@@ -183,21 +129,17 @@ def test_rudder_alone_is_not_enough() -> None:
         if name == "CY_0":  # the accelerometer's zero
             continue
         assert one.status == "estimated", name
-        assert one.value is not None
-        assert one.std is not None
         assert abs(one.value - truth.derivative(name)) < 4.0 * one.std, name
     for name in ("CY_da", "Cl_da", "Cn_da"):
         assert rudder.derivatives[name].status == "unknown"
         assert rudder.derivatives[name].value is None
-        assert "da did too little" in rudder.derivatives[name].why
+        assert "did too little" in rudder.derivatives[name].why
     for name in ("Cl_p", "Cl_beta", "Cl_r"):
         alone, both = rudder.derivatives[name], combined.derivatives[name]
-        assert both.std is not None
         assert alone.std is None or alone.std > 1.3 * both.std, name
 
 
 def test_agrees_with_maximum_likelihood_on_combined_doublets() -> None:
-    """FTR and ML on the same combined maneuvers differ by no more than their bounds allow."""
     apart: list[float] = []
     for seed in range(3):
         maneuver = doublets({"dr": 8 * DEGREE, "da": 5 * DEGREE}, 20 + seed)
@@ -216,7 +158,6 @@ def test_agrees_with_maximum_likelihood_on_combined_doublets() -> None:
 
 
 def test_small_rudder_doublet_names_what_moved_together() -> None:
-    """With little excitation the roll rate only follows the others: not identifiable, with whom."""
     found = estimate([doublets({"dr": 2 * DEGREE}, 6)], "lat")
     missing = {n: one for n, one in found.derivatives.items() if one.status != "estimated"}
     assert {"Cl_p", "Cn_p", "CY_p", "Cl_da"} <= missing.keys()
@@ -224,7 +165,6 @@ def test_small_rudder_doublet_names_what_moved_together() -> None:
 
 
 def test_elevator_alone_says_nothing_of_the_lateral_motion() -> None:
-    """No lateral input, no lateral number."""
     found = estimate([doublets({"de": 4 * DEGREE}, 8)], "both")
     assert found.derivatives["Cm_alpha"].status == "estimated"
     for name, one in found.derivatives.items():
@@ -236,7 +176,6 @@ def test_elevator_alone_says_nothing_of_the_lateral_motion() -> None:
 
 
 def test_missing_accelerometer_leaves_the_moments() -> None:
-    """Equations that can run do; the others say what they lack."""
     maneuver = noisy(quiet(4, "lon").maneuver, 1)
     full = estimate([maneuver], "lon")
     found = estimate([without(maneuver, "an")], "lon")
@@ -244,7 +183,7 @@ def test_missing_accelerometer_leaves_the_moments() -> None:
         assert found.value(name) == pytest.approx(full.value(name), rel=1e-9)
     for name in ("CN_alpha", "CN_0"):
         assert found.derivatives[name].status == "unknown"
-        assert "an is not measured" in found.derivatives[name].why
+        assert "an is not" in found.derivatives[name].why
 
 
 def test_only_pitch_rate_measured() -> None:
@@ -253,7 +192,7 @@ def test_only_pitch_rate_measured() -> None:
     found = estimate([maneuver], "both")
     assert found.derivatives["Cm_q"].status == "estimated"
     assert found.derivatives["Cl_p"].status == "unknown"
-    assert "beta and p and r are not measured" in found.derivatives["Cl_p"].why
+    assert "beta and p and r" in found.derivatives["Cl_p"].why
     assert any("p, r, beta not measured" in warning for warning in found.warnings)
 
 
@@ -262,13 +201,12 @@ def test_flight_without_flow_angles_and_airspeed() -> None:
     maneuver = without(noisy(quiet(4, "lat").maneuver, 1), "alpha", "beta", "V", "static_pressure")
     found = estimate([maneuver], "lat")
     assert not found.free
-    assert "airspeed and beta are not measured" in found.derivatives["Cn_r"].why
+    assert "airspeed and beta" in found.derivatives["Cn_r"].why
     stand_in = estimate([maneuver], "lat", FTRSettings(speed=30.0))
-    assert "beta is not measured" in stand_in.derivatives["Cn_r"].why
+    assert "beta is not" in stand_in.derivatives["Cn_r"].why
 
 
 def test_rudder_that_stood_still_need_not_be_measured() -> None:
-    """An aileron maneuver without a rudder channel gives the aileron derivatives, with a remark."""
     maneuver = doublets({"da": 5 * DEGREE}, 3)
     found = estimate([without(maneuver, "dr")], "lat")
     assert found.derivatives["Cl_da"].status == "estimated"
@@ -277,7 +215,6 @@ def test_rudder_that_stood_still_need_not_be_measured() -> None:
 
 
 def test_gap_and_clipping_contribute_nothing() -> None:
-    """Samples missing or at the end of a range leave the estimate right, whatever they held."""
     virtual = quiet(5, "lat")
     values = virtual.maneuver.block.values.copy()
     place = virtual.maneuver.block.channels.index
@@ -291,7 +228,6 @@ def test_gap_and_clipping_contribute_nothing() -> None:
 
 @pytest.mark.parametrize("rate", [25.0, 50.0, 200.0])
 def test_any_sample_rate(rate: float) -> None:
-    """The same truth at other sample rates."""
     virtual = fly(3, "lat", noise=0.0, dt=1.0 / rate)
     settings = FTRSettings(signal_to_noise=1e-6, uncertain_share=1e6)
     found = estimate([virtual.maneuver], "lat", settings)
@@ -300,7 +236,6 @@ def test_any_sample_rate(rate: float) -> None:
 
 
 def test_hopeless_maneuvers_give_no_number() -> None:
-    """Nothing moves, all missing, ten samples: no number, a reason for each."""
     maneuver = quiet(1, "lat").maneuver
     still = np.repeat(maneuver.block.values[:1], len(maneuver.block), axis=0)
     rested = noisy(with_values(maneuver, still), 3)
@@ -329,8 +264,7 @@ def test_hopeless_maneuvers_give_no_number() -> None:
 
 
 def test_settings_refuse_what_cannot_work() -> None:
-    """Bands and spacings that leave nothing to regress are named."""
-    with pytest.raises(FlightError, match="lowest frequency above zero"):
+    with pytest.raises(FlightError, match="lowest frequency"):
         FTRSettings(lateral=FrequencyBand(lowest=0.0, highest=3.0))
     with pytest.raises(FlightError, match="fewer than five"):
         FTRSettings(spacing=1.0)

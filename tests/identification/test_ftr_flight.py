@@ -1,7 +1,5 @@
 """Fourier transform regression over a whole virtual flight: nothing wrong is shown as earned."""
 
-from __future__ import annotations
-
 from functools import cache
 
 import numpy as np
@@ -21,13 +19,11 @@ SEED, GUSTS = 44, 0.5
 
 @cache
 def flight() -> VirtualFlight:
-    """Return a flight from switching the box on to engines off."""
     return simulate_flight("short", seed=SEED, turbulence=GUSTS)
 
 
 @cache
 def listened(forgetting: float | None) -> FTR:
-    """Return an FTR that listened to all of it."""
     ftr = FTR(AIRCRAFT, FTRSettings(forgetting=forgetting), rate=100.0)
     measured = flight().measured
     for start in range(0, len(measured), 512):
@@ -46,7 +42,6 @@ def listened(forgetting: float | None) -> FTR:
 
 @pytest.mark.parametrize("forgetting", [None, 15.0])
 def test_what_is_shown_over_a_whole_flight_is_right(forgetting: float | None) -> None:
-    """Of all that is shown, ten times a second, hardly anything lies beyond three bounds."""
     ftr = listened(forgetting)
     shown = wrong = 0
     for name in ftr.names:
@@ -61,7 +56,6 @@ def test_what_is_shown_over_a_whole_flight_is_right(forgetting: float | None) ->
 
 @pytest.mark.parametrize("forgetting", [None, 15.0])
 def test_maneuvers_are_earned_soon(forgetting: float | None) -> None:
-    """Within eight seconds of its begin a maneuver gives the derivatives of what it moved."""
     ftr = listened(forgetting)
     moved = {
         ("de",): ("CN_alpha", "Cm_alpha", "Cm_q", "Cm_de"),
@@ -74,7 +68,6 @@ def test_maneuvers_are_earned_soon(forgetting: float | None) -> None:
 
 
 def test_touching_down_leaves_no_trace() -> None:
-    """From the last meters of the approach on the estimates stand; the landing is not heard."""
     ftr = listened(15.0)
     landed, _ = flight().phase("landed")
     for name in ("CN_alpha", "CA_alpha", "Cm_alpha", "Cl_beta"):

@@ -1,7 +1,5 @@
 """FTR as a consumer of a live flight: however samples come, whenever windows become known."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from functools import cache
 from pathlib import Path
@@ -30,7 +28,6 @@ FIRST = 6  # columns in the first of two blocks
 
 @cache
 def flight() -> Block:
-    """Return 36 s of flight with three maneuvers, dropouts and a pause of three seconds."""
     parts = [fly(seed, kind, model=TRUTH).maneuver for seed, kind in ((1, "lon"), (2, "lat"))]
     parts.append(fly(3, "both", model=TRUTH).maneuver)
     channels = parts[0].block.channels
@@ -47,7 +44,6 @@ def flight() -> Block:
 
 
 def feed(ftr: FTR, block: Block, cuts: Sequence[int], *, split: bool = False) -> None:
-    """Feed a flight cut at some rows; `split` gives each step's channels in two blocks."""
     for start, stop in zip([0, *cuts], [*cuts, len(block)], strict=True):
         if stop <= start:
             continue
@@ -64,7 +60,6 @@ def feed(ftr: FTR, block: Block, cuts: Sequence[int], *, split: bool = False) ->
 
 
 def same(one: FTR, other: FTR) -> bool:
-    """Return whether two hold the same estimates at all times, to the last bit."""
     return one.estimates() == other.estimates() and all(
         np.array_equal(getattr(a, part), getattr(b, part), equal_nan=True)
         for name in one.names
@@ -75,7 +70,6 @@ def same(one: FTR, other: FTR) -> bool:
 
 @cache
 def reference(forgetting: float | None) -> FTR:
-    """Return an FTR that got the flight in one piece."""
     ftr = FTR(AIRCRAFT, FTRSettings(forgetting=forgetting), rate=RATE, aligned=True)
     feed(ftr, flight(), [])
     ftr.finish()
@@ -90,7 +84,6 @@ def reference(forgetting: float | None) -> FTR:
 def test_nothing_depends_on_how_samples_were_cut(
     forgetting: float | None, cuts: list[int], split: bool
 ) -> None:
-    """Any chunking, channels together or apart, gives the same bits at all times."""
     ftr = FTR(AIRCRAFT, FTRSettings(forgetting=forgetting), rate=RATE, aligned=True)
     feed(ftr, flight(), cuts, split=split)
     ftr.finish()
@@ -98,7 +91,6 @@ def test_nothing_depends_on_how_samples_were_cut(
 
 
 def test_sample_by_sample_and_ten_times_a_second() -> None:
-    """Fed singly it is the same again, with ten updates a second; reset begins anew."""
     ftr: Consumer = FTR(AIRCRAFT, rate=RATE, aligned=True)
     assert isinstance(ftr, FTR)
     assert ftr.time is None
@@ -117,7 +109,6 @@ def test_sample_by_sample_and_ten_times_a_second() -> None:
 
 
 def test_live_estimates_are_right_whenever_they_are_shown() -> None:
-    """At all moments what is shown lies within its bounds, and at first nothing is shown."""
     ftr = reference(None)
     worst = {}
     for name in axis_derivatives("both"):
@@ -138,12 +129,11 @@ def test_live_estimates_are_right_whenever_they_are_shown() -> None:
     assert late["Cl_p"].value is not None
     assert late["Cl_p"].progress == 1.0
     assert late["Cl_p"].amplitude > 0.0
-    with pytest.raises(UnknownNameError, match="does not estimate 'CL_alpha'"):
+    with pytest.raises(UnknownNameError, match="'CL_alpha'"):
         ftr.history("CL_alpha")
 
 
 def test_forgetting_follows_a_change() -> None:
-    """With forgetting the estimate follows a derivative that changed; without it stays between."""
     changed = TRUTH.with_derivatives({**TRUTH.derivatives, "Cm_de": -0.7})
     before = [fly(seed, "lon", model=TRUTH, noise=0.3).maneuver.block for seed in (1, 2)]
     after = [fly(seed, "lon", model=changed, noise=0.3).maneuver.block for seed in (3, 4, 5)]
@@ -162,7 +152,6 @@ def test_forgetting_follows_a_change() -> None:
         ftr.finish()
         found[forgetting] = ftr.estimates()["Cm_de"].value
     assert found[6.0] == pytest.approx(-0.7, abs=0.06)
-    assert found[None] is not None
     assert found[None] < -0.76
 
 
@@ -189,9 +178,7 @@ def test_windows_do_not_depend_on_when_they_became_known() -> None:
             feed(
                 ftr,
                 Block(
-                    channels=block.channels,
-                    times=block.times[piece],
-                    values=block.values[piece],
+                    channels=block.channels, times=block.times[piece], values=block.values[piece]
                 ),
                 [],
             )
@@ -208,7 +195,6 @@ def test_windows_do_not_depend_on_when_they_became_known() -> None:
 
 
 def test_windows_out_of_order_are_refused() -> None:
-    """Each wrong call gets its sentence."""
     with pytest.raises(FlightError, match="listens always"):
         FTR(AIRCRAFT, rate=RATE).begin_window(1.0)
     ftr = FTR(AIRCRAFT, FTRSettings(gate="maneuvers", lookback=5.0), rate=RATE, aligned=True)
@@ -218,7 +204,7 @@ def test_windows_out_of_order_are_refused() -> None:
     with pytest.raises(FlightError, match="raise lookback"):
         ftr.begin_window(51.0)
     ftr.begin_window(80.0)
-    with pytest.raises(FlightError, match="end that maneuver first"):
+    with pytest.raises(FlightError, match="end that maneuver"):
         ftr.begin_window(81.0)
     with pytest.raises(FlightError, match="began at"):
         ftr.end_window(79.0)
@@ -235,7 +221,6 @@ def test_windows_out_of_order_are_refused() -> None:
     ids=["always", "forgetting", "maneuvers"],
 )
 def test_saved_and_restored_goes_on_to_the_last_bit(chosen: FTRSettings, tmp_path: Path) -> None:
-    """Saved amid a maneuver and loaded by another object, nothing differs at the end."""
     path = tmp_path / "ftr.npz"
     block = flight()
     parts = [block.between(0.0, 64.55), block.between(64.55, 200.0)]
@@ -259,14 +244,13 @@ def test_saved_and_restored_goes_on_to_the_last_bit(chosen: FTRSettings, tmp_pat
 
 
 def test_strange_states_are_refused(tmp_path: Path) -> None:
-    """Another rate, a torn file, no file: a sentence each, and nothing is changed."""
     path = tmp_path / "ftr.npz"
     ftr = FTR(AIRCRAFT, rate=RATE, aligned=True)
     feed(ftr, flight().between(0.0, 55.0), [])
     ftr.save(path)
-    with pytest.raises(FlightError, match="saved with other rate"):
+    with pytest.raises(FlightError, match="other rate"):
         FTR(AIRCRAFT, rate=50.0).load(path)
-    with pytest.raises(FlightError, match="saved with other settings"):
+    with pytest.raises(FlightError, match="other settings"):
         FTR(AIRCRAFT, FTRSettings(forgetting=5.0), rate=RATE, aligned=True).load(path)
     path.write_bytes(path.read_bytes()[:-400])
     with pytest.raises(FlightError, match="can be read"):
@@ -279,7 +263,6 @@ def test_strange_states_are_refused(tmp_path: Path) -> None:
 
 
 def test_instrument_that_dies_stops_its_equations_alone() -> None:
-    """An accelerometer that falls silent ends CN; the moments go on; the reason is said."""
     block = flight()
     values = block.values.copy()
     values[500:, block.channels.index("an")] = np.nan
@@ -294,7 +277,6 @@ def test_instrument_that_dies_stops_its_equations_alone() -> None:
 
 
 def test_channel_that_stops_coming_does_not_stop_the_rest() -> None:
-    """Blocks without a channel that came before are waited for a second, not longer."""
     block = flight()
     ftr = FTR(AIRCRAFT, rate=RATE, aligned=True)
     feed(ftr, block.between(0.0, 55.0), [])
@@ -313,7 +295,6 @@ def test_channel_that_stops_coming_does_not_stop_the_rest() -> None:
 
 
 def test_instrument_that_is_late_is_put_right() -> None:
-    """Lateness of the gyros in the aircraft file is undone before anything is computed."""
     gyro = AIRCRAFT.sensors.gyro.model_copy(update={"delay": 0.03})
     plane = AIRCRAFT.model_copy(
         update={"sensors": AIRCRAFT.sensors.model_copy(update={"gyro": gyro})}
@@ -334,7 +315,6 @@ def test_instrument_that_is_late_is_put_right() -> None:
         feed(ftr, Block(channels=block.channels, times=block.times, values=values), [])
         ftr.finish()
         value = ftr.estimates()["Cl_p"].value
-        assert value is not None
         errors[aligned] = abs(value / TRUTH.derivative("Cl_p") - 1.0)
     assert errors[False] < 0.02
     assert errors[True] > 0.1

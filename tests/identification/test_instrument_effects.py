@@ -1,7 +1,5 @@
 """Effects of a model on instruments and control paths, undone in the record."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np
@@ -21,8 +19,7 @@ from gsapp.identification.instrument_effects import (
     without_path_effects,
 )
 from gsapp.identification.maximum_likelihood import MLSettings, estimate
-from gsapp.quantities import Block
-from tests.identification.virtual_maneuvers import fly
+from tests.identification.virtual_maneuvers import edited, fly
 
 BASE = load_model("b777")
 INNER = slice(60, -60)
@@ -30,17 +27,7 @@ INNER = slice(60, -60)
 
 @pytest.fixture(scope="module")
 def clean():
-    """Return a maneuver of all surfaces without noise."""
     return fly(8, "both", model=BASE, noise=0.0)
-
-
-def edited(maneuver, **changes):
-    values = np.array(maneuver.block.values)
-    for name, change in changes.items():
-        column = maneuver.block.channels.index(name)
-        values[:, column] = change(values[:, column].copy())
-    block = Block(channels=maneuver.block.channels, times=maneuver.block.times, values=values)
-    return replace(maneuver, block=block)
 
 
 def recorded(maneuver, effect, channels, *parameters):
@@ -72,7 +59,6 @@ def with_sensor(maneuver, instrument, axis, by):
     ],
 )
 def test_the_record_comes_back(clean, effect, channels, given) -> None:
-    """The touched channels are right again but for a small part, the others untouched."""
     shown = recorded(clean.maneuver, effect, channels, *given.values())
     back = undo_instrument_effects(shown, BASE.with_effect(effect, given))
     for name in clean.maneuver.block.channels:
@@ -130,7 +116,6 @@ def test_nothing_to_undo_is_the_same_object(clean) -> None:
 
 
 def test_a_misplaced_accelerometer_is_put_right(clean) -> None:
-    """The side force reconstructed is that of the true place."""
     wrong = with_sensor(clean.maneuver, "accelerometer", "z", -0.4)
     model = Model().with_effect("sensor.accelerometer.z", {"z": 0.4})
     right, bad, good = (
@@ -163,7 +148,6 @@ def test_a_control_path_is_walked_forward(clean, effect, given, channel) -> None
 
 
 def test_equation_error_runs_with_a_revised_model() -> None:
-    """Late surfaces bend the moments; a model that knows of it gives them back."""
     virtual = fly(21, "lon", model=BASE)
     effect = "sensor.surfaces.delay"
     late = recorded(virtual.maneuver, effect, ("de",), 0.05)
@@ -177,7 +161,6 @@ def test_equation_error_runs_with_a_revised_model() -> None:
 
 
 def test_transform_regression_runs_with_a_revised_model() -> None:
-    """A vane that shows a quarter too much: undone, the derivatives are those of a sound one."""
     sound = fly(3, "lon", model=BASE).maneuver
     shown = recorded(sound, "sensor.alpha.scale", ("alpha",), 1.25)
     model = BASE.with_effect("sensor.alpha.scale", {"scale": 1.25})
@@ -191,7 +174,6 @@ def test_transform_regression_runs_with_a_revised_model() -> None:
 
 
 def test_transform_regression_leaves_known_effects_out() -> None:
-    """A pitching moment in alpha squared: known, Cm_alpha is that of the linear build-up again."""
     effect = {"Cm_alpha2": -2.0}
     model = BASE.with_effect("aero.Cm.alpha2", effect)
     flown = fly(3, "lon", model=model).maneuver

@@ -4,8 +4,6 @@ JSBSim flies the aircraft with known derivatives; `jsbsim_kit` says how. The ben
 `tests/bench/jsbsim_truth.py` does the same with 120 maneuvers of each kind.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import cache
@@ -41,7 +39,6 @@ def engine(earth: str = "still") -> Engine:
 
 @cache
 def exact(earth: str, axis: Axis) -> Virtual:
-    """Return a maneuver without noise."""
     return fly(engine(earth), 5, axis, noise=0.0)
 
 
@@ -52,7 +49,6 @@ def noisy(axis: Axis) -> Sequence[Virtual]:
 
 
 def test_our_trim_is_steady_in_jsbsim() -> None:
-    """Without any input it flies on, but for what the sphere's gravity lacks at that height."""
     flight = engine()
     motion = flight.fly(flight.start(load_model("b777"), 30.5), {"de": np.zeros(100)})
     for name in ("u", "v", "w", "p", "q", "r", "phi", "theta"):
@@ -60,7 +56,6 @@ def test_our_trim_is_steady_in_jsbsim() -> None:
 
 
 def test_accelerometers_feel_what_the_pilot_of_jsbsim_feels() -> None:
-    """JSBSim puts its pilot where the accelerometers are; its figures are one step (1 ms) old."""
     for axis in ("lon", "lat"):
         flown = exact("still", axis)
         for name, felt, sign in (("ax", "felt_x", 1), ("ay", "felt_y", 1), ("an", "felt_z", -1)):
@@ -73,10 +68,6 @@ def test_accelerometers_feel_what_the_pilot_of_jsbsim_feels() -> None:
 @pytest.mark.parametrize("axis", ["lon", "lat"])
 @pytest.mark.parametrize("earth", ["still", "rotating"])
 def test_without_noise_a_thousandth_is_missed(earth: str, axis: Axis, method: str) -> None:
-    """Strong derivatives within 0.3 %, also where the Earth turns and gravity is another.
-
-    What is left comes of straight lines between samples of surfaces that move with corners.
-    """
     flown = exact(earth, axis)
     estimate = METHODS[method]([flown.maneuver], axis)
     for name in STRONG[axis]:
@@ -84,7 +75,6 @@ def test_without_noise_a_thousandth_is_missed(earth: str, axis: Axis, method: st
 
 
 def test_a_wrong_mass_shows() -> None:
-    """The comparison is sharp: 3 % more mass than flown is 3 % more lift."""
     flown = exact("still", "lon")
     heavy = replace(flown.maneuver, mass=1.03 * flown.maneuver.mass)
     for method in METHODS:
@@ -97,7 +87,6 @@ def test_a_wrong_mass_shows() -> None:
 def test_derivatives_are_found_within_bounds_and_percentages(
     axis: Axis, method: EstimationMethod
 ) -> None:
-    """Errors are as large as the bounds; one maneuver and the mean of ten come close."""
     flown = noisy(axis)
     result = run_campaign([one.maneuver for one in flown], CampaignSettings(method=method))
     estimates = [one.estimate for one in result.results if one.estimate is not None]

@@ -1,7 +1,5 @@
 """Bounds under noise that is known beforehand, and the noise behind residuals."""
 
-from __future__ import annotations
-
 import numpy as np
 from scipy.signal import lfilter
 
@@ -20,7 +18,6 @@ def _sensitivities() -> np.ndarray:
 
 
 def test_white_noise_gives_the_cramer_rao_bound() -> None:
-    """Without color there is nothing to correct."""
     S, R = _sensitivities(), np.diag([0.5, 2.0])
     lagged = np.zeros((2 * LAGS + 1, 2, 2))
     lagged[LAGS] = R
@@ -47,7 +44,6 @@ def test_colored_noise_gives_the_sum_over_lags() -> None:
 
 
 def test_what_a_fit_took_from_the_noise_is_added_back() -> None:
-    """Residuals of a fit of slow motion hold less than the noise; two thirds of that come back."""
     random = np.random.default_rng(6)
     count, color = 400, 0.8
     flat = np.vander(np.linspace(-1.0, 1.0, count), 3)

@@ -1,7 +1,5 @@
 """Linear models fitted on some maneuvers of a campaign and judged on the others."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from functools import cache
 
@@ -23,7 +21,6 @@ FEW = CampaignSettings(method="ee")
 
 @cache
 def flown_once() -> tuple[Maneuver, ...]:
-    """Return four longitudinal and four lateral maneuvers, in turn."""
     kinds = zip(range(21, 29), ("lon", "lat") * 4, strict=True)
     return tuple(
         fly(seed, kind, dt=0.02, duration=4.0, model=TRUTH).maneuver for seed, kind in kinds
@@ -31,7 +28,6 @@ def flown_once() -> tuple[Maneuver, ...]:
 
 
 def maneuvers(flights: int) -> tuple[Maneuver, ...]:
-    """Return the maneuvers as those of one flight, or of two."""
     found = []
     for place, one in enumerate(flown_once()):
         number = 1 if flights == 1 else 1 + place // 4
@@ -41,12 +37,10 @@ def maneuvers(flights: int) -> tuple[Maneuver, ...]:
 
 
 def campaign(flown: tuple[Maneuver, ...]) -> CampaignResult:
-    """Return their estimates."""
     return run_campaign(flown, FEW)
 
 
 def with_channel(one: Maneuver, channel: str, factor: float) -> Maneuver:
-    """Return a maneuver with a channel scaled."""
     values = one.block.values.copy()
     values[:, one.block.channels.index(channel)] *= factor
     block = Block(channels=one.block.channels, times=one.block.times, values=values)
@@ -108,9 +102,7 @@ def test_the_flight_that_judges_can_be_named_and_judges_as_a_whole() -> None:
         assert 0.0 < np.mean(ratios**2) < 1.0
     closed = validate_linear_models(campaign(flown), keep_out=("1",), cut=gone)
     assert not closed.axes["lon"].whole_flight_errors
-    assert closed.remarks == (
-        "no longitudinal models are judged on whole flights: the flight is gone",
-    )
+    assert ["flight is gone" in one for one in closed.remarks] == [True]
 
 
 def test_one_flight_is_judged_on_every_other_maneuver_of_each_kind() -> None:
@@ -139,12 +131,8 @@ def test_what_was_left_out_by_hand_is_neither_fitted_nor_judged() -> None:
 
 
 def test_a_single_maneuver_of_a_kind_is_told_and_not_judged() -> None:
-    """Longitudinal: one maneuver only. Lateral: compared all the same."""
     flown = tuple(one for one in maneuvers(1) if one.id not in ("M2", "M4", "M6"))
     found = validate_linear_models(campaign(flown))
     assert set(found.axes) == {"lat"}
     (said,) = found.remarks
-    assert said == (
-        "no longitudinal models are compared: it takes a second maneuver that moves de, to judge "
-        "them on"
-    )
+    assert "second maneuver" in said

@@ -1,7 +1,5 @@
 """The fast engine: kernels, trajectories and sensitivities against slower ways to the same."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
@@ -30,7 +28,6 @@ EFFECTS = {
 
 
 def motion_of(model):
-    """Return states (9, n) and inputs (8, n) of a lively maneuver about trim."""
     start = trim(model, V=30.0)
     times = DT * np.arange(COUNT)
     inputs = {name: np.full(COUNT, value) for name, value in start.controls.items()}
@@ -68,7 +65,6 @@ def kernels_for(axis, effects=(), attitude=()):
 @pytest.mark.parametrize("with_effects", [False, True])
 @pytest.mark.parametrize("with_attitude", [False, True])
 def test_the_written_out_kernels_are_the_general_one(axis, with_effects, with_attitude):
-    """States, sensitivities, responses and their derivatives agree to rounding."""
     attitude = ATTITUDE[axis] if with_attitude else ()
     model, general, lean = kernels_for(axis, EFFECTS[axis] if with_effects else (), attitude)
     assert lean is not None
@@ -89,7 +85,6 @@ def test_the_written_out_kernels_are_the_general_one(axis, with_effects, with_at
 
 
 def test_cases_that_only_the_general_kernel_covers_are_left_to_it():
-    """Terms with states of their own, flow rates, mass, other states or responses."""
     for effect in ("aero.CN.memory", "aero.Cm.alphadot", "mass.cg.x"):
         assert kernels_for("lon", (effect,))[2] is None
     model = kernels_for("lon")[0]
@@ -108,7 +103,6 @@ def test_cases_that_only_the_general_kernel_covers_are_left_to_it():
 @pytest.mark.parametrize("integration", ["rk4", "euler"])
 @pytest.mark.parametrize("axis", ["lon", "lat", "both"])
 def test_all_samples_at_once_give_what_stepping_through_time_gives(axis, integration):
-    """Newton on all samples, from a poor guess, ends on the sequential solution."""
     model, general, lean = kernels_for(axis)
     kernel = lean or general
     states, inputs = motion_of(model)
@@ -166,7 +160,6 @@ def test_sensitivities_are_the_derivatives_of_the_discretized_motion(axis):
 
 
 def test_an_explosive_model_is_recognized():
-    """Neither Newton nor stepping finds a trajectory; nothing overflows loudly."""
     model, _, kernel = kernels_for("lon")
     states, inputs = motion_of(model)
     values = np.array(model.defaults)
@@ -179,7 +172,6 @@ def test_an_explosive_model_is_recognized():
 
 
 def test_control_path_derivatives_come_through_the_inputs():
-    """By a parameter of which only the deflections depend, as of the deflection itself."""
     model = FlightModel(AIRCRAFT, load_model("b777"))
     states, inputs = motion_of(model)
     values = np.array(model.defaults)
@@ -209,7 +201,6 @@ def test_control_path_derivatives_come_through_the_inputs():
 
 @pytest.mark.parametrize("samples", [-3.7, -0.2, 0.0, 0.5, 2.0, 6.3])
 def test_a_time_shift_is_exact_for_parabolas_and_knows_its_slope(samples):
-    """Away from the ends; the derivative is that of the shifted signal."""
     k = np.arange(60.0)
     signal = np.array([0.3 * k * k - 2.0 * k + 1.0, np.sin(0.2 * k)])
     moved, slope = shift_samples(signal, samples)

@@ -1,7 +1,5 @@
 """Maximum likelihood on virtual maneuvers whose derivatives are known."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from itertools import pairwise
 
@@ -15,7 +13,7 @@ from gsapp.foundation import FlightError, UnknownNameError
 from gsapp.identification.axes import axis_derivatives
 from gsapp.identification.maximum_likelihood import MLSettings, estimate, fit, simulate
 from gsapp.quantities import Block
-from tests.identification.virtual_maneuvers import fly
+from tests.identification.virtual_maneuvers import edited, fly
 
 BASE = load_model("b777")
 # Five standard deviations: once in a million, were the bounds exact.
@@ -23,21 +21,11 @@ FAR = 5.0
 
 
 def off(found, truth):
-    """Return how many bounds each estimated derivative is off."""
     return {
         name: (found.value(name) - truth[name]) / found.derivatives[name].std
         for name in found.free
         if name in truth
     }
-
-
-def edited(maneuver, **changes):
-    values = np.array(maneuver.block.values)
-    for name, change in changes.items():
-        column = maneuver.block.channels.index(name)
-        values[:, column] = change(values[:, column].copy())
-    block = Block(channels=maneuver.block.channels, times=maneuver.block.times, values=values)
-    return replace(maneuver, block=block)
 
 
 def without(maneuver, *names):
@@ -59,7 +47,6 @@ def missing(first, last):
 
 
 def along(maneuver, channel, effect, *parameters):
-    """Return the maneuver with one channel sent along an effect's path."""
     term = create_term(effect, maneuver.aircraft)
     return edited(maneuver, **{channel: lambda x: term.respond(x, maneuver.dt, parameters).values})
 
@@ -96,7 +83,6 @@ def test_all_derivatives_are_found_within_their_bounds(kind, count):
 
 @pytest.mark.parametrize("kind", ["lon", "lat"])
 def test_without_noise_the_truth_comes_back(kind):
-    """To a thousandth of what the derivatives move the aircraft by."""
     virtual = fly(4, kind, noise=0.0, model=BASE)
     found = estimate([virtual.maneuver], MLSettings(axis=kind))
     for name, true in virtual.truth.items():
@@ -105,7 +91,6 @@ def test_without_noise_the_truth_comes_back(kind):
 
 
 def test_a_single_surface_frees_its_own_derivatives_only(lat):
-    """Table 6.2.6: an aileron maneuver holds those of the rudder."""
     found = estimate([replace(lat.maneuver, inputs=("da",))], MLSettings(axis="lat"))
     assert found.derivatives["Cn_dr"].status == "held"
     assert "Cn_dr" not in found.free
@@ -113,12 +98,7 @@ def test_a_single_surface_frees_its_own_derivatives_only(lat):
 
 
 def test_derivatives_may_be_held_freed_and_started(lon):
-    """Held values are kept to the last bit and reported as such."""
-    settings = MLSettings(
-        axis="lon",
-        held={"CA_q": 0.0, "Cm_q": -23.0},
-        start={"Cm_alpha": -0.2},
-    )
+    settings = MLSettings(axis="lon", held={"CA_q": 0.0, "Cm_q": -23.0}, start={"Cm_alpha": -0.2})
     found = estimate([lon.maneuver], settings)
     assert found.value("Cm_q") == -23.0
     assert found.derivatives["Cm_q"].status == "held"
@@ -126,8 +106,7 @@ def test_derivatives_may_be_held_freed_and_started(lon):
     assert len(found.free) == 10
     assert max(map(abs, off(found, lon.truth).values())) < FAR
     only = estimate(
-        [lon.maneuver],
-        MLSettings(axis="lon", model=BASE, free=("Cm_alpha", "Cm_q", "Cm_de")),
+        [lon.maneuver], MLSettings(axis="lon", model=BASE, free=("Cm_alpha", "Cm_q", "Cm_de"))
     )
     assert only.free == ("Cm_alpha", "Cm_q", "Cm_de")
     assert only.value("CN_alpha") == BASE.derivative("CN_alpha")
@@ -139,7 +118,6 @@ def test_derivatives_may_be_held_freed_and_started(lon):
 
 
 def test_the_scale_of_given_weights_is_of_no_account(lon):
-    """Neither for values nor for bounds, also beside an a-priori value."""
     weights = {"alpha": 3e5, "q": 3e3, "an": 400.0, "ax": 400.0}
     priors = {"CN_q": (5.0, 0.2)}
     one = estimate([lon.maneuver], MLSettings(axis="lon", weights=weights, priors=priors))
@@ -152,7 +130,6 @@ def test_the_scale_of_given_weights_is_of_no_account(lon):
 
 
 def test_a_response_with_weight_zero_or_none_is_switched_off(lon):
-    """Table 6.2.7 leaves some out; CA then has nothing to show it."""
     settings = MLSettings(axis="lon", weights={"alpha": 3e5, "q": 3e3, "an": 400.0, "ax": 0.0})
     found = estimate([lon.maneuver], settings)
     assert set(found.fit) == {"alpha", "q", "an"}
@@ -161,7 +138,6 @@ def test_a_response_with_weight_zero_or_none_is_switched_off(lon):
 
 
 def test_an_a_priori_value_pulls_as_hard_as_it_is_sure(lon):
-    """A sure one wins, a vague one does nothing, one as sure as the data meets them halfway."""
     free = estimate([lon.maneuver], MLSettings(axis="lon", tolerance=1e-10))
     value, bound = free.value("CN_q"), free.derivatives["CN_q"].cramer_rao
     away = value + 6.0 * bound
@@ -184,7 +160,6 @@ def test_an_a_priori_value_of_something_held_is_pointed_out(lon):
 
 
 def test_the_source_factor_takes_the_place_of_the_correction(lon):
-    """Ten times Cramer-Rao, as an option."""
     found = estimate([lon.maneuver], MLSettings(axis="lon", bound_factor=10.0))
     for name in found.free:
         one = found.derivatives[name]
@@ -192,7 +167,6 @@ def test_the_source_factor_takes_the_place_of_the_correction(lon):
 
 
 def test_noise_of_responses_may_be_taken_as_dependent(lon):
-    """The full covariance finds the same within a bound, and stays a likelihood fit."""
     one = estimate([lon.maneuver], MLSettings(axis="lon"))
     other = estimate([lon.maneuver], MLSettings(axis="lon", noise="full"))
     assert other.converged
@@ -222,7 +196,6 @@ def test_the_default_tolerance_is_tight_and_a_tighter_one_is_rounding(lon, lat):
 
 
 def test_several_flights_with_own_mass_and_inertia_in_one_fit():
-    """Each flown by its own aircraft: the same derivatives, smaller bounds."""
     plain = load_aircraft("b777")
     heavy = plain.model_copy(
         update={
@@ -249,7 +222,6 @@ def test_several_flights_with_own_mass_and_inertia_in_one_fit():
 
 
 def test_weights_may_differ_between_maneuvers(lon):
-    """A maneuver whose vane is broken counts little where its weights are small."""
     other = fly(23, "lon", model=BASE)
     broken = replace(edited(other.maneuver, alpha=lambda x: 1.3 * x), id="broken")
     weights = {"alpha": 3e5, "q": 3e3, "an": 400.0, "ax": 400.0}
@@ -267,7 +239,6 @@ def test_weights_may_differ_between_maneuvers(lon):
 
 
 def test_missing_samples_of_a_response_do_not_count(lon):
-    """Not even if they are wild: a hole and the same hole around nonsense are one fit."""
     hole = edited(lon.maneuver, alpha=missing(300, 420))
 
     def nonsense(samples):
@@ -290,7 +261,6 @@ def test_missing_samples_of_a_response_do_not_count(lon):
 
 
 def test_a_gap_in_time_or_in_the_input_starts_a_new_segment(lon):
-    """Each with initial states of its own; short dropouts of the input only do not count."""
     block = lon.maneuver.block
     kept = np.r_[0:400, 470 : len(block)]
     gap = replace(
@@ -310,7 +280,6 @@ def test_a_gap_in_time_or_in_the_input_starts_a_new_segment(lon):
 
 
 def test_a_flight_without_vanes_and_airspeed_still_gives_something(lat):
-    """Flight B: average values stand in, p, r, a_y remain as responses."""
     bare = without(lat.maneuver, "alpha", "beta", "V")
     stand_ins = {"V": float(lat.motion["u"].mean()), "alpha": 0.06}
     found = estimate([bare], MLSettings(axis="lat", stand_ins=stand_ins))
@@ -319,12 +288,11 @@ def test_a_flight_without_vanes_and_airspeed_still_gives_something(lat):
     assert found.value("Cl_p") == pytest.approx(lat.truth["Cl_p"], rel=0.15)
     assert found.value("Cl_da") == pytest.approx(lat.truth["Cl_da"], rel=0.15)
     assert found.value("Cn_beta") == pytest.approx(lat.truth["Cn_beta"], rel=0.25)
-    assert any("beta was not measured" in warning for warning in found.warnings)
+    assert any("beta" in warning for warning in found.warnings)
 
 
 @pytest.mark.parametrize(("kind", "name"), [("lon", "theta"), ("lat", "phi")])
 def test_attitude_that_was_not_measured_is_computed_along(kind, name, lon, lat):
-    """As one more state; the derivatives stay within their bounds."""
     virtual = {"lon": lon, "lat": lat}[kind]
     found = estimate([without(virtual.maneuver, "phi", "theta")], MLSettings(axis=kind))
     assert any(name in warning and "computed" in warning for warning in found.warnings)
@@ -335,7 +303,6 @@ def test_attitude_that_was_not_measured_is_computed_along(kind, name, lon, lat):
 
 
 def test_scale_factors_and_time_shifts_of_instruments_are_found(lon):
-    """As parameters of the maneuver, beside all derivatives."""
     changed = along(lon.maneuver, "alpha", "sensor.alpha.scale", 1.1)
     changed = along(changed, "an", "sensor.an.delay", 0.05)
     settings = MLSettings(axis="lon", scale_factors=("alpha",), time_shifts=("an",))
@@ -357,7 +324,6 @@ def test_scale_factors_and_time_shifts_of_instruments_are_found(lon):
     ],
 )
 def test_effects_in_the_equations_join_the_fit(effect, true, start):
-    """Static, with a state of its own, reading a flow rate: free, or known and held."""
     flown = BASE.with_effect(effect, true)
     virtual = fly(31, "lon", model=flown)
     name = f"{effect}.{next(iter(true))}"
@@ -375,14 +341,12 @@ def test_effects_in_the_equations_join_the_fit(effect, true, start):
 
 
 def test_an_effect_left_out_shows_in_color_and_wrong_values():
-    """What the joint fit above mends."""
     virtual = fly(31, "lon", model=BASE.with_effect("aero.Cm.alphadot", {"Cm_alphadot": -12.0}))
     found = estimate([virtual.maneuver], MLSettings(axis="lon"))
     assert max(map(abs, off(found, virtual.truth).values())) > FAR
 
 
 def test_a_response_in_another_unit_takes_the_values_their_credit(lon):
-    """m/s^2 read as g, rad/s as deg/s: the fit converges, on values that no bound holds."""
     for wrong in ({"an": lambda an: 9.81 * an}, {"q": lambda q: q / 57.3}):
         found = estimate([edited(lon.maneuver, **wrong)], MLSettings(axis="lon"))
         (said,) = [one for one in found.warnings if "does not follow" in one]
@@ -401,7 +365,6 @@ def test_a_response_in_another_unit_takes_the_values_their_credit(lon):
     ],
 )
 def test_effects_on_an_instrument_join_the_fit(lon, effect, name, true, start):
-    """Exact responses of the path and its derivatives, in the same parameters for all."""
     changed = along(lon.maneuver, effect.split(".")[1], effect, true)
     settings = MLSettings(
         axis="lon",
@@ -435,7 +398,6 @@ def test_the_lag_of_a_servo_behind_the_recorded_command_is_found():
 
 
 def test_gearing_and_control_power_cannot_be_told_apart(lon):
-    """Neither gets a number; what does not depend on them stays right."""
     effect = "control.elevator.gearing"
     settings = MLSettings(
         axis="lon", model=BASE.with_effect(effect, {"gearing": 1.0}),
@@ -464,7 +426,6 @@ def test_euler_is_another_integration(lon):
 
 
 def test_progress_is_reported_and_may_stop_the_fit(lat):
-    """A stopped fit says so and gives no numbers."""
     reports = []
     estimate([lat.maneuver], MLSettings(axis="lat", tolerance=1e-12), progress=reports.append)
     assert [one.iteration for one in reports] == [*range(1, len(reports) + 1)]
@@ -478,7 +439,6 @@ def test_progress_is_reported_and_may_stop_the_fit(lat):
 
 
 def test_a_solution_keeps_what_tests_and_predictions_need(lat):
-    """Residuals, sensitivities, weights, in matching shapes and orders."""
     solution = fit([lat.maneuver], MLSettings(axis="lat", tolerance=1e-12))
     part = solution.parts[0]
     count = len(lat.maneuver.block)
@@ -498,7 +458,6 @@ def test_a_solution_keeps_what_tests_and_predictions_need(lat):
 
 
 def test_simulation_with_the_estimate_gives_the_fit_again(lon):
-    """And with initial states left to a fit of their own it is as good."""
     settings = MLSettings(axis="lon", tolerance=1e-12)
     found = estimate([lon.maneuver], settings)
     values = {name: found.value(name) for name in found.free}
@@ -529,7 +488,6 @@ def test_names_that_nobody_knows_are_refused(lon):
 
 
 def test_reports_of_gusts_point_to_equation_error():
-    """Turbulence is seen in the residuals."""
     gusty = fly(9, "lon", gust=0.8)
     found = estimate([gusty.maneuver], MLSettings(axis="lon"))
     assert any("turbulence" in one and "equation error" in one for one in found.warnings)
@@ -539,7 +497,6 @@ def test_reports_of_gusts_point_to_equation_error():
 
 
 def test_responses_and_states_can_be_switched(lon):
-    """Fewer responses, more states: speed and pitch computed along."""
     few = estimate([lon.maneuver], MLSettings(axis="lon", responses=("alpha", "q")))
     assert set(few.fit) == {"alpha", "q"}
     more = MLSettings(

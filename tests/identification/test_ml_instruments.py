@@ -1,17 +1,13 @@
 """Maximum likelihood with instruments that are late, swapped or misplaced: found with the rest."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
-import numpy as np
 import pytest
 
 from gsapp.dynamics.model import load_model
 from gsapp.dynamics.terms import create_term
 from gsapp.identification.maximum_likelihood import MLSettings, estimate
-from gsapp.quantities import Block
-from tests.identification.virtual_maneuvers import fly
+from tests.identification.virtual_maneuvers import edited, fly
 
 BASE = load_model("b777")
 FAR = 5.0
@@ -26,21 +22,10 @@ def off(found, truth):
 
 
 def effect_value(found, name):
-    """Return value and bound of a parameter of an effect."""
     return found.value(name), found.derivatives[name].std
 
 
-def edited(maneuver, **changes):
-    values = np.array(maneuver.block.values)
-    for name, change in changes.items():
-        column = maneuver.block.channels.index(name)
-        values[:, column] = change(values[:, column].copy())
-    block = Block(channels=maneuver.block.channels, times=maneuver.block.times, values=values)
-    return replace(maneuver, block=block)
-
-
 def through(maneuver, effect, channels, *parameters):
-    """Return the maneuver as recorded with an effect on some of its channels."""
     term = create_term(effect, maneuver.aircraft)
     changes = {name: lambda x: term.respond(x, maneuver.dt, parameters).values for name in channels}
     return edited(maneuver, **changes)
@@ -63,7 +48,6 @@ def settings(axis, effect, start, parameter):
 
 
 def test_a_late_box_of_surfaces_is_found_with_one_delay(lat) -> None:
-    """Aileron and rudder recorded 30 ms late; the derivatives come out as if they were not."""
     effect = "sensor.surfaces.delay"
     late = through(lat.maneuver, effect, ("da", "dr"), 0.03)
     found = estimate([late], settings("lat", effect, {"delay": 0.005}, "delay"))
@@ -89,7 +73,6 @@ def test_a_late_elevator_potentiometer_is_found(lon, kind, parameter, true, star
 
 
 def test_a_known_scale_of_a_surface_is_undone(lon) -> None:
-    """Held, not free: the estimate of Cm_de is that of the true deflection."""
     effect = "sensor.de.scale"
     shown = through(lon.maneuver, effect, ("de",), 1.25)
     held = MLSettings(axis="lon", model=BASE.with_effect(effect, {"scale": 1.25}))
@@ -99,7 +82,6 @@ def test_a_known_scale_of_a_surface_is_undone(lon) -> None:
 
 
 def test_late_air_data_is_found_with_one_delay() -> None:
-    """Both vanes 30 ms late, in a maneuver of all three surfaces."""
     virtual = fly(8, "both", model=BASE)
     effect = "sensor.airdata.delay"
     late = through(virtual.maneuver, effect, ("alpha", "beta", "V"), 0.03)
@@ -119,7 +101,6 @@ def test_late_air_data_is_found_with_one_delay() -> None:
     ],
 )
 def test_a_misplaced_instrument_is_found(lon, lat, instrument, axis, kind) -> None:
-    """The file says half a meter further aft (or up) than it sits."""
     virtual = {"lon": lon, "lat": lat}[kind]
     sensors = virtual.maneuver.aircraft.sensors
     old = getattr(sensors, instrument)
@@ -140,7 +121,6 @@ def test_a_misplaced_instrument_is_found(lon, lat, instrument, axis, kind) -> No
 
 
 def test_swapped_gyros_in_the_model_give_the_derivatives_back(lat) -> None:
-    """Roll and yaw gyro in each other's socket: known to the model, the fit is that of before."""
     names = lat.maneuver.block.channels
     p, r = (lat.maneuver.block.values[:, names.index(name)].copy() for name in "pr")
     swapped = edited(lat.maneuver, p=lambda _: r, r=lambda _: p)

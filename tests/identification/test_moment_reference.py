@@ -1,7 +1,5 @@
 """A weighed CG: instruments count from it, and moments are reported about the aircraft file's."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from functools import cache
 from typing import Any
@@ -33,7 +31,6 @@ AHEAD = 0.025
 
 
 def weighed(x: float) -> FlightInfo:
-    """Return the card of a flight whose scales put the CG there, m."""
     nose, main = B777.axles["nose"][0], B777.axles["left"][0]
     share = (x - main) / (nose - main)
     weight = B777.mass.mass * 9.80665
@@ -100,13 +97,12 @@ def test_a_weighed_cg_gives_the_derivatives_of_the_aircraft_file(kind: str) -> N
         }
         assert len(off) == (9 if kind == "lon" else 15)
         assert max(map(abs, off.values())) < 4.0
-        assert any("CG by weighing 25 mm ahead" in remark for remark in with_card.remarks)
+        assert any("25 mm ahead" in remark for remark in with_card.remarks)
         wrong = without.results[0].estimate.derivatives[moved]
         assert abs(wrong.value - truth.derivative(moved)) > 5.0 * wrong.std
 
 
 def test_what_is_held_is_about_the_file_too() -> None:
-    """A model of the file's CG holds the moments of a maneuver that was flown with another."""
     truth = load_model("b777")
     one = replace(flown("lon", 4, card=True), inputs=("de",))
     held = {
@@ -146,7 +142,6 @@ def estimate_of(**values: float | None) -> Estimate:
 
 
 def test_covariance_is_carried_over_as_samples_are() -> None:
-    """Draws of the parameters, each carried over by itself, scatter as the covariance says."""
     before = estimate_of(CN_alpha=4.0, CA_alpha=-0.2, Cm_alpha=-0.5, CN_0=0.3)
     shift = (0.03, 0.0, 0.02)
     after = estimate_about_file_cg(before, shift, B777.geometry)
@@ -162,7 +157,6 @@ def test_covariance_is_carried_over_as_samples_are() -> None:
 
 
 def test_there_and_back() -> None:
-    """A model about the flown CG, carried back as an estimate, is the model again."""
     model, shift = load_model("b777"), (-0.02, 0.0, 0.01)
     there = model_about_flown_cg(model, shift, B777.geometry)
     assert there.derivative("Cn_beta") != pytest.approx(model.derivative("Cn_beta"))
@@ -174,12 +168,11 @@ def test_there_and_back() -> None:
 
 
 def test_what_cannot_be_carried_over_says_so() -> None:
-    """A moment whose force was not earned stays; CGs far apart do not share a fit."""
     found = estimate_about_file_cg(
         estimate_of(CN_alpha=None, CA_alpha=0.1, Cm_alpha=-0.5), (0.02, 0.0, 0.0), B777.geometry
     )
     assert found.value("Cm_alpha") == -0.5
-    assert "Cm_alpha stay about the CG as flown" in found.warnings[0]
+    assert "Cm_alpha stay" in found.warnings[0]
     one = flown("lon", 3, card=True)
     near: Any = replace(one, cg_shift=(AHEAD + 1e-3, 0.0, 0.0))
     assert common_cg_shift([one, near])[0] == pytest.approx(AHEAD + 0.5e-3, abs=1e-5)
@@ -188,11 +181,10 @@ def test_what_cannot_be_carried_over_says_so() -> None:
 
 
 def test_a_search_for_effects_is_told_of_the_cg() -> None:
-    """A model is about the file's CG and a search about the flown one: the answer says so."""
     one = flown("lon", 3, card=True)
     told = record_remarks([one], one.aircraft)
-    assert [text for text in told if "25 mm ahead of the aircraft file's" in text]
+    assert [text for text in told if "25 mm ahead" in text]
     apart = record_remarks([one, replace(one, cg_shift=(0.0, 0.0, 0.0))], one.aircraft)
-    assert [text for text in apart if "CGs up to 25 mm apart" in text]
+    assert [text for text in apart if "25 mm apart" in text]
     plain = flown("lon", 3, card=False)
     assert not [text for text in record_remarks([plain], plain.aircraft) if "CG" in text]

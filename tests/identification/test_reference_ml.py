@@ -5,8 +5,6 @@ themselves. The plain fit starts where the fast one ended and goes on until it s
 that not the optimum, it would walk away. `test_the_plain_fit_from_afar` starts elsewhere.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -77,7 +75,6 @@ def compared(
 
 
 def fast_name(name: str, maneuvers: Sequence[Maneuver]) -> str:
-    """Return what the fast engine calls an unknown of the plain one."""
     kind, _, rest = name.partition(".")
     if kind not in ("initial", "bias", "scale", "shift"):
         return name
@@ -91,12 +88,10 @@ def fast_name(name: str, maneuvers: Sequence[Maneuver]) -> str:
 
 
 def small(seed: int, kind: str, seconds: float = 3.6, **options: Any) -> Maneuver:
-    """Return a maneuver at 40 Hz: all that is to be compared shows in it."""
     return fly(seed, kind, dt=0.025, duration=seconds, **options).maneuver
 
 
 def without(maneuver: Maneuver, missing: Mapping[str, slice]) -> Maneuver:
-    """Return a maneuver with samples of some channels missing."""
     values = maneuver.block.values.copy()
     for name, part in missing.items():
         values[part, maneuver.block.channels.index(name)] = np.nan
@@ -105,7 +100,6 @@ def without(maneuver: Maneuver, missing: Mapping[str, slice]) -> Maneuver:
 
 
 def test_longitudinal() -> None:
-    """Twelve derivatives, two initial states, one bias."""
     compared([small(5, "lon")], "lon")
 
 
@@ -141,18 +135,15 @@ def test_the_plain_fit_from_afar() -> None:
 
 
 def test_lateral_directional() -> None:
-    """Eighteen derivatives, three initial states, one bias."""
     compared([small(6, "lat")], "lat")
 
 
 def test_six_degrees_of_freedom() -> None:
-    """Eight states and eleven responses; the derivatives that an elevator maneuver shows."""
     free = tuple(name for name in axis_derivatives("lon") if name not in ("CA_q", "CA_de"))
     compared([small(7, "lon", 4.0)], "both", free=free)
 
 
 def test_with_effects() -> None:
-    """Effects in the model, one with a state of its own, their parameters free."""
     model = (
         load_model("b777")
         .with_effect("aero.Cm.alpha2", {"Cm_alpha2": -1.0})
@@ -164,7 +155,6 @@ def test_with_effects() -> None:
 
 
 def test_missing_samples_and_a_gap_in_time() -> None:
-    """Lost responses and an input lost for two samples do not count; a gap begins anew."""
     whole = small(9, "lon", 5.0)
     holed = without(
         whole,
@@ -178,7 +168,6 @@ def test_missing_samples_and_a_gap_in_time() -> None:
 
 
 def test_several_maneuvers_together() -> None:
-    """Two flights of different mass: common derivatives, own initial states, biases and noise."""
     model = load_model("b777")
     one = small(10, "lon", 3.0, model=model)
     other = small(11, "lon", 3.0, model=model, noise=2.0)
@@ -204,7 +193,6 @@ def test_weights_of_the_user_and_a_priori_values() -> None:
 
 
 def test_scale_factors_time_shifts_and_covariances() -> None:
-    """Instruments with unknown scale and delay; the full noise covariance."""
     free = ("CN_0", "CN_alpha", "CN_de", "CA_0", "CA_alpha", "Cm_0", "Cm_alpha", "Cm_q", "Cm_de")
     compared(
         [small(13, "lon")],

@@ -1,7 +1,5 @@
 """Zero-phase smoothing: the same for both sides, honest about gaps, chosen from the data."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
@@ -62,7 +60,6 @@ def test_a_record_shorter_than_the_kernel_has_no_sample_that_counts():
 
 
 def test_the_cutoff_follows_the_motion_not_the_noise():
-    """Proves that faster motion in the same noise raises the cutoff."""
     random = np.random.default_rng(1)
     found = []
     for frequency in (0.5, 3.5):

@@ -1,7 +1,5 @@
 """Bounds: the fast forms against the sums as written, and against what really happens."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
@@ -55,7 +53,6 @@ def as_written(
 def gradient_covariance(
     S: FloatArray, v: FloatArray, lags: int, segments: list[slice] | None = None
 ) -> FloatArray:
-    """Return B from the covariance as the notes print it, H^-1 B H^-1."""
     H = information_matrix(S, W, counted=v)
     covariance = colored_covariance(S, v, W, lags=lags, segments=segments, passes=0)
     found: FloatArray = H @ covariance @ H
@@ -63,13 +60,11 @@ def gradient_covariance(
 
 
 def test_the_colored_correction_is_the_sum_of_the_notes() -> None:
-    """The transform gives the double sum as written, for a full record."""
     S, v = some()
     assert gradient_covariance(S, v, 7) == pytest.approx(as_written(S, v, 7), rel=1e-10)
 
 
 def test_lags_do_not_cross_gaps() -> None:
-    """With two segments only pairs within one count."""
     S, v = some()
     parts = [slice(0, 22), slice(22, 60)]
     found = gradient_covariance(S, v, 9, parts)
@@ -78,7 +73,6 @@ def test_lags_do_not_cross_gaps() -> None:
 
 
 def test_missing_samples_do_not_count() -> None:
-    """What stands at a missing sample has no influence on information or correction."""
     S, v = some(n=400)
     v[np.random.default_rng(1).random(v.shape) < 0.05] = np.nan
     other = np.where(np.isfinite(v)[:, :, None], S, 1e6)
@@ -130,7 +124,6 @@ def test_the_honest_bound_is_the_scatter_under_colored_noise(share_missing: floa
 
 
 def test_what_is_not_seen_has_an_infinite_variance() -> None:
-    """Neither a parameter without effect nor two with the same effect get a bound."""
     S, v = some(parameters=3)
     blind = np.concatenate((S, 0.0 * S[:, :, :1]), axis=2)
     twins = np.concatenate((S, 2.0 * S[:, :, 1:2]), axis=2)
@@ -198,7 +191,6 @@ def test_what_the_fit_took_is_added_back() -> None:
 
 
 def test_a_priori_values_bound_what_the_data_do_not_see() -> None:
-    """A parameter without effect keeps the uncertainty of its a-priori value."""
     S, v = some(parameters=2)
     blind = np.concatenate((S, 0.0 * S[:, :, :1]), axis=2)
     prior = np.diag([0.0, 0.0, 1.0 / 0.3**2])
@@ -207,7 +199,6 @@ def test_a_priori_values_bound_what_the_data_do_not_see() -> None:
 
 
 def test_noise_covariance_counts_pairs() -> None:
-    """Missing samples change neither size nor sign; what has no sample is zero."""
     random = np.random.default_rng(2)
     mix = np.array([[1.0, 0.0, 0.0], [0.8, 0.6, 0.0], [0.0, 0.0, 0.1]])
     v = random.standard_normal((30_000, 3)) @ mix.T
@@ -221,5 +212,4 @@ def test_noise_covariance_counts_pairs() -> None:
 
 
 def test_lags_suit_the_record() -> None:
-    """100, and never more than a quarter of the samples."""
     assert [default_lags(n) for n in (3, 10, 100, 400, 5000)] == [1, 2, 25, 100, 100]

@@ -1,7 +1,5 @@
 """What the data cannot see or tell apart never gets a number."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
@@ -18,7 +16,6 @@ ONE = np.ones((1, 1))
 
 
 def regressors(count: int = 500) -> FloatArray:
-    """Return regressors of a pitching moment, alpha and q and delta_e of their own."""
     random = np.random.default_rng(0)
     smooth = random.standard_normal((count + 50, 3))
     smooth = np.cumsum(smooth - np.vstack((np.zeros((50, 3)), smooth[:-50])), axis=0)[50:]
@@ -30,7 +27,6 @@ def judged(columns: FloatArray, sigma: float) -> Identifiability:
 
 
 def test_what_is_well_excited_is_estimated() -> None:
-    """Four regressors of their own: no word about any of them."""
     found = judged(regressors(), 0.01)
     assert [found[name].status for name in NAMES] == ["estimated"] * 4
     assert found.correlated == ()
@@ -38,7 +34,6 @@ def test_what_is_well_excited_is_estimated() -> None:
 
 
 def test_a_surface_that_did_not_move_is_unknown() -> None:
-    """Neither exact zeros nor the noise of a potentiometer make a control derivative."""
     random = np.random.default_rng(1)
     for still in (np.zeros(500), 1e-5 * random.standard_normal(500)):
         columns = regressors()
@@ -51,7 +46,6 @@ def test_a_surface_that_did_not_move_is_unknown() -> None:
 
 @pytest.mark.parametrize("noise", [0.0, 1e-5])
 def test_twins_are_named(noise: float) -> None:
-    """An elevator that follows alpha: both derivatives are confounded, with each other only."""
     columns = regressors()
     columns[:, 3] = 1.5 * columns[:, 1] + noise * np.random.default_rng(2).standard_normal(500)
     found = judged(columns, 0.01)
@@ -64,7 +58,6 @@ def test_twins_are_named(noise: float) -> None:
 
 
 def test_three_that_depend_on_one_another() -> None:
-    """delta_e as a sum of alpha and q: all three are named, the bias is not."""
     columns = regressors()
     columns[:, 3] = columns[:, 1] + columns[:, 2]
     found = judged(columns, 0.01)
@@ -75,7 +68,6 @@ def test_three_that_depend_on_one_another() -> None:
 
 
 def test_strong_correlation_is_a_warning_not_a_verdict() -> None:
-    """Nearly alike, yet enough data: numbers with a warning."""
     columns = regressors(2000)
     columns[:, 3] = columns[:, 1] + 0.02 * columns[:, 2]
     columns[:, 3] += 0.002 * np.random.default_rng(3).standard_normal(2000)
@@ -86,7 +78,6 @@ def test_strong_correlation_is_a_warning_not_a_verdict() -> None:
 
 
 def test_a_parameter_of_unknown_size_is_judged_by_singularity() -> None:
-    """Biases and parameters of effects have no plausible size, unless one is given."""
     columns = regressors()
     names = ("a", "b", "c", "d")
     H = information_matrix(columns[:, None, :], ONE / 1e6**2)
@@ -97,7 +88,6 @@ def test_a_parameter_of_unknown_size_is_judged_by_singularity() -> None:
 
 
 def test_honest_bounds_judge_harder() -> None:
-    """With colored noise a bound may pass the plausible size that Cramer-Rao stays below."""
     H = information_matrix(regressors()[:, None, :], ONE / 0.01**2)
     covariance = 1e6 * np.linalg.inv(H)
     found = assess_identifiability(H, NAMES, covariance=covariance)

@@ -1,7 +1,5 @@
 """Residuals judged: whiteness, turbulence, quality of fit."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from scipy.signal import lfilter
@@ -27,7 +25,6 @@ def colored(random: np.random.Generator, count: int, color: float) -> FloatArray
 
 @pytest.mark.parametrize("share_missing", [0.0, 0.2])
 def test_white_residuals_pass(share_missing: float) -> None:
-    """Of 300 white records hardly one is called colored, missing samples or not."""
     random = np.random.default_rng(3)
     v = random.standard_normal((500, 300))
     v[random.random(v.shape) < share_missing] = np.nan
@@ -52,7 +49,6 @@ def test_colored_residuals_are_told_and_measured() -> None:
 
 
 def test_residuals_of_nothing_say_nothing() -> None:
-    """No sample, too few samples and residuals of zero neither pass for colored nor fail."""
     v = np.zeros((60, 3))
     v[:, 0] = np.nan
     v[19:, 1] = np.nan
@@ -64,7 +60,6 @@ def test_residuals_of_nothing_say_nothing() -> None:
 
 
 def judged(seed: int, kind: str, *, gust: float = 0.0, color: float = 0.0) -> TurbulenceDetection:
-    """Fly a maneuver, fit it, and judge its residuals."""
     virtual = fly(seed, kind, gust=gust, color=color)
     part = fit([virtual.maneuver], MLSettings(axis=AXES[kind])).parts[0]
     residuals = dict(zip(part.responses, part.residuals.T, strict=True))
@@ -82,7 +77,6 @@ def judged(seed: int, kind: str, *, gust: float = 0.0, color: float = 0.0) -> Tu
 
 @pytest.mark.parametrize("kind", ["lon", "lat"])
 def test_gusts_are_found_and_calm_air_is_left_alone(kind: str) -> None:
-    """Gusts of 0.6 m/s in 4 of 4 maneuvers; no alarm in 4 calm ones, colored noise or not."""
     for seed in range(300, 304):
         gusty = judged(seed, kind, gust=0.6)
         assert gusty.detected
@@ -94,7 +88,6 @@ def test_gusts_are_found_and_calm_air_is_left_alone(kind: str) -> None:
 
 
 def synthetic(random: np.random.Generator, seconds: float = 10.0) -> dict[str, FloatArray]:
-    """Return residuals of instruments alone."""
     count = round(seconds * 100)
     return {
         name: size * colored(random, count, 0.9)
@@ -103,7 +96,6 @@ def synthetic(random: np.random.Generator, seconds: float = 10.0) -> dict[str, F
 
 
 def test_a_bad_vane_is_no_gust() -> None:
-    """The vane alone wandering by a degree, or the accelerometer alone, raises no alarm."""
     random = np.random.default_rng(6)
     for name, size in (("alpha", 10.0), ("an", 10.0), ("q", 10.0)):
         for _ in range(50):
@@ -136,7 +128,6 @@ def test_motion_that_obeys_kinematics_is_no_gust() -> None:
 
 
 def test_turbulence_needs_three_instruments_and_time() -> None:
-    """Without a gyro, or in two seconds, nothing is said."""
     residuals = synthetic(np.random.default_rng(1))
     assert (
         detect_turbulence({k: x for k, x in residuals.items() if k != "q"}, dt=0.01, V=30.0) == ()
@@ -165,7 +156,6 @@ def test_quality_of_fit_by_hand() -> None:
 
 
 def test_quality_of_fit_without_samples_or_range() -> None:
-    """No sample: all NaN. A constant has no range; a perfect fit of nothing has Theil 0."""
     nothing = response_fit(np.full(3, np.nan), np.zeros(3))
     assert nothing.samples == 0
     assert np.isnan([nothing.rms, nothing.r2, nothing.theil, nothing.rms_over_range_pct]).all()

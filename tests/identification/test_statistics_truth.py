@@ -4,8 +4,6 @@
 the scatter of the rms itself (5 %) allows to ask for 0.8 to 1.3, derivative by derivative.
 """
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """Stuck channels, surfaces that nobody saw, wrong signs, ten samples: alike for every method."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 from typing import Literal
@@ -33,7 +31,6 @@ def flown(axis: str, *, still: tuple[str, ...] = ()) -> Maneuver:
 
 
 def edited(maneuver: Maneuver, **changes: Callable[[FloatArray], FloatArray]) -> Maneuver:
-    """Return a maneuver with some channels changed."""
     block = maneuver.block
     columns = [
         changes[name](block[name].copy()) if name in changes else block[name]
@@ -58,9 +55,7 @@ def test_a_stuck_gyro_earns_no_number(
     """What it stands beside in an equation is bent with it: neither has a number."""
     maneuver = edited(flown(axis), **{channel: at(0.0)})
     found = MEASURED_MOTION[method](maneuver, axis)
-    assert any(
-        f"{channel} stays at 0 throughout: its instrument is stuck" in one for one in found.warnings
-    )
+    assert any(f"{channel} stays at 0" in one for one in found.warnings)
     assert {name: found.value(name) for name in lost} == dict.fromkeys(lost)
 
 
@@ -77,7 +72,6 @@ def test_a_stuck_gyro_earns_no_number(
 def test_every_method_names_a_reversed_channel(
     method: str, channel: str, axis: Axis, words: str
 ) -> None:
-    """One sentence with the channel; none where nothing is reversed."""
     good, bad = (
         MEASURED_MOTION[method](one, axis).warnings
         for one in (flown(axis), edited(flown(axis), **{channel: np.negative}))
@@ -88,73 +82,58 @@ def test_every_method_names_a_reversed_channel(
 
 @pytest.mark.parametrize("record", ["stuck", "lost"])
 def test_a_rudder_that_moved_unseen_takes_every_number_with_it(record: str) -> None:
-    """Bent by up to a dozen bounds they looked sound; whoever knows better may say so."""
     value = 0.01 if record == "stuck" else np.nan
     maneuver = replace(edited(flown("lat"), dr=at(value)), inputs=("da",))
     found = ml_estimate([maneuver], MLSettings(axis="lat"))
     assert all(one.value is None for one in found.derivatives.values() if one.status != "held")
     (said,) = {one.why for one in found.derivatives.values() if "dr" in one.why}
     assert said in found.warnings
-    assert said.startswith(
-        "dr stays at 0.01 rad throughout (stuck?)"
-        if record == "stuck"
-        else "the rudder (dr) was not measured"
-    )
+    assert said.startswith("dr stays at" if record == "stuck" else "the rudder (dr)")
     answered = ml_estimate([maneuver], MLSettings(axis="lat", stand_ins={"dr": 0.01}))
     assert answered.value("Cl_da") is not None
 
 
 def test_a_rudder_that_rested_takes_nothing() -> None:
-    """Its record does not change, and nothing in the residuals asks for more."""
     virtual = fly(61, "lat", still=("dr",), dt=0.02)
     maneuver = edited(virtual.maneuver, dr=at(0.0))
     found = ml_estimate([maneuver], MLSettings(axis="lat"))
     for name in ("Cl_p", "Cl_da", "Cn_beta"):
         one = found.derivatives[name]
-        assert one.value is not None
-        assert one.std is not None
         assert abs(one.value - virtual.truth[name]) < 4.0 * one.std
 
 
 @pytest.mark.parametrize("method", MEASURED_MOTION)
 def test_a_stuck_rudder_takes_every_number_where_no_residuals_tell(method: str) -> None:
-    """Equation error and FTR cannot tell whether it moved; no sign is blamed for what it did."""
     maneuver = replace(edited(flown("lat"), dr=at(0.01)), inputs=("da",))
     found = MEASURED_MOTION[method](maneuver, "lat")
     assert not found.free
     assert not any(one.status == "estimated" for one in found.derivatives.values())
     (said,) = [one for one in found.warnings if "--stand-in dr=0" in one]
-    assert said.startswith("dr stays at 0.01 rad throughout (stuck?)")
+    assert said.startswith("dr stays")
     assert not any("looks wrong" in one for one in found.warnings)
 
 
 @pytest.mark.parametrize("method", MEASURED_MOTION)
 def test_ten_samples_are_too_few_for_every_method(method: str) -> None:
-    """With how many it takes."""
     block = flown("lon").block
     short = Block(channels=block.channels, times=block.times[:10], values=block.values[:10])
-    with pytest.raises(FlightError, match="has 10 samples; at least 40 are needed"):
+    with pytest.raises(FlightError, match="10 samples"):
         MEASURED_MOTION[method](replace(flown("lon"), block=short), "lon")
 
 
 def test_a_maneuver_left_out_says_why_where_nothing_else_is_left() -> None:
-    """A stuck elevator is no input: the sentence names it."""
     maneuver = replace(edited(flown("lon"), de=at(0.02)), inputs=("da",))
-    with pytest.raises(FlightError, match=r"moved da.*axis lon: de stays at 0\.02 rad throughout"):
+    with pytest.raises(FlightError, match="axis lon: de stays"):
         run_campaign([maneuver], CampaignSettings(axis="lon"))
 
 
 @pytest.mark.parametrize("method", ["ml", "ee", "ftr"])
 def test_rest_is_said_in_one_sentence(method: Literal["ml", "ee", "ftr"]) -> None:
-    """Whatever each method has against it: nothing was flown; what is left keeps its bound."""
     virtual = fly(61, "lon", still=("de",), dt=0.02)
     rest = replace(virtual.maneuver, inputs=())
     (one,) = run_campaign([rest], CampaignSettings(method=method, axis="lon")).results
-    assert one.estimate is not None
-    assert one.estimate.warnings[0].startswith("no surface moved as an input here")
+    assert one.estimate.warnings[0].startswith("no surface moved")
     assert {"CN_q", "CN_de", "Cm_q", "Cm_de"}.isdisjoint(one.estimate.free)
     for name in one.estimate.free:
         found = one.estimate.derivatives[name]
-        assert found.value is not None
-        assert found.std is not None
         assert abs(found.value - virtual.truth[name]) < 4.0 * found.std

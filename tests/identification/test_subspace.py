@@ -1,7 +1,5 @@
 """Subspace start and prediction error refinement, against systems that are known."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
@@ -24,12 +22,10 @@ DT = 0.02
 
 
 def b777(axis: str) -> DiscreteModel:
-    """Return the published least-squares model of an axis, sampled."""
     return discretize(load_linear_model(f"seanor-bls-{axis}").model(), DT)
 
 
 def doublets(rng: np.random.Generator, count: int, inputs: int) -> np.ndarray:
-    """Return doublets of each input in turn, of random widths, a little smoothed."""
     u = np.zeros((count, inputs))
     for column in range(inputs):
         start = 20 + 60 * column
@@ -49,7 +45,6 @@ def records(
     noise: float,
     count: int = 500,
 ) -> list[InputOutputRecord]:
-    """Return maneuvers flown by a model, noise added as a share of each output's range."""
     found = []
     for _ in range(maneuvers):
         u = doublets(rng, count, model.B.shape[1])
@@ -61,13 +56,11 @@ def records(
 
 
 def poles(model: DiscreteModel) -> np.ndarray:
-    """Return the continuous poles, sorted."""
     return np.sort_complex(np.log(np.linalg.eigvals(model.A).astype(complex)) / model.dt)
 
 
 @pytest.mark.parametrize(("axis", "order"), [("longitudinal", 2), ("lateral", 3)])
 def test_without_noise_the_system_is_found_exactly(axis: str, order: int) -> None:
-    """Poles and outputs agree to rounding, from several records with starts of their own."""
     truth = b777(axis)
     data = records(truth, np.random.default_rng(1), maneuvers=4, noise=0.0)
     found = identify_subspace_model(data, DT, order=order)
@@ -79,7 +72,6 @@ def test_without_noise_the_system_is_found_exactly(axis: str, order: int) -> Non
 
 @pytest.mark.parametrize(("axis", "order"), [("longitudinal", 2), ("lateral", 3)])
 def test_order_is_chosen_from_the_data(axis: str, order: int) -> None:
-    """With 1 % noise the order of the system is the least that simulates the other half."""
     truth = b777(axis)
     for seed in range(4):
         data = records(truth, np.random.default_rng(seed), maneuvers=6, noise=0.01)
@@ -87,7 +79,6 @@ def test_order_is_chosen_from_the_data(axis: str, order: int) -> None:
 
 
 def test_slopes_of_the_prediction_errors_are_exact() -> None:
-    """Gauss-Newton matrix and gradient against differences of the cost, gain included."""
     rng = np.random.default_rng(3)
     truth = b777("lateral")
     data = records(truth, rng, maneuvers=2, noise=0.02, count=80)
@@ -132,7 +123,6 @@ def test_refinement_comes_nearer_to_the_truth() -> None:
 
 
 def test_innovations_gain_whitens_process_noise() -> None:
-    """Noise that enters the states: the gain makes one-step errors smaller and white."""
     rng = np.random.default_rng(5)
     truth = b777("longitudinal")
     u = doublets(rng, 1500, 1)
@@ -153,7 +143,6 @@ def test_innovations_gain_whitens_process_noise() -> None:
 
 
 def test_too_little_data_says_so() -> None:
-    """The sentence names samples and the remedy."""
     truth = b777("longitudinal")
     data = records(truth, np.random.default_rng(1), maneuvers=1, noise=0.0, count=24)
     with pytest.raises(FlightError, match="too few"):

@@ -1,7 +1,5 @@
 """The summary of a campaign: honest bounds, outliers and trends, on values whose truth is known."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any, cast
@@ -93,7 +91,6 @@ def test_honest_bounds_give_no_outlier_no_trend_and_a_ratio_of_one() -> None:
         for name, one in summary.derivatives.items():
             trends += sum(trend.is_significant for trend in one.trends)
             covered.append(abs(one.value.mean - TRUTH[name]) <= 2.0 * one.value.std)
-            assert one.bound_consistency is not None
             ratios.append(one.bound_consistency.ratio)
         assert not summary.outlying_maneuvers
     assert alarms <= 3
@@ -103,20 +100,17 @@ def test_honest_bounds_give_no_outlier_no_trend_and_a_ratio_of_one() -> None:
 
 
 def test_bounds_that_are_too_small_are_told() -> None:
-    """Errors twice the bounds: the ratio says so, and chance is ruled out."""
     summary = summarize_campaign(flown(1, optimism=2.0, count=40))
     assert summary.bounds_ratio == pytest.approx(2.0, rel=0.2)
     told = [one.bound_consistency for one in summary.derivatives.values()]
     assert all(one is not None and one.p_value < 1e-4 for one in told)
     values, stds = np.array([1.0, 3.0, 5.0]), np.full(3, 0.1)
     spread = assess_bound_consistency(values, stds)
-    assert spread is not None
     assert np.hypot(spread.between_maneuver_std, 0.1) == pytest.approx(2.0, rel=1e-3)
     assert assess_bound_consistency(values[:2], stds[:2]) is None
 
 
 def test_means_and_values_hold_the_truth_though_single_bounds_are_too_small() -> None:
-    """What differs between maneuvers goes into the bounds: forty campaigns, bounds half as wide."""
     means, values, narrow = [], [], []
     for seed in range(40):
         for name, one in summarize_campaign(flown(seed, optimism=2.0)).derivatives.items():
@@ -130,7 +124,6 @@ def test_means_and_values_hold_the_truth_though_single_bounds_are_too_small() ->
 
 
 def test_a_wild_maneuver_is_pointed_out_with_a_reason_and_left_out() -> None:
-    """It fitted well, and is wild all the same; the means are those without it."""
     found = 0
     for seed in range(20):
         result = flown(seed, wild=5)
@@ -140,7 +133,7 @@ def test_a_wild_maneuver_is_pointed_out_with_a_reason_and_left_out() -> None:
         found += bool(summary.outlying_maneuvers)
         for one in summary.outlying_maneuvers:
             assert (one.maneuver, one.derivative_count, one.fits_well) == ("M5", 5, True)
-            assert "gusts of 0.4 m/s were seen" in one.reasons
+            assert any("0.4 m/s" in reason for reason in one.reasons)
         without = replace(
             result, results=tuple(one for one in result.results if one.maneuver.id != "M5")
         )
@@ -153,7 +146,6 @@ def test_a_wild_maneuver_is_pointed_out_with_a_reason_and_left_out() -> None:
 
 
 def test_a_dependence_on_speed_is_found_and_its_slope_covered() -> None:
-    """3 % for each m/s over nine: seen by one derivative, and by no other."""
     covered = []
     for seed in range(20):
         summary = summarize_campaign(flown(seed, slope=0.03))
@@ -166,7 +158,6 @@ def test_a_dependence_on_speed_is_found_and_its_slope_covered() -> None:
 
 
 def test_too_few_values_claim_nothing() -> None:
-    """Two maneuvers: a mean, and nothing else; none: nothing."""
     summary = summarize_campaign(flown(0, count=2))
     assert all(
         one.bound_consistency is None and not one.trends for one in summary.derivatives.values()

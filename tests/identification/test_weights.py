@@ -1,7 +1,5 @@
 """Weights files: the source's table as it stands, units, and mistakes told apart."""
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 
@@ -42,7 +40,6 @@ def test_flights_are_found_however_they_are_written() -> None:
 
 
 def test_a_file_of_the_user(tmp_path: Path) -> None:
-    """A file without units is SI; degrees are converted to radians."""
     path = tmp_path / "mine.toml"
     path.write_text('[units]\nalpha = "deg"\n[default]\nalpha = 2\nq = 3\n', encoding="utf-8")
     found = load_weights(path).for_flight("any")
@@ -63,7 +60,6 @@ def test_a_file_of_the_user(tmp_path: Path) -> None:
     ],
 )
 def test_mistakes_are_named(tmp_path: Path, text: str, words: str) -> None:
-    """Each mistake is one sentence with its place."""
     path = tmp_path / "wrong.toml"
     path.write_text(text, encoding="utf-8")
     with pytest.raises(FileProblemsError, match=words):
@@ -71,6 +67,5 @@ def test_mistakes_are_named(tmp_path: Path, text: str, words: str) -> None:
 
 
 def test_an_unknown_name() -> None:
-    """The shipped names are proposed."""
-    with pytest.raises(UnknownNameError, match=r"did you mean 'table-6\.2\.7'"):
+    with pytest.raises(UnknownNameError, match=r"'table-6\.2\.7'"):
         load_weights("table-6.2.8")

@@ -1,7 +1,5 @@
 """Virtual maneuvers whose instruments have known errors."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
@@ -76,7 +74,6 @@ def _shown(
 def with_signs(
     maneuver: Maneuver, turned: Sequence[str] = (), exchanged: tuple[str, str] | None = None
 ) -> Maneuver:
-    """Return a maneuver with the signs of some channels turned, or two channels exchanged."""
     block = maneuver.block
     values = block.values.copy()
     for name in turned:
@@ -88,7 +85,6 @@ def with_signs(
 
 
 def with_channels(maneuver: Maneuver, **samples: FloatArray) -> Maneuver:
-    """Return a maneuver with channels replaced or added; ``q_2`` is ``q.2``."""
     block = maneuver.block
     table = {name: block[name] for name in block.channels}
     table.update({name.replace("__", "."): values for name, values in samples.items()})
@@ -101,6 +97,5 @@ def with_channels(maneuver: Maneuver, **samples: FloatArray) -> Maneuver:
 
 
 def without(maneuver: Maneuver, *names: str) -> Maneuver:
-    """Return a maneuver without some channels."""
     kept = [name for name in maneuver.block.channels if name not in names]
     return replace(maneuver, block=maneuver.block.select(kept))

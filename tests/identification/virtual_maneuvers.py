@@ -6,11 +6,9 @@ file says; each shows its exposure plus noise (white, or colored by a first-orde
 through a 12-bit converter.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
@@ -67,15 +65,12 @@ AXES: Mapping[str, Axis] = {"lon": "lon", "lat": "lat", "both": "both"}
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Virtual:
-    """A maneuver, and what is true of it."""
-
     maneuver: Maneuver
     truth: Mapping[str, float]
     motion: Mapping[str, FloatArray]
 
 
 def varied_model(random: np.random.Generator, share: float = 0.15) -> Model:
-    """Return the shipped model with every derivative changed a little."""
     base = load_model("b777")
     changed = {
         name: value * (1.0 + share * float(random.uniform(-1.0, 1.0)))
@@ -85,7 +80,6 @@ def varied_model(random: np.random.Generator, share: float = 0.15) -> Model:
 
 
 def pulses(times: FloatArray, start: float, widths: tuple[float, ...]) -> FloatArray:
-    """Return alternating pulses of unit size, the first positive."""
     edges = start + np.concatenate(([0.0], np.cumsum(widths)))
     out = np.zeros_like(times)
     for index in range(len(widths)):
@@ -273,3 +267,13 @@ def _measured(
     for name in ("density", "static_pressure", "temperature", "throttle"):
         shown[name] = motion[name]
     return shown
+
+
+def edited(maneuver, **changes):
+    """Return a maneuver with channels changed, each by a function of its samples."""
+    values = np.array(maneuver.block.values)
+    for name, change in changes.items():
+        column = maneuver.block.channels.index(name)
+        values[:, column] = change(values[:, column].copy())
+    block = Block(channels=maneuver.block.channels, times=maneuver.block.times, values=values)
+    return replace(maneuver, block=block)

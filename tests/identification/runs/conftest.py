@@ -1,7 +1,5 @@
 """Two short flights, and a run of both, for all tests of runs."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest
@@ -14,11 +12,9 @@ from tests.identification.runs_kit import WINDOWS, write_flights
 
 @pytest.fixture(scope="session")
 def flight_files(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
-    """Return the files of two flights, to be read only."""
     return write_flights(tmp_path_factory.mktemp("flights"))
 
 
 @pytest.fixture(scope="session")
 def outcome(flight_files: tuple[Path, Path]) -> RunOutcome:
-    """Return the run of all four maneuvers."""
     return execute_run(RunRequest(flights=flight_files, given=WINDOWS, label="both", model="b777"))

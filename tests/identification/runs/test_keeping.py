@@ -1,7 +1,5 @@
 """Runs kept: whole or not at all, whoever else writes, whoever is killed; and as they were."""
 
-from __future__ import annotations
-
 import json
 import os
 import random
@@ -43,7 +41,6 @@ forks = pytest.mark.skipif(not hasattr(os, "fork"), reason="this system cannot f
 
 
 def test_a_kept_run_says_all_of_itself(outcome: RunOutcome, tmp_path: Path) -> None:
-    """Request, values, files and versions come back exactly; its fits stand where they did."""
     with Catalog(tmp_path / "c.sqlite") as catalog:
         number = save_run(catalog, outcome)
         (back,) = stored_runs(catalog)
@@ -59,7 +56,6 @@ def test_a_kept_run_says_all_of_itself(outcome: RunOutcome, tmp_path: Path) -> N
         ((one.t_start, one.t_end),) for one in outcome.request.maneuvers
     ]
     for fit, one in zip(fits, outcome.result.results, strict=True):
-        assert one.estimate is not None
         assert {name: found.value for name, found in fit.estimates.items()} == {
             name: found.value for name, found in one.estimate.derivatives.items()
         }
@@ -67,7 +63,6 @@ def test_a_kept_run_says_all_of_itself(outcome: RunOutcome, tmp_path: Path) -> N
 
 
 def test_a_run_is_renamed_forgotten_and_called_back(outcome: RunOutcome, tmp_path: Path) -> None:
-    """Forgotten, neither it nor its fits are found anywhere; called back, all is there."""
     with Catalog(tmp_path / "c.sqlite") as catalog:
         first, second = save_run(catalog, outcome), save_run(catalog, replace(outcome, inputs=()))
         rename_run(catalog, second, "  without files ")
@@ -78,7 +73,7 @@ def test_a_run_is_renamed_forgotten_and_called_back(outcome: RunOutcome, tmp_pat
         assert len(search_runs(catalog)) == 4
         assert all(len(one.runs) == 1 for one in search_maneuvers(catalog))
         for gone in (load_run, forget_run):
-            with pytest.raises(UnknownNameError, match="no run 1; it has 2"):
+            with pytest.raises(UnknownNameError, match="no run 1"):
                 gone(catalog, first)
         recall_run(catalog, first)
         assert [one.number for one in stored_runs(catalog)] == [first, second]
@@ -88,7 +83,6 @@ def test_a_run_is_renamed_forgotten_and_called_back(outcome: RunOutcome, tmp_pat
 def test_maneuvers_left_out_by_hand_are_kept_with_the_run(
     outcome: RunOutcome, tmp_path: Path
 ) -> None:
-    """Its means follow, are told in words, and come back when it is repeated; its fits stay."""
     with Catalog(tmp_path / "c.sqlite") as catalog:
         number = save_run(catalog, outcome)
         rename_run(catalog, number, "mine")
@@ -104,7 +98,7 @@ def test_maneuvers_left_out_by_hand_are_kept_with_the_run(
         assert found.outcome.summary.excluded_maneuvers == {"2:1"}
         update_run_means(catalog, replace(exclude_maneuvers(outcome, []), number=number))
         assert load_run(catalog, number).values == before.values
-    with pytest.raises(UnknownNameError, match="no maneuver '3:1' to exclude"):
+    with pytest.raises(UnknownNameError, match="'3:1'"):
         execute_run(replace(outcome.request, without=("3:1",)))
 
 
@@ -127,7 +121,6 @@ def test_maneuvers_that_the_catalog_has_stay_as_they_are(
 
 
 def test_other_certificates_and_damage_are_told(outcome: RunOutcome, tmp_path: Path) -> None:
-    """Nothing is kept of a run with borrowed certificates; a later program's settings are named."""
     borrowed = replace(outcome, request=replace(outcome.request, calibration="b777"))
     with Catalog(tmp_path / "c.sqlite") as catalog:
         with pytest.raises(FlightError, match="own certificates"):
@@ -195,7 +188,6 @@ MANEUVERS = st.lists(
 def test_every_setting_goes_through_json_exactly(
     chosen: CampaignSettings, maneuvers: tuple[SelectedManeuver, ...], label: str
 ) -> None:
-    """Every float to the last bit, the model by its content, tuples as tuples, in their order."""
     asked = RunRequest(flights=(FLIGHT,), maneuvers=maneuvers, settings=chosen, label=label)
     folder = FLIGHT.parent
     text = json.dumps(request_json(asked, folder), allow_nan=False)
@@ -208,7 +200,6 @@ def test_every_setting_goes_through_json_exactly(
 
 
 def test_flights_beside_the_catalog_move_with_it(outcome: RunOutcome) -> None:
-    """Paths within the catalog's folder are found in another place; others stay where they are."""
     asked = replace(outcome.request, aircraft="b777")
     here = asked.flights[0].parent
     content = request_json(asked, here)
@@ -247,7 +238,6 @@ def whole(path: Path, outcome: RunOutcome) -> int:
 
 
 def forked(work: Callable[[], object]) -> int:
-    """Return the number of a process that does some work and ends: with 0 if it did all of it."""
     # Control C must not reach the child before it can end by it.
     signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     child = os.fork()
@@ -334,7 +324,6 @@ def test_a_run_that_is_interrupted_leaves_nothing_half_done(
 
 @forks
 def test_two_processes_keep_at_once(outcome: RunOutcome, tmp_path: Path) -> None:
-    """Both make the file, both keep: all is there, and whole."""
     path = tmp_path / "c.sqlite"
 
     def work() -> None:
