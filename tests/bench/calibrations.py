@@ -10,8 +10,6 @@ Besides: faults of each kind named while one surface is moved; drift between two
 the three-point check, found and not found.
 """
 
-from __future__ import annotations
-
 import datetime as dt
 import sys
 import time
@@ -52,30 +50,24 @@ class Tally:
     degrees: list[int] = field(default_factory=list)
 
     def add(self, points: list[CalibrationPoint], taken: Sweep, seed: int) -> None:
-        """Calibrate, and compare with the truth."""
         made = fit_calibration(points)
         errors, widths = recovered(made, taken.potentiometer, seed)
         self.inside.append(float(np.mean(np.abs(errors) < widths)))
         self.widths.append(float(np.mean(widths)))
         self.degrees.append(made.degree)
         play, quality = taken.potentiometer.play, made.quality
-        assert quality.hysteresis is not None
-        assert quality.hysteresis_uncertainty is not None
         self.loops.append(quality.hysteresis / play - 1.0)
         self.bounded.append(abs(quality.hysteresis - play) < quality.hysteresis_uncertainty)
 
     @property
     def coverage(self) -> float:
-        """Return the share of samples within the stated uncertainty, %."""
         return 100.0 * float(np.mean(self.inside))
 
     @property
     def within_a_tenth(self) -> float:
-        """Return the share of loops whose width is within 10 % of the play, %."""
         return 100.0 * float(np.mean(np.abs(self.loops) < 0.1))
 
     def row(self, title: str) -> str:
-        """Return a line of the table."""
         chosen = [self.degrees.count(degree) for degree in (1, 2, 3)]
         return (
             f"{title:44} {len(self.inside):4d} {self.coverage:9.1f} {np.mean(self.widths):8.2f}"
@@ -85,7 +77,6 @@ class Tally:
 
 
 def recoveries(seeds: Iterable[int]) -> dict[str, Tally]:
-    """Calibrate each seed's instrument once, and read the points off better and worse."""
     tallies: dict[str, Tally] = {}
     for seed in seeds:
         taken = sweep(seed, POTENTIOMETERS[seed % len(POTENTIOMETERS)])
@@ -98,7 +89,6 @@ def recoveries(seeds: Iterable[int]) -> dict[str, Tally]:
 
 
 def faults(trials: int) -> dict[str, int]:
-    """Return how often each kind was named right, and nothing where nothing was wrong."""
     return {
         kind or "none": sum(
             named_right(fault_trial(FIRST_SEED + trial, kind)) for trial in range(trials)
@@ -131,7 +121,6 @@ def drifts(seeds: Iterable[int], error: float) -> None:
 
 
 def cost() -> tuple[float, float]:
-    """Return CPU milliseconds of one calibration, and the share of a core that a watch takes."""
     points = quick_sweep(FIRST_SEED, "rudder").points()
     start = time.process_time()
     for _ in range(20):

@@ -10,8 +10,6 @@ what was asked, opening also as a ratio to `numpy.loadtxt` on the same samples a
 ``--quick`` takes four flights and the breeze only.
 """
 
-from __future__ import annotations
-
 import sys
 import tempfile
 import time
@@ -33,12 +31,7 @@ from gsapp.identification.maneuver_extraction import (
 )
 from gsapp.identification.summary import summarize_campaign
 from gsapp.quantities import Block
-from gsapp.virtual.flight_plan import (
-    FlightPlan,
-    Pattern,
-    PlannedManeuver,
-    load_flight_plan,
-)
+from gsapp.virtual.flight_plan import FlightPlan, Pattern, PlannedManeuver, load_flight_plan
 from gsapp.virtual.virtual_flight import simulate_flight
 
 POUND = 0.45359237
@@ -55,7 +48,6 @@ TRUTH = load_model("b777")
 
 
 def main(*arguments: str) -> None:
-    """Fly, estimate, compare."""
     quick = "--quick" in arguments
     names = ("13", "15", "B", "D") if quick else (*LONGITUDINAL, *LATERAL)
     for gusts in (BREEZE,) if quick else (CALM, BREEZE):
@@ -139,7 +131,6 @@ def report(result: CampaignResult, flown: Sequence[FlightWithManeuvers]) -> None
 
 
 def share(inside: Sequence[bool]) -> str:
-    """Return a share in percent."""
     return f"{100.0 * float(np.mean(inside)):.1f} %" if inside else "none"
 
 
@@ -181,16 +172,11 @@ def plan_of(name: str) -> FlightPlan:
         maneuvers = (both, other, rudder, both, aileron, other, both)
     plan = load_flight_plan("short")
     return plan.model_copy(
-        update={
-            "name": name,
-            "maneuvers": maneuvers,
-            "pattern": Pattern(height="60 m", leg="10 s"),
-        }
+        update={"name": name, "maneuvers": maneuvers, "pattern": Pattern(height="60 m", leg="10 s")}
     )
 
 
 def faults_of(name: str) -> tuple[str, ...]:
-    """Return what goes wrong with the instruments."""
     faults: Mapping[str, tuple[str, ...]] = {
         "13": ("q:stuck:start=0 s",),
         "B": ("alpha:dropout", "beta:dropout", "dynamic_pressure:dropout"),
@@ -200,7 +186,6 @@ def faults_of(name: str) -> tuple[str, ...]:
 
 
 def gyros_on_pitch(name: str, block: Block) -> Block:
-    """Return a flight as 14 to 18 were wired: three gyros on pitch, none on roll and yaw."""
     if name not in LONGITUDINAL[1:]:
         return block
     random = np.random.default_rng(int(name))

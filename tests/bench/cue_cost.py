@@ -14,8 +14,6 @@ session's snapshot holds the tick; and the same for each event of the log. The f
 out: rows wait there until it is known which channels speak.
 """
 
-from __future__ import annotations
-
 import contextlib
 import os
 import socket
@@ -47,7 +45,6 @@ class Meter:
         self.seconds: dict[str, float] = {}
 
     def watch(self, owner: Any, method: str, title: str) -> None:
-        """Count what a method of an object takes."""
         inner: Callable[..., Any] = getattr(owner, method)
 
         def counted(*arguments: Any, **named: Any) -> Any:
@@ -114,7 +111,6 @@ def cost(plan: str, seed: int) -> None:
 
 
 def send(port: int) -> None:
-    """Fly an input, then send it over the link in real time."""
     from tests.excitation.cue_kit import flown, frames_of
 
     ticks = frames_of(flown(_SEED))
@@ -127,7 +123,6 @@ def send(port: int) -> None:
 
 @contextlib.contextmanager
 def sending(port: int) -> Iterator[subprocess.Popen[bytes]]:
-    """Run the sender beside."""
     process = subprocess.Popen(
         [sys.executable, __file__, "send", str(port)],
         env={**os.environ, "PYTHONPATH": os.pathsep.join(path for path in sys.path if path)},
@@ -140,7 +135,6 @@ def sending(port: int) -> Iterator[subprocess.Popen[bytes]]:
 
 
 def arrivals(folder: Path) -> dict[int, float]:
-    """Return when the recorder stamped the volts of each sample, host s, by place on the grid."""
     from gsapp.decoding.dialect import dialect
     from gsapp.flight.raw_files import RawTail
 
@@ -204,7 +198,6 @@ def latency() -> None:
 
 
 def tell(title: str, ages: list[float]) -> None:
-    """Print the percentiles in one line."""
     if not ages:
         print(f"    {title:34} nothing came")
         return
@@ -213,7 +206,6 @@ def tell(title: str, ages: list[float]) -> None:
 
 
 def main(*options: str) -> None:
-    """Measure cost over a flight, and latency over a real link."""
     cost("short" if "--quick" in options else "default", seed=0)
     for _ in range(1 if "--quick" in options else 3):
         latency()

@@ -6,8 +6,6 @@ What is true is told from the simulator's states: a stall margin, a fence, a cli
 be reported where the truth bears it out; anything said of an instrument that is sound is false.
 """
 
-from __future__ import annotations
-
 import math
 import sys
 import time
@@ -148,7 +146,6 @@ def main(*options: str) -> dict[str, float]:
 
 
 def outcome(log: tuple[Alert, ...], key: str) -> tuple[bool, float, int]:
-    """Return whether a failure was named, how late (s), and how many sound instruments beside."""
     after = [danger for danger in log if danger.since >= FAULT_AT]
     times = [danger.since for danger in after if danger.key == key]
     allowed = {key, "alpha", "beta", "airspeed"} if key == "nose" else {key}
@@ -168,7 +165,6 @@ def report(
     false: list[str],
     outcomes: Mapping[str, list[tuple[bool, float, int]]],
 ) -> None:
-    """Print what was found."""
     counts = {key: said.count(key) for key in sorted(set(said))}
     print(f"{2 * flights} records of {flights} whole flights, {seconds / 3600.0:.1f} h")
     print(f"said: {', '.join(f'{key} {count}' for key, count in counts.items()) or 'nothing'}")

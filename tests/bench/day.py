@@ -1,7 +1,5 @@
 """A whole day at the field by mouse and keys, in a real X server; see `tests/ui/day_walk.py`."""
 
-from __future__ import annotations
-
 import json
 import subprocess
 import sys
@@ -15,7 +13,6 @@ WALK = Path(__file__).parents[1] / "ui" / "day_walk.py"
 
 
 def walk(name: str, folder: Path, where: dict[str, str]) -> dict[str, object]:
-    """Run one walk to its end, and return what was seen."""
     command = [sys.executable, "-P", str(WALK), name, str(folder)]
     done = subprocess.run(command, env=where, capture_output=True, text=True, timeout=600.0)
     if done.returncode:

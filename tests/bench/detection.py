@@ -5,8 +5,6 @@ channel the mean of each half second and the scatter about the straight line of 
 for every surface how far it went within 0.15 s. It judges nothing.
 """
 
-from __future__ import annotations
-
 import sys
 import time
 from collections.abc import Callable
@@ -21,7 +19,6 @@ LIVE_ROWS = 10
 
 
 def flight_of(seconds: float) -> Flight:
-    """Return a flight with an input every half minute, on one surface after the other."""
     inputs = [
         Input(at=at, surface=("de", "da", "dr")[number % 3], size=(5.0, 6.0, 10.0)[number % 3])
         for number, at in enumerate(range(120, int(seconds) - 20, 30))
@@ -53,7 +50,6 @@ def plain_figures(block: Block) -> int:
 
 
 def scatter(samples: list[float]) -> float:
-    """Return the standard deviation about the straight line."""
     middle = 0.5 * (len(samples) - 1)
     mean = sum(samples) / len(samples)
     power = cross = square = 0.0
@@ -65,7 +61,6 @@ def scatter(samples: list[float]) -> float:
 
 
 def live(block: Block) -> int:
-    """Return how many maneuvers are found when a tenth of a second comes at a time."""
     detector = ManeuverDetector(load_aircraft("b777"), 100.0)
     for low in range(0, len(block), LIVE_ROWS):
         detector.feed(
@@ -80,7 +75,6 @@ def live(block: Block) -> int:
 
 
 def best(work: Callable[[], object], repeats: int) -> float:
-    """Return the least CPU seconds of several runs."""
     seconds = []
     for _ in range(repeats):
         start = time.process_time()

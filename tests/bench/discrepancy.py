@@ -10,8 +10,6 @@ Alone: ``python tests/bench/discrepancy.py [--quick] [--tune] [--only TEXT] [--p
 OPENBLAS_NUM_THREADS=1.
 """
 
-from __future__ import annotations
-
 import argparse
 import sys
 import time
@@ -35,8 +33,6 @@ BINS = (0.0, 0.5, 0.8, 0.9, 0.95, 0.99, 1.0)
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Row:
-    """One case, its answer and the marks for it."""
-
     case: Case
     outcome: Outcome
     marks: Marks
@@ -70,13 +66,11 @@ def run(cases: Sequence[Case], processes: int) -> list[Row]:
 
 
 def share(values: Iterable[bool | None]) -> str:
-    """Return a percentage and of how many."""
     known = [value for value in values if value is not None]
     return f"{100.0 * sum(known) / len(known):5.1f} %/{len(known):<4}" if known else "     -     "
 
 
 def middle(values: Iterable[float | None], scale: float = 100.0) -> str:
-    """Return the median."""
     known = [value for value in values if value is not None]
     return f"{scale * float(np.median(known)):7.1f}" if known else "      -"
 
@@ -95,7 +89,6 @@ COLUMNS: Mapping[str, Callable[[Sequence[Row]], str]] = {
 
 
 def table(title: str, rows: Sequence[Row], key: Callable[[Row], str]) -> None:
-    """Print the columns for groups of rows."""
     print(f"\n{title}")
     print(f"{'':30}" + "".join(f"{name:>13}" for name in COLUMNS))
     groups: dict[str, list[Row]] = {}
@@ -154,7 +147,6 @@ def print_nothing(rows: Sequence[Row]) -> None:
 
 
 def print_outside(rows: Sequence[Row]) -> None:
-    """Print abstention on effects that the catalog does not have."""
     if not rows:
         return
     print("\noutside the catalog (asked: abstention 95 %)")
@@ -171,7 +163,6 @@ def print_outside(rows: Sequence[Row]) -> None:
 
 
 def print_confidence(rows: Sequence[Row]) -> None:
-    """Print how often names are right, by how sure the program said it was."""
     said = [pair for row in rows for pair in row.marks.confidences]
     print("\nconfidence: said, right, names")
     for low, high in pairwise(BINS):

@@ -7,8 +7,6 @@ A fixed piece of work, done before and after, tells one machine, or one load of 
     python discrepancy_speed.py [--quick]
 """
 
-from __future__ import annotations
-
 import os
 import sys
 import time
@@ -31,7 +29,6 @@ SIZE, PRODUCTS = 400, 40
 
 
 def yardstick() -> float:
-    """Return the CPU time of a fixed piece of work, s."""
     matrix = np.random.default_rng(0).standard_normal((SIZE, SIZE)) / SIZE**0.5
     started = time.process_time()
     product = matrix
@@ -41,7 +38,6 @@ def yardstick() -> float:
 
 
 def searched(flown: FlownCase) -> tuple[dict[str, float], str]:
-    """Return CPU seconds by phase, and the verdict."""
     marks: list[tuple[str, float]] = [("making maneuvers ready", time.process_time())]
 
     def told(progress: SearchProgress) -> None:
@@ -57,7 +53,6 @@ def searched(flown: FlownCase) -> tuple[dict[str, float], str]:
 
 
 def shown(title: str, flown: FlownCase, runs: int) -> None:
-    """Print the phases of the quickest of some searches."""
     found = [searched(flown) for _ in range(runs)]
     phases, verdict = min(found, key=lambda one: sum(one[0].values()))
     samples = sum(len(one.block.times) for one in flown.maneuvers)
@@ -69,7 +64,6 @@ def shown(title: str, flown: FlownCase, runs: int) -> None:
 
 
 def main(*arguments: str) -> None:
-    """Search both cases."""
     runs = 1 if "--quick" in arguments else 3
     before = yardstick()
     shown("Nothing hidden", fly_case(Case(id="clean", group="nothing", verdicts=())), runs)

@@ -16,8 +16,6 @@ show it, and to the cues that judged it; between two frames; the lateness of a t
 window's own loop; samples that are missing in the record or in the session; shares of a core.
 """
 
-from __future__ import annotations
-
 import os
 import subprocess
 import sys
@@ -42,13 +40,10 @@ _TIMER_MS = 10
 
 @dataclass
 class Seen(latency.Frames):
-    """What was on screen when; the leaps of the other benchmark are not in a real flight."""
-
     cues: list[tuple[int, float]] = field(default_factory=list)
     late: list[float] = field(default_factory=list)
 
     def advanced(self, window) -> None:
-        """Note what the charts are about to be given, and what the cues have judged."""
         super().advanced(window)
         self._waiting.clear()
         cues = window.desk.session.cues if window.desk.session is not None else None
@@ -60,8 +55,6 @@ class Seen(latency.Frames):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Result:
-    """What a run gave: ages in ms; counts; shares of a core."""
-
     pixels: np.ndarray
     cues: np.ndarray
     frames: np.ndarray
@@ -104,7 +97,6 @@ def fly(place: Path, seconds: float) -> float:
 
 
 def send(port: int, place: Path) -> None:
-    """Send frames in real time, each tick in one datagram as a router does."""
     import socket
 
     from gsapp.flight.raw_files import read_tlog
@@ -121,7 +113,6 @@ def send(port: int, place: Path) -> None:
 
 @contextmanager
 def sending(port: int, place: Path) -> Iterator[None]:
-    """Run the sender beside."""
     process = subprocess.Popen(
         [sys.executable, __file__, "send", str(port), str(place)],
         env={**os.environ, "PYTHONPATH": os.pathsep.join(path for path in sys.path if path)},
@@ -137,7 +128,6 @@ def sending(port: int, place: Path) -> Iterator[None]:
 
 
 def children(pid: int) -> list[int]:
-    """Return the processes that a process began, and those that they did."""
     found = []
     for status in Path("/proc").glob("[0-9]*/stat"):
         try:
@@ -239,7 +229,6 @@ def measure(place: Path, seconds: float, *, estimates: bool) -> Result:
 
 
 def joined(results: list[Result], name: str) -> np.ndarray:
-    """Return the ages of all runs."""
     return np.concatenate([getattr(one, name) for one in results])
 
 
@@ -275,7 +264,6 @@ def tell(without: list[Result], with_them: list[Result]) -> None:
 
 
 def main(*options: str) -> None:
-    """Measure in turns, with and without."""
     seconds, turns = (45.0, 1) if "--quick" in options else (100.0, 2)
     with tempfile.TemporaryDirectory() as scratch:
         place = Path(scratch) / "flight.tlog"

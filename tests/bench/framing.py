@@ -6,8 +6,6 @@ of the rounds. What happens once when a flight begins (reading the channel map a
 certificates) is told apart.
 """
 
-from __future__ import annotations
-
 import gc
 import itertools
 import math
@@ -68,7 +66,6 @@ def messages_at(now: float, names: list[str]) -> list[object]:
 
 
 def full_stream(seconds: int) -> list[tuple[int, bytes]]:
-    """Return stamps and frames of so many seconds of flight."""
     packer = dialect().MAVLink(None, srcSystem=1, srcComponent=1)
     stream = []
     for tick in range(seconds * 100):
@@ -80,7 +77,6 @@ def full_stream(seconds: int) -> list[tuple[int, bytes]]:
 
 
 def per_second(count: int, work: Callable[[], int]) -> float:
-    """Return the rate of a run, which must deal with all messages."""
     gc.collect()
     # Of this process's own time: what else the machine does is no part of it.
     start = time.process_time()
@@ -92,23 +88,19 @@ def per_second(count: int, work: Callable[[], int]) -> float:
 
 
 def chunks_of(data: bytes, size: int) -> list[bytes]:
-    """Cut a stream as reads would."""
     return [data[start : start + size] for start in range(0, len(data), size)]
 
 
 def frame_only(chunks: list[bytes]) -> int:
-    """Frame a stream; return how many frames came."""
     framer = Framer()
     return sum(len(framer.feed(chunk)) for chunk in chunks) + len(framer.flush())
 
 
 def foreign_framing(data: bytes) -> int:
-    """Let pymavlink frame and unpack a stream."""
     return len(dialect().MAVLink(None).parse_buffer(data))
 
 
 def foreign_log(path: Path) -> int:
-    """Let pymavlink read a log with its recv_msg."""
     log = mavutil.mavlink_connection(str(path))
     count = 0
     while log.recv_msg() is not None:
@@ -118,12 +110,10 @@ def foreign_log(path: Path) -> int:
 
 
 def new_decoder() -> Decoder:
-    """Return a decoder of the box, as the window makes it."""
     return Decoder(load_channel_map("b777"), aircraft=load_aircraft("b777"))
 
 
 def decode(decoder: Decoder, batches: list[list[RawRecord]]) -> int:
-    """Decode and map records that are framed already."""
     for batch in batches:
         decoder.feed(batch)
     decoder.finish()
@@ -131,7 +121,6 @@ def decode(decoder: Decoder, batches: list[list[RawRecord]]) -> int:
 
 
 def frame_and_decode(decoder: Decoder, chunks: list[tuple[int, bytes]]) -> int:
-    """Frame, decode and map a stream in one go."""
     framer, count = Framer(), 0
     for stamp, chunk in chunks:
         records = [RawRecord(stamp, "frame", item.data) for item in framer.feed(chunk)]
@@ -144,7 +133,6 @@ def frame_and_decode(decoder: Decoder, chunks: list[tuple[int, bytes]]) -> int:
 
 
 def watch(batches: list[list[RawRecord]]) -> int:
-    """Count the health of the link."""
     health = LinkHealth()
     for batch in batches:
         health.feed(batch)
@@ -152,12 +140,10 @@ def watch(batches: list[list[RawRecord]]) -> int:
 
 
 def read_back(folder: Path) -> int:
-    """Read the raw files of a flight."""
     return sum(isinstance(record, RawRecord) for record in RawTail(folder).poll())
 
 
 def stored(folder: Path, stream: list[tuple[int, bytes]]) -> None:
-    """Write the stream as the recorder does."""
     writer, framer = RawWriter(folder), Framer()
     for stamp, group in itertools.groupby(stream, key=lambda entry: entry[0]):
         items = framer.feed(b"".join(frame for _, frame in group))
@@ -167,7 +153,6 @@ def stored(folder: Path, stream: list[tuple[int, bytes]]) -> None:
 
 
 def live_reads(stream: list[tuple[int, bytes]], seconds: float) -> list[tuple[int, bytes]]:
-    """Cut a stream as a window does that looks at it so often: stamps and bytes."""
     step = round(seconds * 1e6)
     return [
         (stamp * step, b"".join(frame for _, frame in group))

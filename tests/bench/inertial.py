@@ -6,8 +6,6 @@ error over the standard deviation that a half width stands for is shown too: 1 w
 less where it is careful (a crew lays the aircraft better than it is trusted to).
 """
 
-from __future__ import annotations
-
 import math
 import sys
 import time
@@ -47,15 +45,11 @@ def gyros(bench: VirtualBench, channel: str, errors: Errors) -> None:
     )
     scale = gyro_scale(work.turns)
     errors["gyro scale, %"].append(
-        (
-            100.0 * (scale.sensitivity / per_unit - 1.0),
-            100.0 * scale.uncertainty / abs(per_unit),
-        )
+        (100.0 * (scale.sensitivity / per_unit - 1.0), 100.0 * scale.uncertainty / abs(per_unit))
     )
 
 
 def accelerometers(bench: VirtualBench, errors: Errors) -> str:
-    """Take all accelerometers of a bench in six positions; return what was doubted."""
     found = six_work(bench)
     truth = bench.accelerometers
     for index, name in enumerate(ACCELEROMETERS):
@@ -98,7 +92,6 @@ def pressures(bench: VirtualBench, errors: Errors) -> bool:
 
 
 def forgotten(bench: VirtualBench) -> bool:
-    """Return whether a pitot without its cover passes for a covered one within half a minute."""
     shipped = load_certificates("b777")
     watch = create_covered_pitot_monitor(shipped["dynamic_pressure"], shipped["static_pressure"])
     for _ in range(60):
@@ -133,7 +126,6 @@ def _pair(names: tuple[str, ...], trial: int) -> tuple[str, str]:
 
 
 def _gyro_verdict(bench: VirtualBench, channel: str) -> str:
-    """Return the verdict of a turn about the axis of a gyro; times are those of the bench."""
     from calibration.inertial import evaluate_turn
 
     bench.step(bench.rotate(channel, 0.0, seconds=0.01) + 0.5)

@@ -23,8 +23,6 @@ size and width) are drawn by the bench and not known to the book. It should hold
 Reached: bounds that the book shows against those of one joint fit of all maneuvers so far.
 """
 
-from __future__ import annotations
-
 import sys
 import time
 from collections.abc import Iterator, Sequence
@@ -102,11 +100,9 @@ class Case:
 
     @property
     def approach(self) -> FlightRows:
-        """Return the rows before the maneuver."""
         return self.rows.slice_rows(0, int(np.searchsorted(self.rows.times, self.verdict.t_start)))
 
     def maneuver(self) -> Maneuver:
-        """Return it as it is cut after the flight."""
         verdict = self.verdict
         return maneuver_from_rows(
             self.rows,
@@ -121,8 +117,6 @@ class Case:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Outcome:
-    """What became of one derivative of one maneuver: bounds by that maneuver alone."""
-
     maneuver: str
     name: str
     reported: float
@@ -135,7 +129,6 @@ class Outcome:
 
 
 def flight(first: int, condition: str, rate: float, count: int = PER_FLIGHT) -> Iterator[Case]:
-    """Fly the maneuvers of one flight, the first of which has this seed."""
     cards = load_cards("b777")
     for number in range(count):
         yield _case(first, number, condition, rate, cards)
@@ -145,7 +138,6 @@ def _case(first: int, number: int, condition: str, rate: float, cards: CardSet) 
     day = np.random.default_rng((first, 61))
     noise, gust, attitude = day.uniform(0.7, 1.5), day.uniform(*GUSTS), day.random() < 0.5
     card = cards.card(ORDER[number])
-    assert card is not None
     seed = first + number
     flown = _flown(seed, card.id, noise, gust if condition == "gusts" else 0.0, bool(attitude))
     measured = flown.measured
@@ -170,7 +162,6 @@ def _case(first: int, number: int, condition: str, rate: float, cards: CardSet) 
 @lru_cache(maxsize=2 * PER_FLIGHT)
 def _flown(seed: int, card_id: str, noise: float, gust: float, attitude: bool) -> FlownInput:
     card = load_cards("b777").card(card_id)
-    assert card is not None
     random = np.random.default_rng((seed, 62))
     size, width, speed = random.standard_normal(3)
     side = 1.0 if random.random() < 0.5 else -1.0
@@ -202,7 +193,6 @@ def _flown(seed: int, card_id: str, noise: float, gust: float, attitude: bool) -
 
 
 def _colored(measured: Block, seed: int, factor: float) -> Block:
-    """Return a record with colored noise added."""
     random = np.random.default_rng((seed, 64))
     values = measured.values.copy()
     for name, std in EXTRA.items():
@@ -242,7 +232,6 @@ def verdict_of(flown: FlownInput, name: str, offset: float) -> InputVerdict:
 
 
 def wrong_model(first: int) -> Model:
-    """Return the model that the crew takes for right."""
     random = np.random.default_rng((first, 63))
     base = load_model("b777")
     return base.with_derivatives(
@@ -254,7 +243,6 @@ def wrong_model(first: int) -> Model:
 
 
 def reported(maneuver: Maneuver) -> dict[str, float]:
-    """Return the honest bounds that maximum likelihood reports for one maneuver."""
     (result,) = run_campaign([maneuver], CampaignSettings()).results
     return {} if result.estimate is None else _stds(result.estimate)
 
@@ -346,7 +334,6 @@ def _within(ratios: Sequence[float]) -> float:
 
 
 def print_condition(condition: str, rate: float, outcomes: Sequence[Outcome]) -> None:
-    """Print how near the expected bounds came, and how often the band held."""
     one_step = [one.foreseen / one.reported for one in outcomes]
     booked = [one.booked / one.reported for one in outcomes]
     during = [one.in_its_air / one.reported for one in outcomes]
@@ -364,7 +351,6 @@ def print_condition(condition: str, rate: float, outcomes: Sequence[Outcome]) ->
 
 
 def print_derivatives(outcomes: Sequence[Outcome]) -> None:
-    """Print the same by derivative."""
     print(f"{'':10}{'in its air':>22}{'one step':>24}{'band':>8}")
     print(f"{'':10}{'within':>8}{'median':>8}{'10-90 %':>12}{'within':>8}{'10-90 %':>12}")
     for name in dict.fromkeys(one.name for one in outcomes):

@@ -8,8 +8,6 @@ that stands still, on one that turns, and where surfaces move without corners; w
 the accelerometers do; and the means over a campaign with the shipped model.
 """
 
-from __future__ import annotations
-
 import sys
 import time
 from collections.abc import Mapping, Sequence
@@ -44,7 +42,6 @@ LEVELS = ("CN_0", "CA_0", "CY_0")
 def tally(
     engine: Engine, axis: Axis, seeds: Sequence[int], *, offset: float = 0.0
 ) -> dict[str, Errors]:
-    """Fly, estimate by every method, compare with the truth."""
     started = time.process_time()
     flown = [fly(engine, seed, axis, offset=offset) for seed in seeds]
     spent = {"JSBSim": time.process_time() - started}
@@ -59,7 +56,6 @@ def tally(
 
 
 def outside(found: Mapping[str, Errors]) -> dict[str, float]:
-    """Return the rms of error over bound where it is not as asked, by method and derivative."""
     return {
         f"{method} {name}": one.rms(name)
         for method, one in found.items()
@@ -101,7 +97,6 @@ def print_tally(found: Mapping[str, Errors]) -> None:
 
 
 def print_free_offset(engine: Engine, seeds: Sequence[int]) -> None:
-    """Print what maximum likelihood makes of C_A with the offset of a_x fixed, and free."""
     for offset in (0.0, OFFSET):
         flown = [fly(engine, seed, "lon", offset=offset) for seed in seeds]
         for biases in (("an",), ("an", "ax")):
@@ -118,7 +113,6 @@ def print_free_offset(engine: Engine, seeds: Sequence[int]) -> None:
 
 
 def print_systematic(engines: Mapping[str, Engine], seeds: Sequence[int]) -> dict[str, float]:
-    """Print the mean error without noise, percent; return the largest of a strong derivative."""
     worst = {}
     for axis in AXES:
         for title, engine in engines.items():

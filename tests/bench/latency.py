@@ -28,8 +28,6 @@ Beside each run stands what the machine gave to a loop that only looks at the cl
 the window looks at the record: how late its timer came, and its share of a core.
 """
 
-from __future__ import annotations
-
 import math
 import os
 import socket
@@ -59,7 +57,6 @@ _WARM_UP = 3.0
 
 
 def volts_at(tick: int) -> list[float]:
-    """Return what the converter reads: slow motion, a little noise, and a leap in one channel."""
     now = tick / RATE
     volts = [
         2.5 + 0.3 * math.sin(0.7 * now + k) + 0.004 * ((tick * (k + 3)) % 5) for k in range(20)
@@ -121,7 +118,6 @@ class Frames:
     _waiting: list[int] = field(default_factory=list)
 
     def advanced(self, window) -> None:
-        """Note what the charts are about to be given."""
         history = window.desk.history
         if (
             not self.watching
@@ -137,7 +133,6 @@ class Frames:
             self._waiting += [k for k in range(before + 1, newest + 1) if k % LEAP_EVERY == 0]
 
     def flushed(self, window) -> None:
-        """Note that the picture reached the screen, and read it there while a leap is expected."""
         now = time.time()
         if not (self.watching and self.reached) or (
             self.shown and self.shown[-1][0] == self.reached[-1][0]
@@ -204,8 +199,6 @@ def watched_window(folder: Path, frames: Frames):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Result:
-    """What a run gave: ages in ms, one for each sample; shares of a core."""
-
     history: np.ndarray
     pixels: np.ndarray
     first_pixels: np.ndarray
@@ -222,7 +215,6 @@ class Result:
 
 
 def processor_time(pid: int) -> float | None:
-    """Return the processor time of a process, s; None where the system does not tell."""
     try:
         fields = Path(f"/proc/{pid}/stat").read_text(encoding="ascii").rpartition(")")[2].split()
     except OSError:
@@ -232,7 +224,6 @@ def processor_time(pid: int) -> float | None:
 
 @contextmanager
 def sending(port: int, seconds: float, shift_us: int) -> Iterator[None]:
-    """Run the sender beside."""
     process = subprocess.Popen(
         [sys.executable, __file__, "send", str(port), str(seconds), str(shift_us)],
         env={**os.environ, "PYTHONPATH": os.pathsep.join(path for path in sys.path if path)},
@@ -380,7 +371,6 @@ def arrivals(folder: Path) -> dict[int, float]:
 def ages(
     events: list[tuple[int, float]], arrived: dict[int, float], start: int
 ) -> dict[int, float]:
-    """Return for each sample after `start` the ms from its arrival to the first event with it."""
     found = {}
     before = start
     for newest, at in events:
@@ -392,7 +382,6 @@ def ages(
 
 
 def describe(title: str, ms: np.ndarray) -> str:
-    """Return the percentiles in one line."""
     if not ms.size:
         return f"    {title:34} nothing came"
     middle, high, higher = np.percentile(ms, (50, 95, 99))
@@ -423,7 +412,6 @@ def tell(result: Result) -> None:
 
 
 def sum_up(results: Sequence[Result]) -> None:
-    """Print the medians of several runs."""
     pixels = [float(np.percentile(result.pixels, 95)) for result in results if result.pixels.size]
     if not pixels:
         return
@@ -438,7 +426,6 @@ def sum_up(results: Sequence[Result]) -> None:
 
 
 def main(*options: str) -> None:
-    """Measure with stamps on the grid of the charts and beside it."""
     seconds, runs = (4.0, 1) if "--quick" in options else (8.0, 3)
     os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
     for words, shift in (

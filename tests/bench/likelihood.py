@@ -12,8 +12,6 @@ count only where all arrive at the same values.
     python likelihood.py [--quick]
 """
 
-from __future__ import annotations
-
 import contextlib
 import math
 import os
@@ -69,7 +67,6 @@ STEP = 1e-4
 
 
 def load() -> str:
-    """Return how busy the machine is, in words."""
     if not hasattr(os, "getloadavg"):
         return f"{os.cpu_count()} cores"
     return f"load average {os.getloadavg()[0]:.1f} on {os.cpu_count()} cores"
@@ -158,7 +155,6 @@ class Longitudinal:
     def rates(
         self, x: Sequence[float], u: Sequence[float], given: Mapping[str, float]
     ) -> tuple[float, ...]:
-        """Return alpha' and q' of single numbers."""
         alpha, q = x
         V, beta, p, r, phi, theta = u[:6]
         ax, an, q_dot = self.loads(x, u, given)
@@ -169,7 +165,6 @@ class Longitudinal:
         return q - turned + (ca * down - sa * ahead) / (V * math.cos(beta)), q_dot
 
     def responses(self, x: Any, u: Any, given: Mapping[str, float]) -> tuple[Any, ...]:
-        """Return alpha, q, an, ax where they are measured."""
         alpha, q = x
         V, beta, p, r = u[:4]
         ax, an, q_dot = self.loads(x, u, given)
@@ -222,7 +217,6 @@ class Lateral:
     def rates(
         self, x: Sequence[float], u: Sequence[float], given: Mapping[str, float]
     ) -> tuple[float, ...]:
-        """Return beta', p', r' of single numbers."""
         beta, p, r = x
         V, alpha, _, phi, theta, _, _, ax, an = u[:9]
         ay, p_dot, r_dot = self.loads(x, u, given)
@@ -234,7 +228,6 @@ class Lateral:
         return p * sa - r * ca + pushed / V, p_dot, r_dot
 
     def responses(self, x: Any, u: Any, given: Mapping[str, float]) -> tuple[Any, ...]:
-        """Return beta, p, r, ay where they are measured."""
         beta, p, r = x
         V, alpha, q = u[:3]
         ay, p_dot, r_dot = self.loads(x, u, given)
@@ -295,12 +288,10 @@ class Case:
 
     @property
     def states(self) -> tuple[str, ...]:
-        """Return the names of the states."""
         return AXIS_STATES[AXES[self.kind]]
 
 
 def starts(kind: str) -> list[str]:
-    """Return the names of the initial states among the unknowns."""
     return [f"start_{name}" for name in AXIS_STATES[AXES[kind]]]
 
 
@@ -351,12 +342,6 @@ def lay_out(kind: str, maneuver: Maneuver, aircraft: Aircraft) -> Case:
 
 
 def integration(case: Case) -> dict[str, float]:
-    """Return options for `solve_ivp` that do the peers good.
-
-    Measured inputs have a corner at every sample. Steps of one sample are as exact there as a
-    tolerance of 1e-9, take a third of the time that 1e-6 takes, and leave no noise in difference
-    quotients.
-    """
     return {"max_step": float(case.times[1] - case.times[0]), "rtol": 1e-3, "atol": 1e-6}
 
 
@@ -432,7 +417,6 @@ def by_aeroid(case: Case, aeroid: ModuleType) -> dict[str, float]:
 
 
 def own_times(case: Case) -> list[float]:
-    """Return CPU seconds of our fit, some repetitions."""
     spent = []
     for _ in range(REPETITIONS):
         started = time.process_time()
@@ -465,7 +449,6 @@ def compare(case: Case, title: str, work: Callable[[Case], dict[str, float]]) ->
 
 
 def install(folder: Path) -> ModuleType | str:
-    """Install aeroid into a folder and import it; else say why not."""
     done = subprocess.run(
         [sys.executable, "-m", "pip", "install", "-q", "--no-deps", "--target", folder, AEROID],
         capture_output=True, text=True,
@@ -483,7 +466,6 @@ def install(folder: Path) -> ModuleType | str:
 
 
 def main(*options: str) -> None:
-    """Print the campaign and the ratios."""
     quick = "--quick" in options
     aircraft = load_aircraft("b777")
     campaign(aircraft, {"lon": 10, "lat": 10} if quick else CAMPAIGN)

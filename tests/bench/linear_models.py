@@ -9,8 +9,6 @@ makes them.
     python linear_models.py [--quick]     --quick: the short plan
 """
 
-from __future__ import annotations
-
 import json
 import os
 import statistics
@@ -30,7 +28,6 @@ MODELS = {"bls": "least squares", "subspace": "subspace", "ml": "ML"}
 
 
 def gsapp_command(*arguments: str) -> float:
-    """Run a command of the program; return its time on the clock, s."""
     started = time.monotonic()
     subprocess.run(
         [sys.executable, "-m", "gsapp.cli", *arguments],
@@ -41,7 +38,6 @@ def gsapp_command(*arguments: str) -> float:
 
 
 def keep() -> Path:
-    """Return a folder that belongs to the present state of everything that makes flights."""
     sources, state = Path(gsapp.__file__).parent, 0
     for part in FLOWN_BY:
         for file in sorted((sources / part).rglob("*")):
@@ -51,7 +47,6 @@ def keep() -> Path:
 
 
 def flight(folder: Path, plan: str, seed: int) -> Path:
-    """Return a virtual flight, flown now or kept from an earlier run."""
     found = folder / f"{plan}-{seed}"
     if found.is_dir():
         print(f"{found}: kept from an earlier run")

@@ -9,8 +9,6 @@ What counts is the memory that belongs to no file. The samples of a flight lie i
 file, of which the system keeps in memory what it has room for.
 """
 
-from __future__ import annotations
-
 import gc
 import os
 import sys
@@ -37,17 +35,13 @@ _SYSTEM_TIME = 2
 
 @dataclass(slots=True)
 class SimulatedTime:
-    """A clock that stands until it is turned; it serves recorder and session alike."""
-
     seconds: float = 0.0
     correction_us: int = 0
 
     def now_us(self) -> int:
-        """Return the host time, microseconds since 1970."""
         return START_US + round(1e6 * self.seconds)
 
     def monotonic(self) -> float:
-        """Return seconds."""
         return self.seconds
 
     def sleep(self, seconds: float) -> None:
@@ -56,8 +50,6 @@ class SimulatedTime:
 
 @dataclass
 class SilentSource:
-    """A source for a recorder that is handed its chunks."""
-
     address: LinkAddress = field(default_factory=lambda: parse_link("udpin:127.0.0.1:14550"))
     framing: str = "mavlink"
     state: str = "simulated"
@@ -109,7 +101,6 @@ def endless(flight: Path) -> Iterator[tuple[float, bytes]]:
 
 
 def anonymous_memory() -> float | None:
-    """Return the memory of this process that belongs to no file, MB; None where unknown."""
     status = Path("/proc/self/status")
     if not status.exists():
         return None
@@ -172,7 +163,6 @@ class Road:
         session.close()
 
     def _send(self, recorder: Recorder, stream: Iterator[tuple[float, bytes]], until: float):
-        """Hand everything up to a moment to the recorder, as reads of the link would."""
         while self.clock.seconds < until:
             at, frame = next(stream)
             self.clock.seconds = at

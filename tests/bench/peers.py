@@ -7,8 +7,6 @@ MAVProxy is installed for this alone, without what it asks for (a gigabyte): pym
 pyserial, which are here, are all that it needs to pass messages on.
 """
 
-from __future__ import annotations
-
 import os
 import signal
 import subprocess
@@ -24,7 +22,6 @@ MAVPROXY = "MAVProxy==1.8.75"
 
 
 def counts(log: Path) -> Counter[str]:
-    """Count the messages of a .tlog from system 1, as pymavlink's own reader sees them."""
     os.environ.setdefault("MAVLINK20", "1")
     from pymavlink import mavutil
 
@@ -37,7 +34,6 @@ def counts(log: Path) -> Counter[str]:
 
 
 def install(folder: Path) -> dict[str, str]:
-    """Install MAVProxy into a folder; return the environment in which it runs."""
     subprocess.run(
         [sys.executable, "-m", "pip", "install", "-q", "--no-deps", "--target", folder, MAVPROXY],
         check=True,
@@ -146,7 +142,6 @@ def fetch_logs(folder: Path) -> None:
 
 
 def tell_fetched(who: str, log: Path, box: Path, begin: float) -> None:
-    """Print whether a fetched log is the box's, and how long it took."""
     same = log.exists() and log.read_bytes() == box.read_bytes()
     print(
         f"on-board log of {box.stat().st_size / 1e6:.1f} MB, fetched by {who}: "

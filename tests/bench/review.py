@@ -6,8 +6,6 @@ same: pymavlink all messages of the record, numpy the samples as a table of text
 to a flight of ten minutes. Then the window: what a key, a drag and a new picture cost.
 """
 
-from __future__ import annotations
-
 import os
 import shutil
 import sys
@@ -26,7 +24,6 @@ GOAL = 1.0
 
 
 def timed(work: Callable[[], object], rounds: int) -> float:
-    """Return the least wall time of some rounds, s: other programs only ever slow it down."""
     best = np.inf
     for _ in range(rounds):
         started = time.perf_counter()
@@ -36,7 +33,6 @@ def timed(work: Callable[[], object], rounds: int) -> float:
 
 
 def pymavlink_reads(record: Path) -> None:
-    """Read all messages of a record as pymavlink does."""
     os.environ["MAVLINK20"] = "1"
     from pymavlink import mavutil
 
@@ -108,7 +104,6 @@ def working(folder: Path) -> None:
 
 
 def main(*options: str) -> None:
-    """Fly, open, work."""
     from tests.screenshots.virtual_flight import write_virtual_flight
 
     with tempfile.TemporaryDirectory() as scratch:

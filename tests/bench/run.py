@@ -7,8 +7,6 @@ python3 packaging/bootstrap.py bench day           by mouse and keys; needs Xvfb
 python3 packaging/bootstrap.py bench discrepancy   blind cases: hours; --quick takes a tenth
 """
 
-from __future__ import annotations
-
 import importlib.util
 import os
 import platform
@@ -26,7 +24,7 @@ BENCHMARKS = {
     "window": "start of the program to its first useful picture",
     "memory": "memory over a simulated hour, down the whole road",
     "detection": "maneuver detection over a ten-minute flight",
-    "ftr": "Fourier transform regression, samples a second",
+    "ftr": "Fourier transform regression: samples a second, errors over bounds",
     "likelihood": "maximum likelihood over a campaign, against other programs",
     "truth": "errors over bounds, many seeds, white and colored noise",
     "jsbsim_truth": "derivatives known to JSBSim, found by three methods",
@@ -53,7 +51,6 @@ ONLY_WHEN_NAMED = {"peers", "discrepancy", "day"}
 
 
 def load(name: str) -> ModuleType:
-    """Import a benchmark by its file."""
     spec = importlib.util.spec_from_file_location(f"bench_{name}", HERE / f"{name}.py")
     if spec is None or spec.loader is None:
         raise FileNotFoundError(f"no benchmark is called {name}")

@@ -4,15 +4,12 @@ All figures are processor time of this process, medians, measured side by side i
 update is what one frame takes: samples of a sixtieth of a second arrive, everything is drawn.
 """
 
-from __future__ import annotations
-
 import gc
 import os
 import statistics
 import sys
 import time
 from collections.abc import Callable
-from pathlib import Path
 
 import numpy as np
 
@@ -25,6 +22,7 @@ from PySide6.QtWidgets import QApplication
 from gsapp.quantities import CHANNELS, Block
 from gsapp.session.limits import LimitBands
 from gsapp.session.sample_history import SampleHistory
+from tests.bench.memory import anonymous_memory
 from ui.strips import Strip, StripChart, StripGroup, StripLayout, Trace
 
 SIZE = (1280, 800)
@@ -33,7 +31,6 @@ FRAMES_PER_SECOND = 60
 
 
 def signal(rng: np.random.Generator, first: int, count: int, rate: float, noise: float):
-    """Return slow motion with noise, shape (count,)."""
     t = (first + np.arange(count)) / rate
     return 0.1 * np.sin(0.4 * t) + noise * rng.normal(size=count)
 
@@ -50,7 +47,6 @@ class Stream:
         self.next = 0
 
     def append(self, count: int) -> None:
-        """Let `count` further samples of all channels arrive."""
         while count > 0:
             piece = min(count, 20_000)
             column = signal(self._rng, self.next, piece, self.rate, self._noise)
@@ -87,7 +83,6 @@ def strip_chart(stream: Stream, window: float, *, cursors: bool = True) -> Strip
 
 
 def median_ms(action: Callable[[], None], times: int) -> float:
-    """Return the median processor time of an action, ms."""
     taken = []
     for _ in range(times):
         begin = time.process_time()
@@ -197,7 +192,6 @@ def against_pyqtgraph(quick: bool) -> None:
 
 
 def what_it_depends_on() -> None:
-    """Show that a frame costs the same for a long past and for noise."""
     print("\n    32 charts, 60 s window, 1 kHz: a frame, ms of processor time")
     for words, noise, past in (
         ("1 min of history, smooth", 0.0, 1.0),
@@ -232,7 +226,6 @@ def in_real_time(seconds: float, tick: Callable[[], None]) -> tuple[float, int]:
 
 
 def streaming(chart: StripChart, stream: Stream, seconds: float) -> tuple[float, float, float]:
-    """Stream in real time; return shares of a core (charts, making samples), updates per second."""
     feeding = 0.0
     begin, started = stream.next, time.perf_counter()
 
@@ -285,19 +278,7 @@ def share_of_a_core(seconds: float, runs: int) -> None:
 
 
 def load() -> str:
-    """Return how many processes want the processor, as a mean over the last minute."""
     return f"{os.getloadavg()[0]:.1f}" if hasattr(os, "getloadavg") else "-"
-
-
-def anonymous_memory() -> float | None:
-    """Return the memory of this process that belongs to no file, MB; None where unknown."""
-    status = Path("/proc/self/status")
-    if not status.exists():
-        return None
-    for line in status.read_text(encoding="ascii").splitlines():
-        if line.startswith("RssAnon:"):
-            return int(line.split()[1]) / 1024.0
-    return None
 
 
 def memory_over_an_hour(minutes: int) -> None:
@@ -330,7 +311,6 @@ def memory_over_an_hour(minutes: int) -> None:
 
 
 def main(*arguments: str) -> None:
-    """Run all; ``--quick`` takes fewer cases and shorter times."""
     quick = "--quick" in arguments
     application = QApplication.instance() or QApplication([])
     pyqtgraph.setConfigOptions(antialias=False)

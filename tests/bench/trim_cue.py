@@ -7,8 +7,6 @@ rates, climb, change of speed, unrest over three seconds) and those of the test 
 the first eight seconds do not count, and nothing does once the input begins.
 """
 
-from __future__ import annotations
-
 import sys
 import time
 

@@ -7,8 +7,6 @@ how often gusts are reported in calm and in gusty air, what equation error makes
 and how far the fast engine and the plain one are apart on whole maneuvers.
 """
 
-from __future__ import annotations
-
 import sys
 import time
 from collections.abc import Iterable
@@ -44,12 +42,10 @@ class Tally:
         self.cpu = 0.0
 
     def rms(self, name: str) -> float:
-        """Return the rms of error over honest bound."""
         return _rms(self.honest[name])
 
     @property
     def outside(self) -> list[str]:
-        """Return the derivatives whose rms is not as asked."""
         return [name for name in self.honest if not ASKED[0] <= self.rms(name) <= ASKED[1]]
 
 
@@ -82,7 +78,6 @@ def tally(kind: str, color: float, seeds: Iterable[int], *, gust: float = 0.0) -
 
 
 def _add_beside(found: Tally, estimate: Estimate, virtual: Virtual, axis: Axis) -> None:
-    """Add the errors of both methods, those of equation error over their bounds, too."""
     beside = equation_error.estimate([virtual.maneuver], axis)
     for name, true in virtual.truth.items():
         one, other = estimate.derivatives[name], beside.derivatives[name]

@@ -25,8 +25,6 @@ first that is beyond its limit is the label:
 Where a criterion that counts lies within 10 % of its limit the case is scored apart.
 """
 
-from __future__ import annotations
-
 import math
 import sys
 import time
@@ -57,7 +55,6 @@ class Score:
         self.worst: list[str] = []
 
     def add(self, seed: int) -> None:
-        """Fly a seed, watch it, and compare."""
         flown = fly_input(seed, ground=8.0)
         wanted = wanted_of(flown)
         truth = label(flown, wanted)

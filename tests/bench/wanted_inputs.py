@@ -11,8 +11,6 @@ doublet. What was asked for is flown without noise and gusts, and compared with 
 - no other width leaves more motion behind for each degree of amplitude: a scan over widths.
 """
 
-from __future__ import annotations
-
 import sys
 import time
 from collections.abc import Sequence
@@ -80,7 +78,6 @@ def main(*arguments: str) -> None:
 
 
 def _spread(values: Sequence[float]) -> str:
-    """Return the median, nine tenths of the values, and the share within a quarter of 1."""
     known = np.array([value for value in values if np.isfinite(value)])
     if not known.size:
         return f"{'':>36}"

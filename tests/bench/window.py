@@ -5,8 +5,6 @@ before the process is made until the window was flushed for the first time, and,
 opened with it, until it was flushed with samples in the charts.
 """
 
-from __future__ import annotations
-
 import os
 import statistics
 import subprocess
@@ -56,7 +54,6 @@ def start(scratch: Path, flight: Path | None) -> None:
 
 
 def seconds_to_pictures(scratch: Path, flight: Path | None) -> list[float]:
-    """Start the window in a process of its own; return the seconds to its first pictures."""
     begin = time.time()
     done = subprocess.run(
         [sys.executable, __file__, "start", str(scratch), *([str(flight)] if flight else [])],

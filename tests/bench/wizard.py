@@ -13,8 +13,6 @@ and stays at each angle until the tone, 0.6 s at least. It is at the next surfac
 a protractor takes to be carried there is not in the minutes.
 """
 
-from __future__ import annotations
-
 import sys
 import tempfile
 from collections.abc import Callable
@@ -65,7 +63,6 @@ def whole_aircraft(seeds: int) -> None:
 
 
 def faults(trials: int) -> None:
-    """Move faulty instruments."""
     for kind in (*BENCH_FAULT_KINDS, None):
         right = 0
         for seed in range(trials):
@@ -80,12 +77,8 @@ def faults(trials: int) -> None:
 
 
 def _zero(bounds: float) -> Callable[[Potentiometer, Certificate], Potentiometer]:
-    """Return what moves the zero of an instrument by so many bounds of its certificate."""
-
     def moved(one: Potentiometer, certificate: Certificate) -> Potentiometer:
         quality = certificate.quality
-        assert quality is not None
-        assert quality.uncertainty is not None
         return replace(one, center=one.center + bounds * quality.uncertainty * one.slope)
 
     return moved
@@ -136,7 +129,6 @@ def checks(seeds: int) -> None:
 
 
 def main(*arguments: str) -> None:
-    """Run all; a tenth of it with ``--quick``."""
     quick = "--quick" in arguments
     whole_aircraft(4 if quick else 40)
     faults(5 if quick else 50)

@@ -7,8 +7,6 @@ with a protractor that is set exactly and with one that is set by hand. Then eac
 ``--quick`` takes a tenth.
 """
 
-from __future__ import annotations
-
 import os
 import sys
 import tempfile
@@ -19,12 +17,7 @@ os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
 import numpy as np
 from PySide6.QtCore import Qt
 
-from gsapp.virtual.bench import (
-    BENCH_FAULT_KINDS,
-    POTENTIOMETERS,
-    BenchFault,
-    VirtualBench,
-)
+from gsapp.virtual.bench import BENCH_FAULT_KINDS, POTENTIOMETERS, BenchFault, VirtualBench
 from gsapp.virtual.bench.operator_motion import ANGLE_SETTING_ERROR
 from tests.calibration.wizard.bench_truth import within
 from tests.ui.bench_kit import BenchWindow, leave_only, try_out, work_through
@@ -52,7 +45,6 @@ def whole_aircraft(seeds: int, setting_error: float) -> None:
                 truth = window.bench.potentiometers[name]
                 curves += 1
                 shares.append(within(certificate, truth, random))
-                assert certificate.quality is not None
                 bound = certificate.quality.hysteresis_uncertainty
                 slops.append((certificate.hysteresis, truth.play, bound))
             keys.append(window.keys)
@@ -97,7 +89,6 @@ def faults(trials: int) -> None:
 
 
 def main(*arguments: str) -> None:
-    """Run all; a tenth of it with ``--quick``."""
     quick = "--quick" in arguments
     application = create_application()
     for setting_error in (0.0, ANGLE_SETTING_ERROR):
