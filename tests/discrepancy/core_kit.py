@@ -6,8 +6,6 @@ size, with no zero error and no converter. The toy is a constant linear system d
 `Linearization` in itself: for it everything is known exactly.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import replace
 from functools import lru_cache
@@ -63,7 +61,6 @@ def maneuver(
     model: Model | None = None,
     flight: str = "virtual",
 ) -> Maneuver:
-    """Return a maneuver whose instruments show `NOISE`, times `noise`; controls are exact."""
     flown = (TRUTH if model is None else model).model_dump_json()
     exact = _exact(seed, kind, duration, dt, gust, flown)
     random = np.random.default_rng([seed, 77])
@@ -73,14 +70,11 @@ def maneuver(
         column = block.channels.index(name)
         values[:, column] += noise * size * random.standard_normal(len(values))
     return replace(
-        exact,
-        flight=flight,
-        block=Block(channels=block.channels, times=block.times, values=values),
+        exact, flight=flight, block=Block(channels=block.channels, times=block.times, values=values)
     )
 
 
 def with_channel(one: Maneuver, name: str, samples: FloatArray | float) -> Maneuver:
-    """Return the maneuver with a channel changed, or added."""
     block = one.block
     kept = [place for place, own in enumerate(block.channels) if own != name]
     added = np.broadcast_to(np.asarray(samples, dtype=float), block.times.shape)
@@ -95,7 +89,6 @@ def with_channel(one: Maneuver, name: str, samples: FloatArray | float) -> Maneu
 
 
 def true_noise(share: float = 1.0, gusts: float = 1e-9, moments: float = 1e-9) -> NoiseModel:
-    """Return what the filter should believe of maneuvers in still air."""
     return NoiseModel(
         variances={name: (share * size) ** 2 for name, size in NOISE.items()},
         gust_intensities=(gusts,) * 3,
@@ -106,7 +99,6 @@ def true_noise(share: float = 1.0, gusts: float = 1e-9, moments: float = 1e-9) -
 def prepared(
     maneuvers: list[Maneuver], model: Model = TRUTH, free: tuple[str, ...] = ()
 ) -> FilterErrorFit:
-    """Return a fit of maneuvers that believes the true noise and nearly no turbulence."""
     fit = FilterErrorFit.create([create_maneuver_record(one) for one in maneuvers], model, free)
     fit.noise = {flight: true_noise() for flight in fit.noise}
     return fit
@@ -221,14 +213,12 @@ class Toy:
         )
 
     def motion(self) -> NominalMotion:
-        """Return the steady flight that it is linearized along."""
         steady = np.zeros((8, self.n))
         steady[0] = _V
         return NominalMotion(states=steady, gust=np.zeros((3, self.n)))
 
 
 def _gathered(rates: FloatArray, intensity: FloatArray, dt: float) -> FloatArray:
-    """Return what continuous noise adds to the covariance of a state in dt (Van Loan, 1978)."""
     size = len(rates)
     block = np.zeros((2 * size, 2 * size))
     block[:size, :size], block[:size, size:], block[size:, size:] = -rates, intensity, rates.T

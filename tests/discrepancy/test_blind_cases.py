@@ -1,7 +1,5 @@
 """Proves that the blind cases are what they say: truth flown by JSBSim, sizes in true sigmas."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from itertools import pairwise
 
@@ -26,7 +24,6 @@ POLAR = ("V", "alpha", "beta", "p", "q", "r", "phi", "theta")
 
 
 def model_inputs(planned: Planned, motion: dict[str, FloatArray]) -> FloatArray:
-    """Return the inputs of our equations along a motion of JSBSim, shape (n, 8)."""
     mass = planned.condition(flying.shipped_aircraft()).mass
     names = ("de", "da", "dr", "flap", "throttle")
     still = np.zeros(len(motion["time"]))
@@ -79,7 +76,6 @@ def test_without_effects_jsbsim_and_our_equations_fly_alike(planned: Planned) ->
 
 
 def flown_with(effect: str) -> Planned:
-    """Return a maneuver in which all that an effect reads moves."""
     if "flap" in effect:
         return PLAN[14]
     if effect.startswith("propulsion") or effect.endswith(".speed"):
@@ -127,7 +123,6 @@ def test_an_effect_outside_the_catalog_bends_the_flight(effect: str) -> None:
 
 @pytest.mark.parametrize("effect", [*cases.SENSOR, *cases.OUTSIDE_SENSOR])
 def test_a_faulty_instrument_shows_what_the_catalog_says(effect: str) -> None:
-    """Channels with the fault are those of the catalog's signal path; others are untouched."""
     motion, moved = flying.fly_motion(NOTHING, SLIPPING)
     true = instruments.exposed(flying.shipped_aircraft(), {**motion, **moved})
     seen = instruments.with_faults(true, flying.faults_of(hidden(effect)))
@@ -147,7 +142,6 @@ def test_a_faulty_instrument_shows_what_the_catalog_says(effect: str) -> None:
 
 @pytest.mark.parametrize("effect", list(cases.CONTROL))
 def test_a_fault_of_the_control_path_lies_between_record_and_surface(effect: str) -> None:
-    """What is recorded, sent down the catalog's path, is what the surface did."""
     case = hidden(effect)
     (channel, kind), *_ = case.recorded.items()
     condition = BOTH.condition(flying.shipped_aircraft())
@@ -170,7 +164,6 @@ def test_a_fault_of_the_control_path_lies_between_record_and_surface(effect: str
 
 
 def test_trim_is_steady_flight() -> None:
-    """A maneuver starts at rest: hands off, nothing moves in the first seconds."""
     engine = flying.engine_for(())
     engine.set(flying.true_derivatives(0), {})
     for planned in (PLAN[0], THROTTLE, SLIPPING):
@@ -182,7 +175,6 @@ def test_trim_is_steady_flight() -> None:
 
 
 def test_gusts_have_the_size_asked_for() -> None:
-    """Ten minutes of vertical gusts at 0.3 m/s rms; those along and across are larger."""
     found = gusts.dryden(0.3, 30.0, 600 * STEPS_PER_SECOND, (7,))
     assert found[:, 2].std() == pytest.approx(0.3, rel=0.15)
     wide = gusts.lengths(0.3)[2]
@@ -215,7 +207,6 @@ def test_the_recorder_adds_its_noise_and_no_more() -> None:
 
 
 def test_a_flown_case_is_what_the_program_gets() -> None:
-    """Sixteen maneuvers in two flights; the same case flies the same; a seed changes the noise."""
     case = hidden("aero.Cm.alpha2", rate=50, gust=0.3, seed=3)
     one, again = flying.fly_case(case), flying.fly_case(case, PLAN[:2])
     other = flying.fly_case(replace(case, seed=4, gust=0.0), PLAN[:1])
@@ -234,21 +225,17 @@ def test_a_flown_case_is_what_the_program_gets() -> None:
 
 
 def test_baselines_are_fitted_given_or_wrong() -> None:
-    """Wrong values are off by 10 to 20 percent; a missing derivative is zero in the baseline."""
     truth = flying.true_derivatives(2)
     wrong = flying.baseline_of(replace(NOTHING, plan=2, baseline="wrong"))
-    assert wrong is not None
     for name, value in truth.items():
         if value:
             assert 0.0999 < abs(wrong.derivative(name) / value - 1.0) < 0.2001
     lacking = flying.baseline_of(hidden("aero.Cl.dr", baseline="given"))
-    assert lacking is not None
     assert lacking.derivative("Cl_dr") == 0.0
     assert lacking.derivative("Cl_da") == flying.true_derivatives(0)["Cl_da"]
 
 
 def test_the_benchmark_holds_what_was_asked_for() -> None:
-    """Kinds x sizes x seeds, nothing hidden, outside the catalog, two effects; a tenth of each."""
     found = cases.all_cases()
     names = {one.id for one in all_effects()}
     by_group = {
@@ -289,21 +276,19 @@ PAIR = (ELEVATOR, THROTTLE)
 
 @pytest.fixture(scope="module")
 def baseline() -> tuple[FloatArray, ...]:
-    """Columns of derivatives and initial states for two maneuvers."""
     return tuple(sensitivity.baseline_change(0, planned) for planned in PAIR)
 
 
 def shows(
     baseline: tuple[FloatArray, ...], columns: list[FloatArray], air: Recording
 ) -> FloatArray:
-    """Return what columns show, shape (m, m)."""
     parts = sensitivity.whitened(0, PAIR, baseline, columns, air)
     names = [str(k) for k in range(columns[0].shape[2])]
     return sensitivity.remaining(sensitivity.gram(parts), names, maneuvers=PAIR)
 
 
 def test_sigmas_are_true_by_monte_carlo(baseline: tuple[FloatArray, ...]) -> None:
-    """An effect of ten sigma, estimated from 8 noisy records, is found as ten with spread one.
+    """An effect of ten sigma, estimated from 4 noisy records, is found as ten with spread one.
 
     Records hold noise of instruments, of surface pots and gusts; what the baseline predicts is
     flown by JSBSim with the measured deflections. The estimate is the best there is.
@@ -312,7 +297,7 @@ def test_sigmas_are_true_by_monte_carlo(baseline: tuple[FloatArray, ...]) -> Non
     unit = [sensitivity.change_by(0, one, effect, small)[:, :, None] for one in PAIR]
     size = small * 10.0 / float(shows(baseline, unit, air)[0, 0]) ** 0.5
     found = []
-    for seed in range(8):
+    for seed in range(4):
         case = hidden(effect, size, seed=seed, gust=air.gust)
         columns = []
         for planned, one in zip(PAIR, unit, strict=True):
@@ -320,8 +305,8 @@ def test_sigmas_are_true_by_monte_carlo(baseline: tuple[FloatArray, ...]) -> Non
             columns.append(np.concatenate([one * size / small, residual[:, :, None]], axis=2))
         products = shows(baseline, columns, air)
         found.append(float(products[0, 1] / products[0, 0]) * 10.0)
-    assert np.mean(found) == pytest.approx(10.0, abs=1.1)
-    assert np.std(found) == pytest.approx(1.0, abs=0.7)
+    assert np.mean(found) == pytest.approx(10.0, abs=1.6)
+    assert np.std(found, ddof=1) == pytest.approx(1.0, abs=0.9)
 
 
 def noisy_residual(case: Case, planned: Planned) -> FloatArray:
@@ -351,7 +336,6 @@ def noisy_residual(case: Case, planned: Planned) -> FloatArray:
     "effect", ["propulsion.Cm.throttle", "aero.CX.speed", "sensor.alpha.scale"]
 )
 def test_sizes_scale_with_sigmas(baseline: tuple[FloatArray, ...], effect: str) -> None:
-    """Three times the sigmas is three times the size: flights bend little at these sizes."""
     rest = cases.neutral(effect)
     away = 0.05 * (cases.typical(effect) - rest)
     base = float(
@@ -370,7 +354,6 @@ def test_sizes_scale_with_sigmas(baseline: tuple[FloatArray, ...], effect: str) 
 
 
 def test_a_derivative_shows_nothing_beyond_itself(baseline: tuple[FloatArray, ...]) -> None:
-    """A changed derivative of the baseline is no hidden effect: all of it is projected out."""
     columns = [one[:, :, 2:3] for one in baseline]
     assert float(shows(baseline, columns, Recording())[0, 0]) < 1e-3
 

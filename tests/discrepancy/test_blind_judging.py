@@ -1,7 +1,5 @@
 """Proves the marks of the benchmark: right and wrong answers to blind cases are told apart."""
 
-from __future__ import annotations
-
 import importlib.util
 import sys
 from dataclasses import replace
@@ -49,7 +47,6 @@ def told(effect: str, size: float = -0.05, std: float = 0.005, **how: object) ->
 
 
 def test_the_right_name_first_earns_all_marks() -> None:
-    """Name, size, interval, coefficient and maneuver are each judged."""
     answer = told("aero.Cm.alpha2", -0.047, 0.005, coefficient="Cm", maneuver="B:3")
     marks = judge(CURVED, answer)
     assert marks.verdict
@@ -67,7 +64,6 @@ def test_the_right_name_first_earns_all_marks() -> None:
 
 
 def test_a_wrong_name_is_false_even_if_the_truth_ranks_second() -> None:
-    """The truth among the first three counts there, not as named."""
     marks = judge(CURVED, told("aero.Cm.alpha_q", ranking=("aero.Cm.alpha_q", "aero.Cm.alpha2")))
     assert marks.first is False
     assert marks.three
@@ -78,7 +74,6 @@ def test_a_wrong_name_is_false_even_if_the_truth_ranks_second() -> None:
 
 
 def test_a_false_name_beside_the_right_one_is_seen() -> None:
-    """One right and one invented name: named first, yet with a false name."""
     both = (Named(effect="aero.Cm.alpha2", confidence=1.0), Named(effect="aero.Cl.p", confidence=1))
     marks = judge(CURVED, Outcome(id="x", verdict="effects-found", named=both))
     assert marks.first
@@ -86,7 +81,6 @@ def test_a_false_name_beside_the_right_one_is_seen() -> None:
 
 
 def test_not_to_be_told_apart_is_right_with_the_truth_in_the_set() -> None:
-    """A lag of some milliseconds and a delay are alike; a curved moment and damping are not."""
     late = hidden("sensor.alpha.lag", 0.003)
     answer = Outcome(
         id="x", verdict="ambiguous", open=(("sensor.alpha.delay", "sensor.alpha.lag"),)
@@ -99,7 +93,6 @@ def test_not_to_be_told_apart_is_right_with_the_truth_in_the_set() -> None:
 
 
 def test_nothing_hidden_allows_no_name_but_a_late_clock_allows_a_delay() -> None:
-    """On clean flights every name is false; unnamed structure and decoys are not names."""
     clean = Case(id="clean", group="nothing", verdicts=("model-adequate",))
     assert judge(clean, Outcome(id="x", verdict="model-adequate")).verdict
     assert judge(clean, told("sensor.airdata.delay")).false_name
@@ -111,7 +104,6 @@ def test_nothing_hidden_allows_no_name_but_a_late_clock_allows_a_delay() -> None
 
 
 def test_outside_the_catalog_abstaining_is_right() -> None:
-    """A name of the catalog is wrong there, however near."""
     outside = Case(
         id="o", group="outside", effects={"outside.Cm.alpha3": -0.3}, verdicts=("unexplained",)
     )
@@ -121,7 +113,6 @@ def test_outside_the_catalog_abstaining_is_right() -> None:
 
 
 def test_two_effects_need_both_names_and_a_missing_derivative_may_be_a_value() -> None:
-    """Half of a pair is not enough; a derivative of zero may be called a wrong value."""
     pair = Case(
         id="p", group="pair", effects={"aero.Cm.flap": -0.01, "aero.Cl.da3": -1.0},
         verdicts=("effects-found",), accepted=(("aero.Cm.flap",), ("aero.Cl.da3",)),
@@ -157,7 +148,6 @@ def test_answers_are_kept_and_taken_up_again(
 
 
 def test_what_the_program_refuses_is_a_failed_case(monkeypatch: pytest.MonkeyPatch) -> None:
-    """An error of the program is an outcome with its words, not the end of the benchmark."""
     monkeypatch.setattr(answering, "fly_case", lambda case: flying.fly_case(case, PLAN[:1]))
     outcome = answering.answer(Case(id="one maneuver", group="nothing"))
     assert outcome.verdict == "failed"
@@ -168,8 +158,6 @@ def test_the_benchmark_prints_what_was_asked_for(capsys: pytest.CaptureFixture[s
     """Every table of the benchmark, from made-up answers."""
     place = Path(__file__).parents[1] / "bench" / "discrepancy.py"
     spec = importlib.util.spec_from_file_location("bench_discrepancy", place)
-    assert spec is not None
-    assert spec.loader is not None
     bench = importlib.util.module_from_spec(spec)
     sys.modules[spec.name] = bench
     spec.loader.exec_module(bench)

@@ -4,18 +4,12 @@ A parameter is changed in the model, the equations are linearized anew along the
 the residual goes through the same filter: what the innovations then lose is the column.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np
 import pytest
 
-from gsapp.discrepancy.candidates import (
-    CandidateEffect,
-    catalog_candidates,
-    trial_size,
-)
+from gsapp.discrepancy.candidates import CandidateEffect, catalog_candidates, trial_size
 from gsapp.discrepancy.effect_catalog import all_effects
 from gsapp.discrepancy.screening import screen_candidates
 from gsapp.discrepancy.unnamed_effects import unnamed_candidates
@@ -59,13 +53,11 @@ class Prepared:
     own: SteadyStateFilter
 
     def innovations(self, column: SensitivityColumn) -> FloatArray:
-        """Return whitened innovations of a column."""
         z, b = filter_inputs(self.own, [column])
         found, _ = self.own.innovations(z, b)
         return (self.own.whitener @ found)[:, :, 0]
 
     def lost(self, model: Model, size: float) -> FloatArray:
-        """Return what innovations lose by a change of the model, over the size of the change."""
         zero = np.zeros(len(self.one.record.channels))
         flight_model = FlightModel(AIRCRAFT, model)
         motion = self.one.motion
@@ -80,7 +72,6 @@ class Prepared:
 
 
 def prepare(model: Model, free: tuple[str, ...] = (), turbulence: float = 1e-3) -> Prepared:
-    """Fly, filter and settle."""
     flown = maneuver(1, dt=0.01, duration=5.0)
     times = flown.block.times - flown.block.times[0]
     flap = np.radians(10.0) * np.clip((times - 2.0) / 1.0, 0.0, 1.0)
@@ -98,13 +89,11 @@ def prepare(model: Model, free: tuple[str, ...] = (), turbulence: float = 1e-3) 
 
 
 def error(found: FloatArray, expected: FloatArray) -> float:
-    """Return by how much a column is off, as a share of it."""
     return float(np.linalg.norm(found - expected) / np.linalg.norm(expected))
 
 
 @pytest.fixture(scope="module")
 def plain() -> Prepared:
-    """Return the maneuver under the plain model."""
     return prepare(TRUTH, DERIVATIVES)
 
 
@@ -121,7 +110,6 @@ def rich() -> Prepared:
 
 
 def test_derivatives(plain: Prepared) -> None:
-    """Every derivative of the linear build-up: within 2 % of what changing it changes."""
     columns = plain.fit.model_columns(plain.one, plain.own.linearization)
     for name, column in zip(plain.fit.free, columns, strict=True):
         step = 1e-3 * max(abs(TRUTH.derivative(name)), 0.05)
@@ -148,7 +136,6 @@ def test_parameters_of_effects_in_the_model(rich: Prepared) -> None:
 
 
 def tried_size(one: CandidateEffect, term: object, prepared: Prepared) -> float:
-    """Return the size at which an effect's column is compared, as a difference from neutral."""
     if isinstance(term, Lag | Delay):
         # Smaller ones ask for slopes at a corner: straight lines between samples have two.
         return one.plausible_size
@@ -247,8 +234,6 @@ def test_structure_without_a_name(plain: Prepared) -> None:
     ):
         ours = table[f"unnamed.{ours_id}"].build_column(found)
         theirs = named[f"aero.{name}"].build_column(found)
-        assert ours is not None
-        assert theirs is not None
         assert ours[0].target == theirs[0].target
         size = np.dot(ours[0].history, theirs[0].history) / np.dot(*[theirs[0].history] * 2)
         assert ours[0].history == pytest.approx(size * theirs[0].history, rel=1e-9), name
@@ -269,7 +254,6 @@ def test_structure_without_a_name(plain: Prepared) -> None:
             assert size == 0.0 or abs(np.vdot(own, theirs)) < 0.999999 * size, (name, other)
     # What a coefficient of the other axis follows late lacks the present: nothing else has it.
     late = table["unnamed.Cn.late_q"].build_column(found)
-    assert late is not None
     present, past = np.abs(found.variables["q_hat"]), np.abs(late[0].history)
     assert past.max() < present.max()
     assert np.argmax(past) > np.argmax(present)

@@ -1,7 +1,5 @@
 """Proves the filter against plain simulation, a Kalman filter at every sample, least squares."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np
@@ -39,20 +37,17 @@ from tests.discrepancy.core_kit import (
 
 
 def block_means(history: FloatArray, block: int) -> FloatArray:
-    """Return means over blocks, by a plain loop."""
     return np.array(
         [history[k : k + block].mean(axis=0) for k in range(0, len(history) - block + 1, block)]
     )
 
 
 def whitened(one: SteadyStateFilter, innovations: FloatArray) -> FloatArray:
-    """Return innovations of the last blocks, uncorrelated."""
     found: FloatArray = (one.whitener[-len(innovations) :] @ innovations[:, :, None])[:, :, 0]
     return found
 
 
 def innovations_of(one: SteadyStateFilter) -> FloatArray:
-    """Return the innovations of the residual, no biases."""
     z, b, _ = one.residual(np.zeros(len(one.linearization.record.channels)))
     found, _ = one.innovations(z[:, :, None], b[:, :, None])
     return found[:, :, 0]
@@ -62,7 +57,6 @@ def innovations_of(one: SteadyStateFilter) -> FloatArray:
 
 
 def simulated(record: ManeuverRecord) -> tuple[FloatArray, FloatArray]:
-    """Return states (n, 9) and channels from the record's start, by the simulator."""
     model = FlightModel(AIRCRAFT, TRUTH)
     start = record.motion.states[0]
     inputs = record.motion.inputs
@@ -74,7 +68,6 @@ def simulated(record: ManeuverRecord) -> tuple[FloatArray, FloatArray]:
 
 
 def nearby(record: ManeuverRecord, states: FloatArray, size: float) -> Linearization:
-    """Return the equations linearized along a motion bent away from the simulated one."""
     times = record.dt * np.arange(len(record))
     bends = np.array([1.0, 0.01, 0.01, 0.05, 0.05, 0.05, 0.02, 0.02])
     waves = np.array([np.sin((1.0 + 0.3 * k) * times) for k in range(8)])
@@ -86,7 +79,6 @@ def nearby(record: ManeuverRecord, states: FloatArray, size: float) -> Lineariza
 
 
 def test_without_process_noise_it_is_output_error() -> None:
-    """Innovations along the simulated motion are measured minus simulated, block by block."""
     record = create_maneuver_record(maneuver(1))
     states, channels = simulated(record)
     found = nearby(record, states, 0.0)
@@ -167,7 +159,6 @@ def test_settling_reaches_the_simulated_motion() -> None:
 
 
 def toy_step(toy: Toy) -> FloatArray:
-    """Return the toy's transition as the filter takes gusts: driven from sample to sample."""
     step = np.zeros((11, 11))
     step[:8, :8] = toy.transition
     for place, (row, length) in enumerate(zip(GUST_ROWS, toy.noise.gust_lengths, strict=True)):
@@ -193,7 +184,6 @@ class PlainKalman:
         self.x = np.zeros(wide)
 
     def _sample(self) -> None:
-        """Add a sample to the sum."""
         wide = np.eye(len(self.x))
         wide[self.size :, : self.size] = self.toy.slopes
         self.x = wide @ self.x
@@ -201,7 +191,6 @@ class PlainKalman:
         self.P[self.size :, self.size :] += np.diag(self.toy.measurement)
 
     def _advance(self) -> None:
-        """Go to the next sample."""
         wide = np.eye(len(self.x))
         wide[: self.size, : self.size] = self.step
         self.x = wide @ self.x
@@ -209,7 +198,6 @@ class PlainKalman:
         self.P[: self.size, : self.size] += self.toy.process
 
     def take(self, mean: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Take one block; return innovation and its covariance, the state at its end."""
         for _ in range(self.block):
             self._sample()
             self._advance()
@@ -249,7 +237,6 @@ def test_blocks_are_a_kalman_filter_at_every_sample() -> None:
 
 
 def test_innovations_of_the_toy_are_white_and_of_the_size_predicted() -> None:
-    """Toys driven by continuous gusts: covariance within chance, no correlation in time."""
     toy = Toy(TOY_NOISE, n=24000, seed=3)
     own = create_filter(toy.linearization(), TOY_NOISE, toy.motion())
     white = whitened(own, innovations_of(own)[20:])
@@ -300,7 +287,6 @@ def test_colored_noise_is_told_from_turbulence() -> None:
 
 
 def true_like(gust: float) -> NoiseModel:
-    """Return the toy's noise with other gusts."""
     changed = TOY_NOISE
     for name in ("gust.u", "gust.v", "gust.w"):
         changed = changed.with_value(name, gust)
@@ -345,7 +331,6 @@ def test_the_smoother_is_generalized_least_squares() -> None:
 
 
 def test_what_the_smoother_expects_is_what_it_finds() -> None:
-    """Where the noise model holds, mean squares of the adjoints are the expected ones."""
     toy = Toy(TOY_NOISE, n=40000, seed=5)
     own = create_filter(toy.linearization(), TOY_NOISE, toy.motion())
     process, measurement, _ = own.adjoints(innovations_of(own))
@@ -400,7 +385,6 @@ def test_samples_that_are_missing_change_nothing() -> None:
 
 
 def test_a_channel_with_gaps_is_filled_by_nothing() -> None:
-    """A maneuver with a lost second of q: the record says so, and takes no zeros for samples."""
     whole = maneuver(1)
     samples = whole.samples("q").copy()
     samples[100:150] = np.nan
@@ -417,7 +401,6 @@ def test_a_channel_with_gaps_is_filled_by_nothing() -> None:
 
 
 def test_records_hold_what_was_measured() -> None:
-    """Channels in their order; without attitude the rest; airspeed from pressures where need be."""
     record = create_maneuver_record(maneuver(1))
     assert record.channels == (*INTEGRATED_STATES[:6], "ax", "ay", "an", "phi", "theta")
     assert record.id == "1"
@@ -429,7 +412,6 @@ def test_records_hold_what_was_measured() -> None:
 
 @pytest.mark.parametrize("many", [1, 6, 7, 40])
 def test_the_recursion_is_solved(many: int) -> None:
-    """Few right-hand sides (banded solver) and many (products) against a plain loop."""
     random = np.random.default_rng(many)
     propagation = 0.3 * random.standard_normal((50, 11, 11))
     rows = random.standard_normal((51, 11, many))
@@ -442,7 +424,6 @@ def test_the_recursion_is_solved(many: int) -> None:
 
 
 def test_gusts_of_the_noise_model_have_the_size_that_it_says() -> None:
-    """First-order gusts simulated with its intensities have its rms."""
     random = np.random.default_rng(8)
     noise, V, dt, n = true_noise(gusts=0.2), 30.0, 0.02, 200_000
     for name, length in zip("uvw", noise.gust_lengths, strict=True):

@@ -1,7 +1,5 @@
 """Proves the algebra of `InformationMatrix` against plain least squares on the rows behind it."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,14 +15,11 @@ NAMES = ("a", "b", "c", "d", "e")
 
 @dataclass(frozen=True)
 class Rows:
-    """Rows of a regression: columns by name, and what they are to explain."""
-
     names: tuple[str, ...]
     columns: FloatArray
     residual: FloatArray
 
     def information(self) -> InformationMatrix:
-        """Return its normal equations."""
         every = np.column_stack((self.columns, self.residual))
         return InformationMatrix(
             names=self.names, matrix=every.T @ every, samples=float(len(self.residual))
@@ -32,7 +27,6 @@ class Rows:
 
 
 def rows(seed: int, names: tuple[str, ...] = NAMES, n: int = 60) -> Rows:
-    """Return columns of very different sizes that have much in common."""
     random = np.random.default_rng(seed)
     common = random.standard_normal((n, 1))
     sizes = 10.0 ** random.uniform(-3.0, 3.0, len(names))
@@ -41,14 +35,12 @@ def rows(seed: int, names: tuple[str, ...] = NAMES, n: int = 60) -> Rows:
 
 
 def left_of(columns: FloatArray, target: FloatArray) -> FloatArray:
-    """Return what least squares leaves of a target."""
     return target - columns @ np.linalg.lstsq(columns, target, rcond=None)[0]
 
 
 @settings(max_examples=30, deadline=None)
 @given(st.integers(0, 10_000), st.permutations(NAMES), st.integers(1, 4))
 def test_projection_is_least_squares(seed: int, order: list[str], count: int) -> None:
-    """What is left of columns and residual when others took their part: products of remainders."""
     one = rows(seed)
     nuisance = tuple(order[:count])
     found = one.information().projected(nuisance)
@@ -66,7 +58,6 @@ def test_projection_is_least_squares(seed: int, order: list[str], count: int) ->
 @settings(max_examples=30, deadline=None)
 @given(st.integers(0, 10_000))
 def test_projecting_twice_is_projecting_once(seed: int) -> None:
-    """Nuisance parameters may go one after the other, in any order."""
     whole = rows(seed).information()
     sizes = np.sqrt(np.diag(whole.projected(("a", "c")).matrix))
     once = whole.projected(("a", "c")).matrix / np.outer(sizes, sizes)
@@ -78,7 +69,6 @@ def test_projecting_twice_is_projecting_once(seed: int) -> None:
 
 
 def test_solution_is_least_squares_with_its_covariance() -> None:
-    """Values, and (X'X)^-1; parameters that are not asked for are zero."""
     one = rows(3)
     for names in (NAMES, ("d", "b")):
         X = one.columns[:, [NAMES.index(name) for name in names]]
@@ -90,7 +80,6 @@ def test_solution_is_least_squares_with_its_covariance() -> None:
 
 
 def test_misfit_is_the_sum_of_squares_with_given_values() -> None:
-    """Any values, some parameters or all; at the solution it is what projection leaves."""
     one = rows(4)
     values = {"d": 0.3, "a": -2.0}
     X = one.columns[:, [3, 0]]
@@ -106,7 +95,6 @@ def test_misfit_is_the_sum_of_squares_with_given_values() -> None:
 @settings(max_examples=30, deadline=None)
 @given(st.integers(0, 10_000))
 def test_maneuvers_add_up(seed: int) -> None:
-    """The sum is that of all rows in one; a parameter that a maneuver lacks is zero there."""
     one, other = rows(seed, ("a", "b", "c")), rows(seed + 1, ("d", "b"), n=40)
     total = one.information() + other.information()
     assert total.names == ("a", "b", "c", "d")
@@ -118,7 +106,6 @@ def test_maneuvers_add_up(seed: int) -> None:
 
 
 def test_the_order_of_maneuvers_changes_names_only() -> None:
-    """Sums in any order hold the same numbers by name."""
     one, other = rows(7, ("a", "b", "c")).information(), rows(8, ("d", "b")).information()
     first, second = one + other, other + one
     assert set(first.names) == set(second.names)
@@ -141,7 +128,6 @@ def test_a_prior_is_one_more_row(seed: int, value: float, std: float) -> None:
 
 
 def test_gains_are_what_a_refit_with_one_more_column_takes_off() -> None:
-    """Gain, size and deviation of each candidate: full least squares with and without it."""
     one = rows(11)
     own = one.columns[:, :2]
     left = one.information().projected(("a", "b"))
@@ -195,7 +181,6 @@ def test_cosines_tell_what_looks_alike() -> None:
 
 
 def test_what_nothing_is_known_of_stays_where_it_is() -> None:
-    """A derivative by sideslip where no vane showed any: it moves nothing, others as without it."""
     one = rows(4)
     blind = Rows(NAMES, one.columns * (np.array(NAMES) != "c"), one.residual)
     moves, covariance = blind.information().solution(NAMES)

@@ -4,8 +4,6 @@ The shipped model flies eight maneuvers of five seconds with Cm curved in alpha;
 given that model without the curve.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np
@@ -27,7 +25,6 @@ SETTINGS = DiscrepancySettings(model=TRUTH, held_out=HELD_OUT)
 
 
 def flown(model: Model, *, quiet: tuple[str, ...] = ()) -> list[Maneuver]:
-    """Fly; the maneuvers `quiet` are recorded with other noise."""
     return [
         maneuver(
             seed,
@@ -45,24 +42,20 @@ CURVED = TRUTH.with_effect(EFFECT, {"Cm_alpha2": SIZE})
 
 @pytest.fixture(scope="module")
 def search() -> Investigation:
-    """Return the flights made ready."""
     return Investigation(flown(CURVED), AIRCRAFT, TRUTH)
 
 
 @pytest.fixture(scope="module")
 def told() -> list[SearchProgress]:
-    """Return where progress of the first search is kept."""
     return []
 
 
 @pytest.fixture(scope="module")
 def answer(search: Investigation, told: list[SearchProgress]) -> DiscrepancyResult:
-    """Return the answer."""
     return search.run(SETTINGS, progress=told.append)
 
 
 def learned(found: DiscrepancyResult) -> dict[str, float]:
-    """Return every number that was fitted: derivatives, sizes with deviations, confidence."""
     numbers = dict(found.model.derivatives)
     for one in found.effects:
         for name, (value, std) in one.parameters.items():
@@ -74,7 +67,6 @@ def learned(found: DiscrepancyResult) -> dict[str, float]:
 
 
 def test_the_hidden_effect_is_found(answer: DiscrepancyResult) -> None:
-    """Named, alone, of its true size, and the gap is closed on maneuvers kept out."""
     assert answer.verdict == "effects-found"
     (one,) = answer.effects
     assert one.effect == EFFECT
@@ -91,19 +83,17 @@ def test_the_hidden_effect_is_found(answer: DiscrepancyResult) -> None:
 
 
 def test_a_full_fit_that_gains_nothing_refuses_the_effect(search: Investigation) -> None:
-    """A column may promise what no fit holds, as a scale does where a delay was hidden."""
     run = _Search(search, SETTINGS, None)
     stage = run._stage(search.baseline(HELD_OUT, lambda _: None), added="")
     best = stage.decision.best
     assert best is not None
-    with pytest.raises(FlightError, match=f"{EFFECT}: 0 gained in the full fit"):
+    with pytest.raises(FlightError, match=f"{EFFECT}: 0 gained"):
         _check_gain(stage, stage.fit, best, SETTINGS.false_alarm)
     borne_out = run._fitted_with(stage.fit, best, stage.screening, "")
     _check_gain(stage, borne_out, best, SETTINGS.false_alarm)
 
 
 def test_a_vane_mounted_askew_is_named_though_maneuvers_kept_out_say_nothing_of_it() -> None:
-    """Both models learned the zero error of the flight; only one of them must think it unlikely."""
     askew = []
     for one in flown(TRUTH):
         values = one.block.values.copy()
@@ -116,12 +106,11 @@ def test_a_vane_mounted_askew_is_named_though_maneuvers_kept_out_say_nothing_of_
 
 
 def test_instruments_are_judged_apart() -> None:
-    """Four maneuvers agree by kinematics; with a_y reversed its effect is proven."""
     sound = flown(TRUTH)[::2]
     (agree,) = check_instruments(sound, try_signs=False)
     assert agree.consistent
     turned = []
-    for one in sound:
+    for one in sound[:2]:
         block = one.block
         values = block.values.copy()
         values[:, block.channels.index("ay")] *= -1.0
@@ -134,7 +123,6 @@ def test_instruments_are_judged_apart() -> None:
 def test_a_model_with_other_values_does_not_pass_for_the_one_that_was_given(
     answer: DiscrepancyResult,
 ) -> None:
-    """Each step may be saved: with what it revises, and with what its values were fitted to."""
     fitted_to = "fitted to 6 maneuvers of "
     for step in answer.steps:
         model = step.model
@@ -149,7 +137,6 @@ def test_a_model_with_other_values_does_not_pass_for_the_one_that_was_given(
 def test_the_story_has_a_step_for_each_model(
     answer: DiscrepancyResult, search: Investigation
 ) -> None:
-    """Baseline, then the revised model: names, ranking, maps and histories of all maneuvers."""
     assert [step.added for step in answer.steps] == ["", EFFECT]
     assert answer.steps[0].ranking[0].effect == EFFECT
     assert answer.model.parent == TRUTH.name
@@ -175,7 +162,6 @@ def test_the_story_has_a_step_for_each_model(
 
 
 def test_progress_goes_forward(answer: DiscrepancyResult, told: list[SearchProgress]) -> None:
-    """Shares grow from above zero to one; every call says what is being done."""
     assert answer.verdict
     shares = [one.share for one in told]
     assert len(shares) > 8
@@ -187,7 +173,6 @@ def test_progress_goes_forward(answer: DiscrepancyResult, told: list[SearchProgr
 
 @pytest.mark.parametrize("calls", [1, 4, 9])
 def test_a_search_can_be_stopped(search: Investigation, calls: int) -> None:
-    """At any call: before, within and after the fit of the baseline."""
     made: list[SearchProgress] = []
 
     def stop(progress: SearchProgress) -> bool | None:
@@ -201,7 +186,6 @@ def test_a_search_can_be_stopped(search: Investigation, calls: int) -> None:
 
 
 def test_the_same_again_to_the_last_bit(search: Investigation, answer: DiscrepancyResult) -> None:
-    """A second search on prepared flights: every number, history and word is the same."""
     again = search.run(SETTINGS)
     assert learned(again) == learned(answer)
     assert again.why == answer.why
@@ -216,10 +200,6 @@ def test_the_same_again_to_the_last_bit(search: Investigation, answer: Discrepan
 
 
 def test_maneuvers_kept_out_teach_nothing(answer: DiscrepancyResult) -> None:
-    """Their noise changed: all that was learned is the same to the last bit, the gap is not.
-
-    The flights are prepared anew, so this holds from the first sample to the last number.
-    """
     changed = Investigation(flown(CURVED, quiet=HELD_OUT), AIRCRAFT, TRUTH).run(SETTINGS)
     assert learned(changed) == learned(answer)
     assert [one.effect for one in changed.ranking] == [one.effect for one in answer.ranking]
@@ -229,7 +209,6 @@ def test_maneuvers_kept_out_teach_nothing(answer: DiscrepancyResult) -> None:
 
 
 def test_the_order_of_maneuvers_does_not_matter(answer: DiscrepancyResult) -> None:
-    """Backward: the same effect and numbers but for rounding."""
     backward = Investigation(flown(CURVED)[::-1], AIRCRAFT, TRUTH).run(SETTINGS)
     ours, theirs = learned(backward), learned(answer)
     assert ours.keys() == theirs.keys()
@@ -243,7 +222,6 @@ def test_the_order_of_maneuvers_does_not_matter(answer: DiscrepancyResult) -> No
 
 
 def test_what_is_refused_is_neither_named_nor_ranked(search: Investigation) -> None:
-    """Its place is taken by no other name of the catalog: something is missing, unexplained."""
     found = search.run(DiscrepancySettings(model=TRUTH, held_out=HELD_OUT, refused=(EFFECT,)))
     assert EFFECT not in [one.effect for one in found.effects]
     assert all(EFFECT not in [one.effect for one in step.ranking] for step in found.steps)
@@ -252,7 +230,6 @@ def test_what_is_refused_is_neither_named_nor_ranked(search: Investigation) -> N
 
 
 def test_what_is_forced_comes_first(search: Investigation) -> None:
-    """In the order asked for, whatever the evidence; then what is proven. Its size is small."""
     forced = "aero.Cn.beta3"
     found = search.run(DiscrepancySettings(model=TRUTH, held_out=HELD_OUT, forced=(forced,)))
     assert [one.effect for one in found.effects] == [forced, EFFECT]
@@ -260,12 +237,11 @@ def test_what_is_forced_comes_first(search: Investigation) -> None:
     ((value, std),) = found.effects[0].parameters.values()
     assert abs(value) < 4.0 * std
     assert found.effects[0].confidence == 0.0
-    assert "put into the model by hand" in found.why
+    assert "by hand" in found.why
     assert [step.added for step in found.steps] == ["", forced, EFFECT]
 
 
 def test_as_many_effects_as_allowed(search: Investigation) -> None:
-    """None: the model stays as it is, and the answer says that something is missing."""
     found = search.run(DiscrepancySettings(model=TRUTH, held_out=HELD_OUT, most_effects=0))
     assert found.effects == ()
     assert len(found.steps) == 1
@@ -275,7 +251,6 @@ def test_as_many_effects_as_allowed(search: Investigation) -> None:
 
 
 def test_one_of_four_is_kept_out_of_each_kind(search: Investigation) -> None:
-    """By default: the second of every four with the same inputs."""
     assert search.default_held_out == ("3", "4")
     few = Investigation(flown(CURVED)[:4], AIRCRAFT, TRUTH)
     assert few.default_held_out == ("3", "4")
@@ -302,7 +277,6 @@ def test_wrong_values_are_told_from_missing_effects() -> None:
 
 
 def test_nothing_hidden_is_adequate() -> None:
-    """Flights of the model that is given: no effect, no value, no disturbance."""
     settings = DiscrepancySettings(model=TRUTH, held_out=HELD_OUT)
     found = Investigation(flown(TRUTH), AIRCRAFT, TRUTH).run(settings)
     assert found.verdict == "model-adequate"

@@ -1,7 +1,5 @@
 """Late instruments: what they show is made of the past, and right between samples."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np
@@ -27,7 +25,6 @@ AIRCRAFT = load_aircraft("b777")
 
 
 def path(**effects: float) -> PathTerms:
-    """Return the path of the beta vane with effects, ``delay=0.025``."""
     found = []
     for kind, value in effects.items():
         term = create_term(f"sensor.beta.{kind}", AIRCRAFT)
@@ -37,13 +34,11 @@ def path(**effects: float) -> PathTerms:
 
 
 def swinging(late: float = 0.0) -> tuple[FloatArray, FloatArray]:
-    """Return a dutch roll's signal and rate, 50 samples a second."""
     times = DT * np.arange(400) - late
     return np.sin(OMEGA * times), OMEGA * np.cos(OMEGA * times)
 
 
 def response(tau: float) -> FloatArray:
-    """Return what a lag makes of it once it has settled."""
     late = np.arctan(OMEGA * tau) / OMEGA
     return swinging(late)[0] / np.hypot(1.0, OMEGA * tau)
 
@@ -57,13 +52,11 @@ def test_a_delay_is_right_between_samples(delay: float) -> None:
 
 @pytest.mark.parametrize("tau", [0.004, 0.0255, 0.09])
 def test_a_lag_is_right(tau: float) -> None:
-    """The response of a first-order lag to a sine, in size and phase."""
     found = instrument_output(path(lag=tau), *swinging(), DT)
     assert np.abs(found - response(tau))[100:].max() < 3e-4
 
 
 def test_paths_follow_one_another() -> None:
-    """A scale after a lag after a delay, in any order."""
     for names in (("delay", "lag", "scale"), ("scale", "lag", "delay"), ("lag", "delay", "scale")):
         values = {"delay": 0.03, "lag": 0.02, "scale": 1.2}
         found = instrument_output(path(**{name: values[name] for name in names}), *swinging(), DT)
@@ -74,7 +67,6 @@ def test_paths_follow_one_another() -> None:
 
 @pytest.mark.parametrize("effects", [{"delay": 0.03}, {"lag": 0.03}, {"delay": -0.03}])
 def test_nothing_of_the_future_is_used(effects: dict[str, float]) -> None:
-    """Samples to come may be anything: what is shown now stays, even by an early clock."""
     signal, rate = swinging()
     before = instrument_output(path(**effects), signal, rate, DT)
     signal[200:], rate[200:] = 7.0, -70.0
@@ -84,7 +76,6 @@ def test_nothing_of_the_future_is_used(effects: dict[str, float]) -> None:
 
 
 def test_an_early_signal_goes_on_as_it_is_going() -> None:
-    """Five milliseconds ahead, as a clock's offset is, to two parts in ten thousand."""
     found = instrument_output(path(delay=-0.005), *swinging(), DT)
     assert np.abs(found - swinging(-0.005)[0])[2:].max() < 2e-4
 
@@ -93,20 +84,17 @@ def test_an_early_deviation_goes_on_as_the_equations_do() -> None:
     """Early by the clock of a box: what the equations make of it; late or right, as it is."""
     jacobian = np.array([[[0.0, 1.0], [-4.0, -0.6]]])
     ahead = lead_matrix(path(delay=-0.01, scale=1.1), jacobian)
-    assert ahead is not None
     assert np.abs(ahead[0] - expm(0.01 * jacobian[0])).max() < 1e-4
     assert lead_matrix(path(delay=0.01), jacobian) is None
     assert lead_matrix(path(scale=1.1), jacobian) is None
 
 
 def test_an_early_instrument_shows_part_of_what_comes_before_the_next_sample() -> None:
-    """A change somewhere between two samples: by the share of the step that is seen early."""
     assert visible_shares(path(delay=-0.012), DT, 2) == pytest.approx((0.0, 0.6, 1.0, 1.0))
     assert visible_shares(path(scale=1.1), DT, 2) == pytest.approx((0.0, 0.0, 1.0, 1.0))
 
 
 def test_slopes_by_lateness_are_those_of_smooth_signals() -> None:
-    """What a little more of a delay or a lag changes, behind a scale and behind each other."""
     signal, rate = swinging()
     values = {"scale": 1.2, "delay": 0.031, "lag": 0.02}
     found = delay_sensitivity(path(**values), signal, rate, DT)
@@ -127,7 +115,6 @@ FINER = 10
 
 
 def late_toy(late: PathTerms, n: int, seed: int) -> tuple[Toy, np.ndarray]:
-    """Return a toy in strong side gusts, and its record with a late beta vane, flown finely."""
     noise = replace(TOY_NOISE, gust_intensities=(0.05, 2.0, 0.2))
     toy = Toy(noise, n=n, seed=seed)
     fine = Toy(noise, n=FINER * n, seed=seed, dt=toy.dt / FINER)
@@ -144,7 +131,6 @@ def late_toy(late: PathTerms, n: int, seed: int) -> tuple[Toy, np.ndarray]:
 
 
 def filtered(toy: Toy, record: FloatArray, late: PathTerms) -> tuple[SteadyStateFilter, FloatArray]:
-    """Return the filter that believes in a late vane, and its whitened innovations."""
     linearization = replace(toy.linearization(record), paths={TOY_CHANNELS.index("beta"): late})
     own = create_filter(linearization, toy.noise, toy.motion())
     z, b, _ = own.residual(np.zeros(len(TOY_CHANNELS)))
@@ -168,7 +154,6 @@ def test_a_filter_that_knows_of_a_late_vane_leaves_noise(late: dict[str, float])
 
 
 def test_gusts_tell_how_late_a_vane_is() -> None:
-    """The likelihood is highest where the vane is as late as it is, of a delay and of a lag."""
     for kind, truth in (("delay", 0.0235), ("lag", 0.02)):
         toy, record = late_toy(path(**{kind: truth}), 6000, 8)
         costs = []

@@ -1,7 +1,5 @@
 """Proves that noise is found from the innovations themselves, and that parameters follow."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
@@ -29,7 +27,6 @@ from tests.discrepancy.core_kit import (
 
 
 def toy_fit(toys: list[Toy], noise: NoiseModel) -> FilterErrorFit:
-    """Return a fit of toys that believes in some noise."""
     model = FlightModel(AIRCRAFT, TRUTH)
     fit = FilterErrorFit(model=TRUTH, free=(), values={}, biases={}, noise={"toy": noise})
     for toy in toys:
@@ -70,14 +67,12 @@ def test_noise_of_a_linear_system_is_recovered(share: float, gusts: float, momen
     assert found.moment_intensity / TOY_NOISE.moment_intensity == pytest.approx(1.0, abs=0.25)
     # Filtered with it, innovations are as large as believed.
     one = fit.maneuvers[0]
-    assert one.filter is not None
     found = fit.residual_innovations(one)[10:, :, None]
     white = (one.filter.whitener[10:] @ found)[:, :, 0]
     assert np.mean(white**2) == pytest.approx(1.0, abs=0.05)
 
 
 def test_turbulence_that_is_not_there_goes() -> None:
-    """Toys without gusts: 0.1 m/s is believed at first, next to none at last."""
     still = TOY_NOISE
     for name in ("gust.u", "gust.v", "gust.w"):
         still = still.with_value(name, 1e-8)
@@ -91,7 +86,6 @@ def test_turbulence_that_is_not_there_goes() -> None:
 
 
 def test_first_guess_is_right_where_samples_are_independent() -> None:
-    """Third differences show the instruments' noise in spite of doublets, within 25 %."""
     records = [create_maneuver_record(maneuver(seed, dt=0.01)) for seed in (1, 2)]
     found = initial_noise(records)
     for name, size in NOISE.items():
@@ -100,7 +94,6 @@ def test_first_guess_is_right_where_samples_are_independent() -> None:
 
 @pytest.fixture(scope="module")
 def fitted() -> dict[str, FilterErrorFit]:
-    """Return fits, derivatives free, of five maneuvers in still air and five in gusts."""
     fits = {}
     for name, gust in (("still", 0.0), ("gusts", 0.5)):
         flown = [maneuver(seed, gust=gust, flight=name) for seed in range(1, 6)]
@@ -110,10 +103,6 @@ def fitted() -> dict[str, FilterErrorFit]:
 
 
 def test_instrument_noise_is_recovered_from_maneuvers(fitted: dict[str, FilterErrorFit]) -> None:
-    """In still air and in gusts, with all derivatives free: each instrument within 20 %.
-
-    What gusts do to the lift between samples is taken for noise of that accelerometer.
-    """
     for name, fit in fitted.items():
         for channel, size in NOISE.items():
             found = np.sqrt(fit.noise[name].variances[channel])
@@ -122,7 +111,6 @@ def test_instrument_noise_is_recovered_from_maneuvers(fitted: dict[str, FilterEr
 
 
 def test_gusts_are_recovered_from_maneuvers(fitted: dict[str, FilterErrorFit]) -> None:
-    """Dryden gusts of 0.5 m/s: to a factor of 1.6 in half a minute; none in still air."""
     found = fitted["gusts"].noise["gusts"].gust_rms(30.0)
     assert 0.5 / 1.6 < found["w"] < 0.5 * 1.6
     assert max(fitted["still"].noise["still"].gust_rms(30.0).values()) < 0.05
@@ -145,7 +133,6 @@ def test_derivatives_are_true_within_their_bounds(fitted: dict[str, FilterErrorF
 
 
 def test_zero_errors_belong_to_flights() -> None:
-    """Two flights, one with a vane half a degree off: its bias moves, the other's does not."""
     flown = []
     for seed in range(1, 7):
         one = maneuver(seed, flight="good" if seed % 2 else "off", duration=8.0)

@@ -1,7 +1,5 @@
 """Cases put to the program; answers kept by case, as long as program and cases stay the same."""
 
-from __future__ import annotations
-
 import hashlib
 import json
 import os
@@ -25,7 +23,6 @@ ROOT = Path(gsapp.__file__).parents[1]
 
 
 def fingerprint() -> str:
-    """Return a name for the program and the cases as they are."""
     digest = hashlib.sha256()
     folders = [ROOT / "gsapp" / one for one in ("discrepancy", "dynamics", "identification")]
     for folder in (*folders, Path(__file__).parent):
@@ -35,7 +32,6 @@ def fingerprint() -> str:
 
 
 def answer(case: Case) -> Outcome:
-    """Fly one case and put it to the program."""
     sized = with_sizes(case)
     flown = fly_case(sized)
     started = time.process_time()
@@ -51,7 +47,6 @@ def answer(case: Case) -> Outcome:
 
 
 def read(path: Path) -> Outcome:
-    """Return a kept outcome."""
     content = json.loads(path.read_text("utf-8"))
     content["named"] = tuple(Named(**one) for one in content["named"])
     for name in ("ranking", "values"):
@@ -61,7 +56,6 @@ def read(path: Path) -> Outcome:
 
 
 def kept(case: Case, folder: Path) -> Outcome:
-    """Return the outcome of a case: kept, or found now."""
     path = folder / f"{case.id}.json"
     if path.exists():
         return read(path)

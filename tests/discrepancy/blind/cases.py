@@ -100,12 +100,10 @@ CLOCKS: Mapping[str, tuple[str, ...]] = {
 
 
 def neutral(effect: str) -> float:
-    """Return the size at which an effect does nothing."""
     return 1.0 if effect.endswith(".scale") and effect.startswith("sensor.") else 0.0
 
 
 def typical(effect: str) -> float:
-    """Return a size from which scaling starts."""
     if effect in AIR:
         return AIR[effect].typical
     for table in (PROPULSION, CONTROL, SENSOR, MISSING, OUTSIDE_SENSOR):
@@ -115,7 +113,6 @@ def typical(effect: str) -> float:
 
 
 def known_effects() -> tuple[str, ...]:
-    """Return all effects that can be hidden."""
     tables = (AIR, PROPULSION, CONTROL, SENSOR, MISSING, OUTSIDE_SENSOR)
     return tuple(dict.fromkeys(name for table in tables for name in table))
 
@@ -208,7 +205,6 @@ class Case:
 
     @property
     def recorded(self) -> Mapping[str, Recorded]:
-        """Return where controls are recorded, of those that are not recorded on the surface."""
         channels = {"elevator": "de", "aileron": "da", "rudder": "dr"}
         return {
             channels[name.split(".")[1]]: "servo" if name.endswith("backlash") else "command"
@@ -218,7 +214,6 @@ class Case:
 
     @property
     def recording(self) -> Recording:
-        """Return how it is flown and recorded."""
         return Recording(
             gust=self.gust,
             noise=self.noise,
@@ -228,7 +223,6 @@ class Case:
         )
 
     def recorded_as(self, recording: Recording, baseline: Baseline) -> Case:
-        """Return the case in other air, with another recorder and baseline."""
         return replace(
             self,
             gust=recording.gust,
@@ -241,12 +235,10 @@ class Case:
 
     @property
     def air(self) -> str:
-        """Return ``calm``, or the gusts in words."""
         return f"gusts {self.gust:g} m/s" if self.gust else "calm"
 
 
 def hidden(effect: str, size: float | None = None, **how: object) -> Case:
-    """Return a case with one effect hidden, by default of a typical size."""
     value = typical(effect) if size is None else size
     content: dict[str, object] = {
         "id": f"{effect}-{value:g}",
@@ -261,7 +253,6 @@ def hidden(effect: str, size: float | None = None, **how: object) -> Case:
 
 
 def _seed(group: int, plan: int, number: int, order: int = 0) -> int:
-    """Return the seed of a case's noise and gusts: no two cases share a draw."""
     return 10_000 * (100 * group + plan) + 10 * number + order
 
 
@@ -340,7 +331,6 @@ def _pair_cases(plans: range) -> Iterator[Case]:
 
 
 def all_cases(series: Series = "report") -> tuple[Case, ...]:
-    """Return the cases of the benchmark, or as many others to tune on, with other seeds."""
     first = FIRST_PLAN[series]
     plans = range(first, first + SEEDS)
     makers = (_hidden_cases, _nothing_cases, _outside_cases, _pair_cases)
@@ -372,7 +362,6 @@ def virtual_cases(series: Series = "report") -> tuple[Case, ...]:
 
 
 def tenth(cases: tuple[Case, ...]) -> tuple[Case, ...]:
-    """Return about every tenth case, of every kind at least one."""
     by_kind: dict[tuple[str, str], list[Case]] = {}
     for case in cases:
         by_kind.setdefault((case.group, case.kind), []).append(case)

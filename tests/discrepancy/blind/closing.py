@@ -51,7 +51,6 @@ def closed_gap(search: Investigation, flown: FlownCase, found: DiscrepancyResult
 
 
 def _parameters(search: Investigation, effect: str, size: float) -> dict[str, float]:
-    """Return what an effect of the catalog is given to be of a size."""
     if effect.endswith(WHOLE):
         return {}
     term = create_term(effect, search.aircraft)

@@ -4,8 +4,6 @@ A run takes about 10 microseconds a step. Gusts are winds of JSBSim. The control
 maneuver are kept, so that the same maneuver can be flown again with something else changed.
 """
 
-from __future__ import annotations
-
 import math
 import tempfile
 from collections.abc import Mapping, Sequence
@@ -83,8 +81,6 @@ class Condition:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Trim:
-    """Steady flight: initial states in the order of `STATE`, controls in that of `CONTROLS`."""
-
     state: tuple[float, ...]
     controls: tuple[float, ...]
 
@@ -133,7 +129,6 @@ class Engine:
         self._has_memory = any("memory" in one for one in effects)
 
     def set(self, derivatives: Mapping[str, float], sizes: Mapping[str, float]) -> None:
-        """Set all linear derivatives (those left out are zero) and sizes of effects."""
         for name in DERIVATIVES:
             self.fdm[f"known/{name}"] = derivatives.get(name, 0.0)
         for effect, size in sizes.items():
@@ -197,7 +192,6 @@ class Engine:
     def look(
         self, mass: float, state: Sequence[float], controls: Sequence[float]
     ) -> tuple[FloatArray, dict[str, FloatArray]]:
-        """Return rates of u, v, w, p, q, r (SI) and the motion at one instant, each shape (1,)."""
         self._begin(mass, state, controls)
         rates = np.array([node.get_double_value() for node in self._accelerations])
         rates[:3] *= FOOT

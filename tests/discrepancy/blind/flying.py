@@ -16,8 +16,6 @@ A clean case: ``Case(id="clean", group="nothing", verdicts=("model-adequate",))`
 ``gust=0.3`` and so on.
 """
 
-from __future__ import annotations
-
 import functools
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -59,18 +57,15 @@ _SURFACE_OF = {"elevator": "de", "aileron": "da", "rudder": "dr"}
 
 @functools.lru_cache(maxsize=1)
 def shipped_aircraft() -> Aircraft:
-    """Return the B777's file."""
     return load_aircraft("b777")
 
 
 @functools.lru_cache(maxsize=32)
 def engine_for(effects: tuple[str, ...]) -> Engine:
-    """Return JSBSim with those effects built in."""
     return Engine(shipped_aircraft(), effects)
 
 
 def true_derivatives(plan: int) -> dict[str, float]:
-    """Return the linear derivatives of the aircraft that flies a plan: the shipped, varied 10 %."""
     random = np.random.default_rng([plan, 2])
     return {
         name: value * (1.0 + 0.1 * float(random.uniform(-1.0, 1.0)))
@@ -79,7 +74,6 @@ def true_derivatives(plan: int) -> dict[str, float]:
 
 
 def wrong_values(truth: Mapping[str, float], seed: int) -> dict[str, float]:
-    """Return derivatives each 10 to 20 % wrong."""
     random = np.random.default_rng([seed, 3])
     return {
         name: value * (1.0 + float(random.choice((-1.0, 1.0)) * random.uniform(0.1, 0.2)))
@@ -88,7 +82,6 @@ def wrong_values(truth: Mapping[str, float], seed: int) -> dict[str, float]:
 
 
 def aircraft_of(case: Case) -> Aircraft:
-    """Return the aircraft file that the program gets: says where controls are recorded."""
     aircraft = shipped_aircraft()
     if not case.recorded:
         return aircraft
@@ -127,7 +120,6 @@ def faults_of(case: Case) -> Faults:
 
 
 def _play(history: FloatArray, width: float) -> FloatArray:
-    """Return a history after a linkage with free play of that width; it starts in the middle."""
     out = np.empty_like(history)
     place, half = float(history[0]), 0.5 * width
     for index, wanted in enumerate(history.tolist()):
@@ -147,13 +139,7 @@ def _late(history: FloatArray, delay: float) -> FloatArray:
 def controls_of(
     case: Case, planned: Planned, trim: Trim
 ) -> tuple[FloatArray, dict[str, FloatArray]]:
-    """Return what the controls did at every step, and what was recorded of them at 100 Hz.
-
-    Returns
-    -------
-    controls : ndarray, shape (n_steps, 5)
-    recorded : dict of str to ndarray, shape (n,)
-    """
+    """Return what the controls did at every step, and what was recorded of them at 100 Hz."""
     asked = hands(planned, case.plan).levers(trim)
     controls = np.empty_like(asked)
     shown = {}
@@ -209,7 +195,6 @@ class FlownCase:
 
 
 def truth_of(case: Case) -> dict[str, float]:
-    """Return all linear derivatives of the aircraft that flies a case."""
     truth = true_derivatives(case.plan)
     for effect, size in case.effects.items():
         if effect in MISSING:
@@ -218,7 +203,6 @@ def truth_of(case: Case) -> dict[str, float]:
 
 
 def baseline_of(case: Case) -> Model | None:
-    """Return the model that the program is given."""
     if case.baseline == "fitted":
         return None
     values = truth_of(case)

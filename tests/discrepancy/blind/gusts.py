@@ -3,8 +3,6 @@
 Written for the blind cases: not the program's own turbulence.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
@@ -19,7 +17,6 @@ _GROUND = 200.0
 
 
 def lengths(rms: float) -> tuple[float, float, float]:
-    """Return lengths of horizontal and vertical gusts (m) and rms of the horizontal (m/s)."""
     height = (ALTITUDE - _GROUND) / FOOT
     shape = 0.177 + 0.000823 * height
     return height / shape**1.2 * FOOT, height * FOOT, rms / shape**0.4

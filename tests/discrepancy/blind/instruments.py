@@ -5,8 +5,6 @@ come from cross products. Every channel is sampled at its right time (no low-pas
 an error of the instrument is hidden there.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -113,13 +111,11 @@ def exposed(aircraft: Aircraft, motion: Mapping[str, FloatArray]) -> dict[str, F
 
 
 def _moved(history: FloatArray, delay: float) -> FloatArray:
-    """Return a history that shows what was true `delay` earlier (later, where negative)."""
     times = np.arange(history.size) / RATE
     return np.asarray(CubicSpline(times, history)(np.clip(times - delay, 0.0, times[-1])))
 
 
 def _filtered(history: FloatArray, tau: float) -> FloatArray:
-    """Return the exact response of a lag to straight lines between samples, settled at first."""
     ratio = 1.0 / (RATE * tau)
     decay = math.exp(-ratio)
     mean = (1.0 - decay) / ratio
@@ -129,7 +125,6 @@ def _filtered(history: FloatArray, tau: float) -> FloatArray:
 
 
 def _flexed(history: FloatArray, share: float) -> FloatArray:
-    """Return a history with the answer of a lightly damped mode at 4 Hz added."""
     omega, damping, dt = 2.0 * math.pi * 4.0, 0.05, 1.0 / RATE
     pole = np.exp(complex(-damping, math.sqrt(1.0 - damping**2)) * omega * dt)
     denominator = [1.0, -2.0 * pole.real, abs(pole) ** 2]
@@ -139,7 +134,6 @@ def _flexed(history: FloatArray, share: float) -> FloatArray:
 
 
 def with_zeros(faults: Faults, random: np.random.Generator) -> Faults:
-    """Return faults with the zero errors of a flight; a bias that is hidden is all there is."""
     zeros = {name: size * float(random.standard_normal()) for name, size in ZERO.items()}
     return replace(faults, bias={**zeros, **faults.bias})
 

@@ -5,8 +5,6 @@ more, as XML for JSBSim. Sizes are properties ``hidden/<place>``, zero unless se
 ``known/<name>``. Axes and signs are those of the notes, section 3.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -82,7 +80,6 @@ def _magnitude(x: str) -> str:
 
 
 def _tanh(x: str, width: float) -> str:
-    """Return tanh(x/width): JSBSim has the exponential."""
     twice = f"<product><value>{2.0 / width!r}</value>{x}</product>"
     falls = f"<quotient><value>2</value><sum><exp>{twice}</exp><value>1</value></sum></quotient>"
     return f"<difference><value>1</value>{falls}</difference>"
@@ -165,7 +162,6 @@ PROPULSION: Mapping[str, float] = {
 
 
 def place_of(effect: str) -> str:
-    """Return the property in JSBSim that holds the size of an effect."""
     return "hidden/" + effect.replace(".", "-")
 
 
@@ -202,13 +198,11 @@ def _axis(coefficient: str, effects: Sequence[str]) -> str:
 
 
 def structural(position: tuple[float, float, float]) -> tuple[float, float, float]:
-    """Return a place in JSBSim's structural frame, inches: x aft, y right, z up."""
     x, y, z = position
     return -x / INCH, y / INCH, -z / INCH
 
 
 def _thrust(aircraft: Aircraft) -> str:
-    """Return the XML of the thrust of all engines, pounds."""
     engine = aircraft.propulsion
     scale = engine.max_thrust / POUND / (SEA_LEVEL_DENSITY * FOOT**3 / SLUG)
     more = place_of("propulsion.thrust.scale")
@@ -280,7 +274,6 @@ def aircraft_xml(aircraft: Aircraft, effects: Sequence[str]) -> str:
 
 
 def planet_xml() -> str:
-    """Return a round Earth at rest, with standard gravity where maneuvers are flown."""
     pull = GRAVITY * (EARTH_RADIUS + ALTITUDE) ** 2 / FOOT**3
     return f"""<?xml version="1.0"?>
 <planet name="still">
@@ -294,7 +287,6 @@ def planet_xml() -> str:
 
 
 def write_aircraft(folder: Path, aircraft: Aircraft, effects: Sequence[str]) -> None:
-    """Write ``hidden/hidden.xml`` and ``planet.xml`` into a folder."""
     (folder / "hidden").mkdir(exist_ok=True)
     (folder / "hidden" / "hidden.xml").write_text(aircraft_xml(aircraft, effects), "utf-8")
     (folder / "planet.xml").write_text(planet_xml(), "utf-8")

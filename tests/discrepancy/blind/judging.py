@@ -7,10 +7,7 @@ from typing import TYPE_CHECKING
 
 from gsapp.discrepancy.effect_catalog import all_effects
 from tests.discrepancy.blind.cases import WHOLE, Case
-from tests.discrepancy.blind.sensitivity import (
-    distances,
-    showing,
-)
+from tests.discrepancy.blind.sensitivity import distances, showing
 
 if TYPE_CHECKING:
     from gsapp.discrepancy.results import DiscrepancyResult
@@ -22,8 +19,6 @@ _COEFFICIENTS = {"CN": "CZ", "CA": "CX"}
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Named:
-    """One effect that the program named."""
-
     effect: str
     confidence: float
     size: float | None = None
@@ -162,12 +157,10 @@ class Marks:
 
     @property
     def first_or_ambiguous(self) -> bool | None:
-        """Return whether it was named first, or listed where effects cannot be told apart."""
         return self.first if self.ambiguity is None else self.ambiguity
 
 
 def is_named(effect: str) -> bool:
-    """Return whether an id is a name of the catalog (decoys and unnamed structure are not)."""
     return any(one.id == effect and not one.decoy for one in all_effects())
 
 
@@ -217,7 +210,6 @@ def judge(case: Case, outcome: Outcome) -> Marks:
 
 
 def _size(case: Case, outcome: Outcome) -> tuple[float | None, bool | None]:
-    """Return the relative error of the first right name's size, and whether its bound holds."""
     for one in outcome.named:
         true = case.effects.get(one.effect)
         if true is None or one.size is None or not one.std or one.effect.endswith(WHOLE):

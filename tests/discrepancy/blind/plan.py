@@ -6,8 +6,6 @@ speed, flap up and down: so that effects of angle of attack, speed, throttle and
 apart. Timing, size and direction of inputs vary with the seed, as hands do.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -86,12 +84,10 @@ class Planned:
 
     @property
     def inputs(self) -> tuple[str, ...]:
-        """Return the surfaces that are moved on purpose."""
         moved = {move.channel for move in self.moves}
         return tuple(name for name in ("de", "da", "dr") if name in moved)
 
     def condition(self, aircraft: Aircraft) -> Condition:
-        """Return the steady flight it starts from; fuel burns from maneuver to maneuver."""
         burned = ((int(self.id) - 1) % 8 + 1) / 9.0 * aircraft.mass.fuel
         return Condition(
             V=self.speed * FOOT,
@@ -116,7 +112,6 @@ def _moves(*rows: tuple[str, str, float, float, float]) -> tuple[Move, ...]:
 
 
 def _both(rudder: float, aileron: float) -> tuple[Move, ...]:
-    """Return a combined maneuver: a rudder doublet, then aileron doublets."""
     return _moves(
         ("dr", "doublet", rudder, 0.55, 1.0),
         ("da", "doublet", aileron, 0.35, 3.0),
@@ -183,7 +178,6 @@ PLAN: tuple[Planned, ...] = (
 
 
 def _pulses(times: FloatArray, start: float, widths: Sequence[float]) -> FloatArray:
-    """Return alternating pulses of unit size."""
     out = np.zeros_like(times)
     edge, sign = start, 1.0
     for width in widths:
@@ -205,7 +199,6 @@ class Handled:
     changes: FloatArray
 
     def levers(self, trim: Trim) -> FloatArray:
-        """Return commands: deflections asked for and the throttle lever, shape (n_steps, 5)."""
         commands = np.array(trim.controls) + self.changes
         commands[:, -1] = np.clip(commands[:, -1], 0.0, 1.0)
         return commands
@@ -255,6 +248,5 @@ def lagged(history: FloatArray, tau: float) -> FloatArray:
 
 
 def sampled(history: FloatArray) -> FloatArray:
-    """Return a history at JSBSim's steps as the recorder takes it: at 100 Hz, settling left out."""
     ahead = round(SETTLING * STEPS_PER_SECOND)
     return history[ahead :: STEPS_PER_SECOND // RATE]

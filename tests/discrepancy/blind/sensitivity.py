@@ -20,8 +20,6 @@ scaled from one column: at 10 they are within 6 % in calm air, at 30 a few show 
 Flying a plan with all that takes two minutes; the columns are kept in a folder (`cache_folder`).
 """
 
-from __future__ import annotations
-
 import functools
 import hashlib
 import json
@@ -85,7 +83,6 @@ _WHITENING = 6
 
 
 def cache_folder() -> Path:
-    """Return where columns are kept: ``GSAPP_BLIND_CACHE``, else the user's cache folder."""
     named = os.environ.get("GSAPP_BLIND_CACHE")
     folder = Path(named) if named else Path(platformdirs.user_cache_dir("gsapp-blind", False))
     folder.mkdir(parents=True, exist_ok=True)
@@ -93,7 +90,6 @@ def cache_folder() -> Path:
 
 
 def _fingerprint(plan: int, *more: object) -> str:
-    """Return a name for columns that changes with everything that they rest on."""
     parts = (
         _VERSION,
         PLAN,
@@ -110,14 +106,12 @@ def _fingerprint(plan: int, *more: object) -> str:
 
 
 def _scaled(shown: Mapping[str, FloatArray]) -> FloatArray:
-    """Return channels in units of the source's noise, shape (n, n_channels)."""
     return np.column_stack([shown[name] / NOISE[name] for name in CHANNELS])
 
 
 def respond(
     case: Case, planned: Planned, controls: FloatArray, state: Sequence[float]
 ) -> FloatArray:
-    """Return what instruments show of a case's maneuver flown with these controls, scaled."""
     built = tuple(name for name in case.effects if name in AIR or name in PROPULSION)
     engine = engine_for(built)
     engine.set(truth_of(case), {name: case.effects[name] for name in built})
@@ -128,7 +122,6 @@ def respond(
 
 @functools.lru_cache(maxsize=64)
 def _still(plan: int, planned: Planned) -> tuple[tuple[float, ...], FloatArray, FloatArray]:
-    """Return first state, controls and answer of a maneuver with nothing hidden."""
     case = Case(id="", group="nothing", plan=plan)
     engine = engine_for(())
     engine.set(truth_of(case), {})
@@ -184,7 +177,6 @@ def baseline_change(plan: int, planned: Planned) -> FloatArray:
 
 @functools.lru_cache(maxsize=1)
 def baseline_columns(plan: int) -> tuple[FloatArray, ...]:
-    """Return, for each maneuver of the plan, columns of derivatives and initial states."""
     path = cache_folder() / f"baseline-{plan}-{_fingerprint(plan)}.npz"
     if not path.exists():
         found = {one.id: baseline_change(plan, one).astype(np.float32) for one in PLAN}
@@ -194,7 +186,6 @@ def baseline_columns(plan: int) -> tuple[FloatArray, ...]:
 
 
 def _aimed(plan: int, effect: str) -> float:
-    """Return the size at which an effect shows about `AIMED` sigmas in calm air."""
     if effect.endswith(WHOLE):
         return typical(effect)
     calm = Recording()
@@ -226,14 +217,12 @@ def effect_columns(plan: int, effect: str) -> tuple[float, tuple[FloatArray, ...
 
 
 def _keep(path: Path, arrays: Mapping[str, FloatArray]) -> None:
-    """Write so that another process never finds half a file."""
     waiting = path.with_name(f"{path.stem}.{os.getpid()}.npz")
     np.savez(waiting, **arrays)  # type: ignore[arg-type]
     waiting.replace(path)
 
 
 def _share(air: Recording) -> FloatArray:
-    """Return how much of each channel's noise stays to the next sample."""
     colored = math.exp(-1.0 / (air.rate * COLOR_TIME)) if air.colored else 0.0
     return np.array([colored if name in COLORED else 0.0 for name in CHANNELS])
 
@@ -316,7 +305,6 @@ def _gusty(plan: int, planned: Planned, gust: float) -> Gusty:
 
 
 def _discrete(gusty: Gusty, dt: float) -> tuple[FloatArray, FloatArray]:
-    """Return transition and process noise for one sample (van Loan)."""
     n = len(gusty.A)
     block = np.zeros((2 * n, 2 * n))
     block[:n, :n], block[:n, n:] = -gusty.A, gusty.B @ gusty.B.T
@@ -368,7 +356,6 @@ def _innovations(gusty: Gusty, columns: FloatArray, air: Recording) -> FloatArra
 
 
 def _whitened(plan: int, planned: Planned, columns: FloatArray, air: Recording) -> FloatArray:
-    """Return columns (n, n_channels, m) of 100 Hz in standard deviations, shape (k, m)."""
     kept = len(CHANNELS) - (0 if air.attitude else ATTITUDE)
     taken = columns[:: RATE // air.rate, :kept] / air.noise
     white = _innovations(_gusty(plan, planned, air.gust), taken, air)
@@ -376,14 +363,12 @@ def _whitened(plan: int, planned: Planned, columns: FloatArray, air: Recording) 
 
 
 def _free(maneuvers: Sequence[Planned]) -> list[str]:
-    """Return the names of global unknowns: derivatives, and zero errors of each flight."""
     flights = sorted({planned.flight for planned in maneuvers})
     zeros = [f"{flight}:{name}" for flight in flights for name in ZERO]
     return [*DERIVATIVES, *zeros]
 
 
 def _known(name: str) -> float:
-    """Return what is known beforehand of a global unknown, as columns count it."""
     channel = name.partition(":")[2]
     if channel in UNKNOWN_ZEROS or channel not in ZERO:
         return 0.0
@@ -431,29 +416,12 @@ def whitened(
 
 
 def gram(parts: Sequence[FloatArray]) -> FloatArray:
-    """Return products of columns summed over maneuvers, shape (k + m, k + m)."""
     return np.asarray(sum(part.T @ part for part in parts))
 
 
 def remaining(
-    total: FloatArray,
-    effects: Sequence[str],
-    *,
-    own: str = "",
-    maneuvers: Sequence[Planned] = PLAN,
+    total: FloatArray, effects: Sequence[str], *, own: str = "", maneuvers: Sequence[Planned] = PLAN
 ) -> FloatArray:
-    """Return the information (m, m) about amplitudes of m effects, global unknowns free.
-
-    Parameters
-    ----------
-    total : ndarray
-        See `gram`.
-    effects : sequence of str
-        To which its last columns belong.
-    own : str
-        The effect that is asked for: one that is itself a derivative is not projected out as one.
-    maneuvers : sequence of Planned
-    """
     names = _free(maneuvers)
     k = len(names)
     assert total.shape[0] == k + len(effects)
@@ -462,7 +430,6 @@ def remaining(
 
 
 def _shares(total: FloatArray, names: Sequence[str], own: str) -> FloatArray:
-    """Return what global unknowns take of each effect, shape (k, m); zero for the effect's own."""
     k = len(names)
     kept = [place for place, name in enumerate(names) if own != f"aero.{name.replace('_', '.')}"]
     known, cross = total[np.ix_(kept, kept)].copy(), total[kept, k:]
@@ -499,25 +466,21 @@ _TABLE = Path(__file__).with_name("sigmas.json")
 
 @functools.lru_cache(maxsize=1)
 def _shipped() -> dict[str, dict[str, object]]:
-    """Return the table beside this file: what was found once, by name of its foundations."""
     if not _TABLE.exists():
         return {}
     return dict(json.loads(_TABLE.read_text("utf-8")))
 
 
 def has_table() -> bool:
-    """Return whether there is a table beside this file."""
     return _TABLE.exists()
 
 
 def in_table(plan: int, air: Recording) -> bool:
-    """Return whether the table beside this file knows a plan flown and recorded one way."""
     return showing_key(plan, air) in _shipped()
 
 
 @functools.lru_cache(maxsize=256)
 def showing_key(plan: int, air: Recording) -> str:
-    """Return the name under which `showing` is kept."""
     effects = known_effects()
     xml = aircraft_xml(shipped_aircraft(), [one for one in effects if one in AIR])
     sizes = [typical(one) for one in effects]
@@ -526,7 +489,6 @@ def showing_key(plan: int, air: Recording) -> str:
 
 @functools.lru_cache(maxsize=64)
 def showing(plan: int, air: Recording) -> Showing:
-    """Return what all known effects show; from the table, the cache, or by flying the plan."""
     key = showing_key(plan, air)
     content = _shipped().get(key)
     if content is None:
@@ -578,7 +540,6 @@ def _rounded(value: float) -> float:
 
 
 def write_table(asked: Iterable[tuple[int, Recording]]) -> None:
-    """Write `showing` of these plans and recordings into the table beside this file."""
     content = {showing_key(plan, air): _as_dict(showing(plan, air)) for plan, air in asked}
     rows = ",\n".join(
         f"{json.dumps(key)}: {json.dumps(content[key], sort_keys=True)}" for key in sorted(content)
@@ -601,14 +562,12 @@ def _as_dict(found: Showing) -> dict[str, object]:
 
 
 def size_for(plan: int, effect: str, air: Recording, sigma: float) -> float:
-    """Return the size (SI, of its usual sign) at which an effect shows so many sigmas."""
     rest = neutral(effect)
     sign = math.copysign(1.0, typical(effect) - rest)
     return rest + sign * sigma / showing(plan, air).per_size[effect]
 
 
 def with_sizes(case: Case) -> Case:
-    """Return a case whose effects have the size at which each shows `Case.sigma`."""
     if not case.sigma:
         return case
     sizes = {

@@ -3,8 +3,6 @@
 These rows of the benchmark share code with the program and are printed apart.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 
 import numpy as np
@@ -27,7 +25,6 @@ from tests.discrepancy.blind.engine import (
 def flight_model(
     aircraft: Aircraft, derivatives: Mapping[str, float], sizes: Mapping[str, float]
 ) -> FlightModel:
-    """Return the program's equations with these derivatives and effects."""
     model = Model(derivatives=dict(derivatives))
     for effect, size in sizes.items():
         free = next(one.name for one in create_term(effect, aircraft).parameters if one.free)
