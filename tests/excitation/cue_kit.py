@@ -1,7 +1,5 @@
 """Flights for the tests of cues: one input on a straight leg, as samples or as a record."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from functools import lru_cache
 from itertools import pairwise
@@ -29,7 +27,6 @@ MODEL = load_model("b777")
 
 
 def card(name: str = "E1", surface: str = "de", speed: float = 100.0) -> TestCard:
-    """Return a card for a doublet of one surface at a speed (ft/s)."""
     return TestCard.model_validate(
         {
             "id": name, "speed": f"{speed} ft/s", "surfaces": [surface],
@@ -43,7 +40,6 @@ CARDS = CardSet(name="one", cards=(card(),))
 
 @lru_cache(maxsize=8)
 def flown(seed: int = 5003, size: float = 4.5, **draws: object) -> Block:
-    """Return what is measured of an elevator doublet of a size (deg) flown in trim."""
     usual: dict[str, object] = {
         "surfaces": ("de",), "kind": "doublet", "speed": 100.0 * FOOT, "width": 0.5,
         "amplitudes": _Once(de=size * DEGREE), "balance": 1.0, "bank": 0.0, "speed_off": 0.0,
@@ -55,21 +51,17 @@ def flown(seed: int = 5003, size: float = 4.5, **draws: object) -> Block:
 
 
 class _Once(dict[str, float]):
-    """Amplitudes that may be part of what was asked for before."""
-
     def __hash__(self) -> int:  # type: ignore[override]
         return hash(tuple(self.items()))
 
 
 def cueing(**changes: object) -> CueGenerator:
-    """Return the cues of a flight with everything known, but for the changes."""
     known: dict[str, object] = {"aircraft": AIRCRAFT, "model": MODEL, "cards": CARDS, **changes}
     aircraft, model = known.pop("aircraft"), known.pop("model")
     return CueGenerator(aircraft, model, RATE, **known)  # type: ignore[arg-type]
 
 
 def feed(cues: CueGenerator, block: Block, cuts: Iterable[int] = ()) -> CueGenerator:
-    """Give a whole flight to its cues, cut at these rows."""
     edges = sorted({0, *cuts, len(block)})
     for start, stop in pairwise(edges):
         cues.feed(part(block, start, stop))
@@ -79,7 +71,6 @@ def feed(cues: CueGenerator, block: Block, cuts: Iterable[int] = ()) -> CueGener
 
 
 def part(block: Block, start: int, stop: int, channels: Iterable[str] | None = None) -> Block:
-    """Return some rows of some channels."""
     names = tuple(block.channels if channels is None else channels)
     columns = [block.channels.index(name) for name in names]
     values = block.values[start:stop][:, columns]
@@ -123,7 +114,6 @@ class Record:
         self._next = 0
 
     def write(self, count: int | None = None) -> bool:
-        """Write the next hundredths of a second; return whether any are left."""
         stop = len(self._ticks) if count is None else min(self._next + count, len(self._ticks))
         for k in range(self._next, stop):
             self._writer.append(START_US + 10_000 * k, self._framer.feed(self._ticks[k]))
@@ -131,5 +121,4 @@ class Record:
         return stop < len(self._ticks)
 
     def close(self) -> None:
-        """Close the files."""
         self._writer.close()

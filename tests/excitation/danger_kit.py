@@ -1,7 +1,5 @@
 """Virtual flights, their records with instruments that fail, and what is said of them."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -45,16 +43,13 @@ class Flown:
     phases: tuple[str, ...]
 
     def true(self, name: str) -> FloatArray:
-        """Return a channel of the truth."""
         return self.truth[:, TRUTH_CHANNELS.index(name)]
 
     def known(self, name: str) -> FloatArray:
-        """Return what the board knew."""
         return self.board[:, self.board_names.index(name)]
 
 
 def fly_whole(seed: int, gusts: float, plan: str = "default") -> Flown:
-    """Fly a plan from engine start to engine stop."""
     flight = FlightSimulation(
         load_flight_plan(plan), aircraft=load_aircraft("b777"), seed=seed, turbulence=gusts
     )
@@ -65,8 +60,6 @@ def fly_whole(seed: int, gusts: float, plan: str = "default") -> Flown:
 
 
 def fly_pattern(seed: int, gusts: float, seconds: float) -> Flown:
-    """Fly the pattern from the air on, turns and legs, without a maneuver."""
-
     def make(plan, feel, random, dt):  # type: ignore[no-untyped-def]
         return KeyboardPilot(plan, feel, random, dt, airborne=True)
 
@@ -151,7 +144,6 @@ def record(
 
 
 def watched(block: Block, *, cuts: Sequence[int] = (), known: bool = True) -> AlertMonitor:
-    """Return a watch that has seen a record, cut at these ticks, or tick by tick without any."""
     watch = AlertMonitor(load_aircraft("b777") if known else None, RATE)
     rows = rows_from_block(block, RATE)
     edges = [TICK * cut for cut in cuts] if cuts else range(TICK, len(rows), TICK)
@@ -163,8 +155,6 @@ def watched(block: Block, *, cuts: Sequence[int] = (), known: bool = True) -> Al
 
 
 def stuck_with_noise(name: str, at: float, noise: float, seed: int = 0) -> Harm:
-    """Return the harm of a moving part that sticks, while its pick-off has noise as ever."""
-
     def harm(flown: Flown, values: dict[str, FloatArray]) -> None:
         after = flown.times >= at
         held = values[name][np.flatnonzero(after)[0]]
@@ -175,8 +165,6 @@ def stuck_with_noise(name: str, at: float, noise: float, seed: int = 0) -> Harm:
 
 
 def dead_gyro(name: str, at: float, seed: int = 0) -> Harm:
-    """Return the harm of a gyro whose wheel stands: no rate, a little noise."""
-
     def harm(flown: Flown, values: dict[str, FloatArray]) -> None:
         after = flown.times >= at
         random = np.random.default_rng(seed)
@@ -186,8 +174,6 @@ def dead_gyro(name: str, at: float, seed: int = 0) -> Harm:
 
 
 def blocked_pitot(at: float, seed: int = 0) -> Harm:
-    """Return the harm of a tube that holds its pressure: what is shown follows the height."""
-
     def harm(flown: Flown, values: dict[str, FloatArray]) -> None:
         after = flown.times >= at
         static = flown.true("static_pressure")
@@ -200,8 +186,6 @@ def blocked_pitot(at: float, seed: int = 0) -> Harm:
 
 
 def several(*harms: Harm) -> Harm:
-    """Return all of these together."""
-
     def harm(flown: Flown, values: dict[str, FloatArray]) -> None:
         for one in harms:
             one(flown, values)

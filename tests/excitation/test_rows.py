@@ -1,7 +1,5 @@
 """Rows do not depend on how samples were cut, wait little, and begin anew after a pause."""
 
-from __future__ import annotations
-
 import itertools
 
 import numpy as np
@@ -33,7 +31,6 @@ def _joined(parts: list[FlightRows]) -> np.ndarray:
 
 @given(cuts=st.lists(st.integers(1, 399), max_size=12), late=st.integers(0, 20))
 def test_cutting_changes_nothing(cuts: list[int], late: int) -> None:
-    """Two messages, one of them some samples late, cut anywhere, give the rows of the whole."""
     motion, flow, place = ("p", "q", "r"), ("alpha", "beta"), ("height", "battery")
     edges = sorted({0, *cuts, 400})
     stream = FlightRowStream(RATE)
@@ -59,7 +56,6 @@ def test_cutting_changes_nothing(cuts: list[int], late: int) -> None:
 
 
 def test_rows_without_a_channel_are_those_of_a_block_without_it() -> None:
-    """As measured and as a signal; the rows themselves stay as they are."""
     names = ("p", "q", "alpha", "battery", "de")
     rows = rows_from_block(_block(names, 0, 100), RATE)
     before = rows.values.copy()
@@ -71,7 +67,6 @@ def test_rows_without_a_channel_are_those_of_a_block_without_it() -> None:
 
 
 def test_slow_channels_are_read_late_and_quick_ones_at_once() -> None:
-    """A row holds the rate of its own time and the height of half a second before."""
     rows = rows_from_block(
         Block(
             channels=("q", "height"),
@@ -103,7 +98,6 @@ def test_a_silent_channel_holds_nothing_up_for_long() -> None:
 
 
 def test_a_long_pause_begins_a_new_stretch() -> None:
-    """What came before is given out, and the next rows say that they are fresh."""
     stream = FlightRowStream(RATE)
     first = [*stream.feed(_block(("q",), 0, 203)), *stream.take_complete_rows()]
     assert first[0].starts_segment
@@ -117,7 +111,6 @@ def test_a_long_pause_begins_a_new_stretch() -> None:
 
 
 def test_stand_ins_are_those_of_the_detection() -> None:
-    """Without a combined elevator its halves serve; parts keep names and numbers."""
     rows = rows_from_block(
         Block(
             channels=("elevator_left", "elevator_right"),

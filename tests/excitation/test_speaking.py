@@ -1,7 +1,5 @@
 """What is said aloud: in order, short, not twice, and never into a hands-off interval."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from itertools import pairwise
 
@@ -18,7 +16,6 @@ from gsapp.excitation.trim.trim_cue import TrimCue, TrimDeviation, TrimState
 def trim(
     time: float, state: TrimState, speed: float = 0.0, quantity: str = "speed", share: float = 2.0
 ) -> TrimCue:
-    """Return a trim cue, in state ``fly`` with one thing off by `speed` (m/s)."""
     off = TrimDeviation(quantity=quantity, amount=speed, tolerance_ratio=share, channel="V")
     return TrimCue(time=time, state=state, since=time, deviations=(off,) if state == "fly" else ())
 
@@ -41,7 +38,6 @@ def words(said: Sequence[Announcement]) -> list[str]:
 
 
 def nag(announcer: Announcer, start: float, stop: float, cue: TrimCue) -> list[float]:
-    """Return when something was said while a cue stood, tick by tick."""
     ticks = range(round(20 * start), round(20 * stop))
     return [k / 20 for k in ticks if words(announcer.update(k / 20, (), cue))]
 
@@ -61,7 +57,6 @@ def test_go_is_a_tone_and_one_word_and_its_loss_says_why() -> None:
 
 
 def test_the_same_is_repeated_ever_more_rarely_and_news_at_once() -> None:
-    """3 ft/s slow stands for a minute; then it is 6, then the wing drops."""
     voice = Announcer()
     assert nag(voice, 0.0, 60.0, trim(0.0, "fly", -0.91)) == [0.0, 5.0, 15.0, 35.0]
     assert nag(voice, 60.0, 62.0, trim(0.0, "fly", -1.83)) == [60.0]
@@ -71,7 +66,6 @@ def test_the_same_is_repeated_ever_more_rarely_and_news_at_once() -> None:
 
 
 def test_two_things_that_take_turns_do_not_chatter() -> None:
-    """What is worst changes ten times a second: no more than a word every second and a half."""
     voice = Announcer()
     said = []
     for k in range(200):
@@ -82,7 +76,6 @@ def test_two_things_that_take_turns_do_not_chatter() -> None:
 
 
 def test_a_pilot_on_his_way_is_not_nagged() -> None:
-    """Far from the test point nothing is said of it, unless GO was lost by it."""
     voice = Announcer()
     far = trim(0.0, "fly", -10.0, share=6.0)
     assert nag(voice, 0.0, 60.0, far) == []
@@ -91,7 +84,6 @@ def test_a_pilot_on_his_way_is_not_nagged() -> None:
 
 
 def test_who_rolls_out_of_a_turn_is_left_alone() -> None:
-    """Two seconds after the turn the wing may still be low."""
     voice = Announcer()
     voice.update(0.0, (), trim(0.0, "turn"))
     assert nag(voice, 1.0, 5.0, trim(0.0, "fly", 0.1, "bank")) == [3.0]
@@ -128,7 +120,6 @@ def test_a_hands_off_interval_is_silent_from_the_first_move_to_the_verdict() -> 
 
 
 def test_go_is_said_anew_after_each_input() -> None:
-    """Also where the aircraft is trimmed again by itself: the next input waits for the word."""
     voice = Announcer()
     heard: list[tuple[float, str]] = []
     happens = {
@@ -147,7 +138,6 @@ def test_go_is_said_anew_after_each_input() -> None:
 
 
 def test_only_what_calls_for_the_ground_breaks_the_silence() -> None:
-    """A stall is spoken into the interval; a fence that comes near is a tone, then words."""
     voice = Announcer()
     stall, fence = danger("stall", "stall: nose down"), danger("fence", "fence ahead: turn")
     voice.update(0.0, [event(0.0, "hands-off", "begins")], None)
@@ -163,7 +153,6 @@ def test_only_what_calls_for_the_ground_breaks_the_silence() -> None:
 
 
 def test_an_input_without_a_verdict_does_not_silence_the_rest_of_the_flight() -> None:
-    """A gap in the record swallows the verdict: a second and a half later words come again."""
     voice = Announcer()
     voice.update(0.0, [event(0.0, "hands-off", "begins")], None)
     voice.update(1.0, [event(1.0, "hands-off", "broken")], None)
@@ -185,7 +174,6 @@ _EVENTS = st.sampled_from(
 def test_whatever_happens_it_is_said_in_order_and_not_into_the_silence(
     story: list[tuple[EventKind, str]], states: list[TrimState]
 ) -> None:
-    """Warnings come first in every breath, and between letting go and verdict few words."""
     voice = Announcer()
     silent = False
     for k, (kind, state) in enumerate(story):
@@ -219,5 +207,4 @@ def test_whatever_happens_it_is_said_in_order_and_not_into_the_silence(
     ],
 )
 def test_units_are_spoken_in_full_behind_numbers_only(written: str, heard: str) -> None:
-    """A voice spells symbols; letters that are no units stay."""
     assert spell_out_units(written) == heard

@@ -1,7 +1,5 @@
 """The trim cue: right by the simulator's own states, steady, honest about what it lacks."""
 
-from __future__ import annotations
-
 from itertools import pairwise
 
 import numpy as np
@@ -53,7 +51,6 @@ def test_go_comes_only_in_trim_and_then_soon(flights: list[FlownInput]) -> None:
 
 
 def test_rough_air_is_told_from_bad_flying() -> None:
-    """Where only gusts spoil it the pilot is told to wait; where the bank is off, to fly."""
     random = np.random.default_rng(5)
     block = drawn(LEVEL)
     wild = np.convolve(random.standard_normal(block.times.size), np.ones(20) / 20, "same")
@@ -66,7 +63,6 @@ def test_rough_air_is_told_from_bad_flying() -> None:
     found = cues(gusty)
     assert {cue.state for cue in found if cue.time > 6.5} == {"gusty"}
     strength = at(found, 9.0).gust_strength
-    assert strength is not None
     assert strength > 0.5
     leaning = drawn(np.full(1000, 12.0 * DEGREE))
     assert at(cues(leaning), 9.0).state in ("fly", "turn")
@@ -78,7 +74,6 @@ def test_rough_air_is_told_from_bad_flying() -> None:
 @settings(max_examples=8, deadline=None)
 @given(cuts=st.lists(st.integers(1, 400), max_size=8))
 def test_cutting_the_stream_changes_nothing(rows: FlightRows, cuts: list[int]) -> None:
-    """Every change of state is the same to the last bit, however the rows came."""
     whole, pieces = TrimMonitor(aircraft(), RATE), TrimMonitor(aircraft(), RATE)
     part = rows.slice_rows(500, 2000)
     whole.process_rows(part)
@@ -91,7 +86,6 @@ def test_cutting_the_stream_changes_nothing(rows: FlightRows, cuts: list[int]) -
 
 
 def test_no_state_is_left_at_once(rows: FlightRows) -> None:
-    """In gusts each state but GO stands for 0.6 s at least."""
     watch = TrimMonitor(aircraft(), RATE)
     watch.process_rows(rows)
     for before, after in pairwise(watch.changes):
@@ -100,7 +94,6 @@ def test_no_state_is_left_at_once(rows: FlightRows) -> None:
 
 
 def test_go_ends_at_once_when_trim_is_lost() -> None:
-    """A sudden roll ends GO within a third of a second."""
     found = cues(drawn(ramped((8.0, 0.0), (1.0, 40.0))))
     assert at(found, 8.0).state == "go"
     first = next(cue for cue in found if cue.time > 8.0 and cue.state != "go")
@@ -108,7 +101,6 @@ def test_go_ends_at_once_when_trim_is_lost() -> None:
 
 
 def test_no_go_while_held_off() -> None:
-    """The input under way, or anyone else, silences GO until a time, not longer."""
     watch = TrimMonitor(aircraft(), RATE)
     watch.inhibit_go(6.0)
     found = cues(drawn(LEVEL), watch)
@@ -130,24 +122,19 @@ def test_no_go_while_held_off() -> None:
     ],
 )
 def test_the_spotter_hears_what_is_off_and_which_way(bank: float, speed: float, words: str) -> None:
-    """Largest first, in the words and with the digits of a spotter."""
     cue = at(cues(drawn(np.full(900, bank * DEGREE), speed=speed)), 8.5)
     assert cue.state == "fly"
-    assert cue.worst is not None
     assert cue.worst.format_text() == words
 
 
 def test_without_attitude_the_wing_is_named_without_degrees() -> None:
-    """A bank concluded from turn rate has its side told, not its size."""
     cue = at(cues(drawn(np.full(900, 9.0 * DEGREE), attitude=False)), 8.5)
-    assert cue.worst is not None
     assert cue.worst.format_text() == "right wing low"
     words = "turn rate, rate of roll, lateral acceleration and beta, for want of attitude"
     assert f"wings: {words}" in cue.judged_by
 
 
 def test_without_a_point_any_steady_speed_will_do() -> None:
-    """Judged on steadiness alone, and said so."""
     found = cues(drawn(LEVEL, speed=24.0), point=None)
     assert at(found, 9.0).state == "go"
     assert any("no test point" in words for words in at(found, 9.0).judged_by)
@@ -155,11 +142,9 @@ def test_without_a_point_any_steady_speed_will_do() -> None:
 
 
 def test_climbing_is_off() -> None:
-    """A steady climb is found in height and accelerations: 8 ft/s, on the ground's side half."""
     block = drawn(LEVEL)
     rising = changed(block, altitude=block["altitude"] + 8.0 * FOOT * block.times)
     worst = at(cues(rising), 9.0).worst
-    assert worst is not None
     assert worst.quantity == "climb"
     assert abs(worst.amount - 8.0 * FOOT) < 1.0 * FOOT
 
@@ -172,10 +157,6 @@ def _missing(cue: TrimCue) -> str:
 
 
 def test_on_the_ground_it_says_nothing_of_flying() -> None:
-    """Standing, engines running: no GO however steady; and the zero of a gyro is learned.
-
-    The first two seconds may lie in the air, where a record begins there.
-    """
     level = drawn(LEVEL, attitude=False)
     flying = changed(level, q=level["q"] + 4.0 * DEGREE)
     still = changed(flying, V=0.5)
@@ -186,7 +167,6 @@ def test_on_the_ground_it_says_nothing_of_flying() -> None:
 
 
 def test_blind_without_rates() -> None:
-    """No rates at all: nothing is judged, and what is missing is named."""
     found = cues(changed(drawn(LEVEL), p=None, q=None, r=None))
     assert {cue.state for cue in found} == {"blind"}
     assert found[-1].deviations == ()
@@ -203,21 +183,18 @@ def test_blind_without_rates() -> None:
     ],
 )
 def test_what_is_not_measured_is_not_judged_and_said(gone: tuple[str, ...], named: str) -> None:
-    """Fewer channels: GO by what is left, and words for what is not."""
     cue = at(cues(changed(drawn(LEVEL), **dict.fromkeys(gone))), 9.0)
     assert cue.state == "go"
     assert named in _missing(cue)
 
 
 def test_without_airspeed_all_counts_as_flown() -> None:
-    """Neither airspeed nor aircraft file: all counts as flown, and the speed is not judged."""
     cue = at(cues(changed(drawn(LEVEL), V=None), TrimMonitor(None, RATE)), 9.0)
     assert cue.state == "go"
     assert "no airspeed" in _missing(cue)
 
 
 def test_a_stuck_channel_is_not_believed() -> None:
-    """A vane that shows one and the same value for seconds is left out, and named."""
     found = cues(changed(drawn(LEVEL), alpha=20.0 * DEGREE))
     assert at(found, 1.5).state != "go"
     assert at(found, 9.0).state == "go"
@@ -225,7 +202,6 @@ def test_a_stuck_channel_is_not_believed() -> None:
 
 
 def test_a_distrusted_channel_is_as_good_as_missing() -> None:
-    """What others found to lie no longer keeps GO away; a spare gyro takes over."""
     block = drawn(LEVEL)
     lying = changed(block, q=block["q"] + 0.3, **{"q.2": block["q"]})
     watch = TrimMonitor(aircraft(), RATE)
@@ -236,14 +212,12 @@ def test_a_distrusted_channel_is_as_good_as_missing() -> None:
 
 
 def test_without_an_aircraft_it_still_judges() -> None:
-    """No aircraft file: an airspeed of 12 m/s is flight."""
     assert at(cues(drawn(LEVEL), TrimMonitor(None, RATE)), 9.0).state == "go"
     slow = cues(drawn(LEVEL, speed=8.0), TrimMonitor(None, RATE), point=None)
     assert {cue.state for cue in slow if cue.time > 2.5} == {"ground"}
 
 
 def test_gaps_do_no_harm() -> None:
-    """Holes of missing samples, one of them long, leave no state behind that was not judged."""
     block = drawn(LEVEL)
     holes = np.where((np.arange(1000) % 50 < 10) | (np.arange(1000) > 800), np.nan, 1.0)
     found = cues(changed(block, **{name: block[name] * holes for name in block.channels}))
@@ -261,7 +235,6 @@ def test_gaps_do_no_harm() -> None:
     length=st.integers(1, 80),
 )
 def test_garbage_does_no_harm(name: str, value: float, start: int, length: int) -> None:
-    """Whatever a channel shows for a while, seconds later the cue is what it was."""
     block = drawn(np.zeros(800), position=True)
     bad = block[name].copy()
     bad[start : start + length] = value

@@ -1,7 +1,5 @@
 """What is said of an input can be followed; and what is no input gets no verdict."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from functools import lru_cache
 
@@ -54,7 +52,6 @@ def _with(block: Block, name: str, values: np.ndarray | float) -> Block:
 def test_a_size_that_was_wrong_is_to_change(
     low: float, high: float, result: str, says: str
 ) -> None:
-    """Where the best size lies at the end of its band, next to the flown one, the way is told."""
     flown = _flown("de")
     size = _verdicts(flown, flown.measured, wanted_of(flown))[0].amplitudes["de"]
     best = low if result == "too-small" else high
@@ -67,7 +64,6 @@ def test_a_size_that_was_wrong_is_to_change(
     assert verdict.result == result
     assert says in verdict.advice
     factor = verdict.findings[0].factor
-    assert factor is not None
     assert abs(factor - 1.0) > 0.05
 
 
@@ -86,7 +82,6 @@ def test_one_position_of_the_rate_switch_is_advised_for_both_surfaces() -> None:
 
 
 def test_what_moves_the_sticks_in_a_turn_is_no_input() -> None:
-    """The same moves at 20 degrees of bank are an input out of trim, at 40 they roll out."""
     flown = _flown("de")
     wanted = wanted_of(flown)
     leaning = _verdicts(flown, _with(flown.measured, "phi", 20.0 * DEGREE), wanted)
@@ -99,9 +94,7 @@ def test_what_moves_the_sticks_in_a_turn_is_no_input() -> None:
 
 
 def test_what_moves_the_sticks_in_the_flare_is_no_input() -> None:
-    """The same moves five meters above where the aircraft stood get no verdict."""
     flown = _flown("de")
-    assert flown.ground is not None
     low = _with(flown.measured, "height", float(np.median(flown.ground["height"])) + 5.0)
     assert len(_verdicts(flown, flown.measured, wanted_of(flown))) == 1
     assert not _verdicts(flown, low, wanted_of(flown))

@@ -1,7 +1,5 @@
 """Inputs that are asked for excite as promised, flown on the nonlinear simulator."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
@@ -49,7 +47,6 @@ def _wanted(surfaces: tuple[str, ...], speed: float, kind: str = "doublet") -> T
 def test_the_largest_reaches_a_limit_and_goes_no_further(
     surfaces: tuple[str, ...], speed: float
 ) -> None:
-    """Flown either way first, the worse one is within a quarter of the first limit."""
     wanted = _wanted(surfaces, speed)
     used = []
     for sign in (1.0, -1.0):
@@ -118,7 +115,6 @@ def test_the_grader_agrees_with_the_band(surface: str) -> None:
     ("surface", "answer", "speed"), [("de", "q", 85.0), ("da", "p", 100.0), ("dr", "beta", 110.0)]
 )
 def test_the_width_leaves_the_most_motion_behind(surface: str, answer: str, speed: float) -> None:
-    """A scan of doublets of one size: the free answer is largest at the width asked for."""
     wanted = _wanted((surface,), speed)
     width = wanted.width
     trials = width.best * np.array([0.4, 0.6, 0.8, 0.9, 1.0, 1.1, 1.2, 1.35])
@@ -136,7 +132,6 @@ def test_the_width_leaves_the_most_motion_behind(surface: str, answer: str, spee
 
 
 def test_width_and_hands_off_follow_the_modes_of_the_source() -> None:
-    """Half of the natural period is one step; two periods of the oscillation hands off."""
     de, dr = _wanted(("de",), 100.0), _wanted(("dr",), 100.0)
     # Short period -4.5 +/- 3.1i, dutch roll -1.45 +/- 5.3i 1/s at 100 ft/s, by the eigenvalues.
     assert (de.mode, dr.mode) == ("short period", "dutch roll")
@@ -150,7 +145,6 @@ def test_width_and_hands_off_follow_the_modes_of_the_source() -> None:
 
 
 def test_moved_together_all_shrink_alike_to_what_they_may_do_together() -> None:
-    """Aileron and rudder one after the other add up in sideslip: each may be less than alone."""
     together = _wanted(("da", "dr"), 85.0)
     width = together.width.best
     share = {
@@ -169,7 +163,6 @@ def test_moved_together_all_shrink_alike_to_what_they_may_do_together() -> None:
 
 
 def test_the_roll_is_excited_without_the_dutch_roll() -> None:
-    """Ailerons go back before half a dutch roll has passed, and not before the roll is there."""
     for speed in (80.0, 120.0):
         width = _wanted(("da",), speed).width
         assert width.high == pytest.approx(math.pi / abs(_dutch_roll_pole(speed)), rel=0.01)
@@ -189,14 +182,12 @@ def _dutch_roll_pole(speed: float) -> complex:
 
 
 def test_a_3211_puts_its_step_of_two_where_a_doublet_puts_one() -> None:
-    """The middle step lasts half a period; a pulse lasts as long as one step of a doublet."""
     doublet = _wanted(("de",), 100.0).width.best
     assert _wanted(("de",), 100.0, "3-2-1-1").width.best == pytest.approx(0.5 * doublet)
     assert _wanted(("de",), 100.0, "pulse").width.best == pytest.approx(doublet)
 
 
 def test_shipped_cards_are_within_what_the_aircraft_allows() -> None:
-    """Each card's amplitude lies in its band, and stays what is aimed at."""
     aircraft, model = b777()
     for card in load_cards("b777").cards:
         wanted = select_target_input(
@@ -229,7 +220,6 @@ def _card(amplitude: str, **more: object) -> TestCard:
 
 
 def test_a_card_is_clipped_by_what_sensors_and_model_allow() -> None:
-    """Its upper end gives way to sideslip; one that asks for far too much is not followed."""
     aircraft, model = b777()
 
     def asked(amplitude: str) -> ToleranceBand:
@@ -245,10 +235,10 @@ def test_a_card_is_clipped_by_what_sensors_and_model_allow() -> None:
     clipped = asked("14 deg")
     assert clipped.best == pytest.approx(14.0 * DEGREE)
     assert clipped.high < 1.35 * 14.0 * DEGREE
-    assert "beta leaves its linear range" in clipped.why_high
+    assert "beta leaves" in clipped.why_high
     wild = asked("30 deg")
     assert wild.best < 15.0 * DEGREE
-    assert "the card asks for more" in wild.why_high
+    assert "the card asks" in wild.why_high
     faint = asked("1.7 deg")
     assert faint.best == pytest.approx(1.7 * DEGREE)
     assert faint.low > 0.65 * 1.7 * DEGREE
@@ -260,7 +250,6 @@ def _estimate(name: str, value: float, std: float) -> LiveEstimate:
 
 
 def test_the_flight_itself_takes_the_place_of_the_model() -> None:
-    """A stiffer aircraft, as estimated in flight, asks for quicker elevator doublets."""
     aircraft, model = b777()
     stiff = {"Cm_alpha": _estimate("Cm_alpha", -0.8, 0.05)}
     by_model = _wanted(("de",), 100.0)
@@ -291,7 +280,6 @@ def test_the_flight_itself_takes_the_place_of_the_model() -> None:
     ],
 )
 def test_what_is_not_sure_replaces_nothing(estimate: LiveEstimate) -> None:
-    """Wide bounds, reversed signs, wild values, biases and the unknown leave the model alone."""
     aircraft, model = b777()
     assert update_model(model, {estimate.name: estimate}, aircraft=aircraft) is model
 
@@ -305,11 +293,7 @@ def test_what_is_not_sure_replaces_nothing(estimate: LiveEstimate) -> None:
     kind=st.sampled_from(["doublet", "3-2-1-1", "pulse", "multistep"]),
 )
 def test_bands_are_bands_for_any_aircraft(
-    scales: list[float],
-    unstable: bool,
-    speed: float,
-    surfaces: tuple[str, ...],
-    kind: str,
+    scales: list[float], unstable: bool, speed: float, surfaces: tuple[str, ...], kind: str
 ) -> None:
     """Stiff, limp, unstable or without an oscillation: every band is a band, nothing raises."""
     aircraft, model = b777()
@@ -320,11 +304,7 @@ def test_bands_are_bands_for_any_aircraft(
     if unstable:
         values["Cm_alpha"] *= -0.3
     wanted = select_target_input(
-        surfaces,
-        kind,
-        aircraft=aircraft,
-        model=model.with_derivatives(values),
-        point=point(speed),
+        surfaces, kind, aircraft=aircraft, model=model.with_derivatives(values), point=point(speed)
     )
     assert list(wanted.amplitudes) == list(surfaces)
     for band in (*wanted.amplitudes.values(), wanted.width):
@@ -369,18 +349,12 @@ def test_without_a_model_little_is_promised() -> None:
 
 
 def test_measured_noise_raises_the_least_amplitude() -> None:
-    """Twice the noise of all instruments asks for twice the least amplitude."""
     aircraft, model = b777()
 
     def least(noise: dict[str, float] | None) -> float:
         return (
             select_target_input(
-                ("dr",),
-                "doublet",
-                aircraft=aircraft,
-                model=model,
-                point=point(100.0),
-                noise=noise,
+                ("dr",), "doublet", aircraft=aircraft, model=model, point=point(100.0), noise=noise
             )
             .amplitudes["dr"]
             .low
@@ -392,7 +366,6 @@ def test_measured_noise_raises_the_least_amplitude() -> None:
 
 
 def test_play_before_the_linkage_comes_on_top() -> None:
-    """Where the servo is measured, half of the play is added to what the surface needs."""
     aircraft, model = b777()
     rudder = aircraft.controls.dr.model_copy(update={"kind": "servo", "slop": 2.0 * DEGREE})
     controls = aircraft.controls.model_copy(update={"dr": rudder})
@@ -409,7 +382,6 @@ def test_play_before_the_linkage_comes_on_top() -> None:
 
 
 def test_load_factor_and_range_of_the_accelerometer_count() -> None:
-    """With half of the range, the accelerometer is what limits an elevator doublet."""
     aircraft, model = b777()
     short = aircraft.sensors.accelerometer.model_copy(
         update={"range": (-2.0 * GRAVITY, 2.0 * GRAVITY)}

@@ -1,7 +1,5 @@
 """Flights drawn with a pen: banks in, coordinated turns out, with the noise of instruments."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from gsapp.aircraft import Aircraft, load_aircraft
@@ -69,7 +67,6 @@ def drawn(
 
 
 def changed(block: Block, **channels: np.ndarray | float | None) -> Block:
-    """Return a block with other values in some channels; None takes a channel away."""
     values = {name: block[name] for name in block.channels}
     for name, value in channels.items():
         if value is None:
@@ -82,7 +79,6 @@ def changed(block: Block, **channels: np.ndarray | float | None) -> Block:
 
 
 def ramped(*pieces: tuple[float, float]) -> np.ndarray:
-    """Return banks (rad): each piece is (seconds, degrees), rolled to at 45 deg/s."""
     bank, now = [], 0.0
     for seconds, degrees in pieces:
         for _ in range(round(seconds * RATE)):
@@ -97,7 +93,6 @@ def cues(
     point: TestPoint | None = POINT,
     since: float = 0.0,
 ) -> list[TrimCue]:
-    """Return the cue of each tick, from a time (s) on."""
     watch = watch or TrimMonitor(aircraft(), RATE)
     watch.set_test_point(point)
     rows = rows_from_block(rows, RATE) if isinstance(rows, Block) else rows
@@ -112,5 +107,4 @@ def cues(
 
 
 def at(found: list[TrimCue], time: float) -> TrimCue:
-    """Return the cue at a time, s."""
     return min(found, key=lambda cue: abs(cue.time - time))

@@ -1,7 +1,5 @@
 """Truth labels of flown inputs from the simulator's states and stated bands; and watches flown."""
 
-from __future__ import annotations
-
 import itertools
 import math
 from collections.abc import Iterator, Sequence
@@ -85,7 +83,6 @@ def point_of(flown: FlownInput) -> TestPoint:
 
 
 def wanted_of(flown: FlownInput, surfaces: tuple[str, ...] = (), kind: str = "") -> TargetInput:
-    """Return what the true model wants of the aircraft with the noise of the day."""
     return select_target_input(
         surfaces or flown.plan.surfaces,
         kind or flown.plan.kind,
@@ -145,7 +142,6 @@ def listen(flown: FlownInput, *, expected: bool = True, model: str | None = "b77
 
 
 def own(flown: FlownInput, verdicts: Sequence[InputVerdict]) -> list[InputVerdict]:
-    """Return the verdicts on the input that was flown: their inputs overlap."""
     return [
         one
         for one in verdicts
@@ -157,7 +153,6 @@ def own(flown: FlownInput, verdicts: Sequence[InputVerdict]) -> list[InputVerdic
 
 
 def label(flown: FlownInput, wanted: TargetInput) -> Label:
-    """Return what an input truly was, in the stated order of what makes one useless."""
     values = _criteria(flown, wanted)
     near = []
     for name, value in values.items():
@@ -184,7 +179,6 @@ _RESULTS = {
 
 
 def first_move(flown: FlownInput) -> float:
-    """Return when the first surface truly left its place, s: by a tenth of its amplitude."""
     truth = flown.truth
     low = int(np.searchsorted(truth.times, flown.t_input))
     found = []
@@ -298,7 +292,6 @@ def _shape(truth: Block, surface: str, begin: int, back: int) -> _Shape:
 
 
 def _hand(flown: FlownInput, end: float) -> tuple[float, float]:
-    """Return when all surfaces were at rest after the input, and moved by the hand again, s."""
     truth = flown.truth
     low = int(np.searchsorted(truth.times, flown.t_hand))
     moved = float(truth.times[-1])
@@ -316,6 +309,5 @@ def _share(aircraft: object, surface: str, size: float) -> float:
 
 
 def _held(values: np.ndarray, seconds: float) -> float:
-    """Return what the values exceed for so long in all."""
     count = max(round(seconds * RATE), 1)
     return float(np.sort(values)[-min(count, values.size)])
