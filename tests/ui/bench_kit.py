@@ -1,7 +1,5 @@
 """A crew at a virtual bench, and a desk that its volts go to without any waiting."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import SimpleNamespace
@@ -56,11 +54,9 @@ class BenchDesk(QObject):
         )
 
     def close(self) -> None:
-        """Give the samples' file back."""
         self.history.close()
 
     def pass_time(self, seconds: float) -> None:
-        """Let the box send for some time."""
         left = seconds
         while left > 1e-9:
             self.history.append(self.bench.step(min(left, _TICK)))
@@ -70,8 +66,6 @@ class BenchDesk(QObject):
 
 @dataclass
 class Voice:
-    """Writes down what would be heard."""
-
     words: list[str] = field(default_factory=list)
     tones: list[str] = field(default_factory=list)
 
@@ -83,7 +77,6 @@ class Voice:
 
 
 def leave_only(folder: Path, *channels: str) -> None:
-    """Give the aircraft a plan of its own: the shipped one reduced to these, in this order."""
     head, *tables = (
         CALIBRATION_PLANS.find("b777").read_text(encoding="utf-8").split("[[instruments]]")
     )
@@ -107,12 +100,12 @@ class BenchWindow(QMainWindow):
         super().__init__()
         self.bench = bench
         self.store = SettingsStore(folder / "settings" / "window.toml")
-        self.look = DisplayStyle()
-        self.appearance = AppearanceController(self.look, self.store, self)
+        self.display_style = DisplayStyle()
+        self.appearance = AppearanceController(self.display_style, self.store, self)
         self.appearance.apply()
         self.desk = BenchDesk(bench, folder)
         self.voice = Voice()
-        self.page = WizardPage(self.look, self.store, self.desk, self.voice)
+        self.page = WizardPage(self.display_style, self.store, self.desk, self.voice)
         self.setCentralWidget(self.page)
         self.keys = 0
         self.left = False
@@ -124,21 +117,17 @@ class BenchWindow(QMainWindow):
 
     @property
     def view(self) -> WizardView:
-        """Return what the wizard shows."""
-        assert self.page.run is not None
         return self.page.run.view
 
     def press(
         self, key: Qt.Key, modifier: Qt.KeyboardModifier = Qt.KeyboardModifier.NoModifier
     ) -> None:
-        """Press a key where the keyboard is, and count it."""
         self.keys += 1
         focus = QApplication.focusWidget()
         assert focus is not None
         QTest.keyClick(focus, key, modifier)
 
     def leave(self) -> None:
-        """Close the window as a kill would leave it: nothing is ended. Once is enough."""
         if self.left:
             return
         self.left = True
@@ -148,11 +137,9 @@ class BenchWindow(QMainWindow):
         self.deleteLater()
 
     def type(self, text: str) -> None:
-        """Type into the field that has the keyboard."""
         QTest.keyClicks(QApplication.focusWidget(), text)
 
     def set_surface(self, channel: str, angle: float) -> None:
-        """Set a surface by hand, and wait until the hand is there."""
         self.desk.pass_time(self.bench.set_angle(channel, angle))
 
 
@@ -216,7 +203,6 @@ def try_out(window: BenchWindow, channel: str) -> list[tuple[str, str, str]]:
     window.desk.refreshed.connect(note)
     window.press(Qt.Key.Key_Space)
     window.desk.pass_time(4.0)
-    assert window.view.instrument is not None
     assert window.view.instrument.channel == channel
     window.set_surface(channel, 15.0)
     window.desk.pass_time(2.0)

@@ -19,7 +19,6 @@ from ui.main_window import MainWindow
 
 @pytest.fixture
 def alone(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
-    """See no recorder of others, be asked nothing on closing, and leave no recorder behind."""
     monkeypatch.setenv(RUNTIME_VARIABLE, str(tmp_path / "run"))
     monkeypatch.setattr(ui.main_window, "ask_closing", lambda *_: "leave")
     yield
@@ -29,7 +28,6 @@ def alone(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
 
 @pytest.fixture
 def window(qtbot: QtBot, tmp_path: Path, alone: None) -> Iterator[MainWindow]:
-    """Return a new window that has the keyboard."""
     made = open_window(tmp_path)
     qtbot.addWidget(made)
     activate(qtbot, made)
@@ -39,6 +37,5 @@ def window(qtbot: QtBot, tmp_path: Path, alone: None) -> Iterator[MainWindow]:
 
 @pytest.fixture(scope="module")
 def made(tmp_path_factory: pytest.TempPathFactory, qapp: QApplication) -> Iterator[MainWindow]:
-    """Return one window for all tests of a module: styling a window takes a second."""
     with opened_window(tmp_path_factory.mktemp("window")) as window:
         yield window

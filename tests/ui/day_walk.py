@@ -7,8 +7,6 @@ day_walk.py again FOLDER    the next start: the flight is among the recent ones
 Pictures, settings and flights go to the folder; what was seen, to a file of JSON.
 """
 
-from __future__ import annotations
-
 import json
 import os
 import signal
@@ -78,17 +76,13 @@ class Day:
         self.port = free_port()
 
     def start(self, *arguments: str) -> subprocess.Popen[bytes]:
-        """Start a process beside the window."""
         process = subprocess.Popen(
-            [sys.executable, "-P", *arguments],
-            stdout=subprocess.DEVNULL,
-            stderr=subprocess.DEVNULL,
+            [sys.executable, "-P", *arguments], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
         )
         self.outside.append(process)
         return process
 
     def stop_all(self) -> None:
-        """End what is left."""
         for process in self.outside:
             process.kill()
             process.wait()
@@ -146,7 +140,6 @@ class Day:
         person.until(lambda: page.run is None, "the calibration is left")
 
     def obey(self, person: XDriver, page: WizardPage) -> None:
-        """Let the helper move what is asked, and confirm the sign, until a curve is fitted."""
         deadline = time.monotonic() + 240.0
         while (view := person.ask(lambda: page.run.view)).phase not in ("fit", "done"):
             if time.monotonic() > deadline:
@@ -190,7 +183,6 @@ class Day:
         self.review(person)
 
     def quick_flight(self, person: XDriver) -> None:
-        """Hear an aircraft, lose it, acknowledge the alarm, and stop the recording."""
         desk = self.window.flight_controller
         with Aircraft(self.port) as aircraft:
             person.until(lambda: desk.history is not None and desk.history.has("alpha"), "samples")
@@ -204,7 +196,6 @@ class Day:
         self.review(person)
 
     def acknowledge(self, person: XDriver) -> None:
-        """Acknowledge the alarms by the key, and see them in their tab."""
         window, board = self.window, self.window.flight_controller.session.alarm_registry
         person.note(alarms=person.ask(lambda: [one.message for one in board.unacknowledged]))
         person.click(window.view.charts)
@@ -214,7 +205,6 @@ class Day:
         person.until(window.view.alarms.isVisible, "the tab of the alarms")
 
     def review(self, person: XDriver) -> None:
-        """See the flight that has ended under review."""
         window = self.window
         person.until(lambda: window.review_page.shown, "the review", 60.0)
         person.until(lambda: not window.flight_controller.is_recording, "the recording has ended")
@@ -256,13 +246,11 @@ class Day:
 
 
 def whole(person: XDriver, day: Day) -> None:
-    """Go through the whole day."""
     for part in (day.preflight, day.wrong_port, day.fly, day.report):
         part(person)
 
 
 def quick(person: XDriver, day: Day) -> None:
-    """Go through what does not need a flight."""
     for part in (day.wrong_port, day.quick_flight):
         part(person)
 

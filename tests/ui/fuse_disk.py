@@ -7,8 +7,6 @@
 # The protocol speaks of descriptors and names in bytes, and has as many requests as it has.
 # ruff: noqa: PTH102, PTH104, PTH208, C901
 
-from __future__ import annotations
-
 import contextlib
 import ctypes
 import errno
@@ -42,15 +40,12 @@ class FuseDisk:
             time.sleep(0.02)
 
     def stop(self) -> None:
-        """Answer nothing any more."""
         self._server.send_signal(signal.SIGSTOP)
 
     def go_on(self) -> None:
-        """Answer again, first what was asked meanwhile."""
         self._server.send_signal(signal.SIGCONT)
 
     def end(self) -> None:
-        """Let all who wait for it fail."""
         self._server.kill()
         self._server.wait()
         ctypes.CDLL(None).umount2(bytes(self.place), 2)

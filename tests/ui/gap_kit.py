@@ -4,8 +4,6 @@ The arrays are made up; nothing here searches. `ui.gap` draws what it is given, 
 whether it draws that.
 """
 
-from __future__ import annotations
-
 import threading
 import time
 from pathlib import Path
@@ -239,7 +237,6 @@ def make_answer(
     decisions: EffectDecisions | None = None,
     effects: tuple[str, ...] = (THROTTLE, BACKLASH),
 ) -> SearchResult:
-    """Return the made-up answer under these decisions."""
     decisions = decisions or EffectDecisions()
     proven = tuple(e for e in effects if e not in (*decisions.refused, *decisions.forced))
     return SearchResult(

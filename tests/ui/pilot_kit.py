@@ -1,7 +1,5 @@
 """Cues made by hand, for the tests of the pilot's page: one for every state."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np
@@ -68,7 +66,6 @@ MISSING = ("bank angle is not measured: wings by rates and lateral acceleration"
 
 
 def cue(state: str, **more: object) -> TrimCue:
-    """Return a trim cue in a state."""
     return TrimCue(time=180.0, state=state, since=178.0, leg_time_left=7.4, **more)  # type: ignore[arg-type]
 
 
@@ -80,7 +77,6 @@ BASE = CueSnapshot(
 
 
 def moving(phase: str, left: float = 1.6) -> InputInProgress:
-    """Return an input under way."""
     return InputInProgress(
         time=180.0, phase=phase, surfaces=("da", "dr"), t_input=179.0,  # type: ignore[arg-type]
         amplitudes={"da": 6.2 * DEGREE, "dr": 4.9 * DEGREE},
@@ -89,12 +85,10 @@ def moving(phase: str, left: float = 1.6) -> InputInProgress:
 
 
 def verdict(result: str, advice: str) -> InputVerdict:
-    """Return a verdict."""
     return replace(VERDICT, result=result, advice=advice)  # type: ignore[type-var]
 
 
 def danger(words: str, *, warning: bool = True) -> Alert:
-    """Return a danger that stands."""
     urgency = AlertLevel.WARNING if warning else AlertLevel.CAUTION
     return Alert(key="nose", level=urgency, since=178.0, text=words, spoken_text=words)
 
@@ -135,7 +129,6 @@ STATES: dict[str, CueSnapshot] = {
 
 
 def judged(name: str = "M7", made: InputVerdict = VERDICT, *, go: bool = True) -> EvaluatedManeuver:
-    """Return a maneuver with curves: a doublet on each surface, and swinging rates."""
     times = np.arange(round(25 * (made.t_end - made.t_start))) / 25.0 + made.t_start
     since = times - made.t_input
     step = np.where((since > 0) & (since < 0.5), 1.0, np.where((since > 0.5) & (since < 1), -1, 0))
@@ -187,7 +180,6 @@ RESULT_ADVICE = {
 
 
 def flights() -> tuple[FlightTrend, ...]:
-    """Return three flights in a row."""
     return tuple(
         FlightTrend(
             flight=f"2026-05-12 flight {number}", inputs=12, good=3 + 2 * number,

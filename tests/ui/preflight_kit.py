@@ -1,7 +1,5 @@
 """What the tests of the place Preflight share: keys, pixels, a window as it was when opened."""
 
-from __future__ import annotations
-
 import shutil
 from collections.abc import Iterator
 from pathlib import Path
@@ -18,7 +16,6 @@ SHIFT = Qt.KeyboardModifier.ShiftModifier
 
 
 def as_opened(made: MainWindow, qtbot: QtBot) -> Iterator[MainWindow]:
-    """Bring the window back to how it was when it was opened, with nothing prepared."""
     dress(made, "daylight", 100)
     made.display_style.set_units("US")
     made.resize(1280, 800)
@@ -34,7 +31,6 @@ def as_opened(made: MainWindow, qtbot: QtBot) -> Iterator[MainWindow]:
 
 
 def dress(window: MainWindow, theme: str, scale: int) -> None:
-    """Change theme and scale at once: each change styles every widget anew."""
     look = window.display_style
     if (look.theme.name, look.scale) != (theme, scale):
         look.blockSignals(True)
@@ -45,12 +41,10 @@ def dress(window: MainWindow, theme: str, scale: int) -> None:
 
 
 def waiting(window: MainWindow) -> Path:
-    """Return the folder of what waits for the next flight."""
     return window.store.path.parent / "next flight"
 
 
 def go(window: MainWindow, qtbot: QtBot, step: int) -> QWidget:
-    """Go to a step by keys and return its page."""
     qtbot.keyClick(window, Qt.Key.Key_F1)
     press(qtbot, Qt.Key(Qt.Key.Key_0 + step), ALT)
     QApplication.processEvents()

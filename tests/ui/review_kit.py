@@ -1,7 +1,5 @@
 """What the tests of the review share: two short flights, and the work done in this process."""
 
-from __future__ import annotations
-
 import threading
 import time
 from collections.abc import Callable
@@ -42,7 +40,6 @@ class ThreadEngine:
             self._tell(share, words)
 
     def do(self, job: Any, tell: Callable[[float | None, str], object]) -> object:
-        """Do a job; see `ui.job_process.job_runner.JobRunner.do`."""
         self.jobs.append(job)
         self._tell = tell
         try:
@@ -51,6 +48,5 @@ class ThreadEngine:
             raise JobCanceledError from error
 
     def close(self) -> None:
-        """Note that the window closed."""
         self.closed = True
         self.hold.set()

@@ -1,7 +1,5 @@
 """All text that a window shows, hidden pages included where their widgets keep it: for walks."""
 
-from __future__ import annotations
-
 import html
 import re
 from collections.abc import Iterator
@@ -30,12 +28,7 @@ _CELL_ROLES = (Qt.ItemDataRole.DisplayRole, Qt.ItemDataRole.ToolTipRole)
 
 
 class PaintedText:
-    """What is painted while it watches: by widgets of the window, and in figures.
-
-    Attributes
-    ----------
-    texts : set of str
-    """
+    """What is painted while it watches: by widgets of the window, and in figures."""
 
     def __init__(self, patch: pytest.MonkeyPatch) -> None:
         self.texts: set[str] = set()
@@ -56,7 +49,6 @@ class PaintedText:
 
 
 def shown_texts() -> dict[str, str]:
-    """Return the text of every visible widget, menus included, with the widget's class."""
     found: dict[str, str] = {}
     for top in QApplication.topLevelWidgets():
         if top.isVisible():
@@ -79,7 +71,6 @@ def _path(widget: QWidget) -> str:
 
 
 def _plain(text: str) -> str:
-    """Return a text without the marks of rich text."""
     return html.unescape(re.sub(r"<[^<>]+>", "", text))
 
 

@@ -1,7 +1,5 @@
 """The charts beside the strips: what is drawn is seen whole."""
 
-from __future__ import annotations
-
 import csv
 from pathlib import Path
 
@@ -45,7 +43,6 @@ def test_points_at_the_ends_are_not_cut(qtbot: QtBot, scale: int, width: int) ->
 
 @pytest.fixture
 def history(qtbot: QtBot) -> AnalysisPlot:
-    """Return a chart of a sine over flight time, with the one computed below it."""
     chart = AnalysisPlot(DisplayStyle(), "q of a maneuver")
     qtbot.addWidget(chart)
     chart.resize(700, 400)
@@ -62,7 +59,6 @@ def history(qtbot: QtBot) -> AnalysisPlot:
 
 
 def pixel(chart: AnalysisPlot, x: float, y: float) -> QPointF:
-    """Return the pixel of the plot at which x and y lie."""
     box = chart.plot.getPlotItem().getViewBox()
     return QPointF(chart.plot.mapFromScene(box.mapViewToScene(QPointF(x, y))))
 

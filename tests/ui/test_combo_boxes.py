@@ -1,7 +1,5 @@
 """Combo boxes in all places and dialogs: keys choose a row, and the list shows all of them."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest
@@ -27,7 +25,6 @@ def flight(window: MainWindow, qtbot: QtBot, tmp_path: Path) -> MainWindow:
 
 
 def boxes(holder: QWidget) -> list[QComboBox]:
-    """Return the boxes on screen that offer a choice."""
     found = [box for box in holder.findChildren(QComboBox) if box.isVisible() and box.isEnabled()]
     return [box for box in found if box.count() > 1]
 
@@ -45,7 +42,6 @@ def assert_list_shows_all(box: QComboBox) -> None:
 
 
 def choose_next(box: QComboBox, key: Qt.Key) -> None:
-    """Choose another row as a user does with keys."""
     before = box.currentIndex()
     heard: list[int] = []
     box.activated.connect(heard.append)
@@ -112,8 +108,7 @@ def test_every_list_of_a_place_shows_its_rows(flight: MainWindow, scale: int) ->
 
 
 @pytest.mark.parametrize(
-    ("command", "kind"),
-    [("connect", ConnectDialog), ("export", ExportDialog)],
+    ("command", "kind"), [("connect", ConnectDialog), ("export", ExportDialog)]
 )
 def test_every_list_of_a_dialog_shows_its_rows(
     flight: MainWindow, command: str, kind: type[FormDialog]

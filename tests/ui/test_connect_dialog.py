@@ -1,7 +1,5 @@
 """The dialog that connects an aircraft: a failure keeps what was typed, a test hears systems."""
 
-from __future__ import annotations
-
 import socket
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """A short day by mouse and keys in a real X server; the whole day is a benchmark."""
 
-from __future__ import annotations
-
 import json
 import subprocess
 import sys
@@ -26,7 +24,6 @@ def walk(name: str, folder: Path, where: dict[str, str]) -> dict[str, object]:
 
 @pytest.mark.skipif(sys.platform != "linux", reason="X servers are for Linux")
 def test_a_day_by_mouse_and_keys(tmp_path: Path) -> None:
-    """Wrong port, connect, loss, alarm, end, review, close; the next start offers the flight."""
     if missing := missing_programs():
         pytest.skip(f"not installed: {', '.join(missing)}")
     with x_server(tmp_path) as where:

@@ -1,7 +1,5 @@
 """Flights dropped from a file manager."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 from PySide6.QtCore import QMimeData, QPoint, Qt, QUrl
@@ -18,7 +16,6 @@ _LEFT, _NO_KEY = Qt.MouseButton.LeftButton, Qt.KeyboardModifier.NoModifier
 
 
 def drop(target: QWidget, data: QMimeData) -> Qt.DropAction | None:
-    """Drag over a widget and let go; return what would become of the files, None if refused."""
     entered = QDragEnterEvent(_HERE, _ALL, data, _LEFT, _NO_KEY)
     QApplication.sendEvent(target, entered)
     if not entered.isAccepted():
@@ -44,7 +41,6 @@ def test_a_flight_dropped_on_the_window_opens_and_stays_where_it_lies(
     assert drop(window.view.charts, files(flight)) is Qt.DropAction.CopyAction
     assert not window.flight_controller.is_open  # the file manager is answered first
     until(qtbot, lambda: window.flight_controller.is_loaded)
-    assert window.flight_controller.session is not None
     assert window.flight_controller.session.path == flight
 
 
@@ -54,7 +50,7 @@ def test_several_are_offered_to_the_review(
     drop(window, files(tmp_path / "one", tmp_path / "two"))
     until(qtbot, lambda: bool(window.banners.texts()))
     (said,) = window.banners.texts()
-    assert "One flight opens at a time, and 2 were dropped; Review (F4)" in said
+    assert "2 were dropped" in said
     assert not window.flight_controller.is_open
 
 
@@ -73,7 +69,6 @@ def test_the_review_and_the_search_take_what_is_dropped_on_them(
     window.show_page("gap")
     drop(window.gap_page.stack.currentWidget(), files(*flights))
     setup = window.gap_page.setup
-    assert setup is not None
     until(qtbot, lambda: setup.paths == tuple(flights))
     window.show_page("review")
     window.review_page.go_to_step("summary")

@@ -3,8 +3,6 @@
 ``GSAPP_FREEZE_SECONDS=20`` freezes it for as long as the specification says.
 """
 
-from __future__ import annotations
-
 import json
 import os
 import signal
@@ -25,8 +23,6 @@ FROZEN = float(os.environ.get("GSAPP_FREEZE_SECONDS", "3"))
 
 
 class RememberingAircraft(Aircraft):
-    """An aircraft that remembers every frame that it sent."""
-
     def __init__(self, port: int) -> None:
         super().__init__(port)
         self.frames: list[bytes] = []

@@ -1,7 +1,5 @@
 """The page Model gap, driven by keys: the story of an answer, and what is on screen of it."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -50,7 +48,6 @@ SHIFT = Qt.KeyboardModifier.ShiftModifier
 
 @pytest.fixture(scope="module")
 def made(tmp_path_factory: pytest.TempPathFactory, qapp: QApplication) -> Iterator[MainWindow]:
-    """Return one window for all tests of the module: styling a window takes a second."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(ui.gap.gap_page, "create_search_job_runner", FakeEngine)
         with opened_window(tmp_path_factory.mktemp("window")) as window:
@@ -94,7 +91,6 @@ def engine(window: MainWindow) -> FakeEngine:
 
 @pytest.fixture
 def story(window: MainWindow, qtbot: QtBot, tmp_path: Path) -> MainWindow:
-    """Return the window with an answer on screen, found by keys alone."""
     window.gap_page.set_open_flight(write_flight(tmp_path))
     qtbot.keyClick(window, Qt.Key.Key_F5)
     qtbot.keyClick(QApplication.focusWidget(), Qt.Key.Key_Return)
@@ -106,7 +102,6 @@ def story(window: MainWindow, qtbot: QtBot, tmp_path: Path) -> MainWindow:
 
 
 def filled(plot: QWidget, color: str) -> float:
-    """Return the share of columns that hold a color (nearly), of those inside the axes."""
     box = plot.getPlotItem().getViewBox()
     inner = box.mapRectToScene(box.boundingRect()).toRect().adjusted(30, 4, -30, -4)
     shown = pixels(plot)[inner.top() : inner.bottom(), inner.left() : inner.right()]
@@ -126,7 +121,6 @@ def in_page(widget: QWidget, page: QWidget) -> QRect:
 def test_the_empty_page_says_what_to_do_and_offers_it(window: MainWindow, qtbot: QtBot) -> None:
     qtbot.keyClick(window, Qt.Key.Key_F5)
     setup = window.gap_page.setup
-    assert setup is not None
     assert not setup.search.isEnabled()
     assert "No flight yet" in setup.sentence.text()
     # The keyboard stands where one goes on.
@@ -145,7 +139,6 @@ def test_flights_are_listed_taken_out_and_remembered(
 ) -> None:
     qtbot.keyClick(window, Qt.Key.Key_F5)
     setup = window.gap_page.setup
-    assert setup is not None
     one, other = write_flight(tmp_path / "a"), write_flight(tmp_path / "b")
     window.gap_page.set_open_flight(one)
     assert setup.paths == (one,)
@@ -163,7 +156,7 @@ def test_flights_are_listed_taken_out_and_remembered(
     assert window.store.current.gap_flights == (str(other),)
     other.unlink()
     setup._judge()
-    assert "not there any more" in setup.sentence.text()
+    assert "not there" in setup.sentence.text()
 
 
 def test_a_search_runs_behind_and_the_open_flight_is_searched(
@@ -188,9 +181,7 @@ def test_a_search_runs_behind_and_the_open_flight_is_searched(
     assert window.display_style.units == "SI"
     # What is listed meanwhile is not in what runs, and is not called so.
     window.gap_page.setup.add_flight(write_flight(tmp_path / "another"))
-    assert (
-        window.gap_page.setup.sentence.text() == "What is changed here counts for the next search."
-    )
+    assert "next search" in window.gap_page.setup.sentence.text()
     engine.hold.set()
     until(qtbot, lambda: window.gap_page.is_result_shown)
     assert "2 flights, searched together" in window.gap_page.setup.sentence.text()
@@ -261,7 +252,6 @@ def test_what_fails_is_told_in_a_sentence(
     qtbot.keyClick(window, Qt.Key.Key_F5)
     press(qtbot, Qt.Key.Key_Return)
     until(qtbot, lambda: any(words in text for text in window.banners.texts()))
-    assert window.gap_page.setup is not None
     assert window.gap_page.setup.search.isEnabled()
 
 
@@ -282,7 +272,6 @@ def test_a_new_search_can_be_left_for_the_answer_that_is_there(
 
 
 def check_map(window: MainWindow) -> None:
-    """Look at the cells in sight: filled with the color of their level, the number readable."""
     table, theme = window.gap_page.story.chapters["find"].map, window.display_style.theme
     seen = pixels(table.viewport())
     checked = 0
@@ -302,7 +291,6 @@ def check_map(window: MainWindow) -> None:
 def test_the_map_shows_number_and_color_and_arrows_choose_a_cell(
     story: MainWindow, qtbot: QtBot
 ) -> None:
-    """Begins where model and flight disagree most; pixels of a cell have the color of its level."""
     view = story.gap_page.story.chapters["find"]
     assert view.map.hasFocus()
     index = view.map.currentIndex()
@@ -377,7 +365,6 @@ def test_a_disagreement_in_words_leads_to_its_cell(story: MainWindow, qtbot: QtB
 
 
 def test_going_through_the_models_shrinks_the_map(story: MainWindow, qtbot: QtBot) -> None:
-    """Alt+Right: the cell that was full of color becomes noise; the former trace stays, gray."""
     view = story.gap_page.story.chapters["find"]
     table = view.map
     texts = [table.row_model.rows[7].cells[4]]
@@ -424,11 +411,10 @@ def test_the_ranking_shows_evidence_and_what_is_known_of_each(
     assert view.effect.text() == TITLES["aero.Cm.speed"]
     headings = [heading for heading, _ in view.about._shown]
     assert "Mistaken for" in headings
-    assert "What would tell it apart" in headings
+    assert any("tell it apart" in heading for heading in headings)
 
 
 def test_what_stands_for_a_set_names_the_others(story: MainWindow, qtbot: QtBot) -> None:
-    """An effect that these flights cannot tell from another: both steps say so, with no odds."""
     answer = story.gap_page.story.answer
     first, *rest = answer.discrepancy.effects
     first = replace(first, one_of=(THROTTLE, "aero.Cm.speed"))
@@ -463,7 +449,7 @@ def test_after_the_last_effect_nothing_more_is_proven(story: MainWindow, qtbot: 
     press(qtbot, Qt.Key.Key_2, ALT)
     press(qtbot, Qt.Key.Key_Right, ALT, times=2)
     view = story.gap_page.story.chapters["name"]
-    assert "Nothing more is proven" in view.winner.text()
+    assert "Nothing more" in view.winner.text()
     assert not story.commands.actions["gap_accept"].isEnabled()
 
 
@@ -593,7 +579,7 @@ def test_the_end_shows_before_and_after_on_a_maneuver_kept_out(
         for color in (theme.trace("blue"), theme.text, theme.previous)
     }
     assert min(seen.values()) > 40
-    assert "94 ± 3 % of the gap is closed" in view.closed.text()
+    assert "94 ± 3 %" in view.closed.text()
     assert "2 and 6" in view.on.text()
     numbers = {line.key: line.cells for line in view.numbers.row_model.rows}
     assert numbers["q"][1].split() == ["1.38", "→", "0.23", "°/s"]
@@ -618,7 +604,7 @@ def test_bars_and_waterfall_are_as_long_as_the_numbers(story: MainWindow, qtbot:
     assert long / short == pytest.approx(7 / 2, rel=0.03)
     after = (shown[8 + 14] == blue).sum()
     assert long / after == pytest.approx(7, rel=0.05)
-    assert "from 7.0 to 1.0 times the noise" in view.bars.accessibleDescription()
+    assert "7.0 to 1.0" in view.bars.accessibleDescription()
     falls = pixels(view.falls)
     lengths = [int((falls[row * 40 + 27] == gray).sum()) for row in range(3)]
     assert lengths[0] / lengths[1] == pytest.approx(5.2 / 2.05, rel=0.05)
@@ -655,12 +641,12 @@ def test_a_model_without_a_gap_is_told_so(
     until(qtbot, lambda: window.gap_page.is_result_shown)
     story = window.gap_page.story
     assert "Nothing is missing" in story.verdict.text()
-    assert "None: what remains is noise" in story.chapters["find"].none.text()
+    assert "what remains" in story.chapters["find"].none.text()
     for number, chapter in enumerate(("find", "name", "add", "show"), start=1):
         press(qtbot, getattr(Qt.Key, f"Key_{number}"), ALT)
         assert story.chapter == chapter
-    assert "no gap to close" in story.chapters["show"].closed.text()
-    assert "No effect is proven" in story.chapters["add"].none.text()
+    assert "no gap" in story.chapters["show"].closed.text()
+    assert "No effect" in story.chapters["add"].none.text()
 
 
 # All of it
@@ -707,7 +693,6 @@ LOOKS = (
 
 
 def test_nothing_on_the_page_is_cut_and_nothing_overlaps(story: MainWindow, qtbot: QtBot) -> None:
-    """At several sizes, scales and themes, in one test: each change of theme takes a while."""
     for size, scale, theme in LOOKS:
         story.display_style.set_theme(theme)
         story.display_style.set_scale(scale)

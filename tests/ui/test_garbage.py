@@ -1,7 +1,5 @@
 """Windows in cycles are destroyed in their own thread, whatever other threads allocate."""
 
-from __future__ import annotations
-
 import gc
 import threading
 
@@ -15,8 +13,6 @@ _MANY = 20_000
 
 
 class _Witness:
-    """Notes the thread that it is destroyed in."""
-
     def __init__(self, seen: list[threading.Thread]) -> None:
         self.seen = seen
 

@@ -1,7 +1,5 @@
 """Settings, About, user guide, themes by name, and the flights opened last."""
 
-from __future__ import annotations
-
 import os
 import platform
 import re
@@ -136,7 +134,6 @@ def test_about_is_copied_whole(window: MainWindow) -> None:
 
 def test_every_page_of_the_guide_opens_without_a_network(window: MainWindow) -> None:
     folder = guide_folder()
-    assert folder is not None
     window.commands.actions["guide"].trigger()
     (guide,) = window.findChildren(GuideWindow)
     assert guide.isVisible()
@@ -150,7 +147,6 @@ def test_every_page_of_the_guide_opens_without_a_network(window: MainWindow) -> 
 
 @pytest.mark.parametrize("installed", [False, True])
 def test_the_license_opens_from_its_page(qtbot: QtBot, tmp_path: Path, installed: bool) -> None:
-    """Beside the source it lies above the pages, in an installation among them."""
     folder = guide_folder()
     assert folder is not None
     if installed:
@@ -163,11 +159,10 @@ def test_the_license_opens_from_its_page(qtbot: QtBot, tmp_path: Path, installed
     qtbot.addWidget(guide)
     guide.show_page(folder / "licenses.md")
     guide.browser.anchorClicked.emit(QUrl("../LICENSE"))
-    assert "Redistribution and use in source and binary forms" in guide.browser.toPlainText()
+    assert "Redistribution and use" in guide.browser.toPlainText()
 
 
 def test_an_installed_guide_holds_what_its_pages_show_and_link_to() -> None:
-    """The wheel takes the documents folder by folder: a new one is easily forgotten."""
     root = Path(__file__).parents[2]
     project = tomllib.loads((root / "pyproject.toml").read_text(encoding="utf-8"))
     data: dict[str, list[str]] = project["tool"]["setuptools"]["data-files"]
@@ -238,7 +233,6 @@ def test_a_gray_button_of_a_dialog_says_why(qtbot: QtBot) -> None:
 
 
 def text_contrast(image: QImage) -> float:
-    """Return the contrast of the words on a button against its middle ground."""
     ground = image.pixelColor(8, image.height() // 2).name()
     rows = range(6, image.height() - 6)
     return max(

@@ -1,7 +1,5 @@
 """The desktop is asked to keep the screen lit while a flight is recorded: over a real bus."""
 
-from __future__ import annotations
-
 import os
 import shutil
 import subprocess
@@ -23,10 +21,8 @@ pytestmark = pytest.mark.skipif(
 
 @pytest.fixture
 def bus(monkeypatch: pytest.MonkeyPatch) -> Iterator[str]:
-    """Return the address of a bus of the test's own."""
     command = ["dbus-daemon", "--session", "--nofork", "--print-address=1"]
     daemon = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
-    assert daemon.stdout is not None
     address = daemon.stdout.readline().strip()
     monkeypatch.setenv("DBUS_SESSION_BUS_ADDRESS", address)
     yield address
@@ -37,8 +33,6 @@ def bus(monkeypatch: pytest.MonkeyPatch) -> Iterator[str]:
 
 @ClassInfo({"D-Bus Interface": "org.freedesktop.ScreenSaver"})
 class Saver(QObject):
-    """What darkens the screen on a desktop."""
-
     def __init__(self) -> None:
         super().__init__()
         self.asked: list[tuple[str, str]] = []
@@ -54,8 +48,6 @@ SAVERS: list[Saver] = []
 
 
 class Desk(QObject):
-    """The signals of a desk."""
-
     changed = Signal()
     recording_ended = Signal(object)
     is_recording = False
@@ -118,7 +110,6 @@ print("goes on")
 
 
 def test_a_folder_of_another_user_is_no_desktop(tmp_path: Path) -> None:
-    """After su the environment still names the first user's: there is nothing to ask, or to say."""
     run = tmp_path / "run"
     run.mkdir()
     run.chmod(0o000)

@@ -1,7 +1,5 @@
 """The log of the window: turned over where the system lets it, and never lost."""
 
-from __future__ import annotations
-
 import logging
 from pathlib import Path
 
@@ -23,7 +21,6 @@ def write(handler: logging.Handler, words: str) -> None:
 def test_a_log_that_another_window_has_open_grows_on(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """As on Windows, where it cannot be renamed then: no line is lost, and no former log."""
     path = tmp_path / "window.log"
     former = path.with_name("window.log.1")
     handler = turned_log(path)

@@ -1,7 +1,5 @@
 """Title and folder of a new flight: fresh each time, and remembered once a recording began."""
 
-from __future__ import annotations
-
 import os
 from pathlib import Path
 
@@ -17,7 +15,6 @@ from ui.main_window import MainWindow
 
 
 def connect(window: MainWindow, qtbot: QtBot, title: str = "", parent: Path | None = None) -> Path:
-    """Connect as a user does; return the folder that the dialog had."""
     folders: list[Path] = []
 
     def answer(dialog: ConnectDialog) -> None:
@@ -66,7 +63,6 @@ def test_a_folder_is_remembered_once_a_recording_began_in_it(
 
 
 def connect_and_block(window: MainWindow, qtbot: QtBot, parent: Path) -> Path:
-    """Connect into a folder that cannot be made by the time of the recording."""
     folders: list[Path] = []
 
     def answer(dialog: ConnectDialog) -> None:

@@ -1,7 +1,5 @@
 """Training: keys as sticks, and a real virtual aircraft that is flown by them over a real link."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable, Iterator
 
@@ -60,7 +58,6 @@ def test_levers_sizes_and_rates_act_once() -> None:
 def test_released_sticks_are_centered_whatever_was_pressed(
     strokes: list[tuple[Qt.Key, bool]],
 ) -> None:
-    """No order of presses and releases leaves a stick hanging."""
     keys = StickKeys()
     for key, down in strokes:
         if down:
@@ -90,7 +87,6 @@ def window(made: MainWindow, qtbot: QtBot) -> Iterator[MainWindow]:
 
 
 def hold(qtbot: QtBot, key: Qt.Key, done: Callable[[], bool]) -> None:
-    """Keep a key down, where the keyboard is, until the record shows what it does."""
     QTest.keyPress(QApplication.focusWidget(), key)
     until(qtbot, done, _PATIENCE_MS)
     QTest.keyRelease(QApplication.focusWidget(), key)
@@ -154,7 +150,6 @@ def test_a_trainee_takes_the_aircraft_flies_a_doublet_and_gives_it_back(
 def test_training_does_not_take_the_place_of_a_flight_that_is_recorded(
     window: MainWindow, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """A slip of the hand in flight must not cost the cues."""
     before = window.pilot_page.training.folder
     with monkeypatch.context() as patch:
         patch.setattr(FlightController, "is_recording", True)
@@ -164,7 +159,6 @@ def test_training_does_not_take_the_place_of_a_flight_that_is_recorded(
 
 
 def test_the_start_page_offers_training(window: MainWindow, qtbot: QtBot) -> None:
-    """By a button with a name, reached by Tab."""
     button = window.flight_page.start.training_button
     assert "Train" in button.accessibleName()
     focus = window.flight_page.start

@@ -1,7 +1,5 @@
 """Recorders and the window: finished flights stay apart, recorders are shown and attached to."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -53,7 +51,6 @@ def connect(window: MainWindow, port: int, folder: Path, *, append: bool = False
 
 
 def fly(window: MainWindow, qtbot: QtBot, port: int, folder: Path, *, append: bool = False) -> int:
-    """Record half a second of flight and end it; return how many records the folder holds."""
     before = records_in(folder)
     connect(window, port, folder, append=append)
     until(

@@ -1,7 +1,5 @@
 """The kept runs as the window knows them: means changed in the figures are kept with their run."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 
@@ -16,7 +14,6 @@ from ui.undo import UndoStack
 
 
 def test_a_maneuver_left_out_is_kept_with_the_run(qtbot, tmp_path: Path) -> None:
-    """What the figures leave out stands in the catalog and in the list; taken in again, it goes."""
     outcome = execute_run(RunRequest(flights=write_flights(tmp_path), given=WINDOWS))
     path = tmp_path / "c.sqlite"
     with Catalog(path) as catalog:

@@ -3,8 +3,6 @@
 On the way the run is stopped in the midst, and its process is killed.
 """
 
-from __future__ import annotations
-
 import json
 import os
 import shutil
@@ -32,7 +30,6 @@ SHIFT = Qt.KeyboardModifier.ShiftModifier
 
 @pytest.fixture
 def window(tmp_path: Path, qtbot: QtBot, alone: None) -> Iterator[MainWindow]:
-    """Return a window with a short flight of its own, not yet under review."""
     (tmp_path / "flights").mkdir()
     shutil.move(write_flights(tmp_path)[0], tmp_path / "flights" / "a.csv")
     made = open_window(tmp_path, review_estimate=EstimateForm(axis="lon").model_dump())
@@ -80,7 +77,6 @@ def test_a_whole_review_by_keys(
     press(qtbot, Qt.Key.Key_Return)
     until(qtbot, lambda: window.review_page.outcome is not None, 120000)
     outcome = window.review_page.outcome
-    assert outcome is not None
     assert kept(page) == [outcome.number]
     used = {one.id: one for one in outcome.request.maneuvers}
     assert used[first.id].t_end == corrected.t_end
@@ -109,13 +105,11 @@ def test_a_whole_review_by_keys(
 
 
 def kept(page: EstimatePage) -> list[int]:
-    """Return the numbers of the runs in the catalog, which holds the corrected maneuvers, too."""
     with Catalog(page.book.catalog) as catalog:
         return [one.number for one in stored_runs(catalog)]
 
 
 def drawn(widget: object) -> bool:
-    """Return whether a figure holds traces in the first color of the palette."""
     image = widget.grab().toImage().convertToFormat(QImage.Format.Format_RGB32)
     if image.isNull():
         return False

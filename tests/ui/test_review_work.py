@@ -1,7 +1,5 @@
 """The jobs of the review: one after the other, stopped whole, and told to nobody too late."""
 
-from __future__ import annotations
-
 import threading
 import time
 from collections.abc import Callable
@@ -45,7 +43,6 @@ class Slow:
 
 @pytest.fixture
 def desk(qtbot: QtBot) -> SimpleNamespace:
-    """Return an engine, the work over it, and what was heard of it."""
     engine, errors = Slow(), []
     work = JobQueue(engine, errors.append)
     ended: list[tuple[str, str]] = []
@@ -87,7 +84,7 @@ def test_an_error_is_told_and_the_next_job_goes_on(desk: SimpleNamespace, qtbot:
     desk.work.submit(job(13), desk.results.append, failed=why.append)
     desk.work.submit(job(4), desk.results.append)
     qtbot.waitUntil(lambda: desk.results == [4])
-    assert [str(one) for one in desk.errors] == ["run 13 is not there"]
+    assert ["run 13" in str(one) for one in desk.errors] == [True]
     assert why == desk.errors
 
 

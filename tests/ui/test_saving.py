@@ -1,7 +1,5 @@
 """What a file is called that is asked for."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from pathlib import Path
 
@@ -59,7 +57,6 @@ def test_nothing_chosen_is_no_file(asked: Callable[..., Path | None]) -> None:
 def test_a_file_that_has_the_whole_name_is_not_replaced_unasked(
     asked: Callable[..., Path | None], tmp_path: Path
 ) -> None:
-    """The dialog asks for what is typed only; so it is put again, with the whole name."""
     (tmp_path / "flown.html").touch()
     assert asked(("flown", PAGE), ("", "")) is None
     assert asked(("flown", PAGE), ("flown.html", PAGE)) == tmp_path / "flown.html"

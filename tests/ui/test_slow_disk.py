@@ -1,7 +1,5 @@
 """A disk that does not answer, or takes long, does not hold up the window."""
 
-from __future__ import annotations
-
 import ctypes
 import os
 import time
@@ -52,7 +50,6 @@ class StuckDisk:
             raise PermissionError(ctypes.get_errno())
 
     def end(self) -> None:
-        """Let all who wait for it fail."""
         os.close(self._server)
         self._libc.umount2(bytes(self.place), 2)
 
@@ -68,8 +65,6 @@ def stuck(tmp_path: Path) -> Iterator[Path]:
 
 
 class Ticks:
-    """The longest time between two ticks of the event loop."""
-
     def __init__(self) -> None:
         self.longest = 0.0
         self._last = time.monotonic()
@@ -103,7 +98,6 @@ def make(qtbot: QtBot, tmp_path: Path, alone: None) -> Iterator[Callable[..., Ma
 
 
 def longest_gap(qtbot: QtBot, act: Callable[[], object], milliseconds: int = 700) -> float:
-    """Do something in the event loop, close what dialog it opens, and return the longest gap."""
     ticks = Ticks()
 
     def close() -> None:
@@ -206,10 +200,7 @@ def test_what_is_remembered_of_a_stuck_disk_leaves_the_window_alive(
 
 
 def test_a_flight_begins_in_the_usual_folder_where_the_other_is_stuck(
-    make: Callable[..., MainWindow],
-    stuck: Path,
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
+    make: Callable[..., MainWindow], stuck: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("ui.settings.default_flights_folder", lambda: tmp_path / "usual")
     window = make(flights=str(stuck / "flights"))

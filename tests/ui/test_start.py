@@ -1,7 +1,5 @@
 """A window starts with what its first picture needs, and loads the rest beside the flight."""
 
-from __future__ import annotations
-
 import os
 import signal
 import subprocess
@@ -75,7 +73,6 @@ run_window(settings=Path(sys.argv[1]) / "window.toml")
 
 
 def test_charts_do_not_wait_for_what_only_maneuvers_need(tmp_path: Path) -> None:
-    """It is not there when the flight is shown, and is there soon after, without a maneuver."""
     done = subprocess.run(
         [sys.executable, "-c", PROGRAM, str(tmp_path), str(write_flight(tmp_path / "flights"))],
         check=True,
@@ -88,7 +85,6 @@ def test_charts_do_not_wait_for_what_only_maneuvers_need(tmp_path: Path) -> None
 
 
 def test_a_window_that_waits_for_a_flight_gets_ready_for_what_may_come(tmp_path: Path) -> None:
-    """A flight that comes then is not held up by its maneuvers, nor by a look at other places."""
     homes = {f"XDG_{name}_HOME": str(tmp_path) for name in ("CONFIG", "STATE", "CACHE", "DATA")}
     done = subprocess.run(
         [sys.executable, "-c", WAITING, str(tmp_path)],
@@ -103,7 +99,6 @@ def test_a_window_that_waits_for_a_flight_gets_ready_for_what_may_come(tmp_path:
 
 @pytest.mark.skipif(os.name == "nt", reason="SIGTERM ends a process at once on Windows")
 def test_a_window_that_is_asked_to_end_is_closed_in_order(tmp_path: Path) -> None:
-    """By whoever logs the user out or shuts the machine down."""
     homes = {f"XDG_{name}_HOME": str(tmp_path) for name in ("CONFIG", "STATE", "CACHE", "DATA")}
     command = [sys.executable, "-m", "gsapp.cli"]
     process = subprocess.Popen(command, env={**os.environ, **homes})
@@ -143,6 +138,5 @@ exit_process(3)
 
 
 def test_a_process_ends_in_order_while_a_thread_is_within_qt() -> None:
-    """Python's own way of ending aborts it there."""
     ended = subprocess.run([sys.executable, "-P", "-c", _BUSY], check=False, timeout=60.0)
     assert ended.returncode == 3

@@ -39,7 +39,6 @@ def test_the_columns_hold_exactly_the_window_asked_for(window, width, rate):
 )
 @settings(max_examples=100, deadline=None)
 def test_columns_share_the_samples_without_a_gap(window, width, rate, first):
-    """Proves that time and column agree, and that every column has the samples of its time."""
     scale = select_column_scale(window, width, rate)
     columns = range(first, first + 40)
     assert [scale.column(scale.time(column)) for column in columns] == list(columns)
@@ -204,7 +203,6 @@ def test_noise_of_the_sensor_does_not_fill_a_chart():
 
 @pytest.mark.parametrize("value", [1013.25, -40.0, 0.0])
 def test_a_value_that_stands_still_is_in_the_middle_of_its_chart(value):
-    """Not at an edge or beyond it, and with no more room than the sensor's noise is given."""
     steady = AutoRange(least=2.0)
     steady.update(value, value, now=0.0)
     assert steady.low < value - 0.5 < value + 0.5 < steady.high
@@ -221,7 +219,6 @@ def test_traces_keep_off_the_edges_of_a_range_that_was_just_chosen():
 
 @pytest.mark.parametrize("side", [-1.0, 1.0])
 def test_of_a_range_that_widens_the_end_that_holds_stays(side):
-    """Even where the values come near to it, so that only one label moves."""
     steady = AutoRange(least=0.1)
     steady.update(-20.0, 20.0, now=0.0)
     before = (steady.low, steady.high)

@@ -145,7 +145,6 @@ def test_a_line_has_the_color_of_its_channel_unless_it_asks_for_another():
 
 
 def test_the_range_of_an_axis_is_the_one_asked_for():
-    """Fixed where it is fixed; with all limits in sight, and room beyond them."""
     theme = THEMES["daylight"]
 
     def ends(mode, limits=None):
@@ -167,7 +166,6 @@ def test_the_range_of_an_axis_is_the_one_asked_for():
 
 
 def test_every_limit_is_a_band_from_itself_outward():
-    """Caution up to the warning, or without one to the edge; warning to the edge."""
     theme = THEMES["dark"]
 
     def bands(**limits):

@@ -10,7 +10,6 @@ from ui.frame_rate import MIN_LIVE_FRAME_SECONDS, MIN_REPLAY_FRAME_SECONDS, Fram
 
 
 def frames(pace, looks, cost):
-    """Return when frames begin if there is always something to show and each takes `cost` s."""
     begun = []
     busy = 0.0
     for now in looks:

@@ -71,7 +71,6 @@ def picture_of(view, strips=STRIPS, height=120, ratio=1.0, limits=None, **across
 
 
 def seen(picture, view):
-    """Return the pixels as they are shown, from left to right."""
     seam = view.columns[0] % picture.raster.width
     return np.concatenate(
         (picture.raster.pixels[:, seam:], picture.raster.pixels[:, :seam]), axis=1
@@ -100,7 +99,6 @@ def view_of(history, width=300, window=3.0):
 
 
 def rows_of_line(pixels, box, plot, x):
-    """Return the rows of a chart, from its top, in which column x has the line's full color."""
     line = color(DAYLIGHT.trace("blue"))
     column = pixels[box.y - plot.y : box.bottom - plot.y, x]
     return np.flatnonzero(column == line)
@@ -243,7 +241,6 @@ def test_the_brush_is_round_and_symmetric():
 
 
 def test_a_computed_trace_is_dashed_where_the_samples_are():
-    """Two thirds drawn, one left free; the dashes go along with the samples."""
     history = history_of(np.zeros(2000))
     view = view_of(history, width=300, window=3.0)
     picture, geometry = picture_of(view, (fixed("alpha", style="computed"),), height=61)

@@ -43,7 +43,6 @@ def test_traces_stand_out_from_every_area_behind_them(theme):
 
 @pytest.mark.parametrize("theme", THEMES.values(), ids=lambda theme: theme.name)
 def test_no_trace_takes_the_color_of_a_state(theme):
-    """Proves that traces differ from state and target colors, and from one another."""
     states = {theme.good, theme.caution, theme.warning, theme.target, theme.caution_fill}
     traces = list(theme.traces.values())
     assert not states & set(traces)

@@ -81,7 +81,6 @@ def test_zoom_goes_through_all_windows_and_stops_at_the_ends():
 
 
 def test_time_and_columns_agree():
-    """Proves that the time of a column lies in that column, at every scale."""
     view = live_view()
     for window in WINDOWS:
         view.set_window(window)

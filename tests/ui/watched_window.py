@@ -3,8 +3,6 @@
 Arguments: folder of the settings, flight folder, file to write.
 """
 
-from __future__ import annotations
-
 import json
 import sys
 import time
@@ -22,7 +20,6 @@ from ui.settings import SettingsStore
 
 
 def alpha_columns(window: MainWindow) -> list[list[float]]:
-    """Return for each pixel column of alpha's chart its time (s), and 1 where a trace is seen."""
     charts = window.view.charts
     image = charts.grab().toImage().convertToFormat(QImage.Format.Format_RGB32)
     geometry = charts.geometry_in_pixels

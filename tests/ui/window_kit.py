@@ -1,7 +1,5 @@
 """What the window tests share: windows, small flights, an aircraft that sends, keys, pixels."""
 
-from __future__ import annotations
-
 import signal
 import socket
 import threading
@@ -49,12 +47,10 @@ Dialog = TypeVar("Dialog", bound=QDialog)
 
 
 def alpha_sent(times: FloatArray) -> FloatArray:
-    """Return the angle of attack (rad) that the aircraft sends at flight times (s)."""
     return 0.05 * np.sin(2 * np.pi * (times - _SWITCHED_ON))
 
 
 def open_window(folder: Path, **settings: object) -> MainWindow:
-    """Return a window whose settings and flights lie in a folder of the test."""
     store = SettingsStore(folder / "settings" / "window.toml")
     store.change(flights=str(folder / "flights"), muted=True, **settings)
     window = MainWindow(store, ErrorReporter())
@@ -65,7 +61,6 @@ def open_window(folder: Path, **settings: object) -> MainWindow:
 
 @contextmanager
 def opened_window(folder: Path, **settings: object) -> Iterator[MainWindow]:
-    """Hold a window open that sees no recorder of others and asks nothing as it closes."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv(RUNTIME_VARIABLE, str(folder / "run"))
         patch.setattr(ui.main_window, "ask_closing", lambda *_: "leave")
@@ -76,13 +71,11 @@ def opened_window(folder: Path, **settings: object) -> Iterator[MainWindow]:
 
 
 def activate(qtbot: QtBot, window: QWidget) -> None:
-    """Give a window the keyboard."""
     window.activateWindow()
     until(qtbot, lambda: QGuiApplication.focusWindow() is window.windowHandle())
 
 
 def write_flight(folder: Path, seconds: float = 20.0) -> Path:
-    """Write a small Flight CSV: alpha and q swing, V is steady and the elevator steps."""
     times = np.arange(round(seconds * 50)) / 50.0
     alpha = 0.05 + 0.03 * np.sin(2 * np.pi * 0.5 * times)
     values = np.column_stack(
@@ -95,7 +88,6 @@ def write_flight(folder: Path, seconds: float = 20.0) -> Path:
 
 
 def free_port() -> int:
-    """Return a UDP port that nobody listens on."""
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
         probe.bind(("127.0.0.1", 0))
         return int(probe.getsockname()[1])
@@ -152,8 +144,6 @@ class Aircraft:
 
 
 class Loudspeaker:
-    """Remembers what was to be heard."""
-
     def __init__(self) -> None:
         self.tones: list[str] = []
 
@@ -208,7 +198,6 @@ def answer_dialog(kind: type[Dialog], answer: Callable[[Dialog], object]) -> Non
 
 
 def until(qtbot: QtBot, condition: Callable[[], bool], milliseconds: int = 30_000) -> None:
-    """Let the window work until something holds."""
     qtbot.waitUntil(condition, timeout=milliseconds)
 
 
@@ -218,7 +207,6 @@ def press(
     modifier: Qt.KeyboardModifier = Qt.KeyboardModifier.NoModifier,
     times: int = 1,
 ) -> None:
-    """Press a key where the keyboard is."""
     for _ in range(times):
         focus = QApplication.focusWidget()
         assert focus is not None
@@ -226,7 +214,6 @@ def press(
 
 
 def type_into(qtbot: QtBot, field: QWidget, text: str) -> None:
-    """Put the keyboard into a field and type in place of what stands there."""
     field.setFocus()
     edit = QApplication.focusWidget()
     assert edit is not None
@@ -236,7 +223,6 @@ def type_into(qtbot: QtBot, field: QWidget, text: str) -> None:
 
 
 def pixels(widget: QWidget, box: QRect | None = None) -> np.ndarray:
-    """Return what a widget shows, shape (height, width), each 0xRRGGBB."""
     QApplication.processEvents()
     image = widget.grab(box or widget.rect()).toImage()
     image = image.convertToFormat(QImage.Format.Format_RGB32)
@@ -245,10 +231,8 @@ def pixels(widget: QWidget, box: QRect | None = None) -> np.ndarray:
 
 
 def count(widget: QWidget, color: str, box: QRect | None = None) -> int:
-    """Return the number of pixels of a color, ``#rrggbb``."""
     return int((pixels(widget, box) == int(color[1:], 16)).sum())
 
 
 def in_window(widget: QWidget, window: QWidget) -> QRect:
-    """Return where a widget stands in the window."""
     return QRect(widget.mapTo(window, QPoint(0, 0)), widget.size())

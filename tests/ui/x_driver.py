@@ -4,8 +4,6 @@ The script runs in a thread of its own. It asks the window for facts and positio
 event loop, and acts only as a person could: by pointer and keys.
 """
 
-from __future__ import annotations
-
 import os
 import shutil
 import subprocess
@@ -81,11 +79,9 @@ class XDriver:
         pictures.mkdir(parents=True, exist_ok=True)
 
     def ask(self, function: Callable[[], Result]) -> Result:
-        """Return what a function finds in the thread of the window."""
         return self._loop.call(function)
 
     def until(self, condition: Callable[[], object], what: str, seconds: float = _WAIT) -> None:
-        """Wait until a condition holds in the window."""
         deadline = time.monotonic() + seconds
         while not self.ask(condition):
             if time.monotonic() > deadline:
@@ -94,7 +90,6 @@ class XDriver:
             time.sleep(0.05)
 
     def changes(self, value: Callable[[], object], seconds: float) -> None:
-        """Wait until a value changes, at most some seconds."""
         before, deadline = self.ask(value), time.monotonic() + seconds
         while self.ask(value) == before and time.monotonic() < deadline:
             time.sleep(0.05)
@@ -128,7 +123,6 @@ class XDriver:
         _xdotool("click", str(button))
 
     def press(self, text: str, within: QWidget | None = None) -> None:
-        """Click the button that reads so."""
         self.click(self.find(QAbstractButton, lambda it: _plain(it.text()) == text, text, within))
 
     def menu(self, bar: QMenuBar, *path: str) -> None:
@@ -150,13 +144,10 @@ class XDriver:
                 level = below
 
     def tab(self, bar: QTabBar, text: str) -> None:
-        """Click a tab by its words."""
         indices = [at for at in range(bar.count()) if _plain(bar.tabText(at)).startswith(text)]
         self.click(bar, at=self.ask(lambda: bar.tabRect(indices[0]).center()))
 
     def row(self, view: QAbstractItemView, row: int, column: int = 0, button: int = 1) -> None:
-        """Click a cell of a list or table."""
-
         def middle() -> QPoint:
             index = view.model().index(row, column)
             view.scrollTo(index)
@@ -165,13 +156,11 @@ class XDriver:
         self.click(view.viewport(), button, self.ask(middle))
 
     def keys(self, *names: str) -> None:
-        """Press keys, by their X names, once a window of the program has the keyboard."""
         self.until(lambda: QApplication.focusWindow() is not None, "a window has the keyboard")
         for name in names:
             _xdotool("key", "--clearmodifiers", name)
 
     def fill(self, field: QLineEdit, text: str) -> None:
-        """Type a text in place of what stands in a field."""
         self.click(field)
         self.until(field.hasFocus, f"{_name(field)} has the keyboard")
         self.keys("ctrl+a")
@@ -180,7 +169,6 @@ class XDriver:
         self.until(lambda: field.text() == text, f"{text} is typed")
 
     def close(self, window: QWidget) -> None:
-        """Close the window of the program, as its frame does; return when the program ends."""
         ends = threading.Event()
         self.ask(lambda: QApplication.instance().aboutToQuit.connect(ends.set))  # type: ignore[union-attr]
         self.until(window.isActiveWindow, "the window has the keyboard")
@@ -199,7 +187,6 @@ class XDriver:
         within: QWidget | None = None,
         seconds: float = _WAIT,
     ) -> Any:
-        """Return the first visible widget of a kind that fits, once there is one."""
         found: list[Any] = []
 
         def look() -> bool:
@@ -216,12 +203,9 @@ class XDriver:
         return found[0]
 
     def dialog(self, kind: type[Any]) -> Any:
-        """Return the open dialog of a kind."""
         return self.find(kind, lambda _it: True, kind.__name__)
 
     def picture(self, name: str) -> None:
-        """Keep a picture of the whole screen."""
-
         def grab() -> None:
             screen = QApplication.primaryScreen()
             screen.grabWindow(0).save(str(self._pictures / f"{name}.png"))
@@ -229,7 +213,6 @@ class XDriver:
         self.ask(grab)
 
     def note(self, **facts: object) -> None:
-        """Keep facts for the test."""
         self.facts.update(facts)
 
 
@@ -274,7 +257,6 @@ def run_program(
 
 
 def missing_programs() -> list[str]:
-    """Return what is not installed of what `x_server` and `XDriver` need."""
     return [name for name in ("Xvfb", "openbox", "xdotool") if shutil.which(name) is None]
 
 
@@ -315,7 +297,6 @@ def x_server(folder: Path) -> Iterator[dict[str, str]]:
 
 
 def left_running(folder: Path, seconds: float = 10.0) -> list[str]:
-    """Return the commands of processes of a home that do not end within some seconds."""
     mark = f"GSAPP_RUNTIME_FOLDER={folder / 'run'}".encode()
     deadline = time.monotonic() + seconds
     while found := _processes_with(mark):
@@ -326,7 +307,6 @@ def left_running(folder: Path, seconds: float = 10.0) -> list[str]:
 
 
 def _processes_with(mark: bytes) -> list[str]:
-    """Return the commands of all processes with a variable in their environment."""
     found = []
     for process in Path("/proc").glob("[0-9]*"):
         try:
@@ -338,13 +318,11 @@ def _processes_with(mark: bytes) -> list[str]:
 
 
 def _windows_on_top() -> list[QWidget]:
-    """Return the windows that take input, a dialog or popup before what is behind it."""
     on_top = [QApplication.activePopupWidget(), QApplication.activeModalWidget()]
     return [it for it in on_top if it is not None] or QApplication.topLevelWidgets()
 
 
 def _plain(text: str) -> str:
-    """Return the words of a label without the marks of its shortcut."""
     return text.replace("&&", "\0").replace("&", "").replace("\0", "&").split("\t")[0].strip()
 
 
