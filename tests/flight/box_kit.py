@@ -1,7 +1,5 @@
 """What the flight tests share: a record as the box of the B777 sends it."""
 
-from __future__ import annotations
-
 import os
 import struct
 

@@ -1,7 +1,5 @@
 """Records of flights made of plain filters: quick to make, with inputs where one wants them."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -31,8 +29,6 @@ NOISE = {
 
 @dataclass(frozen=True, kw_only=True)
 class Input:
-    """One input: when it begins (s), which surface, its shape, size (deg), unit step (s)."""
-
     at: float
     surface: str
     kind: str = "doublet"
@@ -50,7 +46,6 @@ def lagged(samples: np.ndarray, tau: float, dt: float) -> np.ndarray:
 
 
 def resonant(samples: np.ndarray, omega: float, zeta: float, dt: float) -> np.ndarray:
-    """Second-order answer with unit gain."""
     a = np.exp(-zeta * omega * dt)
     pole = 2.0 * a * np.cos(omega * np.sqrt(1.0 - zeta**2) * dt)
     return lfilter([1.0 - pole + a * a], [1.0, -pole, a * a], samples)
@@ -137,7 +132,6 @@ def flight_of(columns: dict[str, np.ndarray], times: np.ndarray, name: str = "ma
 
 
 def changed(flight: Flight, **columns: np.ndarray | float) -> Flight:
-    """Return a flight with some channels put in place of its own."""
     block = flight.block
     held = {name: np.array(block[name]) for name in block.channels}
     for name, values in columns.items():

@@ -1,7 +1,5 @@
 """A flight over a thin link, and the log of a box whose clock is another, and drifts."""
 
-from __future__ import annotations
-
 import struct
 from pathlib import Path
 
@@ -17,7 +15,6 @@ BEGUN_US = 1_760_000_000_000_000
 
 
 def own_time(frame: bytes, offset: float, drift: float) -> bytes:
-    """Return a frame with the sender's stamp by a clock that is `offset` behind and gains."""
     number = frame[7] | frame[8] << 8 | frame[9] << 16
     place = time_fields().get(number)
     if place is None or number == 2:  # SYSTEM_TIME says how the two stand: left out

@@ -1,7 +1,5 @@
 """Test cards: files with all their mistakes told, and maneuvers matched to what was planned."""
 
-from __future__ import annotations
-
 import io
 from dataclasses import replace
 from typing import Any
@@ -68,7 +66,6 @@ def flown(number: int = 1, **changes: Any) -> DetectedManeuver:
 
 
 def test_the_shipped_cards_are_a_flight(tmp_path) -> None:
-    """Every set that comes with the program loads, comes back from a file, and is flyable."""
     assert "b777" in shipped_cards()
     for name in shipped_cards():
         found = load_cards(name)
@@ -127,7 +124,6 @@ width = "0.4 s"
 
 
 def test_cards_are_kept_with_the_flight(tmp_path) -> None:
-    """A flight folder holds its own copy, and none where nothing was planned."""
     folder = FlightFolder.create(tmp_path / "f")
     assert folder.cards() is None
     plan = cards(E1, C1)
@@ -136,7 +132,6 @@ def test_cards_are_kept_with_the_flight(tmp_path) -> None:
 
 
 def test_a_card_is_done_when_enough_good_ones_were_flown() -> None:
-    """Open, begun, done; the next card is the first with repeats missing."""
     plan = cards(E1, C1)
     assert match_cards(plan, []).next_card.id == "E1"
     one = match_cards(plan, [flown(1)])
@@ -168,7 +163,6 @@ def test_a_card_is_done_when_enough_good_ones_were_flown() -> None:
     ],
 )
 def test_what_misses_the_card_does_not_count_and_says_why(changes, reason) -> None:
-    """Too fast, too small, too short, unfit: an attempt all the same, with its reason."""
     result = match_cards(cards(E1), [flown(1, **changes)])
     (attempt,) = result.cards[0].attempts
     assert not attempt.is_counted
@@ -178,7 +172,6 @@ def test_what_misses_the_card_does_not_count_and_says_why(changes, reason) -> No
 
 
 def test_maneuvers_go_to_the_card_they_were_flown_for() -> None:
-    """By speed among cards of one surface; a third good one to whoever still misses some."""
     plan = cards(E1, E2)
     slow = flown(1, V=86.0 * FOOT)
     fast = flown(2, V=101.0 * FOOT)
@@ -195,7 +188,6 @@ def test_maneuvers_go_to_the_card_they_were_flown_for() -> None:
 
 
 def test_what_was_not_measured_is_not_held_against_a_maneuver() -> None:
-    """A flight that lost its pitot and vanes still fills its cards by surface and size."""
     card = TestCard.model_validate({**E1, "alpha": "9 deg"})
     assert compare_with_card(card, flown(1, alpha=None, V=None)).is_counted
     far = compare_with_card(card, flown(1))

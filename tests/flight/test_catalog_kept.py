@@ -1,7 +1,5 @@
 """Runs over a campaign in the catalog, and transactions within one another."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 
@@ -65,7 +63,6 @@ def catalog(tmp_path: Path):
 
 
 def test_a_record_comes_back_as_it_was(catalog: Catalog) -> None:
-    """With its number, and its fits with the edges of their time."""
     number = store_campaign_run(catalog, RECORD)
     store_run(catalog, replace(FIT, campaign_run_id=number))
     assert get_campaign_run(catalog, number) == replace(RECORD, number=number)
@@ -73,14 +70,13 @@ def test_a_record_comes_back_as_it_was(catalog: Catalog) -> None:
     assert fit == replace(FIT, id=1, campaign_run_id=number)
     set_campaign_run_label(catalog, number, "others")
     assert list_campaign_runs(catalog) == (replace(RECORD, number=number, label="others"),)
-    with pytest.raises(UnknownNameError, match="no run 7; it has 1"):
+    with pytest.raises(UnknownNameError, match="no run 7"):
         get_campaign_run(catalog, 7)
     with pytest.raises(UnknownNameError, match="no run 7"):
         restore_campaign_run(catalog, 7)
 
 
 def test_what_is_forgotten_is_nowhere_until_it_is_called_back(catalog: Catalog) -> None:
-    """Neither the run, nor its fits, nor their trace in the maneuvers; other fits stay."""
     store_run(catalog, FIT)
     number = store_campaign_run(catalog, RECORD)
     store_run(catalog, replace(FIT, campaign_run_id=number))
@@ -93,16 +89,14 @@ def test_what_is_forgotten_is_nowhere_until_it_is_called_back(catalog: Catalog) 
 
 
 def test_a_damaged_record_is_named(catalog: Catalog) -> None:
-    """One sentence with the run and the remedy."""
     store_campaign_run(catalog, RECORD)
     with catalog.transaction() as connection:
         connection.execute("UPDATE kept_runs SET inputs = '[{]'")
-    with pytest.raises(FlightError, match=r"the run 1 in the catalog .* is damaged"):
+    with pytest.raises(FlightError, match=r"run 1 .* damaged"):
         list_campaign_runs(catalog)
 
 
 def test_maneuvers_are_added_beside_those_that_stand(catalog: Catalog) -> None:
-    """Known ones stay as they are, new ones come in, a name in use gives way to the times."""
     first = FOUND[0]
     known = replace(first, note="not to be seen", t_end=first.t_end - 0.5)
     elsewhere = replace(FOUND[1], t_start=5.0, t_end=9.5)
@@ -121,7 +115,6 @@ def test_maneuvers_are_added_beside_those_that_stand(catalog: Catalog) -> None:
 
 
 def test_a_transaction_within_another_is_part_of_it(catalog: Catalog) -> None:
-    """What fails last takes back what was stored first."""
     before = export_catalog(catalog)
 
     def store(maneuver: str) -> None:

@@ -1,7 +1,5 @@
 """Verdicts in the catalog: kept beside the grades, and old catalogs take them up."""
 
-from __future__ import annotations
-
 import sqlite3
 from dataclasses import replace
 from pathlib import Path
@@ -35,7 +33,6 @@ SCORES = (
 
 
 def verdict(number: int, time: float, result: str = "good", **facts: object) -> StoredVerdict:
-    """Return a verdict on an input at a time (s)."""
     return replace(
         StoredVerdict(
             name=f"M{number}", t_input=time, t_end=time + 4.0, surfaces=("da", "dr"),
@@ -77,7 +74,6 @@ def test_verdicts_come_back_with_the_maneuver_found_there_and_its_grade(tmp_path
 
 
 def test_a_second_debrief_takes_the_place_of_the_first(tmp_path: Path) -> None:
-    """Nothing of the former one is left, in this flight; other flights keep theirs."""
     other = replace(FLIGHT, name="2003-05-13-b")
     with Catalog(tmp_path / "c.sqlite") as catalog:
         store_debrief(catalog, FLIGHT, [verdict(1, 10.0), verdict(2, 20.0)], SCORES)
@@ -91,7 +87,6 @@ def test_a_second_debrief_takes_the_place_of_the_first(tmp_path: Path) -> None:
 
 
 def test_a_debrief_is_stored_whole_or_not_at_all(tmp_path: Path) -> None:
-    """Two verdicts of one name, or one that JSON cannot hold, leave the former debrief."""
     with Catalog(tmp_path / "c.sqlite") as catalog:
         store_debrief(catalog, FLIGHT, [verdict(1, 10.0)], SCORES)
         for wrong in (verdict(1, 20.0), verdict(2, 20.0, record={"x": float("nan")})):
@@ -104,7 +99,6 @@ def test_a_debrief_is_stored_whole_or_not_at_all(tmp_path: Path) -> None:
 def test_a_catalog_from_before_the_verdicts_takes_them_up(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """A file of the first version opens, keeps all it held, and can be written to as a new one."""
     path = tmp_path / "old.sqlite"
     with monkeypatch.context() as before:
         before.setattr(schema, "MIGRATIONS", schema.MIGRATIONS[:1])

@@ -3,8 +3,6 @@
 The files in ``catalogs`` were written by the programs of their time.
 """
 
-from __future__ import annotations
-
 import sqlite3
 from pathlib import Path
 
@@ -33,14 +31,12 @@ RECORD = CampaignRun(
 
 
 def made(script: Path, path: Path) -> sqlite3.Connection:
-    """Return a catalog as it was written then."""
     connection = sqlite3.connect(path)
     connection.executescript(script.read_text(encoding="utf-8"))
     return connection
 
 
 def content(connection: sqlite3.Connection) -> dict[str, list[tuple[object, ...]]]:
-    """Return all rows of all tables with the names of their columns."""
     names = connection.execute("SELECT name FROM sqlite_master WHERE type = 'table'").fetchall()
     found = {}
     for (name,) in names:
@@ -51,7 +47,6 @@ def content(connection: sqlite3.Connection) -> dict[str, list[tuple[object, ...]
 
 
 def test_every_former_version_is_tried() -> None:
-    """There is a file of each version but the present one."""
     assert [one.stem for one in OLD] == [
         f"version{number}" for number in range(1, len(schema.MIGRATIONS))
     ]

@@ -1,7 +1,5 @@
 """ArduPilot's .bin logs: decoded as pymavlink's reader does, and past damage where it is not."""
 
-from __future__ import annotations
-
 import contextlib
 import random
 import struct
@@ -43,7 +41,6 @@ class BinWriter:
         return self
 
     def describe(self, units, factors, rows):
-        """Write UNIT, MULT and FMTU."""
         self.define("UNIT", "QbZ", "TimeUS,Id,Label")
         self.define("MULT", "Qbd", "TimeUS,Id,Mult")
         self.define("FMTU", "QBNN", "TimeUS,FmtType,UnitIds,MultIds")
@@ -94,7 +91,6 @@ def bin_file(tmp_path):
 
 
 def test_every_value_is_that_of_pymavlink(bin_file):
-    """All records of all messages equal those of pymavlink's own reader of the same file."""
     log = read_dataflash(bin_file)
     assert log.remarks == ()
     theirs = DFReader.DFReader_binary(str(bin_file))
@@ -117,7 +113,6 @@ def test_every_value_is_that_of_pymavlink(bin_file):
 
 
 def test_units_and_multipliers_of_the_log(bin_file):
-    """Units come from UNIT and FMTU; a multiplier speaks of the raw value, letter or not."""
     log = read_dataflash(bin_file)
     assert log.tables["IMU", "0"].units["GyrX"] == "rad/s"
     assert log.tables["IMU", "0"].units["AccX"] == "m/s^2"
@@ -141,7 +136,6 @@ def test_multipliers_stored_in_single_precision_are_the_numbers_meant(tmp_path):
 
 
 def test_multiplier_of_a_plain_integer_is_applied(tmp_path):
-    """A plain int16 with the multiplier 0.01 is scaled, which pymavlink leaves to its caller."""
     log = BinWriter()
     log.define("VOLT", "Qhf", "TimeUS,V,Cap")
     log.describe({"v": "V"}, {"B": 1e-2, "-": 0.0, "F": 1e-6}, [("VOLT", "svv", "FB-")])
@@ -171,7 +165,6 @@ def test_old_logs_without_units(tmp_path):
 
 
 def test_array_fields_and_messages(tmp_path):
-    """The int16[32] letter becomes 32 columns; MSG becomes events at their times."""
     log = BinWriter()
     log.define("ISBD", "Qa", "TimeUS,x")
     log.define("MSG", "QZ", "TimeUS,Message")
@@ -239,7 +232,6 @@ def test_numbers_that_look_like_a_header_cost_no_record(tmp_path, kind):
 
 
 def test_a_torn_end_is_told(tmp_path):
-    """A log whose last record is torn opens up to it."""
     whole, _ = flight_log()
     path = tmp_path / "t.bin"
     path.write_bytes(whole[:-7])
@@ -250,7 +242,6 @@ def test_a_torn_end_is_told(tmp_path):
 
 
 def test_a_flipped_time_stamp_is_left_out(tmp_path):
-    """Stamps damaged upward and downward cost their own records and no others."""
     whole, starts = flight_log()
     data = bytearray(whole)
     for index in (9, 300, 599 - 2):  # records of ATT and IMU, the last few included
@@ -269,7 +260,6 @@ def test_a_flipped_time_stamp_is_left_out(tmp_path):
 
 @pytest.mark.parametrize("content", [b"", b"hello, this is text\n" * 20, bytes(500)])
 def test_files_that_are_no_log(tmp_path, content):
-    """Empty files and files of other kinds get a sentence."""
     path = tmp_path / "x.bin"
     path.write_bytes(content)
     with pytest.raises(FlightError, match=r"x\.bin"):
@@ -279,7 +269,6 @@ def test_files_that_are_no_log(tmp_path, content):
 
 
 def test_random_damage_never_crashes(tmp_path):
-    """Sixty logs with random bytes overwritten and removed are read or refused in words."""
     whole, _ = flight_log(count=20)
     path = tmp_path / "r.bin"
     for seed in range(60):
@@ -298,7 +287,6 @@ def test_random_damage_never_crashes(tmp_path):
 
 
 def test_log_becomes_a_flight(bin_file):
-    """The shipped map lays the log on the grid: both IMUs, z turned up, in SI."""
     flight = load_flight(bin_file)
     table = read_dataflash(bin_file).tables["IMU", "0"]
     assert flight.rate == pytest.approx(100.0)
@@ -311,7 +299,6 @@ def test_log_becomes_a_flight(bin_file):
 
 
 def test_the_unit_of_the_log_is_believed(bin_file, tmp_path):
-    """Where the map names another unit than the log states, the log is believed, and that told."""
     path = tmp_path / "map.toml"
     path.write_text(
         'name = "mine"\nformat = "ardupilot-log"\n[[channels]]\nid = "q"\n'
@@ -322,5 +309,5 @@ def test_the_unit_of_the_log_is_believed(bin_file, tmp_path):
     np.testing.assert_allclose(flight.block["q"], table.fields["GyrY"])
     assert any("believed" in remark for remark in flight.remarks)
     path.write_text(path.read_text().replace("IMU[1].GyrY", "XYZ.Q"))
-    with pytest.raises(FlightError, match=r"holds nothing.*--map.*ATT, BARO, IMU"):
+    with pytest.raises(FlightError, match=r"--map.*ATT, BARO, IMU"):
         load_flight(bin_file, channel_map=path)

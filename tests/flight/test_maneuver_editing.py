@@ -1,7 +1,5 @@
 """Editing the list of maneuvers: nothing is lost, everything can be taken back."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import replace
 from pathlib import Path
@@ -34,14 +32,12 @@ BOOK = EditableManeuverList(detected=FOUND)
 
 
 def plain(name: str, start: float, stop: float) -> DetectedManeuver:
-    """Stands for the look at the samples, which is proven elsewhere."""
     return DetectedManeuver(
         id=name, t_start=start, t_end=stop, inputs=("de",), kind="doublet", amplitude=0.1, grade="B"
     )
 
 
 def test_a_moved_edge_is_judged_anew():
-    """Cut before its free answer, the doublet is poor; the old one comes back with undo."""
     book = BOOK.move("1", ASSESS, t_end=61.3)
     moved = book["1"]
     assert moved.t_end == pytest.approx(61.3)
@@ -73,7 +69,7 @@ def test_names_and_notes():
     book = BOOK.rename("4", "combined").annotate("combined", "the good one")
     assert book["combined"].note == "the good one"
     assert book["combined"].inputs == ("da", "dr")
-    with pytest.raises(UnknownNameError, match="there is no maneuver '4'"):
+    with pytest.raises(UnknownNameError, match="'4'"):
         book["4"]
     # Moving an edge keeps what a person wrote.
     assert book.move("combined", ASSESS, t_end=100.0)["combined"].note == "the good one"
@@ -136,7 +132,6 @@ def done(book: EditableManeuverList, deed: str, place: int, size: float) -> Edit
 @settings(max_examples=50, deadline=None)
 @given(deeds=DEEDS)
 def test_every_history_can_be_taken_back_and_brought_again(deeds):
-    """All the way back stands what was found; all the way forth what was there before."""
     book = BOOK
     for deed in deeds:
         book = done(book, *deed)
@@ -154,7 +149,6 @@ def test_every_history_can_be_taken_back_and_brought_again(deeds):
 @settings(max_examples=25, deadline=None)
 @given(deeds=DEEDS)
 def test_the_events_file_holds_every_history(tmp_path_factory, deeds):
-    """A window that opens the file afterwards shows the same list, undo and redo included."""
     path = tmp_path_factory.mktemp("edits") / "events.jsonl"
     log = ManeuverEditLog(EventLog(path), FOUND)
     for deed in deeds:
@@ -182,9 +176,9 @@ def test_two_windows_share_one_list(tmp_path):
     two.record(two.maneuver_list.undo())
     one.poll()
     assert records(one.maneuver_list) == records(two.maneuver_list) == records(BOOK)
-    with pytest.raises(FlightError, match="changed the maneuvers meanwhile"):
+    with pytest.raises(FlightError, match="meanwhile"):
         one.record(one.maneuver_list.remove("2").remove("3"))
-    with pytest.raises(FlightError, match="changed the maneuvers meanwhile"):
+    with pytest.raises(FlightError, match="meanwhile"):
         ManeuverEditLog(EventLog(tmp_path / "none.jsonl"), FOUND).record(BOOK)
 
 
@@ -212,7 +206,7 @@ def test_a_record_comes_back_whole():
     short = DetectedManeuver.from_record(FOUND[0].to_json())
     assert (short.id, short.inputs, short.grade) == ("1", ("de",), FOUND[0].grade)
     for wrong in (3, {}, {**FOUND[0].to_json(), "grade": "Z"}, {**FOUND[0].to_json(), "t_end": 0}):
-        with pytest.raises(FlightError, match="find the maneuvers anew"):
+        with pytest.raises(FlightError, match="find the maneuvers"):
             DetectedManeuver.from_record(wrong)
 
 
@@ -220,14 +214,12 @@ def test_a_record_comes_back_whole():
 
 
 def edited(path: Path, found: tuple[DetectedManeuver, ...], *deeds: tuple[str, int, float]) -> None:
-    """Write changes of a list to an events file."""
     log = ManeuverEditLog(EventLog(path), found)
     for deed in deeds:
         log.record(done(log.maneuver_list, *deed))
 
 
 def test_maneuvers_that_know_as_little_are_equal():
-    """From Python 3.13 on data classes compare number by number, and NaN equals nothing."""
     one, again = (replace(FOUND[0], t_input=float("nan")) for _ in range(2))
     assert one == again
     assert one != replace(again, t_input=FOUND[0].t_start)
@@ -235,7 +227,6 @@ def test_maneuvers_that_know_as_little_are_equal():
 
 
 def test_a_change_finds_its_maneuver_where_it_lay_not_by_its_number(tmp_path):
-    """A detection that sees one more before it counts on; the change stays with its motion."""
     path = tmp_path / "events.jsonl"
     edited(path, FOUND, ("move", 1, 2.5), ("note", 1, 7.0), ("remove", 3, 1.0))
     before = ManeuverEditLog(EventLog(path), FOUND).maneuver_list
@@ -271,7 +262,6 @@ def test_what_is_not_found_any_more_stands_as_it_was_changed_and_is_said(tmp_pat
 
 
 def test_undo_takes_back_its_own_change_whichever_are_left_out(tmp_path):
-    """The history holds an overtaken change; its undo must not take back the one before it."""
     path = tmp_path / "events.jsonl"
     one, two = (ManeuverEditLog(EventLog(path), FOUND) for _ in range(2))
     one.record(one.maneuver_list.remove("1"))
@@ -299,7 +289,6 @@ def test_a_grade_by_a_person_survives_and_can_be_taken_back(tmp_path):
 
 
 def test_a_survey_takes_what_was_changed_as_the_samples_show_it_now(tmp_path):
-    """Edges and notes are the person's, the grade is what this very record shows."""
     flight = replace(FLIGHT, path=tmp_path / "made.csv")
     found = collect_maneuvers(flight, AIRCRAFT).maneuvers
     log = ManeuverEditLog(EventLog(events_path(flight.path)), found)
@@ -315,7 +304,4 @@ def test_a_survey_takes_what_was_changed_as_the_samples_show_it_now(tmp_path):
     (given,) = collect_maneuvers(flight, AIRCRAFT, given=["64:66"]).maneuvers
     assert given.note == ""
     shorter = replace(flight, block=flight.block.between(0.0, 62.0))
-    assert any(
-        "rest, put in by hand, is left out" in one
-        for one in collect_maneuvers(shorter, AIRCRAFT).remarks
-    )
+    assert any("by hand" in one for one in collect_maneuvers(shorter, AIRCRAFT).remarks)

@@ -1,7 +1,5 @@
 """Grades say what is wrong with a maneuver; the noise floor is that of the instruments."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np
@@ -45,13 +43,12 @@ def test_a_start_out_of_trim_is_told_by_its_rate():
     rolling = flight.block["p"] + 9.0 * DEGREE * during(flight, AT - 3.0, AT + 6.0)
     found = graded(changed(flight, p=rolling))
     assert found.grade == "B"
-    assert "not trimmed at the start: rolling at" in found.reasons[0]
+    assert "rolling" in found.reasons[0]
     tumbling = flight.block["p"] + 20.0 * DEGREE * during(flight, AT - 3.0, AT + 6.0)
     assert graded(changed(flight, p=tumbling)).grade == "C"
 
 
 def test_defects_add_up_to_a_grade():
-    """One small: B; two, or one large: C; two large: D."""
     flight = made()
     late = during(flight, AT - 3.0, AT + 6.0)
     rolling = {rate: flight.block["p"] + rate * DEGREE * late for rate in (9.0, 20.0)}
@@ -81,14 +78,12 @@ def test_where_nothing_moved_there_is_nothing_to_learn():
         times=np.zeros(0), rows=np.zeros((0, len(SIGNALS))), t_input=0.0, t_input_end=1.0, t_end=3.0
     )
     setting = GradingContext(aircraft=AIRCRAFT, noise=run_detector(made(), AIRCRAFT).noise)
-    assert grade_maneuver(passage, setting, ()) == (
-        "D", ("no surface moved beyond its noise: nothing is excited",)
-    )  # fmt: skip
+    grade, reasons = grade_maneuver(passage, setting, ())
+    assert (grade, len(reasons)) == ("D", 1)
 
 
 @pytest.mark.parametrize(("size", "grade"), [(1.6, "A"), (3.0, "B"), (7.0, "C")])
 def test_another_stick_counts_by_its_share_of_the_travel(size: float, grade: str):
-    """Below a fifth of the main one it is steering, from a half on it spoils the answer."""
     flight = made(size=5.0)
     ramp = np.clip(flight.block.times - AT, 0.0, 1.0)
     found = graded(changed(flight, da=flight.block["da"] + size * DEGREE * ramp))
@@ -96,7 +91,6 @@ def test_another_stick_counts_by_its_share_of_the_travel(size: float, grade: str
 
 
 def test_too_small_an_input_is_told_by_its_answer():
-    """Against a gyro of ten times the noise the same doublet excites too little."""
     flight = made(size=3.0)
     random = np.random.default_rng(8)
     loud = {
@@ -116,7 +110,6 @@ def test_too_small_an_input_is_told_by_its_answer():
 
 @pytest.mark.parametrize("side", [12.0, -20.0])
 def test_an_excursion_beyond_the_linear_range_is_too_large(side: float):
-    """Upward or downward, it is told how far."""
     flight = made()
     alpha = flight.block["alpha"] + side * DEGREE * during(flight, AT + 0.5, AT + 2.0)
     (told,) = (each for each in graded(changed(flight, alpha=alpha)).reasons if "alpha" in each)
@@ -138,13 +131,13 @@ def test_another_stick_is_named_with_its_size():
     da = flight.block["da"] + 2.0 * DEGREE * np.clip(flight.block.times - AT, 0.0, 1.5) / 1.5
     found = graded(changed(flight, da=da))
     assert found.inputs == ("de",)
-    assert any("da moved as well" in reason for reason in found.reasons)
+    assert any("da moved" in reason for reason in found.reasons)
 
 
 def test_gusts_are_told_from_what_happens_before_the_input():
     calm, rough = graded(made(gusts=0.0)), graded(made(gusts=6.0))
     assert not any("turbulence" in reason for reason in calm.reasons)
-    assert any("turbulence or unrest before the input" in reason for reason in rough.reasons)
+    assert any("turbulence" in reason for reason in rough.reasons)
     assert rough.grade > calm.grade
 
 
@@ -157,7 +150,6 @@ def test_throttle_and_load_count_as_trim():
 
 
 def test_a_short_free_answer_is_told():
-    """The pilot takes over a second after the input."""
     flight = made()
     taken = flight.block["de"] - 4.0 * DEGREE * np.clip(flight.block.times - (AT + 1.9), 0.0, 1.0)
     taken = np.where(flight.block.times > AT + 8.0, flight.block["de"], taken)
@@ -176,7 +168,6 @@ def test_a_stuck_sensor_and_a_missing_one_are_named():
 
 
 def test_a_rudder_lost_in_flight_makes_an_aileron_maneuver_unfit():
-    """What answers to the ailerons answers to the rudder too; one never measured is another."""
     flight = make_flight([Input(at=AT, surface="da", size=5.0)], seed=2)
     lost = np.where(flight.block.times > AT - 10.0, np.nan, flight.block["dr"])
     assert "was lost" not in str(graded(flight).reasons)
@@ -198,7 +189,6 @@ def test_missing_samples_are_told_as_a_share():
 
 
 def test_no_answer_at_all_is_no_maneuver():
-    """Surfaces move, the gyros and accelerometers show noise only: this is not flying."""
     flight = made()
     random = np.random.default_rng(3)
     dead = {
@@ -213,7 +203,6 @@ def test_no_answer_at_all_is_no_maneuver():
 
 @pytest.mark.parametrize("name", ["q", "an", "alpha", "de"])
 def test_the_noise_floor_is_measured_before_take_off(name):
-    """Within 10 % of the noise put in, range-check pulses on that very ground notwithstanding."""
     flight = make_flight(ground=60.0, seconds=100.0, range_check=[(20.0, "de"), (30.0, "de")])
     detector = run_detector(flight, AIRCRAFT)
     assert detector.noise.std_of(name) == pytest.approx(NOISE[name], rel=0.1)
@@ -232,11 +221,11 @@ def test_the_engines_make_the_noise_floor_not_the_silence_before_them():
     }
     detector = run_detector(changed(flight, **quiet), AIRCRAFT)
     assert detector.noise.std_of("q") == pytest.approx(NOISE["q"], rel=0.1)
-    assert "while the gyros shook" in detector.noise.source
+    assert "gyros" in detector.noise.source
     turning = np.where(times < 40.0, 0.0, 800.0)
     with_rpm = {**{n: flight.block[n] for n in flight.block.channels}, "rpm_left": turning}
     detector = run_detector(flight_of(with_rpm, times), AIRCRAFT)
-    assert "with the engines running" in detector.noise.source
+    assert "engines running" in detector.noise.source
     assert 35.0 < detector.noise.duration < 45.0
 
 

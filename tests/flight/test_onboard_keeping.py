@@ -1,7 +1,5 @@
 """An on-board log goes into a flight whole or not at all, and all that was noted stays."""
 
-from __future__ import annotations
-
 import json
 import shutil
 import subprocess
@@ -39,7 +37,6 @@ OFFSET, DRIFT = 3.7, 400e-6
 
 @pytest.fixture(scope="module")
 def thin(tmp_path_factory):
-    """Return a flight over the thin link with one doublet, and the log of a clock beside it."""
     folder = tmp_path_factory.mktemp("thin")
     log = folder / "box.tlog"
     return fly_thin(folder / "f", log, seconds=49.0, offset=OFFSET, drift=DRIFT), log
@@ -168,12 +165,11 @@ def test_the_command_tells_and_takes_back(flight, tmp_path, capsys):
     assert told(use="none")["onboard"] is None
     again = load_flight(folder.path)
     assert np.array_equal(again.block.values, live.block.values, equal_nan=True)
-    with pytest.raises(FlightError, match=r"it has box\.csv, box\.tlog"):
+    with pytest.raises(FlightError, match=r"box\.csv, box\.tlog"):
         activate_log(folder.path, "other.bin")
 
 
 def test_a_log_of_another_flight_changes_nothing(flight, tmp_path):
-    """Refused with why and the dates; not a byte of the folder is another."""
     folder, log = flight
     install_log(folder.path, log)
     before = listing(folder)
@@ -181,9 +177,9 @@ def test_a_log_of_another_flight_changes_nothing(flight, tmp_path):
     random = np.random.default_rng(2).normal(size=6000).cumsum()
     other.write_bytes(box_tlog(50.0, motion=lambda time: np.sin(random[int(time * 100)])))
     begun = datetime.fromtimestamp(BEGUN_US / 1e6, UTC) + timedelta(days=3)
-    with pytest.raises(FlightError, match=r"not taken as the on-board log.*begun on 2025-10-12"):
+    with pytest.raises(FlightError, match="2025-10-12"):
         install_log(folder.path, other, begun=begun)
-    with pytest.raises(FlightError, match="is the live record itself"):
+    with pytest.raises(FlightError, match="live record itself"):
         install_log(folder.path, folder.tlog_file)
     table = tmp_path / "points.csv"
     table.write_text("angle [deg],volts [V]\n1,2\n")
@@ -201,7 +197,6 @@ def test_a_log_of_another_flight_changes_nothing(flight, tmp_path):
 
 
 def test_killed_in_the_midst_the_flight_stands(flight):
-    """However far it came: the flight opens as before, and the log can be taken then."""
     folder, log = flight
     before = listing(folder)
     code = (
@@ -223,7 +218,6 @@ def test_killed_in_the_midst_the_flight_stands(flight):
 
 
 def test_names_that_are_taken_stay(flight, tmp_path):
-    """A log called as the live record, or as another log, gets a name of its own."""
     folder, log = flight
     live = folder.tlog_file.read_bytes()
     named = tmp_path / "raw.tlog"

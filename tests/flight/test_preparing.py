@@ -1,7 +1,5 @@
 """A prepared flight folder holds copies of all that its record is to be read with."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest
@@ -17,12 +15,10 @@ def test_copies_of_everything_in_force_are_made(tmp_path: Path) -> None:
         tmp_path / "a", aircraft="b777", channel_map="b777", source="udpin:127.0.0.1:14550"
     )
     info = folder.info()
-    assert info is not None
     assert (info.name, info.aircraft, info.channel_map) == ("a", "b777", "b777")
     assert info.source == "udpin:127.0.0.1:14550"
     assert set(load_certificates(folder.calibration_folder)) == set(INSTRUMENTS)
     aircraft = folder.aircraft()
-    assert aircraft is not None
     assert aircraft.name == "B777"
 
 
@@ -35,7 +31,6 @@ def test_a_flight_keeps_what_it_began_with(tmp_path: Path) -> None:
 
 
 def test_what_is_not_taken_is_told(tmp_path: Path) -> None:
-    """Another map, aircraft or set of certificates than at the beginning; the same is no news."""
     said: list[str] = []
     folder = tmp_path / "a"
     prepare_flight_folder(folder, aircraft="b777", channel_map="b777", tell=said.append)
@@ -51,9 +46,9 @@ def test_what_is_not_taken_is_told(tmp_path: Path) -> None:
         folder, aircraft=own, channel_map="px4", calibration=certificates, tell=said.append
     )
     assert len(said) == 3
-    assert "keeps the aircraft 'b777' that the flight began with: 'own' differs" in said[0]
-    assert "keeps the channel map 'b777' that the flight began with: 'px4' differs" in said[1]
-    assert "keeps the certificates that the flight began with" in said[2]
+    assert "'own' differs" in said[0]
+    assert "'px4' differs" in said[1]
+    assert "certificates" in said[2]
 
 
 def test_nothing_is_made_when_a_file_holds_mistakes(tmp_path: Path) -> None:

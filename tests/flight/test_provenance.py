@@ -1,7 +1,5 @@
 """Sums of files and folders: any byte that can change a number is seen, and named."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 from gsapp.flight.provenance import find_changed_parts, hash_input_file
@@ -21,7 +19,6 @@ def flight(folder: Path) -> Path:
 
 
 def test_of_a_folder_each_file_is_named(tmp_path: Path) -> None:
-    """The cache is no part of it; marks count in the sum, but change no number."""
     folder = flight(tmp_path / "a")
     before = hash_input_file("flight", folder, name="a")
     assert sorted(before.parts) == ["calibration/alpha.toml", "events.jsonl", "raw.tlog"]
@@ -42,7 +39,6 @@ def test_of_a_folder_each_file_is_named(tmp_path: Path) -> None:
 
 
 def test_a_file_is_its_bytes(tmp_path: Path) -> None:
-    """Nothing but the content counts; what changed is called as the user calls it."""
     path = tmp_path / "a.csv"
     path.write_bytes(b"abc")
     before = hash_input_file("flight", path)

@@ -1,7 +1,5 @@
 """A look at a growing record that reads nothing misses nothing, and is quiet in between."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 from gsapp.decoding.framing import LineFramer

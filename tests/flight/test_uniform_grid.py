@@ -1,7 +1,5 @@
 """One uniform grid from blocks and from columns, without filling pauses with memory."""
 
-from __future__ import annotations
-
 import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -21,7 +19,6 @@ def block(name, first, values, rate=100.0):
 
 
 def test_union_lays_channels_side_by_side():
-    """Blocks of different channels and lengths end on one grid, each at its own index."""
     nan = np.nan
     flight = combine_on_grid(
         [block("q", 0, [1, 2, 3]), block("p", 2, [7, 8]), block("q", 3, [4])], 100.0
@@ -33,7 +30,6 @@ def test_union_lays_channels_side_by_side():
 
 
 def test_a_night_between_two_flights_costs_no_memory():
-    """Ten hours of pause leave one missing row at either end, a minute is filled."""
     night = 10 * 3600 * 100
     flight = combine_on_grid([block("q", 0, [1, 2]), block("q", night, [3, 4])], 100.0)
     assert len(flight) == 6
@@ -44,7 +40,6 @@ def test_a_night_between_two_flights_costs_no_memory():
 
 
 def test_no_samples_is_an_empty_flight():
-    """No blocks give an empty flight; a channel without any sample is absent, not empty."""
     assert len(combine_on_grid([], 100.0)) == 0
     flight = combine_on_grid([block("q", 0, [np.nan]), block("p", 0, [1.0])], 100.0)
     assert flight.channels == ("p",)
@@ -55,7 +50,6 @@ def test_no_samples_is_an_empty_flight():
     present=st.lists(st.integers(-(10**7), 10**7), max_size=20), rate=st.sampled_from([1.0, 10.0])
 )
 def test_rows_hold_every_sample_and_no_long_gap(present, rate):
-    """Every index present has its row; rows increase; no run of missing ones exceeds the limit."""
     rows = grid_row_indices(np.array(present, dtype=np.int64), rate)
     assert set(present) <= set(rows.tolist())
     assert np.all(np.diff(rows) >= 1)
@@ -72,7 +66,6 @@ def test_rows_hold_every_sample_and_no_long_gap(present, rate):
     digits=st.sampled_from([4, 6, None]),
 )
 def test_rounded_and_missing_rows_are_still_even(rate, start, lost, digits):
-    """Times of an even record, rounded in print and with rows missing, find their grid again."""
     index = np.array([k for k in range(200) if k not in lost])
     times = start + index / rate
     if digits is not None:
@@ -87,14 +80,12 @@ def test_rounded_and_missing_rows_are_still_even(rate, start, lost, digits):
 
 
 def test_exact_times_are_kept_bit_for_bit():
-    """Times that are even stay the very numbers of the file."""
     times = np.arange(500) * 0.01 + 12.34
     grid, rows = find_uniform_grid(times)
     assert np.array_equal(grid[rows], times)
 
 
 def test_uneven_times_are_told():
-    """A jittering clock is not taken for an even one."""
     rng = np.random.default_rng(3)
     times = np.arange(500) * 0.01 + rng.uniform(-3e-3, 3e-3, 500)
     assert find_uniform_grid(times) is None
