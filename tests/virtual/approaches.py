@@ -8,8 +8,6 @@ nose as they were drawn, now well within any tolerance, now at its edge. Then an
     flown = fly_approach(7, turbulence=0.3)
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 from itertools import accumulate
@@ -41,12 +39,10 @@ class _Approach(InputFlight):
         self.plan = replace(plan, approach=self._until[-1], bank=0.0, speed_off=0.0)
 
     def beside(self, time: float) -> tuple[float, float, float]:
-        """Return the errors of the goal that the pilot has at a time, s."""
         return self._goals[sum(time >= until for until in self._until[:-1])]
 
 
 def _goal(random: np.random.Generator, *, far: bool) -> tuple[float, float, float]:
-    """Return bank (rad), speed beyond that of the point (m/s), and a stick that holds the nose."""
     if not far:
         return (
             2.5 * DEGREE * float(random.standard_normal()),

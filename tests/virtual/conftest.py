@@ -1,7 +1,5 @@
 """One short flight for all tests that only look at it."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import pytest
@@ -11,4 +9,4 @@ from gsapp.virtual.virtual_flight import VirtualFlight
 
 @pytest.fixture(scope="session")
 def short_flight(flown_short: Callable[[int], VirtualFlight]) -> VirtualFlight:
-    return flown_short(3)
+    return flown_short(6)

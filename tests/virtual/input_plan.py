@@ -1,7 +1,5 @@
 """What a pilot sets out to do with one input, and how well: drawn from a seed."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -19,8 +17,6 @@ SPEEDS = tuple(speed * FOOT for speed in (85.0, 92.0, 100.0, 108.0))
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Meddling:
-    """Another stick moved: `size` (rad) of `surface`, from `at` (s after the input began)."""
-
     surface: str
     size: float
     at: float

@@ -13,8 +13,6 @@ in which the sticks are left alone, or not, and the recovery. What the pilot mea
     rows = rows_of(flown.measured, 100.0)
 """
 
-from __future__ import annotations
-
 import copy
 import math
 from collections.abc import Mapping
@@ -98,15 +96,6 @@ class FlownInput:
 
 
 def fly_input(seed: int, **draws: object) -> FlownInput:
-    """Fly one input.
-
-    Parameters
-    ----------
-    seed : int
-        Everything random comes from it.
-    **draws
-        Fields of `InputPlan` in place of those drawn.
-    """
     surfaces = draws.get("surfaces", ())
     assert isinstance(surfaces, tuple)
     plan = replace(draw(seed, surfaces), **draws)
@@ -114,7 +103,6 @@ def fly_input(seed: int, **draws: object) -> FlownInput:
 
 
 def noisy(aircraft: Aircraft, factor: float) -> Aircraft:
-    """Return an aircraft whose instruments are so many times noisier."""
     sensors = aircraft.sensors
     keys = {
         "alpha_vane": ("noise",),
@@ -149,11 +137,6 @@ def _feel(speed: float, density: float) -> AircraftHandling:
 
 class InputFlight:
     """One flight of one plan.
-
-    Parameters
-    ----------
-    plan : InputPlan
-    random : numpy.random.Generator
 
     Attributes
     ----------
@@ -214,17 +197,9 @@ class InputFlight:
         return [pitch, roll, yaw]
 
     def beside(self, time: float) -> tuple[float, float, float]:  # noqa: ARG002
-        """Return what the pilot flies beside what he should, at a time (s) since it began.
-
-        Returns
-        -------
-        tuple of float
-            Bank (rad), speed (m/s), and pitch stick (share of full stick); none as it is.
-        """
         return 0.0, 0.0, 0.0
 
     def _input(self, time: float) -> list[float]:
-        """Return what the input adds to each stick, `time` seconds after it began."""
         added = []
         for name in SURFACES:
             value = _at(self._edges[name], time) if name in self._edges else 0.0
@@ -350,7 +325,6 @@ class InputFlight:
                 hand.move(now[name] / self._full[name])
 
     def _stand(self) -> Block:
-        """Return what the instruments show on the ground with the engines running."""
         for step in range(round((self.plan.ground + 1.0) * RATE)):
             if step >= RATE:
                 self._note()
@@ -369,12 +343,10 @@ class InputFlight:
             table.append(row)
 
     def _becalmed(self) -> Airframe:
-        """Return the aircraft as it is now, in gusts that stay as they are."""
         simulator = self._frame.simulator
         kept = (simulator.model, simulator.aircraft, simulator.atmosphere, self.aircraft)
         memo = {id(one): one for one in kept}
         other = copy.deepcopy(self._frame, memo)
-        assert simulator.turbulence is not None
         other.simulator.turbulence = _Steady(simulator.turbulence.gust)  # type: ignore[assignment]
         return other
 
@@ -408,8 +380,6 @@ class InputFlight:
 
 
 class _Steady:
-    """Air that moves as it did at one moment."""
-
     def __init__(self, gust: tuple[float, float, float]) -> None:
         self.gust = gust
 
@@ -418,7 +388,6 @@ class _Steady:
 
 
 def _calm(clone: Airframe | None, sticks: list[StickPositions], truth: Block, low: int) -> Block:
-    """Return the truth without gusts that change."""
     times = truth.times[low : low + len(sticks)]
     if clone is None:
         values = np.array(truth.values[low : low + len(sticks)])
@@ -431,7 +400,6 @@ def _calm(clone: Airframe | None, sticks: list[StickPositions], truth: Block, lo
 
 
 def _swell(time: float) -> float:
-    """Return how much of a wrong rate is asked for, 0 to 1, without a jolt."""
     grows, stands, fades, ends = _ERRING
     share = min((time - grows) / (stands - grows), (ends - time) / (ends - fades))
     return 0.5 - 0.5 * math.cos(math.pi * min(max(share, 0.0), 1.0))
@@ -441,7 +409,6 @@ Edges = tuple[tuple[float, ...], tuple[float, ...]]
 
 
 def _edges(plan: InputPlan, place: int, random: np.random.Generator) -> Edges:
-    """Return when a stick is put elsewhere, s, and where to, rad."""
     size = plan.amplitudes[plan.surfaces[place]]
     time = place * plan.stagger
     units = INPUT_SHAPES[plan.kind]

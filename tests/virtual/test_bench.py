@@ -1,7 +1,5 @@
 """The virtual aircraft on the ground: its truth, its hands, its faults."""
 
-from __future__ import annotations
-
 import itertools
 
 import numpy as np
@@ -11,18 +9,12 @@ from calibration import CalibrationPoint, fit_points
 from calibration.adc import ADC_RESOLUTION
 from gsapp.foundation import FlightError
 from gsapp.virtual.ad_converter import DAQ_CHANNELS
-from gsapp.virtual.bench import (
-    POTENTIOMETERS,
-    BenchFault,
-    VirtualBench,
-    parse_bench_fault,
-)
+from gsapp.virtual.bench import POTENTIOMETERS, BenchFault, VirtualBench, parse_bench_fault
 
 SETTINGS = (-20.0, -10.0, 0.0, 10.0, 20.0)
 
 
 def readings(bench: VirtualBench, channel: str) -> list[CalibrationPoint]:
-    """Take points up and down by hand, each a mean over a second."""
     points = []
     bench.step(bench.set_angle(channel, -24.0))
     for direction, settings in (("up", SETTINGS), ("down", SETTINGS[::-1])):
@@ -38,7 +30,6 @@ def readings(bench: VirtualBench, channel: str) -> list[CalibrationPoint]:
 
 @pytest.mark.parametrize(("channel", "seed"), [("elevator_left", 1), ("beta", 2), ("rudder", 3)])
 def test_points_taken_by_hand_give_the_true_curve(channel: str, seed: int) -> None:
-    """A cubic through them lies within a quarter degree of the truth; both branches show."""
     bench = VirtualBench(seed)
     points = readings(bench, channel)
     fit = fit_points(points, 3)
@@ -56,7 +47,6 @@ def test_points_taken_by_hand_give_the_true_curve(channel: str, seed: int) -> No
 
 
 def test_a_hand_takes_its_time_and_comes_from_one_side() -> None:
-    """Never past the angle; it lets go there, or holds on and trembles by some hundredths."""
     bench = VirtualBench(4)
     bench.step(bench.set_angle("aileron_left", -15.0))
     seconds = bench.set_angle("aileron_left", 15.0)
@@ -85,7 +75,6 @@ def test_a_hand_takes_its_time_and_comes_from_one_side() -> None:
 
 
 def test_volts_are_those_of_the_converter() -> None:
-    """Multiples of a count within 0 to 5 V, 100 a second; each instrument alone moves."""
     bench = VirtualBench(6)
     before = bench.advance(100)
     bench.set_angle("rudder", 20.0)
@@ -99,7 +88,6 @@ def test_volts_are_those_of_the_converter() -> None:
 
 
 def test_the_supply_drifts_and_the_potentiometers_with_it() -> None:
-    """Over a minute the volts change while nothing moves; their ratio to the supply does not."""
     bench = VirtualBench(8)
     first, last = bench.step(1.0), (bench.step(45.0), bench.step(1.0))[1]
     change = {
@@ -125,7 +113,6 @@ def everything(bench: VirtualBench, cuts: list[int]) -> np.ndarray:
 
 
 def test_cutting_changes_nothing_and_seeds_do() -> None:
-    """A surface set, the aircraft laid and turned, a breath, faults: the same to the last bit."""
     faults = [
         parse_bench_fault("elevator_left:noisy"),
         parse_bench_fault("alpha:swapped:with=beta"),
@@ -137,7 +124,6 @@ def test_cutting_changes_nothing_and_seeds_do() -> None:
 
 
 def test_a_turn_is_what_was_asked_within_the_marks() -> None:
-    """What the gyros see adds up to the angle; laying is the way between two attitudes."""
     bench = VirtualBench(9)
     block = bench.step(bench.rotate("q", 180.0) + 1.0)
     assert bench.up_direction[1] == pytest.approx(1.0, abs=1e-3)
@@ -150,7 +136,6 @@ def test_a_turn_is_what_was_asked_within_the_marks() -> None:
 
 
 def swing(bench: VirtualBench, channel: str) -> dict[str, float]:
-    """Return how far the volts of each instrument go while one surface goes to and fro."""
     stretches = [bench.step(bench.set_angle(channel, angle)) for angle in (-20.0, 20.0, 0.0)]
     return {
         name: float(np.ptp(np.concatenate([b[f"{name}_volts"] for b in stretches])))
@@ -160,7 +145,6 @@ def swing(bench: VirtualBench, channel: str) -> dict[str, float]:
 
 @pytest.mark.parametrize("channel", ["elevator_right", "alpha"])
 def test_faults_show_as_they_would(channel: str) -> None:
-    """Dead stays, swapped moves the other, reversed goes the other way, clipped hits the end."""
     other = "beta" if channel != "rudder" else "aileron_left"
     sound = swing(VirtualBench(3), channel)
     assert sound[channel] > 1.0
@@ -203,9 +187,9 @@ def test_a_fault_that_is_none_is_refused(text: str, words: str) -> None:
 
 def test_what_cannot_be_done_is_refused() -> None:
     bench = VirtualBench()
-    with pytest.raises(FlightError, match="cannot be set by hand"):
+    with pytest.raises(FlightError, match="by hand"):
         bench.set_angle("q", 10.0)
-    with pytest.raises(FlightError, match="no axis of a turn"):
+    with pytest.raises(FlightError, match="no axis"):
         bench.rotate("alpha", 10.0)
     with pytest.raises(FlightError, match="cannot take 0 s"):
         bench.rotate("p", 10.0, seconds=0.0)

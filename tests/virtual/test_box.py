@@ -1,7 +1,5 @@
 """The box on the link: frames that a foreign reader understands, at the rates agreed."""
 
-from __future__ import annotations
-
 import os
 import socket
 import threading
@@ -23,10 +21,7 @@ from gsapp.decoding.framing import Framer
 from gsapp.telemetry.clock import HostClock
 from gsapp.telemetry.sources import open_source
 from gsapp.virtual.ad_converter import DAQ_CHANNELS
-from gsapp.virtual.downlink.downlink_transmitter import (
-    THIN_BYTES_PER_SECOND,
-    DownlinkTransmitter,
-)
+from gsapp.virtual.downlink.downlink_transmitter import THIN_BYTES_PER_SECOND, DownlinkTransmitter
 from gsapp.virtual.downlink.flight_settings import FlightSettings
 from gsapp.virtual.downlink.onboard_messages import dialect
 from gsapp.virtual.downlink.virtual_source import VirtualSource
@@ -71,7 +66,6 @@ def test_the_full_link_has_the_rates_agreed(full: list[MavlinkFrame]) -> None:
 
 
 def test_the_thin_link_fits_a_57600_baud_radio(thin: list[MavlinkFrame]) -> None:
-    """Less than 4,600 bytes in any second, volts 20 times a second."""
     assert _rates(thin)["DEBUG_FLOAT_ARRAY"] == 20
     per_second: Counter[int] = Counter()
     second = 0
@@ -120,7 +114,6 @@ def test_a_foreign_reader_gets_the_volts_over_udp() -> None:
     stamps: list[int] = []
     while len(stamps) < 300:
         message = reader.recv_match(blocking=True, timeout=5.0)
-        assert message is not None
         seen[message.get_type()] = message
         if message.get_type() == "DEBUG_FLOAT_ARRAY":
             assert message.name == "daq"
@@ -186,7 +179,6 @@ def test_a_thin_flight_hands_out_its_full_log_over_the_same_link(tmp_path: Path)
     settings = FlightSettings(plan="short", seed=3, thin=True)
     downlink = settings.create_downlink(START)
     log, server = settings.create_onboard_log(tmp_path / "onboard.tlog", START)
-    assert log is not None
     for packet in downlink.advance(300):
         log.append(packet.stamp_us, packet.onboard_frames)
     log.flush()

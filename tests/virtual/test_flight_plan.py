@@ -1,7 +1,5 @@
 """Flight plans: the shipped ones hold what a flight of the crew held; mistakes are named."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np
@@ -19,7 +17,6 @@ from gsapp.virtual.stick_motion import StickInput
 
 
 def test_the_default_plan_is_a_flight_of_the_crew() -> None:
-    """80 s of engines with run-ups to idle, middle and full, range check, 9 to 13 maneuvers."""
     plan = load_flight_plan("default")
     assert plan.engines.running == 80.0
     throttles = {run_up.throttle for run_up in plan.engines.run_ups}
@@ -32,7 +29,6 @@ def test_the_default_plan_is_a_flight_of_the_crew() -> None:
 
 
 def test_every_mistake_in_a_plan_is_named_at_once(tmp_path: Path) -> None:
-    """A wrong unit, an unknown key and too few stick sizes come in one error."""
     path = tmp_path / "plan.toml"
     path.write_text(
         'name = "x"\n[pattern]\nheight = "260 kg"\nhight = 3\n'
@@ -43,7 +39,7 @@ def test_every_mistake_in_a_plan_is_named_at_once(tmp_path: Path) -> None:
     text = str(caught.value)
     assert "pattern.height" in text
     assert "hight" in text
-    assert "did you mean 'height'?" in text
+    assert "'height'" in text
     assert "maneuvers[0]" in text
     assert "2 inputs and 1 sizes" in text
 
@@ -58,7 +54,6 @@ def _input(maneuver: PlannedManeuver, seed: int) -> StickInput:
 
 
 def test_inputs_vary_as_a_hand_does_and_repeat_with_the_seed() -> None:
-    """Two seeds differ in size and length, one seed never; the shape stays a doublet."""
     maneuver = PlannedManeuver.model_validate({"inputs": ["de"], "stick": [0.3], "step": "0.4 s"})
     one, again, other = _input(maneuver, 1), _input(maneuver, 1), _input(maneuver, 2)
     times = np.arange(0.0, 2.0, 0.01)
@@ -72,7 +67,6 @@ def test_inputs_vary_as_a_hand_does_and_repeat_with_the_seed() -> None:
 
 
 def test_a_perfect_hand_flies_the_shape_exactly() -> None:
-    """Without errors the 3-2-1-1 has its seven unit steps and ends at zero."""
     perfect = PilotLimits(size_error=0.0, timing_error=0.0, residual=0.0)
     maneuver = PlannedManeuver.model_validate(
         {"inputs": ["dr"], "shape": "3-2-1-1", "stick": [0.2], "step": "0.3 s"}

@@ -1,7 +1,5 @@
 """``gsapp fly``: a flight folder that all else can read, or nothing at all."""
 
-from __future__ import annotations
-
 import os
 import signal
 import subprocess
@@ -27,7 +25,6 @@ DEG = np.pi / 180.0
 
 
 def test_a_flight_folder_is_as_if_recorded(tmp_path: Path) -> None:
-    """Decoded by the ordinary road it gives the true motion, with all copies beside it."""
     out, truth, json = tmp_path / "flight", tmp_path / "truth.csv", tmp_path / "flown.json"
     command.run(out=out, plan="short", seed=3, truth=truth, json=json)
     flight = load_flight(out)
@@ -56,7 +53,6 @@ def test_a_flight_folder_is_as_if_recorded(tmp_path: Path) -> None:
 
 
 def _announcements(tlog: Path) -> list[str]:
-    """Return what the box told the crew; the maneuvers are not given away."""
     reader = mavutil.mavlink_connection(str(tlog), dialect="all")
     texts = []
     while (message := reader.recv_match(type="STATUSTEXT")) is not None:
@@ -68,7 +64,6 @@ def _announcements(tlog: Path) -> list[str]:
 def test_an_interrupted_flight_leaves_nothing(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Ctrl-C in the middle: no folder, no rest of one."""
     told = []
 
     def interrupt(progress: object) -> None:
@@ -91,7 +86,6 @@ def test_an_interrupted_flight_leaves_nothing(
 @pytest.mark.skipif(os.name == "nt", reason="no such signals on Windows")
 @pytest.mark.parametrize("name", ["SIGTERM", "SIGHUP"])
 def test_a_flight_that_is_asked_to_end_leaves_nothing(name: str, tmp_path: Path) -> None:
-    """By whoever shuts the machine down, or closes the terminal."""
     command = [sys.executable, "-m", "gsapp.cli", "fly", "--out", str(tmp_path / "flight")]
     number = getattr(signal, name)
     process = subprocess.Popen(
@@ -137,11 +131,8 @@ def test_a_link_that_makes_no_sense_is_refused(to: str, speed: float, words: str
 def test_it_is_said_that_the_aircraft_crashed(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """A storm tips it over as it stands: the flight is written, short as it is."""
     out = tmp_path / "flight"
     command.run(out=out, seed=9, turbulence=3.0)
     end = load_flight(out).block.times[-1]
     assert end < 10.0
-    assert f"The aircraft crashed after {end:.1f} s; the flight ends there." in (
-        capsys.readouterr().err
-    )
+    assert f"crashed after {end:.1f} s" in capsys.readouterr().err

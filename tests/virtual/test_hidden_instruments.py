@@ -1,7 +1,5 @@
 """What the crew does not know of its instruments changes the record and nothing else."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
@@ -10,11 +8,7 @@ from gsapp.dynamics.model import load_model
 from gsapp.dynamics.terms import effect_ids
 from gsapp.foundation import FlightError
 from gsapp.virtual import airframe
-from gsapp.virtual.airframe import (
-    INSTRUMENT_INPUT_CHANNELS,
-    TRUTH_CHANNELS,
-    Airframe,
-)
+from gsapp.virtual.airframe import INSTRUMENT_INPUT_CHANNELS, TRUTH_CHANNELS, Airframe
 from gsapp.virtual.flight_plan import load_flight_plan
 from gsapp.virtual.hidden_effects import add_hidden_effects
 from gsapp.virtual.stick_motion import StickPositions
@@ -117,7 +111,6 @@ def test_swapped_accelerometers(plain) -> None:
 
 
 def test_a_misplaced_accelerometer(plain) -> None:
-    """It feels pitch acceleration over its arm, and the truth at the CG stays as it is."""
     truth, exposed = ride("sensor.accelerometer.x:x=0.5")
     assert np.array_equal(truth, plain[0])
     assert changed(exposed, plain[1]) == {"ax", "ay", "an"}
@@ -141,7 +134,6 @@ def test_what_comes_early_cannot_be_flown() -> None:
 
 
 def test_every_effect_can_be_hidden(monkeypatch: pytest.MonkeyPatch) -> None:
-    """With its usual size, for some steps: nothing fails, everything shown is a number."""
     monkeypatch.setattr(airframe, "_SETTINGS", airframe.AirframeSettings(settling=0.03))
     aircraft, model, plan = load_aircraft("b777"), load_model("b777"), load_flight_plan("short")
     sticks = StickPositions(throttle=1.0, pitch=0.2, roll=0.1, yaw=0.1, flap=0.5, engines=True)

@@ -1,7 +1,5 @@
 """Single inputs of the virtual aircraft are what their plans say, and the same for a seed."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
@@ -11,7 +9,6 @@ from tests.virtual.inputs import fly_input
 
 
 def test_same_seed_same_flight_and_what_is_given_is_flown() -> None:
-    """A seed gives the same samples again; what is given in place of a draw is flown."""
     one, again = (fly_input(5001, surfaces=("de",), turbulence=0.4) for _ in range(2))
     np.testing.assert_array_equal(one.measured.values, again.measured.values)
     np.testing.assert_array_equal(one.truth.values, again.truth.values)
@@ -23,7 +20,6 @@ def test_same_seed_same_flight_and_what_is_given_is_flown() -> None:
 
 
 def test_without_gusts_the_calm_flight_is_the_flight() -> None:
-    """In calm air nothing is left for gusts; in gusts the calm flight begins in the same state."""
     still = fly_input(5002, turbulence=0.0)
     low = int(np.searchsorted(still.truth.times, still.calm.times[0]))
     np.testing.assert_array_equal(still.calm["q"], still.truth["q"][low : low + len(still.calm)])
@@ -35,7 +31,6 @@ def test_without_gusts_the_calm_flight_is_the_flight() -> None:
 
 
 def test_hands_off_means_that_no_surface_moves_but_those_of_the_plan() -> None:
-    """Between letting go and taking over, surfaces rest but for the stick that meddles."""
     flown = fly_input(
         5003,
         surfaces=("dr",),

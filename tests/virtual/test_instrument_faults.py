@@ -1,7 +1,5 @@
 """Broken instruments: samples that drop out, stick or are cut off, and nothing else touched."""
 
-from __future__ import annotations
-
 import itertools
 from pathlib import Path
 
@@ -17,11 +15,7 @@ from gsapp.foundation import FileProblemsError, FlightError, read_toml
 from gsapp.quantities.constants import DEGREE
 from gsapp.virtual.ad_converter import DAQ_CHANNELS
 from gsapp.virtual.flight_plan import FlightPlan, load_flight_plan
-from gsapp.virtual.sensor_faults import (
-    SensorFault,
-    SensorFaultInjector,
-    parse_sensor_fault,
-)
+from gsapp.virtual.sensor_faults import SensorFault, SensorFaultInjector, parse_sensor_fault
 from gsapp.virtual.virtual_flight import FlightSegment, FlightSimulation
 
 ALPHA, BETA, Q = (DAQ_CHANNELS.index(name) for name in ("alpha", "beta", "q"))
@@ -50,7 +44,6 @@ def broken() -> FlightSegment:
 
 
 def test_a_fault_breaks_its_own_channel_only(whole: FlightSegment, broken: FlightSegment) -> None:
-    """Motion and all other channels keep every bit, whatever is broken and however often."""
     assert np.array_equal(broken.truth, whole.truth)
     others = [column for column in range(len(DAQ_CHANNELS)) if column not in (ALPHA, BETA, Q)]
     assert np.array_equal(broken.volts[:, others], whole.volts[:, others])
@@ -123,9 +116,9 @@ def test_a_plan_can_hold_faults_and_names_all_mistakes(tmp_path: Path) -> None:
         read_toml(path, FlightPlan)
     said = [str(problem) for problem in caught.value.problems]
     assert len(said) == 3
-    assert "no instrument measures 'alfa'" in said[0]
-    assert "give it one or both" in said[1]
-    assert "'ft' is not a unit of angular rate" in said[2]
+    assert "'alfa'" in said[0]
+    assert "one or both" in said[1]
+    assert "'ft'" in said[2]
 
 
 @pytest.mark.parametrize(
@@ -150,7 +143,6 @@ def test_what_is_no_fault_gets_one_sentence(text: str, words: str) -> None:
 
 
 def test_a_broken_vane_goes_all_the_way_into_the_flight(tmp_path: Path) -> None:
-    """Through box, frames and certificate: the stuck vane shows as it was recorded."""
     fly_command.run(out=tmp_path / "flight", plan="short", seed=3, faults=("alpha:stuck",))
     block = load_flight(tmp_path / "flight").block
     spread = {name: np.ptp(block[name][np.isfinite(block[name])]) for name in ("alpha", "beta")}

@@ -1,7 +1,5 @@
 """The on-board log can be fetched over the link, in pieces, and is never erased over the air."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np
@@ -28,7 +26,6 @@ def test_the_list_names_one_log_with_its_size(log: Path) -> None:
 
 
 def test_the_whole_log_comes_within_the_budget_of_each_turn(log: Path) -> None:
-    """Whatever each turn may spend, the pieces make the file, and the last one is not full."""
     server = LogServer(log, started=0)
     server.handle_request(dialect.MAVLink_log_request_data_message(1, 1, LOG_ID, 0, 0xFFFFFFFF))
     pieces, turns = {}, 0
@@ -43,7 +40,6 @@ def test_the_whole_log_comes_within_the_budget_of_each_turn(log: Path) -> None:
 
 
 def test_a_lost_piece_can_be_asked_for_again(log: Path) -> None:
-    """A request in the middle is answered with just that, without an end mark."""
     server = LogServer(log, started=0)
     server.handle_request(dialect.MAVLink_log_request_data_message(1, 1, LOG_ID, 180, 180))
     answers = list(server.pending_responses(10_000))

@@ -12,11 +12,7 @@ from gsapp.aircraft import load_aircraft
 from gsapp.dynamics.model import load_model
 from gsapp.foundation import FlightError, UnknownNameError
 from gsapp.virtual.flight_plan import load_flight_plan
-from gsapp.virtual.virtual_flight import (
-    FlightSimulation,
-    VirtualFlight,
-    simulate_flight,
-)
+from gsapp.virtual.virtual_flight import FlightSimulation, VirtualFlight, simulate_flight
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -31,7 +27,6 @@ def _under_way(**changes: object) -> FlightSimulation:
 
 
 def test_a_flight_has_its_phases_in_order(short_flight: VirtualFlight) -> None:
-    """From switching on to engines off, each phase follows the one before."""
     order = []
     for phase, _ in short_flight.phases:
         name = "maneuver" if phase.startswith("maneuver") else phase
@@ -62,7 +57,6 @@ def test_it_is_flown_as_the_aircraft_was(short_flight: VirtualFlight) -> None:
 
 
 def test_turns_are_coordinated(short_flight: VirtualFlight) -> None:
-    """In steady turns the sideslip stays small and the load factor fits the bank."""
     truth = short_flight.truth
     flying = truth.between(short_flight.phase("pattern")[0], short_flight.phase("approach")[0])
     turning = (np.abs(flying["phi"]) > 30 * DEG) & (np.abs(flying["p"]) < 8 * DEG)
@@ -75,7 +69,6 @@ def test_turns_are_coordinated(short_flight: VirtualFlight) -> None:
 def test_maneuvers_are_flown_as_planned_from_nearly_straight_flight(
     short_flight: VirtualFlight,
 ) -> None:
-    """Each planned input moves its surface both ways while the wings were nearly level before."""
     plan = load_flight_plan("short")
     assert [m.inputs for m in short_flight.maneuvers] == [m.inputs for m in plan.maneuvers]
     for maneuver in short_flight.maneuvers:
@@ -89,7 +82,6 @@ def test_maneuvers_are_flown_as_planned_from_nearly_straight_flight(
 
 
 def test_fuel_burns_off(short_flight: VirtualFlight) -> None:
-    """Mass falls by the fuel burned, at a rate between those of idle and full throttle."""
     truth, mass = short_flight.truth, load_aircraft("b777").mass
     burned = truth["mass"][0] - truth["mass"][-1]
     assert burned == pytest.approx(truth["fuel"][0] - truth["fuel"][-1])
@@ -98,7 +90,6 @@ def test_fuel_burns_off(short_flight: VirtualFlight) -> None:
 
 
 def test_one_seed_is_one_flight_however_it_is_cut() -> None:
-    """Flown in one piece or in odd ones: the same bits; another seed: another flight."""
     whole = _under_way().advance(1500)
     other = _under_way(seed=4).advance(1500)
     pieces: list[FlightSimulation] = [_under_way()]
@@ -110,7 +101,6 @@ def test_one_seed_is_one_flight_however_it_is_cut() -> None:
 
 
 def test_a_gusty_day_ends_well_too() -> None:
-    """Another pilot's day, in gusts of 1 m/s."""
     flight = simulate_flight("short", seed=11, turbulence=1.0)
     assert not flight.crashed
     assert flight.phases[-1][0] == "engines off"
@@ -118,7 +108,6 @@ def test_a_gusty_day_ends_well_too() -> None:
 
 
 def test_a_hidden_effect_changes_the_flight_and_nothing_before_it_matters() -> None:
-    """A scaled alpha vane shows in the volts of the vane, not in the motion."""
     plain = _under_way().advance(2200)
     scaled = _under_way(hide=("sensor.alpha.scale:scale=1.5",)).advance(2200)
     assert np.array_equal(plain.truth, scaled.truth)
@@ -155,7 +144,6 @@ def test_a_wrong_effect_gets_one_sentence(hide: str, error: type[Exception], wor
     ],
 )
 def test_an_unflyable_aircraft_is_not_flown(derivatives: dict[str, float], words: str) -> None:
-    """No lift, or an aileron that works backwards: one sentence before the take-off."""
     model = load_model("b777").with_derivatives(derivatives)
     with pytest.raises(FlightError, match=words):
         _under_way(model=model)
@@ -181,7 +169,6 @@ class _Still:
 
 
 def test_other_hands_can_take_the_sticks() -> None:
-    """A joystick can take the pilot's place: its sticks move the surfaces."""
     flight = _under_way(hands=lambda *_: _Still())
     stretch = flight.advance(1000)
     assert len(stretch) == 100

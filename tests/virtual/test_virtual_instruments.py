@@ -1,7 +1,5 @@
 """The instruments: vibration that folds, gyros that clip, volts that come back as they were."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
@@ -31,7 +29,6 @@ def _peak_frequency(samples: np.ndarray) -> float:
 @settings(max_examples=30, deadline=None)
 @given(rpm=st.floats(7000, 25000))
 def test_vibration_folds_to_the_nearest_multiple_of_the_sampling_rate(rpm: float) -> None:
-    """A fan at any speed shows at |f - k 100 Hz|, as sampling without a filter has it."""
     vibration = EngineVibration(1.4 * DEG, FULL, 1, np.random.default_rng(0))
     shaken = vibration.vibration_rates(np.full((2000, 1), rpm * math.pi / 30), DT)
     frequency = rpm / 60.0
@@ -41,14 +38,12 @@ def test_vibration_folds_to_the_nearest_multiple_of_the_sampling_rate(rpm: float
 
 @pytest.mark.parametrize("rpm", [12000, 18000])
 def test_the_two_speeds_that_fold_to_zero_frequency(rpm: float) -> None:
-    """12,000 and 18,000 rpm are 200 and 300 Hz: an offset that no filter can take out."""
     vibration = EngineVibration(1.4 * DEG, FULL, 1, np.random.default_rng(1))
     shaken = vibration.vibration_rates(np.full((500, 1), rpm * math.pi / 30), DT)
     assert np.ptp(shaken[:, 0]) < 1e-6
 
 
 def test_two_engines_beat() -> None:
-    """Fans 2 % apart near 18,000 rpm beat at some Hz: in the band of the short period."""
     vibration = EngineVibration(1.4 * DEG, FULL, 2, np.random.default_rng(2))
     speeds = np.array([18180.0, 17820.0]) * math.pi / 30
     shaken = vibration.vibration_rates(np.tile(speeds, (2000, 1)), DT)
@@ -56,10 +51,6 @@ def test_two_engines_beat() -> None:
 
 
 def test_gyros_of_a_flight_show_the_folded_vibration(short_flight: VirtualFlight) -> None:
-    """While the engines idle on the ground the gyro's spectrum peaks where the fans fold to.
-
-    At full throttle the rates shake with about 1 deg/s.
-    """
     truth, measured = short_flight.truth, short_flight.measured
     engines = short_flight.phase("engines running")[0]
     full = measured.between(engines + 3.8, engines + 4.9)
@@ -97,7 +88,6 @@ def test_rate_gyros_clip_at_90_degrees_a_second() -> None:
 
 
 def test_all_but_the_rates_pass_a_50_hz_filter() -> None:
-    """A 40 Hz tone leaves the accelerometer smaller than it entered; the gyro passes it whole."""
     aircraft = load_aircraft("b777")
     instruments = Instruments(aircraft, np.random.default_rng(0), DT)
     times = np.arange(400) * DT
@@ -149,7 +139,6 @@ def test_an_instrument_without_certificate_is_named() -> None:
 
 
 def test_measured_follows_truth(short_flight: VirtualFlight) -> None:
-    """In flight the calibrated record tells the true motion within the instruments' errors."""
     truth, measured = short_flight.truth, short_flight.measured
     start, stop = short_flight.phase("climb")[0], short_flight.phase("final")[0]
     flown, recorded = truth.between(start, stop), measured.between(start, stop)

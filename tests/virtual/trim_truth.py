@@ -46,7 +46,6 @@ _HASTE = 0.59
 
 
 def point_of(flown: FlownInput) -> TestPoint:
-    """Return the test point of a flight: its speed, the angle of attack in trim there."""
     aircraft = load_aircraft("b777")
     rho = float(flown.truth["density"].mean())
     level = trim(FlightModel(aircraft, load_model("b777")), V=flown.plan.speed, rho=rho)
@@ -100,7 +99,6 @@ def untrimmed(truth: Block, point: TestPoint | None, *, attitude: bool = True) -
 
 
 def _lines(values: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return mean, slope per sample and mean square about the line, each over the last second."""
     windows = np.lib.stride_tricks.sliding_window_view(values, _SECOND)
     place = np.arange(_SECOND) - 0.5 * (_SECOND - 1)
     mean = windows.mean(axis=1)
@@ -113,17 +111,13 @@ def _lines(values: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 
 def without(block: Block, channels: Sequence[str]) -> Block:
-    """Return a block without some channels."""
     kept = tuple(name for name in block.channels if name not in channels)
     return Block(
-        channels=kept,
-        times=block.times,
-        values=np.column_stack([block[name] for name in kept]),
+        channels=kept, times=block.times, values=np.column_stack([block[name] for name in kept])
     )
 
 
 def cues_of(block: Block, point: TestPoint | None, aircraft: Aircraft | None) -> list[TrimCue]:
-    """Return the cue of each tick."""
     watch = TrimMonitor(aircraft, RATE)
     watch.set_test_point(point)
     rows = rows_from_block(block, RATE)
@@ -170,7 +164,6 @@ class Score:
     hasty: int = 0
 
     def add(self, other: Score) -> None:
-        """Add the score of another flight."""
         for name in self.__slots__:
             setattr(self, name, getattr(self, name) + getattr(other, name))
 
