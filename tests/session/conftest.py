@@ -1,7 +1,5 @@
 """What the tests of sessions share: an aircraft's stream, a recorder to take it, patience."""
 
-from __future__ import annotations
-
 import math
 import socket
 import time
@@ -27,7 +25,6 @@ class Box:
         return frame
 
     def say(self, text: str) -> bytes:
-        """Return a frame of words."""
         return self._pack(self._module.MAVLink_statustext_message(6, text.encode()))
 
     def tick(self, k: int) -> list[bytes]:
@@ -61,7 +58,6 @@ class Aircraft:
         self.sent = 0
 
     def send(self, ticks: int) -> None:
-        """Send some hundredths of a second, a little faster than in life."""
         for _ in range(ticks):
             for frame in self._box.tick(self.k):
                 self._socket.sendto(frame, self._target)
@@ -86,7 +82,6 @@ class Field:
         self.aircraft = Aircraft(self.port)
 
     def record(self) -> RecorderHandle:
-        """Start the recorder."""
         self.recorder = start_recorder(f"udpin:127.0.0.1:{self.port}", self.folder)
         return self.recorder
 
@@ -97,7 +92,6 @@ class Field:
 
 
 def wait_until(condition: Callable[[], object], seconds: float = 30.0) -> None:
-    """Wait for something to come true; fail after a while."""
     deadline = time.monotonic() + seconds
     while not condition():
         assert time.monotonic() < deadline, f"{condition} did not come true in {seconds} s"

@@ -15,8 +15,6 @@ from gsapp.session.session import Session
 
 
 class Window:
-    """What a window has of a flight's alarms."""
-
     def __init__(self, path: Path, clock: list[int]) -> None:
         self.board = AlarmRegistry()
         self.book = MarkStore(EventLog(path), lambda: clock[0])
@@ -52,7 +50,6 @@ def test_trouble_of_the_equipment_stands_once_in_every_window_and_after_reopenin
         (one,) = window.log.episodes
         assert (one.onset, one.end, one.severity) == (10.0, 50.0, Severity.WARNING)
         assert (one.message, one.is_over) == ("silent", True)
-        assert one.acknowledgment is not None
         assert (one.acknowledgment.by, one.acknowledgment.time) == ("crew, key K", 32.0)
 
 
@@ -77,7 +74,6 @@ def test_a_replay_knows_all_alarms_of_the_flight_wherever_it_stands(tmp_path: Pa
     for _ in range(60):
         session.update(0.02)
     feed = session.replay_feed
-    assert feed is not None
     assert session.now == 0.0
     assert session.alarm_registry.episodes == ()
     found = session.alarm_log.episodes
@@ -94,6 +90,5 @@ def test_a_replay_knows_all_alarms_of_the_flight_wherever_it_stands(tmp_path: Pa
     again.set_user_limits("alpha", LimitBands(caution_high=math.radians(10.0)))
     for _ in range(60):
         again.update(0.02)
-    assert again.alarm_log.episodes[0].acknowledgment is not None
     assert again.alarm_log.episodes[0].acknowledgment.by == "crew, key K"
     again.close()

@@ -1,7 +1,5 @@
 """The checklist: rules on a real record of the virtual aircraft on the ground, and live."""
 
-from __future__ import annotations
-
 import socket
 import time
 from collections.abc import Callable, Sequence
@@ -75,7 +73,6 @@ TELEMETRY = (
 
 @pytest.fixture(scope="module")
 def ground(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Return the flight folder of an aircraft that was made ready and has not taken off."""
     place = tmp_path_factory.mktemp("ground")
     (place / "plan.toml").write_text(GROUND)
     settings = FlightSettings(plan=str(place / "plan.toml"), seed=3)
@@ -106,7 +103,6 @@ def by_id(items: Sequence[EvaluatedItem]) -> dict[str, EvaluatedItem]:
 
 
 def facts_for(checklist: Checklist, **changes: Any) -> ChecklistContext:
-    """Return facts in which telemetry brings every channel that is watched, fresh."""
     states = {
         name: ChannelState(channel=name, freshness=Freshness.FRESH)
         for name in checklist.required_channels
@@ -126,7 +122,6 @@ def judged(
 
 
 def changed(block: Block, **columns: np.ndarray) -> Block:
-    """Return a block with other samples in some channels."""
     values = np.array(block.values)
     for name, samples in columns.items():
         values[:, block.channels.index(name)] = samples
@@ -137,7 +132,6 @@ def changed(block: Block, **columns: np.ndarray) -> Block:
 
 
 def test_shipped_lists_load_and_what_they_watch_exists() -> None:
-    """Every list that comes with the program is valid; hand items have no rule."""
     assert "b777" in shipped_checklists()
     for name in shipped_checklists():
         found = load_checklist(name)
@@ -249,13 +243,13 @@ def test_surfaces_are_seen_to_follow_and_faults_are_named(measured: Block) -> No
     assert judged(rules(ELEVATOR), measured).state == "green"
     reversed_ = judged(rules(ELEVATOR), changed(measured, de=-elevator))
     assert reversed_.state == "red"
-    assert "goes the wrong way" in reversed_.why
+    assert "wrong way" in reversed_.why
     stuck = judged(rules(ELEVATOR), changed(measured, de=np.full(len(measured), 0.5 * DEGREE)))
     assert (stuck.state, "hardly moves" in stuck.why) == ("red", True)
     weak = judged(rules(ELEVATOR), changed(measured, de=0.3 * elevator))
     assert (weak.state, "8.0 deg wanted" in weak.why) == ("red", True)
     timid = judged(rules(ELEVATOR), changed(measured, stick_pitch=0.5 * measured["stick_pitch"]))
-    assert (timid.state, "hold the pitch stick fully back and forward" in timid.why) == (
+    assert (timid.state, "pitch stick" in timid.why) == (
         "open",
         True,
     )
@@ -275,7 +269,6 @@ IDLE = {
 
 
 def test_engines_within_bounds_left_and_right(measured: Block) -> None:
-    """Seen idling; one too fast, one stopped, too far apart; and not judged at other throttles."""
     left = measured["rpm_left"]
     assert judged(rules(IDLE), measured).state == "green"
     hung = judged(rules(IDLE), changed(measured, rpm_left=left + 3000.0 * RPM))
@@ -283,7 +276,7 @@ def test_engines_within_bounds_left_and_right(measured: Block) -> None:
     assert "left engine speed" in hung.why
     assert "above 8500 rpm" in hung.why
     dead = judged(rules(IDLE), changed(measured, rpm_left=np.zeros(len(measured))))
-    assert (dead.state, "left engine speed 0 rpm, below 6000 rpm" in dead.why) == ("red", True)
+    assert (dead.state, "0 rpm, below 6000 rpm" in dead.why) == ("red", True)
     apart = judged(rules(IDLE), changed(measured, rpm_left=left + 900.0 * RPM))
     assert (apart.state, "apart, 800 rpm allowed" in apart.why) == ("red", True)
     still = np.zeros(len(measured))
@@ -301,7 +294,6 @@ def test_engines_within_bounds_left_and_right(measured: Block) -> None:
 
 
 def test_pulses_of_the_range_check_are_counted(measured: Block) -> None:
-    """Three surfaces, two pulses each; a held surface, trim and small movements are none."""
     row = {"kind": "pulses", "channels": ["de", "da", "dr"], "size": "8 deg", "count": 6}
     seen = judged(rules(row), measured)
     assert seen.state == "green"
@@ -309,8 +301,7 @@ def test_pulses_of_the_range_check_are_counted(measured: Block) -> None:
     before = judged(rules(row), measured.between(0.0, 7.0))
     assert (before.state, "0 of 6 pulses" in before.why) == ("open", True)
     small = judged(
-        rules(row),
-        changed(measured, **{name: 0.3 * measured[name] for name in ("de", "da", "dr")}),
+        rules(row), changed(measured, **{name: 0.3 * measured[name] for name in ("de", "da", "dr")})
     )
     assert small.state == "open"
     times = np.arange(0.0, 30.0, 0.01)
@@ -363,11 +354,10 @@ def test_batteries_and_sensors(measured: Block) -> None:
     checklist.tick("i0", "J. Doe")
     (ticked,) = checklist.evaluate(ChecklistContext(states=states))
     assert (ticked.state, ticked.checked_by) == ("green", "hand")
-    assert ticked.why.startswith("ticked by J. Doe; yaw rate not in the telemetry")
+    assert ticked.why.startswith("ticked by J. Doe")
 
 
 def test_certificates_in_force_and_their_age() -> None:
-    """Fresh is green, yesterday amber, a channel without one red; none at all is for eyes."""
     row = {"kind": "calibrated", "channels": ["alpha", "rudder"], "age": "18 h"}
     noon = datetime(2026, 5, 12, 12, 0, tzinfo=UTC)
     shipped = load_certificates("b777")
@@ -393,12 +383,11 @@ def test_certificates_in_force_and_their_age() -> None:
 
 
 def test_the_flight_card_is_looked_at() -> None:
-    """Empty fields are named; a slip is amber; a filled card is green."""
     checklist = rules({"kind": "card", "fields": ["takeoff_weight", "weather.temperature"]})
     (none,) = checklist.evaluate(ChecklistContext())
     (empty,) = checklist.evaluate(ChecklistContext(card=FlightInfo()))
     assert none.state == empty.state == "open"
-    assert empty.why == "not filled in: takeoff weight and weather: temperature"
+    assert "takeoff weight and weather: temperature" in empty.why
     card = FlightInfo.model_validate(
         {"takeoff_weight": "46 lb", "weather": {"temperature": "15 degC"}}
     )
@@ -459,7 +448,6 @@ def test_a_live_flight_is_checked_and_started_all_the_same(
     begun, sent = time.monotonic(), 0
 
     def send() -> None:
-        """Send what is due: all at once would be over before a busy machine has looked."""
         nonlocal sent
         due = int((time.monotonic() - begun) * A_SECOND) - sent
         for frame in islice(frames, due):
@@ -484,9 +472,7 @@ def test_a_live_flight_is_checked_and_started_all_the_same(
     going.untick("vanes")
     patience(state_of("weak", "red"))
     started = going.start("R. Roe")
-    assert started.text.startswith(
-        "flight started all the same: Battery of another aircraft (red: 1"
-    )
+    assert "Battery of another aircraft (red: 1" in started.text
     assert started.data["red"] == ["weak"]
     assert "airframe" in started.data["green"]
     assert "vanes" in started.data["open"]

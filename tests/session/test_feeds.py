@@ -1,7 +1,5 @@
 """Driving a flight: a playhead over a record, and the end of a record that grows."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 
@@ -74,8 +72,6 @@ class Watcher:
 
 
 class Thinker(Watcher):
-    """Thinks for some slices after some second, before it takes what comes later."""
-
     def __init__(self, slices: int) -> None:
         super().__init__()
         self.left = slices
@@ -89,8 +85,6 @@ class Thinker(Watcher):
 
 
 class Clock:
-    """A clock that the test sets; each look at it may take some time."""
-
     def __init__(self, each: float = 0.0) -> None:
         self.time = 100.0
         self.each = each
@@ -101,7 +95,6 @@ class Clock:
 
 
 def flight(seconds: int = 40, start: int = 500) -> list[Block]:
-    """Return a fast channel in short blocks, and a slow one that comes two seconds late."""
     blocks = []
     for second in range(seconds):
         for part in range(0, 100, 10):
@@ -184,7 +177,6 @@ def test_going_back_feeds_everything_up_to_there_again() -> None:
 
 
 def test_single_steps() -> None:
-    """One sample on, one back; a step pauses."""
     feed, history, watcher, clock = replay(flight())
     run(feed, clock, 1.0)
     place = history.index(history.end)
@@ -208,7 +200,6 @@ def test_single_steps() -> None:
 def test_whatever_the_user_does_consumers_see_a_flight_in_order(
     each: float, moves: list[tuple[str, float]]
 ) -> None:
-    """Any controls, however slow the machine: no sample twice, none missing, none ahead."""
     feed, _, watcher, clock = replay(flight(20), each=each)
     for what, share in moves:
         run(feed, clock, 0.2)
@@ -237,7 +228,6 @@ def test_whatever_the_user_does_consumers_see_a_flight_in_order(
 
 
 def test_a_long_pause_between_two_flights_is_skipped() -> None:
-    """Three hours on the ground are not waited through; half a minute is."""
     first = [block(k, {"q": np.zeros(100)}) for k in range(0, 1000, 100)]
     hours = 3 * 3600 * 100
     second = [block(hours + k, {"q": np.ones(100)}) for k in range(0, 1000, 100)]
@@ -256,7 +246,6 @@ def test_a_long_pause_between_two_flights_is_skipped() -> None:
 
 
 def test_a_slow_machine_keeps_its_deadline_and_gets_there() -> None:
-    """However long a piece takes, a call ends soon after its deadline and the work goes on."""
     feed, _, watcher, clock = replay(flight(), each=0.003, speed=UNLIMITED_SPEED)
     calls = 0
     while not feed.at_end:
@@ -269,7 +258,6 @@ def test_a_slow_machine_keeps_its_deadline_and_gets_there() -> None:
 
 
 def test_live_everything_read_has_happened_at_once() -> None:
-    """History and consumers have it after the same call; the end of the record comes last."""
     history = SampleHistory(["q"], RATE)
     watcher = Watcher()
     blocks = flight(5)
@@ -285,7 +273,6 @@ def test_live_everything_read_has_happened_at_once() -> None:
 
 
 def test_live_a_long_past_is_taken_in_over_several_calls() -> None:
-    """Opening a window late: each call keeps its deadline, and progress is told."""
     history = SampleHistory(["q"], RATE)
     clock = Clock(each=0.001)
     feed = LiveFeed(ListReader(flight(30)), history, [], clock)
@@ -303,7 +290,6 @@ def test_live_a_long_past_is_taken_in_over_several_calls() -> None:
 
 @pytest.mark.parametrize("speed", [1.0, UNLIMITED_SPEED])
 def test_a_consumer_that_still_thinks_is_waited_for(speed: float) -> None:
-    """Nothing beyond the ninth second comes before the work is done, a slice in a step at most."""
     clock, history, thinker = Clock(0.001), SampleHistory(["q", "battery"], RATE), Thinker(60)
     feed = ReplayFeed(ListReader(flight()), history, [thinker], clock, speed=speed)
     while feed.now is None or feed.now < 11.0:
@@ -339,8 +325,6 @@ class GrowingReader(ListReader):
 
 
 class Slow(Watcher):
-    """Takes its time for every row."""
-
     def __init__(self, clock: Clock, each: float) -> None:
         super().__init__()
         self.clock, self.each = clock, each
@@ -351,7 +335,6 @@ class Slow(Watcher):
 
 
 def test_a_window_opened_late_shows_the_present_and_looks_through_the_past_after() -> None:
-    """The charts first; the quick watcher is not held up by the slow one; each is told how far."""
     clock, history = Clock(0.0001), SampleHistory(["q"], RATE)
     blocks = flight(120)
     reader = GrowingReader(blocks, len(blocks))

@@ -1,7 +1,5 @@
 """Two transmitters on one link: the state of the link is that of the flown aircraft."""
 
-from __future__ import annotations
-
 import json
 import os
 import signal
@@ -62,13 +60,11 @@ class Link:
         self.senders: list[subprocess.Popen[bytes]] = []
 
     def send(self, system: int, component: int, what: str) -> subprocess.Popen[bytes]:
-        """Start a transmitter."""
         command = [sys.executable, "-c", _SENDER, str(system), str(component), what, str(self.port)]
         self.senders.append(subprocess.Popen(command, env=os.environ | {"MAVLINK20": "1"}))
         return self.senders[-1]
 
     def close(self) -> None:
-        """End all of it."""
         for sender in self.senders:
             sender.kill()
             sender.wait()
@@ -83,7 +79,6 @@ def link(tmp_path: Path) -> Iterator[Link]:
 
 
 def follow(session: Session, until: Callable[[], object], seconds: float = 20.0) -> None:
-    """Let a live flight go on until something holds."""
     deadline = time.monotonic() + seconds
     while not until():
         assert time.monotonic() < deadline
@@ -97,7 +92,6 @@ def follow_for(session: Session, seconds: float) -> None:
 
 
 def report_of(session: Session) -> LinkReport:
-    """Return what came over the link."""
     report = session.link_report()
     assert report is not None
     return report
@@ -167,7 +161,6 @@ def test_the_flown_system_that_is_chosen_counts_everywhere(link: Link) -> None:
     assert report_of(session).is_system_selected
     # Each counts flight time by its own clock, 6 s apart.
     now = session.now
-    assert now is not None
     span = session.mark("first seen", at=now - 0.5, end=now)
     session.select_system(7)
     assert session.system_selection.pending == 7
@@ -180,9 +173,8 @@ def test_the_flown_system_that_is_chosen_counts_everywhere(link: Link) -> None:
     follow(again, lambda: again.snapshot().link.state == "ok" and again.history.has("phi"))
     assert (again.snapshot().link.system, again.system_selection.pending) == (7, None)
     last = again.history.last("phi")
-    assert last is not None
     assert last[1] == pytest.approx(0.7)
-    assert all("aircraft are on this link" not in said for said in again.snapshot().link.remarks)
+    assert all("on this link" not in said for said in again.snapshot().link.remarks)
     moved = now - 0.5 + 6.0
     follow(again, lambda: bool(again.marks))
     assert [mark.time for mark in again.marks] == [pytest.approx(moved, abs=0.2)]

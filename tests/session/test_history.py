@@ -1,6 +1,4 @@
-"""The history of a flight against brute force, and its appetite for memory."""
-
-from __future__ import annotations
+"""The history of a flight against a plain search, and the memory that it takes."""
 
 import errno
 import os
@@ -44,7 +42,6 @@ def brute(
 
 
 def noise(seed: int, count: int, missing: float) -> np.ndarray:
-    """Return noise, on a slope two times of three: a bin then has its extremes at its edges."""
     generator = np.random.default_rng(seed)
     values = generator.normal(size=count) + (seed % 3 - 1.0) * np.arange(count)
     values[generator.random(count) < missing] = np.nan
@@ -136,7 +133,6 @@ def test_extremes_samples_and_last_are_those_of_a_plain_search(
 
 
 def test_channels_arrive_apart_and_each_keeps_its_own_end() -> None:
-    """Blocks of different channels, also one never announced, land on one grid."""
     history = SampleHistory(["p", "q"], RATE)
     assert history.start is history.end is None
     history.append(block(200, {"p": np.array([1.0, 2.0, 3.0])}))
@@ -153,7 +149,6 @@ def test_channels_arrive_apart_and_each_keeps_its_own_end() -> None:
 
 
 def test_a_slow_or_uneven_series_goes_to_the_nearest_places() -> None:
-    """Samples that are not neighbors on the grid are placed one by one."""
     history = SampleHistory(["battery"], RATE)
     times = np.array([0.0, 0.104, 0.5, np.inf, 7.0, np.nan])
     values = np.array([[1.0], [2.0], [3.0], [9.0], [4.0], [9.0]])
@@ -167,7 +162,6 @@ def test_a_slow_or_uneven_series_goes_to_the_nearest_places() -> None:
 
 
 def test_a_clock_that_jumps_by_years_takes_no_room() -> None:
-    """Fifty years between two stretches cost neither memory nor disk."""
     history = SampleHistory(["q"], RATE)
     years = 50 * 365 * 86400
     history.append(block(0, {"q": np.arange(10.0)}))
@@ -185,7 +179,6 @@ def test_a_clock_that_jumps_by_years_takes_no_room() -> None:
 
 
 def test_the_revision_tells_when_a_picture_is_void() -> None:
-    """Only rewriting and going back void what is on screen; going on does not."""
     history = SampleHistory(["q"], RATE)
     history.append(block(0, {"q": np.zeros(50)}))
     history.append(block(50, {"q": np.zeros(50)}))
@@ -242,7 +235,6 @@ def _anonymous_memory() -> float | None:
 
 
 def test_a_full_disk_moves_the_history_into_memory(monkeypatch: pytest.MonkeyPatch) -> None:
-    """When the temporary file cannot grow, nothing stored is lost and storing goes on."""
     history = SampleHistory(["q"], RATE)
     values = np.random.default_rng(2).normal(size=900_000)
     history.append(block(0, {"q": values}))
@@ -263,8 +255,6 @@ def test_a_full_disk_moves_the_history_into_memory(monkeypatch: pytest.MonkeyPat
 
 
 def test_a_file_system_that_cannot_set_room_aside(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The file is then made longer by writing, as on systems without that call."""
-
     def refuse(*_: object) -> None:
         raise OSError(errno.EOPNOTSUPP, "not supported")
 
@@ -308,7 +298,6 @@ def test_the_work_follows_the_bins_and_not_the_samples() -> None:
 
 
 def test_a_channel_of_which_no_number_came_is_not_filled() -> None:
-    """A place without a number does not count; what the horizon hides does."""
     history = SampleHistory(("alpha", "q"), RATE)
     missing = np.full(4, np.nan)
     history.append(block(0, {"alpha": missing, "q": np.array([np.nan, np.nan, 1.0, np.nan])}))

@@ -1,7 +1,5 @@
 """The end of a flight is recognized: once, after it, and never in the air."""
 
-from __future__ import annotations
-
 import os
 from collections.abc import Callable
 from dataclasses import replace
@@ -32,7 +30,6 @@ def landings(
     rate: float,
     on_ground: Callable[[float], bool | None] = lambda _: None,
 ) -> list[float | None]:
-    """Return what the monitor says, whenever that changes, fed a second at a time."""
     monitor, said, step = LandingMonitor(aircraft, rate, on_ground), [], round(rate)
     for first in range(0, len(block), step):
         part = slice(first, first + step)
@@ -46,7 +43,6 @@ def landings(
 
 
 def flown(*legs: tuple[float, float, float], dropped: tuple[float, float] = (0.0, 0.0)) -> Block:
-    """Fly legs of (seconds, airspeed, height); the pitot is blocked in the span `dropped`."""
     speed: FloatArray = np.concatenate([np.full(round(s * RATE), v) for s, v, _ in legs])
     height: FloatArray = np.concatenate([np.full(round(s * RATE), h) for s, _, h in legs])
     times = np.arange(speed.size) / RATE
@@ -106,7 +102,6 @@ def test_another_take_off_takes_the_landing_back() -> None:
 
 
 def reports(*messages: tuple[float, mavlink.MAVLink_message]) -> Callable[[float], bool | None]:
-    """Return what a decoder makes of frames of an autopilot, by time of arrival (s)."""
     wire = mavlink.MAVLink(None, srcSystem=1, srcComponent=1)
     decoder = Decoder(load_channel_map("ardupilot-plane"), certificates={})
     for time, message in messages:
@@ -143,7 +138,6 @@ def landed_state(name: str) -> mavlink.MAVLink_message:
 def test_the_autopilot_reports_the_landing(
     messages: list[tuple[float, mavlink.MAVLink_message]],
 ) -> None:
-    """A taxi with wild rates hides the landing, until the autopilot reports it at 41 s."""
     block = flown((10.0, 0.0, 0.0), (30.0, 30.0, 50.0), (20.0, 5.0, 0.0))
     values = block.values.copy()
     values[:, 2] = 0.3

@@ -1,7 +1,5 @@
 """Fits of a flight's maneuvers while it goes on: the same numbers wherever they are made."""
 
-from __future__ import annotations
-
 import os
 import signal
 import subprocess
@@ -44,7 +42,6 @@ def flown(flown_short: Callable[[int], VirtualFlight]) -> VirtualFlight:
 
 @pytest.fixture(scope="module")
 def session(tmp_path_factory: pytest.TempPathFactory, flown: VirtualFlight):
-    """Return a replay that has reached its end."""
     path = write_block(tmp_path_factory.mktemp("fits") / "flight.csv", flown.measured, "csv")
     made = Session.replay(path, aircraft="b777", speed=np.inf, cues=False)
     run_replay(made)
@@ -54,7 +51,6 @@ def session(tmp_path_factory: pytest.TempPathFactory, flown: VirtualFlight):
 
 @pytest.fixture(scope="module")
 def late_session(tmp_path_factory: pytest.TempPathFactory, flown: VirtualFlight):
-    """Return a replay of the same flight, by a box that was on for half an hour before it."""
     measured = replace(flown.measured, times=flown.measured.times + LATE)
     path = write_block(tmp_path_factory.mktemp("late") / "flight.csv", measured, "csv")
     made = Session.replay(path, aircraft="b777", speed=np.inf, cues=False)
@@ -65,7 +61,6 @@ def late_session(tmp_path_factory: pytest.TempPathFactory, flown: VirtualFlight)
 
 @pytest.fixture(scope="module")
 def verdicts(flown: VirtualFlight) -> tuple[InputVerdict, ...]:
-    """Return what would be said of the maneuvers flown."""
     return tuple(
         InputVerdict(
             id=f"M{number}", given_at=one.t_end, t_start=one.t_start - 1.0, t_input=one.t_start,
@@ -95,7 +90,6 @@ def numbers(result: CampaignResult) -> list[tuple[str, str, float | None]]:
 def test_fits_come_after_each_maneuver_and_are_the_same_anywhere(
     session: Session, verdicts: tuple[InputVerdict, ...]
 ) -> None:
-    """Not before all samples came; in order; bit by bit the same from another process."""
     here, there = fits_of(session, InlineFitWorker()), fits_of(session, ProcessFitWorker())
     assert here.update(verdicts[:1], verdicts[0].t_end + 2.0) == ()
     (news,) = here.update(verdicts[:1], verdicts[0].t_end + 3.5)
@@ -138,7 +132,6 @@ def test_the_cut_is_that_of_the_whole_flight(
 
 
 def die_of_the_first(request: FitRequest) -> FitResponse:
-    """End the process in which the first maneuver is fitted, whenever it is."""
     if request.maneuver.id == "M1":
         os._exit(1)
     return run_fit_request(request)
@@ -147,7 +140,6 @@ def die_of_the_first(request: FitRequest) -> FitResponse:
 def test_a_worker_that_dies_costs_its_fit_alone(
     session: Session, verdicts: tuple[InputVerdict, ...]
 ) -> None:
-    """Said in words; nothing hangs; the next maneuver finds a new process."""
     fits = fits_of(session, ProcessFitWorker(die_of_the_first))
     fits.update(verdicts[:1], None)
     # The process yields to all others: on a busy machine it takes long even to begin.
@@ -165,7 +157,6 @@ def test_a_worker_that_dies_costs_its_fit_alone(
 
 
 def test_a_worker_ends_with_a_window_that_was_killed() -> None:
-    """What both may write to is at its end only when neither lives."""
     code = (
         "import time; from gsapp.session.live_estimation.fit_workers import ProcessFitWorker\n"
         "workers = ProcessFitWorker(time.sleep)\n"
@@ -173,7 +164,6 @@ def test_a_worker_ends_with_a_window_that_was_killed() -> None:
         "print('at work', flush=True); time.sleep(300.0)\n"
     )
     window = subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE)
-    assert window.stdout is not None
     assert window.stdout.readline().strip() == b"at work"
     window.kill()
     assert window.communicate(timeout=240.0)[0] == b""
@@ -193,7 +183,6 @@ def test_a_fit_that_runs_does_not_hold_up_the_end_of_the_program() -> None:
 
 
 def die_once(request: FitRequest) -> FitResponse:
-    """Be killed with the first fit, as by a system that is short of memory."""
     mark = Path(os.environ["GSAPP_TEST_DIED"])
     if not mark.exists():
         mark.touch()
@@ -207,7 +196,6 @@ def test_a_fit_whose_worker_was_killed_is_made_anew(
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """All that were under way come after all, with the numbers that they have anywhere."""
     monkeypatch.setenv("GSAPP_TEST_DIED", str(tmp_path / "died"))
     fits = fits_of(session, ProcessFitWorker(die_once))
     fits.update(verdicts, None)
@@ -223,7 +211,6 @@ def test_a_fit_whose_worker_was_killed_is_made_anew(
 def test_what_was_spoiled_is_not_fitted_and_a_reset_forgets(
     session: Session, verdicts: tuple[InputVerdict, ...]
 ) -> None:
-    """A replay that goes back begins anew; replies to old questions are dropped."""
     fits = fits_of(session, InlineFitWorker())
     first, second = verdicts
     fits.update((replace(first, result="spoiled"), second), None)
@@ -234,4 +221,4 @@ def test_what_was_spoiled_is_not_fitted_and_a_reset_forgets(
     assert [one.maneuver.id for one in fits.result.results] == ["M1"]
     away = replace(second, t_start=9e3, t_input=9e3 + 1.0, t_end=9e3 + 5.0)
     fits.update((first, away), None)
-    assert "no response to fit" in fits.failures["M2"]
+    assert "no response" in fits.failures["M2"]

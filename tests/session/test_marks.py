@@ -1,7 +1,5 @@
 """Marks and notes: made, changed, taken back, shared, and there again after a restart."""
 
-from __future__ import annotations
-
 import json
 import os
 from pathlib import Path
@@ -19,7 +17,6 @@ def shown(marks: tuple[FlightMark, ...]) -> list[tuple[float | None, str]]:
 
 
 def test_marks_are_made_changed_and_taken_away(tmp_path: Path) -> None:
-    """By flight time, whatever the order in which they were made; spans keep their end."""
     marks = book(tmp_path)
     late = marks.add(20.0, "doublet")
     early = marks.add(5.0, "take-off", kind="note")
@@ -33,7 +30,6 @@ def test_marks_are_made_changed_and_taken_away(tmp_path: Path) -> None:
 
 
 def test_every_change_can_be_taken_back_in_turn(tmp_path: Path) -> None:
-    """Undo goes back through deletion, edit and making; the file only grows."""
     marks = book(tmp_path)
     made = marks.add(1.0, "one")
     marks.edit(made.id, text="two")
@@ -49,7 +45,6 @@ def test_every_change_can_be_taken_back_in_turn(tmp_path: Path) -> None:
 
 
 def test_what_was_taken_back_can_be_brought_back(tmp_path: Path) -> None:
-    """Taking back a taking back, as another program may write it: the mark stands again."""
     log = EventLog(tmp_path / "events.jsonl")
     log.append(Event(kind="mark", text="one", time=1.0, data={"id": "mark"}))
     standing = []
@@ -62,7 +57,6 @@ def test_what_was_taken_back_can_be_brought_back(tmp_path: Path) -> None:
 
 
 def test_several_windows_see_the_same_marks(tmp_path: Path) -> None:
-    """Each follows the file; one does not take back what another did."""
     left, right = book(tmp_path), book(tmp_path)
     made = left.add(1.0, "left")
     right.poll()
@@ -81,7 +75,6 @@ def test_several_windows_see_the_same_marks(tmp_path: Path) -> None:
 
 
 def test_a_restarted_window_finds_all_of_it_again(tmp_path: Path) -> None:
-    """Also with a torn line of a window that was killed, and events of other kinds."""
     before = book(tmp_path)
     before.add(1.0, "one")
     before.delete(before.add(2.0, "two").id)
@@ -100,7 +93,6 @@ def test_a_restarted_window_finds_all_of_it_again(tmp_path: Path) -> None:
 
 
 def test_marks_written_by_other_hands_count_and_can_be_changed(tmp_path: Path) -> None:
-    """A line without an id, or with nonsense in it, does no harm."""
     lines = [
         {"kind": "mark", "time": 4.0, "text": "by hand"},
         {"kind": "edit", "data": {"of": 7, "time": "soon"}},

@@ -1,7 +1,5 @@
 """What a window asks for many times a second costs no work on files."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 
@@ -21,7 +19,6 @@ START_US = 1_700_000_000_000_000
 def test_certificates_that_the_map_names_are_read_once(
     tmp_path: Path, box: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """A folder without copies of its own: the bar's facts are taken again and again."""
     folder = tmp_path / "flight"
     FlightFolder.create(folder)
     writer, framer = RawWriter(folder), Framer()

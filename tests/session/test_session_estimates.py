@@ -1,7 +1,5 @@
 """Derivatives of a flight being watched: as it goes on, in a replay, and headless, the same."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -48,25 +46,21 @@ class Watched:
 
 
 def rows_of(session: Session) -> dict[str, EstimateRow]:
-    assert session.estimates is not None
     return {row.name: row for row in session.estimates.rows()}
 
 
 @pytest.fixture(scope="module")
 def at_once(path: Path) -> Iterator[Watched]:
-    """Return what the tests look at in turn; the last one takes it back to the beginning."""
     watched = Watched.of(path, InlineFitWorker())
     yield watched
     watched.session.close()
 
 
 def test_a_replay_gives_the_same_numbers_wherever_fits_run(at_once: Watched, path: Path) -> None:
-    """FTR's values and the fits, to the last bit; near the truth; each maneuver's own."""
     found = []
     elsewhere = Watched.of(path, ProcessFitWorker())
     for session in (at_once.session, elsewhere.session):
         estimates = session.estimates
-        assert estimates is not None
         rows = rows_of(session)
         found.append((numbers(estimates.result), [(row.value, row.std) for row in rows.values()]))
         assert len(estimates.result.results) == 2
@@ -82,18 +76,14 @@ def test_a_replay_gives_the_same_numbers_wherever_fits_run(at_once: Watched, pat
 
 
 def test_unknown_until_earned_and_what_changed_is_said(at_once: Watched) -> None:
-    """Before the first maneuver nothing is known; after the last a row says what it brought."""
     session = at_once.session
     estimates = session.estimates
-    assert estimates is not None
     assert at_once.early
     assert all(row.best is None or row.points for row in at_once.early.values())
     late = rows_of(session)
     assert late["Cn_dr"].change_text
-    assert late["Cn_dr"].percent is not None
     assert late["Cn_dr"].percent < 10.0
     feed = session.replay_feed
-    assert feed is not None
     feed.seek(feed.start or 0.0)
     session.update()
     assert estimates.result.results == ()

@@ -1,7 +1,5 @@
 """Live flights: a real recorder process, a real socket, sessions that tail its files."""
 
-from __future__ import annotations
-
 import os
 import shutil
 import signal
@@ -31,7 +29,6 @@ Patience = Callable[..., None]
 
 @pytest.fixture
 def impatient(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Let every update look at the equipment and at what other windows wrote."""
     settings = equipment_monitor.EquipmentMonitorSettings(look=0.0)
     monkeypatch.setattr(equipment_monitor, "_SETTINGS", settings)
     monkeypatch.setattr("gsapp.session.session._EVENTS_EVERY", 0.0)
@@ -110,7 +107,6 @@ def test_live_two_windows_a_frozen_one_and_the_replay_hold_the_same_bits(
 def test_the_map_is_found_in_the_stream_itself(
     field: Field, patience: Patience, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Without a map a session waits until the aircraft has told which one fits."""
     monkeypatch.setattr(readers, "_GUESS_US", 500_000)
     field.record()
     session = Session.follow(field.folder)
@@ -171,7 +167,6 @@ def test_a_recorder_that_dies_is_an_alarm_and_the_next_one_goes_on(
 def test_a_flight_folder_that_disappears_is_an_alarm_and_its_recorder_can_be_stopped(
     field: Field, patience: Patience
 ) -> None:
-    """The note in the runtime folder still leads to it, and to where it goes on."""
     handle = field.record()
     session = Session.follow(field.folder, channel_map="b777")
     field.aircraft.send(50)
@@ -203,7 +198,6 @@ def test_a_flight_folder_that_disappears_is_an_alarm_and_its_recorder_can_be_sto
 def test_a_recorder_that_dies_together_with_its_folder_is_an_alarm(
     field: Field, patience: Patience
 ) -> None:
-    """Nothing at all is left to be read: then what was there last counts."""
     handle = field.record()
     session = Session.follow(field.folder, channel_map="b777")
     field.aircraft.send(50)
@@ -265,7 +259,6 @@ def test_silence_of_the_aircraft_is_said_and_no_value_is_left_standing(
 def test_a_long_past_is_taken_in_without_holding_up_the_window(
     field: Field, patience: Patience
 ) -> None:
-    """Opening in mid-flight: many short calls, progress told, and the whole flight is there."""
     field.record()
     field.aircraft.send(1500)
     patience(lambda: field.recorder.status().frames >= field.aircraft.sent)
@@ -284,7 +277,6 @@ def test_a_long_past_is_taken_in_without_holding_up_the_window(
 def test_a_torn_record_opens_as_far_as_it_is_good(
     field: Field, patience: Patience, tmp_path: Path
 ) -> None:
-    """A copy cut in mid-frame, with garbage in the middle: both named, the rest is all there."""
     field.record()
     field.aircraft.send(300)
     session = Session.follow(field.folder, channel_map="b777")
@@ -308,7 +300,6 @@ def test_a_torn_record_opens_as_far_as_it_is_good(
 
 
 def test_marks_and_acknowledgments_reach_the_other_window(field: Field) -> None:
-    """Two sessions on one flight; a third one, opened later, has both."""
     field.record()
     now = [0.0]
     left, right = (
@@ -375,7 +366,6 @@ def test_a_record_that_cannot_be_read_is_said_once_and_hides_no_dead_recorder(
 
         patience(told_dead)
         alarm = session.alarm_registry.get("recorder")
-        assert alarm is not None
         assert alarm.active
     assert len(reads) <= 2 + (now[0] - 1000.0)  # once a second
     assert len([one for one in caplog.records if "cannot be followed" in one.message]) == 1

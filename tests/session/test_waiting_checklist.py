@@ -1,7 +1,5 @@
 """The checklist before any flight is open: what hands and the card can tell, kept on disk."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 from gsapp.aircraft import load_aircraft

@@ -1,7 +1,5 @@
 """Lines to be drawn: no peak is lost, no sample is invented, however few columns there are."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -19,7 +17,6 @@ TRACES = Traces(FLIGHT)
 
 
 def test_what_was_measured_is_offered_with_stand_ins():
-    """Half an elevator stands for the elevator; a channel without a sample is no channel."""
     assert TRACES.channels == ("de", "q")
 
 
