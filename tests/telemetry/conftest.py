@@ -1,7 +1,5 @@
 """What the tests of links and recorder share: frames, free ports, patience."""
 
-from __future__ import annotations
-
 import os
 import random
 import socket
@@ -15,7 +13,6 @@ from gsapp.decoding.dialect import dialect
 
 
 def make_frames(count: int, *, seed: int = 0, system: int = 1) -> list[bytes]:
-    """Return frames of both versions, all different."""
     module, choose = dialect(), random.Random(seed)
     packer = module.MAVLink(None, srcSystem=system)
     frames = []
@@ -37,7 +34,6 @@ def free_port(kind: socket.SocketKind) -> int:
 
 
 def wait_until(condition: Callable[[], object], seconds: float = 30.0) -> object:
-    """Return the first truth that a condition gives; fail after a while."""
     deadline = time.monotonic() + seconds
     while time.monotonic() < deadline:
         if value := condition():
@@ -63,7 +59,6 @@ def patience() -> Callable[..., object]:
 
 @pytest.fixture
 def own_runtime(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """Keep the notes of the recorders under test to themselves."""
     folder = tmp_path / "runtime"
     monkeypatch.setenv("GSAPP_RUNTIME_FOLDER", str(folder))
     return folder

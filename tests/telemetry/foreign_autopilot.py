@@ -6,8 +6,6 @@ It behaves as ArduPilot does: one request is answered at a time, a new one takes
 last. It loses a share of what it sends, and writes down the types of all that it hears.
 """
 
-from __future__ import annotations
-
 import os
 import random
 import sys

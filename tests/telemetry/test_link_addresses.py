@@ -1,7 +1,5 @@
 """The LINK grammar: every form, and a remedy for every mistake."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest
