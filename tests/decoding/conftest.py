@@ -1,7 +1,5 @@
 """Frames as a vehicle would send them, and what a decoder makes of them."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from types import SimpleNamespace
@@ -40,7 +38,6 @@ class Sender:
 def gather(
     blocks: Iterable[Block], rate: float = 100.0
 ) -> dict[str, tuple[np.ndarray, np.ndarray]]:
-    """Return row indices and values of every channel; rows must follow each other."""
     parts: dict[str, list[tuple[np.ndarray, np.ndarray]]] = {}
     for block in blocks:
         index = np.rint(block.times * rate).astype(np.int64)
@@ -58,7 +55,6 @@ def gather(
 def decode_in_chunks(
     make: Callable[[], Decoder], records: Sequence[RawRecord], sizes: Iterable[int]
 ) -> tuple[dict[str, tuple[np.ndarray, np.ndarray]], Decoder]:
-    """Feed records in chunks of these sizes (repeated), and gather what comes out."""
     decoder = make()
     blocks: list[Block] = []
     sizes = list(sizes)
@@ -73,7 +69,6 @@ def decode_in_chunks(
 def assert_same(
     one: dict[str, tuple[np.ndarray, np.ndarray]], two: dict[str, tuple[np.ndarray, np.ndarray]]
 ) -> None:
-    """Bit-identical rows and values."""
     assert one.keys() == two.keys()
     for name in one:
         np.testing.assert_array_equal(one[name][0], two[name][0], err_msg=name)
@@ -88,7 +83,6 @@ def write_map(folder: Path, text: str) -> Path:
 
 @pytest.fixture(scope="session")
 def cases() -> SimpleNamespace:
-    """Return the helpers of this folder."""
     return SimpleNamespace(
         HOST=HOST,
         Sender=Sender,

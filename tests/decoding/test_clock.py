@@ -1,7 +1,5 @@
 """Flight time: unwrapped, continued over restarts, not led astray by one bad stamp."""
 
-from __future__ import annotations
-
 import random
 
 import pytest
@@ -48,7 +46,6 @@ class Case:
 
 
 def test_stamps_since_boot_are_flight_time() -> None:
-    """The vehicle's own count is kept, to the microsecond."""
     case = Case()
     for k in range(5):
         case.stamp(7_000_000 + 10_000 * k, 10_000 * k)
@@ -57,7 +54,6 @@ def test_stamps_since_boot_are_flight_time() -> None:
 
 
 def test_32_bit_milliseconds_go_on_after_49_days() -> None:
-    """A count that starts over at 2^32 ms is unwrapped; nothing restarts."""
     case = Case()
     start = MS_TURN - 50_000
     for k in range(20):
@@ -67,7 +63,6 @@ def test_32_bit_milliseconds_go_on_after_49_days() -> None:
 
 
 def test_32_bit_microseconds_take_their_turn_from_another_message() -> None:
-    """SERVO_OUTPUT_RAW starts over every 72 minutes; ATTITUDE tells how often it did."""
     case = Case()
     true = 3 * US_TURN + 5_000_000
     for k in range(10):
@@ -79,7 +74,6 @@ def test_32_bit_microseconds_take_their_turn_from_another_message() -> None:
 
 
 def test_32_bit_microseconds_that_join_later_take_their_turn_at_once() -> None:
-    """A component that only sends SERVO_OUTPUT_RAW, on the same clock, is heard two hours late."""
     case = Case()
     true = 2 * US_TURN - 30_000
     for k in range(10):
@@ -94,7 +88,6 @@ def test_32_bit_microseconds_that_join_later_take_their_turn_at_once() -> None:
 
 @pytest.mark.parametrize("minutes", [10, 50, 100])
 def test_a_restart_is_no_turn_of_a_32_bit_count(minutes: int) -> None:
-    """Halfway through its count, too: zero is then as near ahead as behind."""
     case = Case()
     last = minutes * 60_000_000
     for k in range(100):
@@ -107,7 +100,6 @@ def test_a_restart_is_no_turn_of_a_32_bit_count(minutes: int) -> None:
 
 
 def test_32_bit_microseconds_alone_still_count() -> None:
-    """With nothing else on the link they are taken as they are, when the record ends."""
     case = Case()
     for k in range(4):
         case.stamp(20_000 * k, 20_000 * k, period=US_TURN, item="servo")
@@ -117,7 +109,6 @@ def test_32_bit_microseconds_alone_still_count() -> None:
 
 
 def test_counting_from_1970_begins_at_its_own_first_second() -> None:
-    """A vehicle that only knows the date: flight time begins within the first second."""
     case = Case()
     unix = HOST + 123_456
     for k in range(4):
@@ -139,7 +130,6 @@ def test_both_ways_of_counting_agree_by_system_time() -> None:
 
 
 def test_a_restart_goes_on_by_arrival_and_is_reported() -> None:
-    """The clock runs backwards: one event, no sample lost, flight time never goes back."""
     case = Case()
     for k in range(100):
         case.stamp(500_000_000 + 10_000 * k, 10_000 * k + 2_000)
@@ -158,7 +148,6 @@ def test_a_restart_goes_on_by_arrival_and_is_reported() -> None:
 @pytest.mark.parametrize("period", [0, US_TURN])
 @pytest.mark.parametrize("back", [150, 300, 800, 1500, 1990, 2010, 2500, 4000])
 def test_a_clock_that_is_set_back_a_little_loses_no_sample(back: int, period: int) -> None:
-    """By less than reordered messages may be late: told from them by going on steadily."""
     case = Case()
     for k in range(1000):
         # From where it was set on, the link is slower and less even.
@@ -189,7 +178,6 @@ def test_what_was_kept_back_on_the_way_is_no_restart(count: int) -> None:
 def test_no_way_that_delays_each_message_by_itself_looks_like_a_restart(
     way: str, most: float
 ) -> None:
-    """Delays (s) drawn anew for each, one way of two that is late, a link that stalls."""
     draw = random.Random(18)
     sent = [4000 * k for k in range(5000)]
     free = 0.0
@@ -211,7 +199,6 @@ def test_no_way_that_delays_each_message_by_itself_looks_like_a_restart(
 
 @pytest.mark.parametrize("behind", [200, 700, 1200])
 def test_messages_that_are_always_late_may_be_the_only_ones_for_a_while(behind: int) -> None:
-    """Others pause for three seconds: the late ones go on with their own times."""
     case = Case()
     for k in range(1500):
         if not 500 <= k < 800:
@@ -226,7 +213,6 @@ def test_messages_that_are_always_late_may_be_the_only_ones_for_a_while(behind: 
 
 @pytest.mark.parametrize("wrong", [0, 499_000_000, 513_000_000, 600_000_000, 4_000_000_000_000_000])
 def test_one_outlier_is_dropped_and_reported(wrong: int) -> None:
-    """A single impossible stamp begins no new segment."""
     case = Case()
     for k in range(50):
         case.stamp(510_000_000 + 10_000 * k, 10_000 * k)
@@ -236,13 +222,10 @@ def test_one_outlier_is_dropped_and_reported(wrong: int) -> None:
     assert case.times == [510_000_000 + 10_000 * k for k in range(50)]
     assert case.kinds == ["outlier"]
     assert case.clock.dropped == 1
-    assert f"1 message with an impossible time (the last: {wrong / 1e6:.3f} s)" in (
-        case.clock.events[0].text
-    )
+    assert f"{wrong / 1e6:.3f} s" in case.clock.events[0].text
 
 
 def test_what_came_late_as_the_record_ends_has_its_own_time() -> None:
-    """Nothing that goes on tells it from a clock set back; what is impossible is left out."""
     case = Case()
     for k in range(50):
         case.stamp(7_000_000 + 10_000 * k, 10_000 * k)
@@ -257,7 +240,6 @@ def test_what_came_late_as_the_record_ends_has_its_own_time() -> None:
 
 
 def test_a_bad_first_stamp_does_not_become_the_truth() -> None:
-    """Two stamps must agree before the clock is believed at all."""
     case = Case()
     case.stamp(3_000_000_000_000, 0)
     for k in range(10):
@@ -266,7 +248,6 @@ def test_a_bad_first_stamp_does_not_become_the_truth() -> None:
 
 
 def test_reordered_stamps_are_placed_where_they_belong() -> None:
-    """A message that was overtaken keeps its own time."""
     case = Case()
     for stamp in (0, 10_000, 30_000, 20_000, 40_000):
         case.stamp(stamp, 50_000)
@@ -275,7 +256,6 @@ def test_reordered_stamps_are_placed_where_they_belong() -> None:
 
 
 def test_a_pause_of_the_link_is_a_pause() -> None:
-    """The vehicle and this computer agree that 20 minutes passed: no event."""
     case = Case()
     for base in (0, 1_200_000_000):
         for k in range(3):
@@ -285,7 +265,6 @@ def test_a_pause_of_the_link_is_a_pause() -> None:
 
 
 def test_a_clock_that_steps_ahead_is_believed_and_reported() -> None:
-    """A minute more on the vehicle than here: taken as a pause, and said."""
     case = Case()
     for k in range(200):
         case.stamp(10_000 * k + (60_000_000 if k >= 100 else 0), 10_000 * k)
@@ -295,7 +274,6 @@ def test_a_clock_that_steps_ahead_is_believed_and_reported() -> None:
 
 
 def test_a_clock_set_ahead_by_years_does_not_stretch_the_flight() -> None:
-    """From 1970-like counting of days: flight time goes on by arrival."""
     case = Case()
     for k in range(200):
         case.stamp(10_000 * k + (10**14 if k >= 100 else 0), 10_000 * k)
@@ -304,7 +282,6 @@ def test_a_clock_set_ahead_by_years_does_not_stretch_the_flight() -> None:
 
 
 def test_another_component_with_its_own_clock_is_laid_beside() -> None:
-    """A camera that was switched on later is placed by its arrival, and this is said."""
     case = Case()
     for k in range(50):
         case.stamp(300_000_000 + 10_000 * k, 10_000 * k + 1_000)
@@ -332,7 +309,6 @@ def test_arrivals_follow_the_lower_envelope_over_an_hour_of_drift(drift: float) 
 
 
 def test_arrivals_wait_for_the_first_stamp() -> None:
-    """What came before the first stamp is placed by the delay that it shows."""
     case = Case()
     case.arrive(0)
     case.arrive(500_000)
@@ -342,7 +318,6 @@ def test_arrivals_wait_for_the_first_stamp() -> None:
 
 
 def test_without_any_stamp_flight_time_is_arrival() -> None:
-    """After half a minute without a stamp time counts from the first arrival, and this is said."""
     case = Case()
     for k in range(40):
         case.arrive(1_000_000 * k)
@@ -369,7 +344,6 @@ def test_a_computer_whose_clock_is_set_begins_its_delays_anew(leap: int, period:
 @pytest.mark.parametrize("leap", [45_000_000, 3_600_000_000, 20 * 365 * 86_400_000_000])
 @pytest.mark.parametrize("rate", [1, 100])
 def test_arrivals_stay_in_place_when_the_computers_clock_is_set(leap: int, rate: int) -> None:
-    """One that was placed an hour ahead made all later ones too late, to the end of the flight."""
     case = Case()
     step = 1_000_000 // rate
     for k in range(40 * rate):
@@ -398,7 +372,6 @@ def test_what_the_link_kept_back_for_a_minute_is_no_clock_that_was_set() -> None
 
 
 def test_arrivals_go_on_when_all_stamps_have_ended() -> None:
-    """They wait for a stamp for half a minute after a pause, and no longer."""
     case = Case()
     for k in range(100):
         case.stamp(10_000 * k, 10_000 * k, item="stamp")
@@ -409,7 +382,6 @@ def test_arrivals_go_on_when_all_stamps_have_ended() -> None:
 
 
 def test_a_clock_that_stands_still_is_ignored_and_reported() -> None:
-    """A box that always stamps zero: after three seconds its messages count by arrival."""
     case = Case()
     for k in range(1000):
         case.stamp(0, 10_000 * k)
@@ -429,7 +401,6 @@ def test_a_repeated_message_after_a_pause_is_no_frozen_clock() -> None:
 
 
 def test_two_vehicles_of_one_number_do_not_flood_the_reports() -> None:
-    """Interleaved stamps of two clocks: the first one counts, the other is told of now and then."""
     case = Case()
     for k in range(1000):
         case.stamp(500_000_000 + 10_000 * k, 10_000 * k)
@@ -441,7 +412,6 @@ def test_two_vehicles_of_one_number_do_not_flood_the_reports() -> None:
 
 
 def test_a_clock_that_goes_back_and_stands_still() -> None:
-    """It restarts at zero and never counts again: nothing waits forever."""
     case = Case()
     for k in range(100):
         case.stamp(500_000_000 + 10_000 * k, 10_000 * k)

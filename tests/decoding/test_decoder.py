@@ -1,7 +1,5 @@
 """The decoder: the same rows however the record is cut, and honest about all that goes wrong."""
 
-from __future__ import annotations
-
 import math
 import random
 from collections.abc import Callable
@@ -161,7 +159,6 @@ def troubled(cases: SimpleNamespace, tmp_path_factory: pytest.TempPathFactory) -
 def test_chunking_changes_nothing(
     cases: SimpleNamespace, troubled: SimpleNamespace, seed: int, sizes: list[int]
 ) -> None:
-    """A troubled record gives bit-identical rows for every channel, however it is cut."""
     records, expected = troubled.whole(seed)
     found, _ = cases.decode_in_chunks(troubled.make, records, sizes)
     cases.assert_same(found, expected)
@@ -170,7 +167,6 @@ def test_chunking_changes_nothing(
 def test_the_troubled_record_exercises_everything(
     cases: SimpleNamespace, troubled: SimpleNamespace
 ) -> None:
-    """That record really holds what it claims: restart, outlier, fallback, derived, duplicates."""
     records, expected = troubled.whole(0)
     _, decoder = cases.decode_in_chunks(troubled.make, records, [97])
     assert {"restart", "outlier"} <= {notice.kind for notice in decoder.notices}
@@ -244,7 +240,6 @@ def test_the_box_is_read_right(cases: SimpleNamespace) -> None:
 
 
 def test_calibration_of_the_decoder_is_the_certificates(cases: SimpleNamespace) -> None:
-    """Values are bit-equal to Certificate.evaluate, sagging supply and extrapolation included."""
     certificates = load_certificates("b777")
     generator = np.random.default_rng(3)
     rows = generator.uniform(0.0, 5.0, (50, 20)).astype(np.float32).astype(np.float64)
@@ -267,7 +262,6 @@ def certificates_in_order() -> list[str]:
 
 
 def test_without_certificates_there_are_volts_only(cases: SimpleNamespace) -> None:
-    """No calibration, no engineering units: the volts stay, and nothing is invented."""
     decoder = Decoder(load_channel_map("b777"), certificates={})
     assert "alpha_volts" in decoder.channels
     assert not {"alpha", "de", "qbar", "V"} & set(decoder.channels)
@@ -322,7 +316,6 @@ def test_any_subset_of_certificates_decodes(cases: SimpleNamespace, kept: set[st
 
 
 def test_clipped_gyros_are_counted(cases: SimpleNamespace) -> None:
-    """A gyro at its rail, as the converter rounds it, and one beyond its certificate."""
     decoder = Decoder(load_channel_map("b777"), aircraft=load_aircraft("b777"))
     send = cases.Sender()
     volts = [2.5] * 20
@@ -353,7 +346,6 @@ def test_a_second_aircraft_is_left_out_and_named(cases: SimpleNamespace) -> None
 
 
 def test_the_first_autopilot_heard_is_flown_not_the_first_sender(cases: SimpleNamespace) -> None:
-    """A companion computer, a gimbal and a radio of other systems speak before the aircraft."""
     gimbal, radio = cases.Sender(system=3, component=154), cases.Sender(system=51, component=68)
     aircraft = cases.Sender(system=7)
     early = [
@@ -379,7 +371,6 @@ def test_the_first_autopilot_heard_is_flown_not_the_first_sender(cases: SimpleNa
 def test_without_an_autopilot_the_first_system_that_measures_is_flown(
     cases: SimpleNamespace,
 ) -> None:
-    """Nothing of it is lost for the wait; two records, one that ends before it is decided."""
     box, other = cases.Sender(system=3, component=191), cases.Sender(system=4, component=191)
     for count in (20, 100):
         decoder = Decoder(load_channel_map("ardupilot-plane"))
@@ -416,7 +407,6 @@ def test_the_system_that_the_crew_chose_goes_before_the_map_and_the_first(
 def test_a_ground_station_is_never_taken_for_the_aircraft(
     cases: SimpleNamespace, system: int
 ) -> None:
-    """MANUAL_CONTROL of a ground station heard first neither counts nor is reported."""
     ground, aircraft = cases.Sender(system=system, component=190), cases.Sender(system=7)
     decoder = Decoder(load_channel_map("px4"))
     records = []
@@ -430,7 +420,6 @@ def test_a_ground_station_is_never_taken_for_the_aircraft(
 
 
 def test_a_second_component_is_left_out_and_named(cases: SimpleNamespace) -> None:
-    """A gimbal that sends ATTITUDE too does not mix into the autopilot's."""
     autopilot, gimbal = cases.Sender(component=1), cases.Sender(component=154)
     decoder = Decoder(load_channel_map("ardupilot-plane"))
     records = []
@@ -456,7 +445,6 @@ def test_unknown_messages_are_counted_and_named(cases: SimpleNamespace) -> None:
 
 
 def test_mavlink_1_and_2_mixed(cases: SimpleNamespace) -> None:
-    """Both versions of one message give the same channels."""
     send = cases.Sender()
     decoder = Decoder(load_channel_map("ardupilot-plane"))
     records = [
@@ -493,7 +481,6 @@ def test_system_time_lays_two_ways_of_counting_together(cases: SimpleNamespace) 
 
 
 def test_status_texts(cases: SimpleNamespace) -> None:
-    """What the vehicle says comes out with its time; a long text is put together."""
     send = cases.Sender()
     decoder = Decoder(load_channel_map("b777"))
     decoder.feed(
@@ -513,7 +500,6 @@ def test_status_texts(cases: SimpleNamespace) -> None:
 
 
 def test_a_text_that_lost_pieces_is_told_as_torn(cases: SimpleNamespace) -> None:
-    """A piece that never comes is marked, and never filled by a later text of its number."""
     send = cases.Sender()
     decoder = Decoder(load_channel_map("b777"))
 
@@ -569,20 +555,17 @@ calibration = "q"
     assert found["throttle"][1][8] == pytest.approx(0.04)
     assert decoder.bad_lines == 2
     assert [notice.kind for notice in decoder.notices] == ["bad-line"]
-    assert decoder.remarks == ("2 of 11 lines of text were left out",)
+    assert ["2 of 11 lines" in one for one in decoder.remarks] == [True]
 
 
 def test_lines_that_the_map_says_nothing_of_are_told_once(cases: SimpleNamespace) -> None:
-    """Such as a text link with the map that is offered first."""
     decoder = Decoder(load_channel_map("b777"))
     records = [RawRecord(cases.HOST + 10_000 * k, "line", b"0.1,2,3") for k in range(5)]
     assert decoder.feed(records) == []
     (notice,) = decoder.notices
-    assert notice.text.startswith(
-        "a line is left out, since the channel map 'B777 box' says nothing of its "
-        "columns: '0.1,2,3'"
-    )
-    assert decoder.remarks == ("5 of 5 lines of text were left out",)
+    assert "'B777 box'" in notice.text
+    assert "'0.1,2,3'" in notice.text
+    assert ["5 of 5 lines" in one for one in decoder.remarks] == [True]
 
 
 @pytest.mark.parametrize(
@@ -613,7 +596,6 @@ def test_what_only_resembles_a_number_is_left_out_of_lines(
 
 
 def test_lines_without_time_are_timed_by_arrival(cases: SimpleNamespace, tmp_path: Path) -> None:
-    """A text link without a clock: flight time counts from the first line, and this is said."""
     text = 'name = "t"\n[text]\ncolumns = ["alpha [deg]"]\n'
     decoder = Decoder(load_channel_map(cases.write_map(tmp_path, text)))
     records = [RawRecord(cases.HOST + 10_000 * k, "line", str(k).encode()) for k in range(5)]
@@ -641,13 +623,11 @@ def test_arrival_times_follow_the_quickest_message(cases: SimpleNamespace) -> No
 
 
 def test_a_map_for_files_is_refused(cases: SimpleNamespace) -> None:
-    """A map of a log says so when it is given to a link."""
     with pytest.raises(FlightError, match="ardupilot-plane"):
         Decoder(load_channel_map("px4-log"))
 
 
 def test_residue_and_nothing(cases: SimpleNamespace) -> None:
-    """Residue passes through the counts only; nothing in, nothing out."""
     decoder = Decoder(load_channel_map("b777"))
     assert decoder.feed([]) == []
     assert decoder.feed([RawRecord(cases.HOST, "residue", b"\xfd\x01garbage")]) == []
@@ -656,7 +636,6 @@ def test_residue_and_nothing(cases: SimpleNamespace) -> None:
 
 
 def test_invalid_readings_are_missing(cases: SimpleNamespace) -> None:
-    """A vane that says it is not valid, a raw value that means unknown, and NaN give NaN."""
     decoder = Decoder(load_channel_map("ardupilot-plane"))
     send = cases.Sender()
     records = []
@@ -675,7 +654,6 @@ def test_invalid_readings_are_missing(cases: SimpleNamespace) -> None:
 
 
 def test_sources_count_what_arrived_not_the_rows_of_the_grid(cases: SimpleNamespace) -> None:
-    """Ten attitudes, 0.4 s apart with one pause of 2 s, are ten samples at 2.5 Hz with one gap."""
     decoder = Decoder(load_channel_map("b777"))
     send = cases.Sender()
     times = [400 * k for k in range(9)] + [400 * 8 + 2000]

@@ -1,7 +1,5 @@
 """Derived channels: air data by the book, from what is there, and never over a measurement."""
 
-from __future__ import annotations
-
 import gc
 import sys
 from pathlib import Path
@@ -32,7 +30,6 @@ def test_air_data_by_the_book() -> None:
 
 
 def test_nonsense_gives_nothing_rather_than_a_number() -> None:
-    """Negative pressures and temperatures give NaN; a pitot tube at rest gives zero speed."""
     bad = np.array([-100.0, 0.0, np.nan, 1e5])
     assert np.isnan(air_data.density(bad, np.full(4, 290.0))).tolist() == [True, True, True, False]
     assert np.isnan(air_data.density(np.full(4, 1e5), bad)).tolist() == [True, True, True, False]
@@ -48,7 +45,6 @@ def outputs(*available: str) -> dict[str, tuple[str, ...]]:
 
 
 def test_only_what_is_not_measured_is_derived() -> None:
-    """A measured V, qbar or de is never computed again."""
     everything = ("dynamic_pressure", "static_pressure", "temperature")
     assert set(outputs(*everything)) == {"qbar", "Vc", "V", "density", "altitude"}
     assert "V" not in outputs(*everything, "V")
@@ -58,7 +54,6 @@ def test_only_what_is_not_measured_is_derived() -> None:
 
 
 def test_dynamic_pressure_from_either() -> None:
-    """From the pitot tube, or back from an airspeed where the vehicle gives only that."""
     assert outputs("dynamic_pressure")["qbar"] == ("dynamic_pressure",)
     assert outputs("Vc")["qbar"] == ("Vc",)
     assert outputs("V", "static_pressure")["qbar"] == ("V", "static_pressure")
@@ -67,7 +62,6 @@ def test_dynamic_pressure_from_either() -> None:
 
 
 def test_without_a_thermometer_the_standard_day_is_assumed_and_said() -> None:
-    """V without temperature is still there, and its source says what is assumed."""
     found = {each.output: each for each in select_derivations(["Vc", "static_pressure"])}
     assert "standard day assumed" in found["V"].description
     assert found["qbar"].assumed == ""
@@ -87,7 +81,6 @@ unit = "deg"
 
 
 def test_inputs_from_two_messages_meet_row_by_row(cases: SimpleNamespace, tmp_path: Path) -> None:
-    """Elevators from two messages: the mean stands where both are, whichever came first."""
     decoder = Decoder(load_channel_map(cases.write_map(tmp_path, TWO_ELEVATORS)))
     send = cases.Sender()
     records = []
@@ -127,7 +120,6 @@ def test_a_slow_message_never_holds_back_a_quick_one(cases: SimpleNamespace) -> 
 
 
 def test_an_input_that_never_comes_costs_no_memory(cases: SimpleNamespace, tmp_path: Path) -> None:
-    """Half an hour of one elevator without the other: what is kept does not grow."""
     decoder = Decoder(load_channel_map(cases.write_map(tmp_path, TWO_ELEVATORS)))
     send = cases.Sender()
     kept = []
@@ -145,7 +137,6 @@ def test_an_input_that_never_comes_costs_no_memory(cases: SimpleNamespace, tmp_p
 
 
 def memory_of(decoder: Decoder) -> int:
-    """Return how many bytes all that a decoder refers to takes."""
     seen: set[int] = set()
     waiting: list[object] = [decoder]
     total = 0
@@ -163,7 +154,6 @@ def memory_of(decoder: Decoder) -> int:
 def test_how_long_an_input_is_waited_for_depends_on_the_record_alone(
     cases: SimpleNamespace, tmp_path: Path, pause: int
 ) -> None:
-    """One elevator begins late, and its stamps lag: the mean is the same however it is cut."""
     path = cases.write_map(tmp_path, TWO_ELEVATORS)
     send, records = cases.Sender(), []
     for k in range(2500):
@@ -181,7 +171,6 @@ def test_how_long_an_input_is_waited_for_depends_on_the_record_alone(
 
 
 def test_a_slow_sample_counts_from_after_it_came_for_half_a_minute() -> None:
-    """Of the best source that told a number last; in a row and one by one the same."""
     slow = SlowInput(2)
     # The second of the first source came late, and one was no number.
     slow.push(0, [10, 20, 60], [10, 25, 60], [1.0, 2.0, float("nan")])

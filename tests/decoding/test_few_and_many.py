@@ -1,7 +1,5 @@
 """The two ways of decoding, number by number and by matrices, against each other: the same bits."""
 
-from __future__ import annotations
-
 import math
 import random
 from collections.abc import Iterable, Sequence
@@ -69,14 +67,12 @@ def test_numbers_of_every_message_are_read_alike() -> None:
 
 
 def test_text_is_no_number() -> None:
-    """Asked for a text, the reader says so."""
     with pytest.raises(ValueError, match=r"STATUSTEXT\.text is text"):
         number_reader(message_id("STATUSTEXT"), [("text", None)])
 
 
 @cache
 def parts(name: str) -> tuple[ChannelMap, dict[str, Certificate], Aircraft]:
-    """Return a shipped map, and certificates and aircraft to go with it; read once."""
     return load_channel_map(name), load_certificates("b777"), load_aircraft("b777")
 
 
@@ -108,7 +104,6 @@ def payload_of(layout_id: int, generator: random.Random) -> bytes:
 @given(seed=st.integers(0, 2**32))
 @settings(max_examples=10, deadline=None)
 def test_streams_convert_alike(name: str, seed: int) -> None:
-    """Scale, unit, missing, valid, conversion, calibration, clipping, for all shipped maps."""
     generator = random.Random(seed)
     chosen, certificates, aircraft = parts(name)
     pipelines = [
@@ -134,7 +129,6 @@ def test_streams_convert_alike(name: str, seed: int) -> None:
 
 
 def test_a_raw_number_becomes_si_as_its_unit_says() -> None:
-    """Units with a zero of their own, such as degC, are scaled before they are shifted."""
     for spec in CHANNELS.values():
         for unit in spec.allowed_units:
             entry = MapEntry(
@@ -171,7 +165,6 @@ def laid(rows: Iterable[GridRows]) -> list[tuple[int, bytes, bytes | None]]:
 def test_rows_are_laid_alike(
     samples: list[tuple[int, tuple[float, float, float]]], turned: bool
 ) -> None:
-    """Straight, round and stepwise channels, gaps, silences, pauses, duplicates, NaN."""
     gridders = [
         Gridder(
             Grid(100.0),
@@ -194,7 +187,6 @@ def test_rows_are_laid_alike(
 
 
 def table_map(names: Sequence[str]) -> ChannelMap:
-    """Return a map with one message for all channels but the last, which has its own."""
     entries = [
         MapEntry(
             channel=name,
@@ -310,7 +302,6 @@ def test_every_shipped_map_decodes_alike_in_any_pieces(cases: SimpleNamespace, n
 
 
 def as_field(value: object) -> object:
-    """Return what pymavlink takes for a field."""
     if isinstance(value, np.ndarray):
         return value.tolist()
     return value.item() if isinstance(value, np.generic) else value

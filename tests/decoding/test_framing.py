@@ -1,7 +1,5 @@
 """Framing: no undamaged frame may be lost, whatever stands around it."""
 
-from __future__ import annotations
-
 import os
 import random
 from collections import Counter
@@ -64,7 +62,6 @@ class Sender:
         return frame
 
     def unknown(self) -> bytes:
-        """Return a MAVLink 2 frame of an id that the dialect does not hold."""
         packer = self.random.choice(self.packers)
         payload = self.random.randbytes(self.random.randrange(1, 60))
         header = bytes((0xFD, len(payload), 0, 0, packer.seq, packer.srcSystem, 0))
@@ -72,7 +69,6 @@ class Sender:
         return header + (15_000_000).to_bytes(3, "little") + payload + self.random.randbytes(2)
 
     def garbage(self) -> bytes:
-        """Return noise, half of the time with a header that looks real."""
         choose = self.random
         noise = choose.randbytes(choose.randrange(1, 60))
         if choose.random() < 0.5:
@@ -102,7 +98,6 @@ class Sender:
 
 
 def damaged_stream(seed: int, count: int = 5000) -> tuple[bytes, list[bytes]]:
-    """Return a stream with a tenth of its frames damaged, and the undamaged ones."""
     sender = Sender(seed)
     stream, whole = bytearray(), []
     for _ in range(count):
@@ -128,7 +123,6 @@ def split(stream: bytes, sizes: random.Random | None = None) -> list[MavlinkFram
 
 
 def joined(items):
-    """Join adjacent residue: where long stretches are cut is left open."""
     result = []
     for item in items:
         if result and isinstance(item, Residue) and isinstance(result[-1], Residue):
@@ -154,7 +148,6 @@ def test_no_undamaged_frame_is_lost_in_a_damaged_stream(seed: int) -> None:
 
 
 def test_pymavlink_loses_frames_where_this_framer_loses_none() -> None:
-    """The foreign reader on the same stream: the reason for a framer of our own."""
     stream, whole = damaged_stream(3, 2000)
     foreign = dialect().MAVLink(None)
     foreign.robust_parsing = True
@@ -243,7 +236,6 @@ def test_a_false_header_does_not_hold_back_frames_beyond_a_pause() -> None:
 
 
 def test_a_frame_that_ends_as_another_begins_comes_out_in_a_pause() -> None:
-    """The last byte of its checksum may be the first of a frame: the next bytes, or none, tell."""
     sender = Sender(13)
     ending = [
         frame
@@ -283,7 +275,6 @@ def test_signed_frames_keep_their_signature() -> None:
 
 
 def test_a_torn_signature_does_not_swallow_the_next_frame() -> None:
-    """The checksum does not cover the signature: the next frame tells that it is torn."""
     for seed in range(30):
         sender = Sender(seed)
         torn = sender.frame(version=2, signed=True)[: -1 - seed % 12]
@@ -301,7 +292,6 @@ def test_unknown_ids_are_kept_unchecked_where_a_frame_follows() -> None:
 
 
 def test_an_unknown_id_never_costs_a_known_frame() -> None:
-    """A header of unknown id in garbage spans good frames: they win."""
     sender = Sender(10)
     frames = [sender.frame(signed=False) for _ in range(10)]
     head = bytes((0xFD, 255, 0, 0, 1, 1, 1)) + (15_000_000).to_bytes(3, "little")
@@ -310,7 +300,6 @@ def test_an_unknown_id_never_costs_a_known_frame() -> None:
 
 
 def test_a_frame_that_carries_frames_is_one_frame() -> None:
-    """A log downloaded over the link holds frames; the carrier is whole, and wins."""
     module = dialect()
     inner = Sender(11).frame(version=1)
     payload = list((inner + bytes(251))[:251])
@@ -320,7 +309,6 @@ def test_a_frame_that_carries_frames_is_one_frame() -> None:
 
 
 def test_wrong_dialect_is_recorded_but_not_called_known() -> None:
-    """All ids unknown, as with a private dialect: every frame is kept."""
     sender = Sender(12)
     frames = [sender.unknown() for _ in range(50)]
     items = split(b"".join(frames))

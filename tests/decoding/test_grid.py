@@ -1,7 +1,5 @@
 """Samples laid on the grid: exact where a sample lies, linear between, nothing in gaps."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
@@ -35,7 +33,6 @@ def joined(rows: list[GridRows]) -> tuple[list[int], list[float]]:
 
 
 def test_a_straight_line_stays_straight() -> None:
-    """Samples of a line at odd moments give the line on the grid."""
     times = [3_000 + 7_919 * k for k in range(50)]
     index, values = joined(feed(gridder(), times, [2.0 * t for t in times]))
     assert index == list(range(1, times[-1] // 10_000 + 1))
@@ -43,7 +40,6 @@ def test_a_straight_line_stays_straight() -> None:
 
 
 def test_a_row_on_a_sample_is_the_sample() -> None:
-    """To the last bit, also beside a sample that is missing."""
     values = [0.1, math.nan, 0.3, 0.7]
     index, found = joined(feed(gridder(), [0, 10_000, 20_000, 30_000], values))
     assert index == [0, 1, 2, 3]
@@ -59,7 +55,6 @@ def test_a_row_on_a_sample_is_the_sample() -> None:
 
 
 def test_gaps_of_more_than_two_and_a_half_periods_are_empty() -> None:
-    """Two lost samples at 100 Hz leave 30 ms: empty; one lost sample is bridged."""
     times = [0, 10_000, 20_000, 30_000, 50_000, 60_000, 90_000, 100_000]
     index, values = joined(feed(gridder(), times, [float(t) for t in times]))
     assert index == list(range(11))
@@ -69,14 +64,12 @@ def test_gaps_of_more_than_two_and_a_half_periods_are_empty() -> None:
 
 
 def test_a_slow_message_is_bridged_between_its_samples() -> None:
-    """Five samples a second fill the whole grid."""
     times = [200_000 * k for k in range(10)]
     _, values = joined(feed(gridder(), times, [float(t) for t in times]))
     np.testing.assert_allclose(values, 10_000.0 * np.arange(181))
 
 
 def test_the_period_follows_a_change_of_rate() -> None:
-    """A message that becomes ten times slower is bridged again after half a window."""
     times = [10_000 * k for k in range(20)]
     times += [times[-1] + 100_000 * k for k in range(1, 15)]
     index, values = joined(feed(gridder(), times, [1.0] * len(times)))
@@ -87,7 +80,6 @@ def test_the_period_follows_a_change_of_rate() -> None:
 
 
 def test_angles_go_round_the_short_way() -> None:
-    """From 170 to -170 degrees the heading passes 180, not 0, and stays within half a turn."""
     a = math.radians(170.0)
     index, values = joined(feed(gridder(circular=True), [0, 40_000], [a, -a]))
     assert index == [0, 1, 2, 3, 4]
@@ -96,13 +88,11 @@ def test_angles_go_round_the_short_way() -> None:
 
 
 def test_counts_keep_their_value() -> None:
-    """Satellites are not interpolated."""
     _, values = joined(feed(gridder(step=True), [0, 40_000], [7.0, 9.0]))
     assert values == [7.0, 7.0, 7.0, 7.0, 9.0]
 
 
 def test_duplicates_and_overtaken_samples_are_counted_and_left_out() -> None:
-    """The later sample of two with one stamp, and one that comes too late, change nothing."""
     target = gridder()
     _, values = joined(feed(target, [0, 10_000, 10_000, 5_000, 20_000], [0, 1, 9, 9, 2]))
     assert values == [0.0, 1.0, 2.0]
@@ -110,7 +100,6 @@ def test_duplicates_and_overtaken_samples_are_counted_and_left_out() -> None:
 
 
 def test_hours_of_silence_cost_nothing() -> None:
-    """A pause of a day hands out the rows before and after it, and none between."""
     day = 86_400_000_000
     rows = feed(gridder(), [0, 10_000, day, day + 10_000], [1.0, 2.0, 3.0, 4.0])
     index, values = joined(rows)
@@ -119,7 +108,6 @@ def test_hours_of_silence_cost_nothing() -> None:
 
 
 def test_a_pause_that_is_filled() -> None:
-    """Up to LONGEST_FILL the rows go on without interruption, empty."""
     pause = int(MAX_FILLED_PAUSE * 1e6)
     index, values = joined(
         feed(gridder(), [0, 10_000, 20_000, 20_000 + pause], [1.0, 2.0, 3.0, 4.0])
@@ -130,7 +118,6 @@ def test_a_pause_that_is_filled() -> None:
 
 @pytest.mark.parametrize("rate", [50.0, 12.5, 1000.0, 100.0 / 3.0])
 def test_other_rates(rate: float) -> None:
-    """Rows lie at k / rate for rates that do not divide a second as well."""
     times = [1_000 * k for k in range(0, 500, 3)]
     target = gridder(rate=rate)
     rows = feed(target, times, [t / 1e6 for t in times])
@@ -143,14 +130,12 @@ def test_other_rates(rate: float) -> None:
 
 @pytest.mark.parametrize("rate", [0.0, 0.0001, 1e6, math.nan])
 def test_impossible_rates_are_refused(rate: float) -> None:
-    """A rate of nothing says which rates there are, and so does one that rounds to nothing."""
     with pytest.raises(ValueError, match="rows per second"):
         Grid(rate)
 
 
 @pytest.mark.parametrize("places", [[], [3], [0, 1, 2], [1, 3, 5], [2, 0], [0, 1, 3], [4, 4]])
 def test_columns_are_picked_alike_by_slice_and_by_list(places: list[int]) -> None:
-    """Evenly spaced columns are a slice; either way the columns are those asked for."""
     matrix = np.arange(12.0).reshape(2, 6)
     np.testing.assert_array_equal(
         matrix[:, column_index(places)], matrix[:, np.array(places, dtype=int)]
@@ -163,7 +148,6 @@ def test_columns_are_picked_alike_by_slice_and_by_list(places: list[int]) -> Non
 )
 @settings(max_examples=50, deadline=None)
 def test_pieces_give_the_same_rows(steps: list[int], cuts: list[int]) -> None:
-    """Fed one by one (the quick way for live links) or together: the same bits."""
     times = np.cumsum([max(steps[0], 0), *steps[1:]]).tolist()
     values = np.sin(np.arange(len(times)) * 1.7).tolist()
     whole = joined(feed(gridder(), times, values))
@@ -177,8 +161,6 @@ def test_pieces_give_the_same_rows(steps: list[int], cuts: list[int]) -> None:
 
 
 class Pair:
-    """Two sources of one channel at 100 and 50 samples per second."""
-
     def __init__(self, fallback: int = 300_000) -> None:
         self.grid = Grid(100.0)
         self.better, self.worse = gridder(fallback=fallback), gridder(fallback=fallback)
@@ -213,7 +195,6 @@ def test_the_next_source_counts_after_the_stated_silence_only() -> None:
 
 
 def test_the_better_source_is_waited_for_at_the_start_no_longer_than_stated() -> None:
-    """Without any sample of the better source the other one counts after the stated time."""
     pair = Pair()
     for k in range(0, 100, 2):
         pair.sample(1, 10_000 * k, 2.0)

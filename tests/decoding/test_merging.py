@@ -1,7 +1,5 @@
 """Which of several sources gives each row, and what the choice keeps in memory."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 
 import numpy as np
@@ -13,7 +11,6 @@ from gsapp.decoding.source_selection import SourceSelector
 
 
 def pairs_of(ends: Sequence[float]) -> Iterator[tuple[float, float]]:
-    """Return the pairs of which a sequence is made."""
     return zip(ends[::2], ends[1::2], strict=True)
 
 
@@ -47,7 +44,6 @@ def chosen(*told: tuple[float, ...], end: float, every: float) -> dict[int, floa
 
 @pytest.mark.parametrize("every", [0.1, 0.7, 100.0])
 def test_there_are_no_rows_before_the_first_sample(every: float) -> None:
-    """A channel begins where it begins, not with the record and nothing in it."""
     found = chosen((1.5, 4.0), end=4.0, every=every)
     assert sorted(found) == list(range(150, 391))
     assert set(found.values()) == {0.0}
@@ -55,7 +51,6 @@ def test_there_are_no_rows_before_the_first_sample(every: float) -> None:
 
 @pytest.mark.parametrize("every", [0.1, 0.7, 100.0])
 def test_a_better_source_that_begins_late_leaves_what_stood_before_it(every: float) -> None:
-    """However seldom it is asked: what comes of a record depends on nothing but the record."""
     found = chosen((3.0, 6.0), (0.0, 6.0), end=6.0, every=every)
     assert [found[row] for row in range(300)] == [1.0] * 300
     assert [found[row] for row in range(300, 591)] == [0.0] * 291
@@ -71,7 +66,6 @@ def test_a_better_source_that_comes_in_time_has_the_place_from_the_beginning(eve
 
 @pytest.mark.parametrize("every", [0.1, 100.0])
 def test_a_pause_of_all_sources_is_rows_without_a_number_up_to_a_minute(every: float) -> None:
-    """Rows follow each other; after a longer pause they just go on."""
     for pause, filled in ((10.0, True), (70.0, False)):
         back = 2.0 + pause
         spans = (0.0, 2.0, back, back + 2.0)
@@ -84,7 +78,6 @@ def test_a_pause_of_all_sources_is_rows_without_a_number_up_to_a_minute(every: f
 
 
 def test_the_rows_of_a_source_that_nobody_asks_are_not_kept() -> None:
-    """Of two sources, the better one always there, only what is undecided is held."""
     grid = Grid(100.0)
     flags = np.zeros(1, dtype=bool)
     sources = [Gridder(grid, circular=flags, stepwise=flags) for _ in range(2)]

@@ -1,7 +1,5 @@
 """Columns against pymavlink's own decoder, for every message of the dialect."""
 
-from __future__ import annotations
-
 import random
 import subprocess
 import sys
@@ -10,12 +8,7 @@ import numpy as np
 import pytest
 
 from gsapp.decoding.dialect import dialect
-from gsapp.decoding.messages import (
-    decode_columns,
-    message_id,
-    message_layout,
-    message_name,
-)
+from gsapp.decoding.messages import decode_columns, message_id, message_layout, message_name
 from gsapp.foundation import UnknownNameError
 
 IDS = sorted(dialect().mavlink_map)
@@ -82,7 +75,6 @@ def frame_of(number: int, payload: bytes, extra: int) -> bytes:
 
 
 def test_names_and_ids() -> None:
-    """Names and ids go both ways, and a misspelled name is answered with the right one."""
     assert message_id("DEBUG_FLOAT_ARRAY") == 350
     assert message_name(350) == "DEBUG_FLOAT_ARRAY"
     assert message_name(16_000_000) == "UNKNOWN_16000000"
@@ -93,30 +85,23 @@ def test_names_and_ids() -> None:
 
 
 def test_stamps_are_found() -> None:
-    """The vehicle's time is found with its unit and width, and not where there is none."""
     attitude = message_layout(message_id("ATTITUDE")).stamp
-    assert attitude is not None
     assert (attitude.field, attitude.size, attitude.scale) == ("time_boot_ms", 4, 1000)
     daq = message_layout(350).stamp
-    assert daq is not None
     assert (daq.field, daq.size, daq.scale) == ("time_usec", 8, 1)
     system_time = message_layout(message_id("SYSTEM_TIME")).stamp
-    assert system_time is not None
     assert system_time.field == "time_boot_ms"
     airflow = message_layout(message_id("SENSOR_AIRFLOW_ANGLES")).stamp
-    assert airflow is not None
     assert airflow.field == "timestamp"
     assert message_layout(message_id("VFR_HUD")).stamp is None
 
 
 def test_no_payload_at_all() -> None:
-    """No payload gives no row, and an empty payload one of zeros."""
     assert decode_columns(30, []).size == 0
     assert decode_columns(30, [b""])["roll"].tolist() == [0.0]
 
 
 def test_importing_is_cheap() -> None:
-    """The dialect is not imported until a layout is asked for."""
     code = "import sys, gsapp.decoding.messages; print('pymavlink' in sys.modules)"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "False"

@@ -1,7 +1,5 @@
 """A real fixed-wing flight (Carbon-Z T-28 with ArduPlane), where its record is present."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -79,8 +77,6 @@ def test_it_is_consistent_with_itself(records: list[RawRecord], cases: SimpleNam
 
 
 def test_it_may_be_cut_anywhere(records: list[RawRecord], cases: SimpleNamespace) -> None:
-    """The first half minute in pieces of 1, 7, 50 and 333 records: bit-identical."""
-
     def make() -> Decoder:
         return Decoder(load_channel_map("ardupilot-plane"))
 
