@@ -1,7 +1,5 @@
 """A crew that calibrates gyros, accelerometers and pressures of the virtual bench, in samples."""
 
-from __future__ import annotations
-
 import datetime as dt
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -26,7 +24,6 @@ STAMP = dt.datetime(2026, 5, 12, 9, 30)  # noqa: DTZ001 - a field's local time
 
 
 def rest(bench: VirtualBench, watch: RestMonitor, *, patience: float = 20.0) -> RestPeriod:
-    """Wait until the watch has seen its rest; channels are fed as they come from the bench."""
     watch.restart()
     until = bench.time + patience
     while bench.time < until:
@@ -39,7 +36,6 @@ def rest(bench: VirtualBench, watch: RestMonitor, *, patience: float = 20.0) -> 
 
 
 def turned(bench: VirtualBench, channel: str, angle: float) -> Turn:
-    """Turn the table and return what was seen."""
     seconds = bench.rotate(channel, 0.0, seconds=0.01)  # only brought upright
     bench.step(seconds + 0.5)
     watch = TurnMonitor(GYROS, least=0.5 * abs(angle))
@@ -51,15 +47,12 @@ def turned(bench: VirtualBench, channel: str, angle: float) -> Turn:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class GyroWork:
-    """What a crew finds of one gyro, and when it took the zero, s."""
-
     zero: GyroZero
     zero_time: float
     turns: tuple[Turn, ...]
 
 
 def gyro_work(bench: VirtualBench, channel: str) -> GyroWork:
-    """Take the zero of a gyro, and turn the table once to either side."""
     still = rest(bench, create_inertial_rest_monitor((*GYROS, *ACCELEROMETERS)))
     zero = gyro_zero(channel, still)
     turns = tuple(turned(bench, channel, angle) for angle in (360.0, -360.0))
@@ -67,7 +60,6 @@ def gyro_work(bench: VirtualBench, channel: str) -> GyroWork:
 
 
 def six_work(bench: VirtualBench, positions: Sequence[str] = POSITIONS) -> SixPositionResult:
-    """Lay the aircraft in all positions and take the rest in each."""
     readings = []
     for position in POSITIONS:
         if position in positions:

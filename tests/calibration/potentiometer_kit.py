@@ -5,8 +5,6 @@ volts are at rest. What the surface was really set to is known, so that the prot
 good or as bad as a proof asks for.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -18,12 +16,7 @@ from calibration.points import CalibrationPoint, Direction
 from calibration.quality import Calibration
 from calibration.voltage_monitor import VoltageMonitor, VoltageReading
 from gsapp.quantities import FloatArray
-from gsapp.virtual.bench import (
-    POTENTIOMETERS,
-    BenchFault,
-    Potentiometer,
-    VirtualBench,
-)
+from gsapp.virtual.bench import POTENTIOMETERS, BenchFault, Potentiometer, VirtualBench
 from gsapp.virtual.bench.potentiometer import Linkage
 
 SETTINGS = (-20.0, -10.0, 0.0, 10.0, 20.0)
@@ -84,7 +77,6 @@ class Sweep:
 def rest(
     bench: VirtualBench, channel: str, watch: VoltageMonitor, *, patience: float = 12.0
 ) -> VoltageReading:
-    """Feed the watch until the instrument has moved and is at rest for a second."""
     end = bench.time + patience
     while bench.time < end:
         block = bench.step(0.2)
@@ -95,11 +87,7 @@ def rest(
     raise AssertionError(f"{channel} never came to rest: {watch.reading}")
 
 
-def sweep(
-    seed: int,
-    channel: str = "elevator_left",
-    settings: Sequence[float] = SETTINGS,
-) -> Sweep:
+def sweep(seed: int, channel: str = "elevator_left", settings: Sequence[float] = SETTINGS) -> Sweep:
     """Take every setting upward, then downward, as a person does it."""
     bench = VirtualBench(seed)
     watch = VoltageMonitor()
@@ -195,7 +183,6 @@ def recovered(
 
 
 def moved_once(seed: int, channel: str, faults: Sequence[BenchFault] = ()) -> dict[str, FloatArray]:
-    """Return volts (n,) by channel while one surface is moved to both sides, and left positive."""
     bench = VirtualBench(seed, faults=faults)
     blocks = [
         bench.step(1.0),
@@ -209,8 +196,6 @@ def moved_once(seed: int, channel: str, faults: Sequence[BenchFault] = ()) -> di
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FaultTrial:
-    """One surface moved on an aircraft with at most one fault, and what was found."""
-
     kind: str
     moved: str
     other: str
@@ -218,7 +203,6 @@ class FaultTrial:
 
 
 def fault_trial(seed: int, kind: str) -> FaultTrial:
-    """Move a surface drawn by the seed, with a fault of a kind; without one where it is empty."""
     random = np.random.default_rng([seed, 33])
     moved, other = (str(name) for name in random.choice(POTENTIOMETERS, 2, replace=False))
     faults = ()
@@ -232,7 +216,6 @@ def fault_trial(seed: int, kind: str) -> FaultTrial:
 
 
 def named_right(trial: FaultTrial) -> bool:
-    """Return whether the fault was named, with its partner, and no other."""
     if tuple(fault.kind for fault in trial.faults) != ((trial.kind,) if trial.kind else ()):
         return False
     return trial.kind != "swapped" or trial.faults[0].swapped_with == trial.other

@@ -1,7 +1,5 @@
 """Accelerometers in six positions: zero, scale, misalignment, verdicts, certificates."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 from pathlib import Path
@@ -29,7 +27,6 @@ from tests.calibration.ground_crew import STAMP, six_work
 
 
 def reading(position: str, volts: FloatArray) -> PositionReading:
-    """Return a reading without noise."""
     named = MappingProxyType(dict(zip(ACCELEROMETERS, volts.tolist(), strict=True)))
     small = MappingProxyType(dict.fromkeys(ACCELEROMETERS, 1e-4))
     at_rest = RestPeriod(start=0.0, end=5.0, volts=named, std=small, uncertainty=small)
@@ -37,7 +34,6 @@ def reading(position: str, volts: FloatArray) -> PositionReading:
 
 
 def exact(zero: FloatArray, matrix: FloatArray, tilts: FloatArray) -> list[PositionReading]:
-    """Return readings of known instruments, the aircraft lying off by tilts (6, 2), deg."""
     readings = []
     for position, (one, other) in zip(POSITIONS, np.radians(tilts), strict=True):
         force = np.array(list(specific_force(position).values()))
@@ -68,7 +64,6 @@ def test_the_factory_figures_are_those_of_the_source() -> None:
 
 @pytest.mark.parametrize("seed", range(3))
 def test_six_positions_on_the_bench_recover_the_truth(seed: int, tmp_path: Path) -> None:
-    """Within twice the stated uncertainty; the certificate gives true g for true volts."""
     bench = VirtualBench(100 + seed)
     found = six_work(bench)
     assert not found.issue
@@ -112,7 +107,6 @@ def test_tilt_does_not_reach_zero_and_scale() -> None:
 
 
 def test_misalignment_is_found_where_the_aircraft_lies_well() -> None:
-    """An accelerometer that leans by 2 deg, to the tenth."""
     zero, matrix = nominal()
     matrix[0, 2] = matrix[0, 0] * math.tan(math.radians(2.0))
     found = calibrate_accelerometers(exact(zero, matrix, np.zeros((6, 2))), laying_error=0.1)
@@ -124,7 +118,6 @@ def test_misalignment_is_found_where_the_aircraft_lies_well() -> None:
 
 
 def test_a_position_that_does_not_fit_is_named() -> None:
-    """Nose up by 20 deg too little."""
     zero, matrix = nominal()
     tilts = np.zeros((6, 2))
     tilts[POSITIONS.index("x_up"), 1] = 20.0
@@ -153,7 +146,6 @@ def with_fault(fault: str) -> SixPositionResult:
     ],
 )
 def test_what_is_wrong_is_named(fault: str, kinds: dict[str, str]) -> None:
-    """The others stay usable, and dead or swapped ones get no certificate."""
     found = with_fault(fault)
     for name, fit in found.fits.items():
         expected = kinds.get(name)
@@ -164,7 +156,6 @@ def test_what_is_wrong_is_named(fault: str, kinds: dict[str, str]) -> None:
 
 
 def test_local_gravity_counts() -> None:
-    """At 9.80 m/s^2 the same volts mean 0.07 % more volts per standard g."""
     zero, matrix = nominal()
     readings = exact(zero, matrix, np.zeros((6, 2)))
     here, standard = (
@@ -178,12 +169,11 @@ def test_local_gravity_counts() -> None:
 def test_a_missing_position_is_named() -> None:
     zero, matrix = nominal()
     readings = exact(zero, matrix, np.zeros((6, 2)))
-    with pytest.raises(CalibrationError, match="'nose straight down' is missing"):
+    with pytest.raises(CalibrationError, match="nose straight down"):
         calibrate_accelerometers([r for r in readings if r.position != "x_down"])
 
 
 def test_reading_a_position_again_gains_certainty() -> None:
-    """Misalignment, which the laying limits, is known better from two rounds than from one."""
     zero, matrix = nominal()
     readings = exact(zero, matrix, np.zeros((6, 2)))
     once, twice = (

@@ -1,7 +1,5 @@
 """Certificates: the curve and its inverse, the fit, the files and their mistakes."""
 
-from __future__ import annotations
-
 import datetime as dt
 from pathlib import Path
 
@@ -43,7 +41,6 @@ def curve(degree: int, falling: bool = False) -> Certificate:
 @given(volts=st.lists(st.floats(-1.0, 6.0), min_size=1, max_size=20))
 @settings(max_examples=25, deadline=None)
 def test_the_inverse_gives_the_volts_back(degree: int, falling: bool, volts: list[float]) -> None:
-    """Volts -> value -> volts is exact to 1e-9 V, inside the range and beyond its ends."""
     certificate = curve(degree, falling)
     back = certificate.volts(certificate.evaluate(volts))
     np.testing.assert_allclose(back, volts, atol=1e-9, rtol=0)
@@ -51,7 +48,6 @@ def test_the_inverse_gives_the_volts_back(degree: int, falling: bool, volts: lis
 
 @pytest.mark.parametrize("channel_id", INSTRUMENTS)
 def test_shipped_certificates_invert(channel_id: str) -> None:
-    """Every shipped certificate inverts to 1e-9 V over the whole converter range."""
     certificate = load_certificates("b777")[channel_id]
     volts = np.linspace(0.0, 5.0, 4096)
     np.testing.assert_allclose(certificate.volts(certificate.evaluate(volts)), volts, atol=1e-9)
@@ -61,7 +57,6 @@ def test_shipped_certificates_invert(channel_id: str) -> None:
 
 
 def test_the_shipped_set_is_the_whole_box() -> None:
-    """One certificate for each instrument of the box, and every set can be named."""
     assert set(load_certificates("b777")) == set(INSTRUMENTS)
     assert "b777" in shipped_certificate_sets()
 
@@ -82,7 +77,6 @@ def test_source_facts() -> None:
 
 
 def test_surfaces_show_hysteresis() -> None:
-    """Surface points were taken up and down, and the width of the loop is reported."""
     certificate = load_certificates("b777")["elevator_left"]
     assert {point.direction for point in certificate.points} == {"up", "down"}
     assert 0.2 < certificate.hysteresis < 1.0
@@ -106,9 +100,8 @@ def test_a_fit_knows_its_hysteresis_and_residuals() -> None:
 
 
 def test_points_that_allow_no_curve_are_refused() -> None:
-    """Too few voltages, a curve that turns back, and one flat value each say what is wrong."""
     few = [CalibrationPoint(volts=1.0, value=x) for x in (0.0, 1.0, 2.0)]
-    with pytest.raises(CalibrationError, match="at least 2 different voltages"):
+    with pytest.raises(CalibrationError, match="2 different"):
         fit_points(few, 1)
     hill = [CalibrationPoint(volts=v, value=-((v - 2) ** 2)) for v in (0.0, 1.0, 2.0, 3.0, 4.0)]
     with pytest.raises(CalibrationError, match="turns back"):
@@ -121,7 +114,6 @@ def test_points_that_allow_no_curve_are_refused() -> None:
 
 
 def test_extrapolation_is_flagged_and_straight() -> None:
-    """Beyond the points the value goes on with the end's slope, and the flag says so."""
     certificate = curve(3)
     low, high = certificate.range
     volts = np.array([low - 0.2, low, 2.0, high, high + 0.1, high + 0.2, np.nan])
@@ -142,7 +134,6 @@ def test_extrapolation_is_flagged_and_straight() -> None:
 @pytest.mark.parametrize("degree", [1, 2, 3])
 @pytest.mark.parametrize("falling", [False, True])
 def test_a_curve_knows_between_which_values_it_was_drawn(degree: int, falling: bool) -> None:
-    """The lower first, whichever way it goes; rounding at the ends is not beyond them."""
     certificate = curve(degree, falling)
     assert certificate.degree == degree
     low, high = certificate.value_range
@@ -157,7 +148,6 @@ def test_a_curve_knows_between_which_values_it_was_drawn(degree: int, falling: b
 
 
 def test_a_supply_that_sagged_is_corrected() -> None:
-    """A potentiometer at 4.8 V shows 4.8/5 of the volts; the value stays, whatever the supply."""
     certificate = curve(2)
     value = 3.0 * DEG
     volts = certificate.volts(value)
@@ -170,7 +160,6 @@ def test_a_supply_that_sagged_is_corrected() -> None:
 
 @pytest.mark.parametrize("channel_id", ["elevator_left", "q", "temperature", "throttle"])
 def test_a_written_certificate_reads_back_exactly(channel_id: str, tmp_path: Path) -> None:
-    """Nothing is lost between memory and file: points, curve, stamp, temperature."""
     original = load_certificates("b777")[channel_id]
     again = load_certificate(write_certificate(original, tmp_path / "c.toml"))
     for name in (
@@ -196,7 +185,6 @@ direction = "up"
 
 
 def test_points_may_use_any_unit_of_the_channel(tmp_path: Path) -> None:
-    """Millivolts and radians are read as well as volts and degrees."""
     path = tmp_path / "c.toml"
     path.write_text(GOOD)
     point = load_certificate(path).points[0]
@@ -223,7 +211,6 @@ def test_points_may_use_any_unit_of_the_channel(tmp_path: Path) -> None:
 def test_every_mistake_has_a_place_and_a_remedy(
     tmp_path: Path, old: str, new: str, where: str, words: str
 ) -> None:
-    """Each kind of mistake is named with its key path and what to write instead."""
     path = tmp_path / "c.toml"
     path.write_text(GOOD.replace(old, new))
     with pytest.raises(FileProblemsError) as caught:
@@ -233,7 +220,6 @@ def test_every_mistake_has_a_place_and_a_remedy(
 
 
 def test_folders(tmp_path: Path) -> None:
-    """A folder is read whole; a second file for one channel, or no file, is an error."""
     with pytest.raises(UnknownNameError, match="b777"):
         load_certificates("nowhere")
     with pytest.raises(UnknownNameError, match="no calibration certificate"):

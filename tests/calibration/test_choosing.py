@@ -1,7 +1,5 @@
 """Curves chosen on evidence, and what is said about them, held against known potentiometers."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np
@@ -23,7 +21,6 @@ CHANNELS = ("elevator_left", "elevator_right", "rudder", "alpha")
 def points_on(
     curve: tuple[float, ...], *, width: float = 0.6, error: float = 0.03, seed: int = 0
 ) -> list[CalibrationPoint]:
-    """Return nine settings up and down about value = curve(volts)."""
     random = np.random.default_rng(seed)
     volts = np.linspace(1.0, 4.0, 9)
     values = np.polynomial.polynomial.polyval(volts, curve)
@@ -65,7 +62,6 @@ def test_the_points_choose_the_curve(curve: tuple[float, ...], degree: int) -> N
 
 
 def test_a_degree_that_was_asked_for_is_taken() -> None:
-    """The person may choose; the losses of the others stay there to be seen."""
     points = points_on((-50.0, 20.0, 0.9))
     for degree in (1, 2, 3):
         made = fit_calibration(points, degree=degree)
@@ -74,10 +70,6 @@ def test_a_degree_that_was_asked_for_is_taken() -> None:
 
 
 def test_recovered_angles_lie_within_the_stated_uncertainty() -> None:
-    """Angles that twenty drawn potentiometers show are as near to the truth as is stated.
-
-    The benchmark does so for two hundred, with a person's time and hands.
-    """
     inside, close = [], []
     for seed in SEEDS:
         taken = quick_sweep(seed, CHANNELS[seed % 4])
@@ -91,10 +83,6 @@ def test_recovered_angles_lie_within_the_stated_uncertainty() -> None:
 
 
 def test_hysteresis_is_within_a_tenth_of_the_truth() -> None:
-    """Where the settings are exact, the width of the loop comes out as the play is.
-
-    Passed or not passed at the turns: that the points there are between the branches is seen.
-    """
     for passed in (3.0, 0.0):
         for seed in SEEDS[:10]:
             taken = quick_sweep(seed, CHANNELS[seed % 3], passed=passed)
@@ -103,20 +91,16 @@ def test_hysteresis_is_within_a_tenth_of_the_truth() -> None:
 
 
 def test_the_bound_of_the_hysteresis_is_honest() -> None:
-    """With a protractor read to 0.1 deg the width is as uncertain as stated."""
     inside = []
     for seed in range(20):
         taken = quick_sweep(seed, "rudder")
         quality = fit_calibration(taken.points(0.1, seed)).quality
-        assert quality.hysteresis is not None
-        assert quality.hysteresis_uncertainty is not None
         off = abs(quality.hysteresis - taken.potentiometer.play)
         inside.append(off < quality.hysteresis_uncertainty)
     assert np.mean(inside) >= 0.9
 
 
 def test_more_points_make_hysteresis_surer_and_not_larger() -> None:
-    """The largest distance of noisy branches grows with every point; the estimate does not."""
     widths = []
     for count in (5, 25):
         settings = tuple(np.linspace(-20.0, 20.0, count))
@@ -129,7 +113,6 @@ def test_more_points_make_hysteresis_surer_and_not_larger() -> None:
 
 
 def test_an_outlier_is_pointed_out_and_nothing_else() -> None:
-    """A protractor misread by three degrees is found wherever it is; good points are left alone."""
     alarms = 0
     for seed in range(6):
         points = quick_sweep(seed, "elevator_left").points()
@@ -141,7 +124,6 @@ def test_an_outlier_is_pointed_out_and_nothing_else() -> None:
 
 
 def test_two_outliers_do_not_hide_each_other() -> None:
-    """Of eighteen points two are wrong; both are found."""
     points = points_on((-50.0, 20.0, 0.9))
     for at in (3, 12):
         points[at] = replace(points[at], value=points[at].value + 1.5)
@@ -149,7 +131,6 @@ def test_two_outliers_do_not_hide_each_other() -> None:
 
 
 def test_hysteresis_is_not_known_from_one_direction() -> None:
-    """Points on the way up only: no width is claimed, and a sentence says why."""
     points = [one for one in points_on((-50.0, 20.0)) if one.direction == "up"]
     made = fit_calibration(points)
     assert made.quality.hysteresis is None
@@ -160,7 +141,6 @@ def test_hysteresis_is_not_known_from_one_direction() -> None:
 
 
 def test_up_and_down_noted_the_wrong_way_round_is_remarked() -> None:
-    """A potentiometer cannot lead its surface: that is a slip of the pen."""
     swapped = {"up": "down", "down": "up"}
     points = [
         replace(one, direction=swapped[one.direction])  # type: ignore[arg-type]
@@ -173,7 +153,6 @@ def test_up_and_down_noted_the_wrong_way_round_is_remarked() -> None:
 
 @pytest.mark.parametrize("count", [2, 3, 4])
 def test_few_points_are_taken_for_what_they_are(count: int) -> None:
-    """A line through two points is drawn; what they cannot tell is not told."""
     volts = np.linspace(1.0, 4.0, count)
     points = [CalibrationPoint(volts=float(v), value=20.0 * float(v) - 50.0) for v in volts]
     made = fit_calibration(points)
@@ -187,8 +166,7 @@ def test_few_points_are_taken_for_what_they_are(count: int) -> None:
 
 
 def test_what_allows_no_curve_is_refused() -> None:
-    """One voltage, one value, a curve that was asked for and turns back: each says why."""
-    with pytest.raises(CalibrationError, match="at least 2 different voltages"):
+    with pytest.raises(CalibrationError, match="2 different"):
         fit_calibration([CalibrationPoint(volts=1.0, value=x) for x in (0.0, 1.0)])
     with pytest.raises(CalibrationError, match="same value"):
         fit_calibration([CalibrationPoint(volts=v, value=3.0) for v in (1.0, 2.0)])
@@ -199,16 +177,12 @@ def test_what_allows_no_curve_is_refused() -> None:
 
 
 def test_a_setting_error_known_beforehand_counts() -> None:
-    """Ten points that agree by luck are not believed to be better than the protractor."""
     points = points_on((-50.0, 20.0), error=0.001)[::2]
     alone, with_it = fit_calibration(points), fit_calibration(points, setting_error=0.2)
-    assert alone.quality.scatter is not None
-    assert with_it.quality.scatter is not None
     assert alone.quality.scatter < 0.01 < 0.1 < with_it.quality.scatter
 
 
 def test_the_turns_count_as_noted_where_they_agree() -> None:
-    """Settings that were passed and come back to keep their branch; those that were not lose it."""
     agreed = CalibrationReadings.from_points(quick_sweep(3, "rudder").points(0.0))
     assert np.count_nonzero(agreed.side == 0.0) == 0
     between = CalibrationReadings.from_points(quick_sweep(3, "rudder", passed=0.0).points(0.0))
@@ -230,7 +204,6 @@ def widths_of(points: list[CalibrationPoint], volts: FloatArray) -> FloatArray:
 @given(points=plausible, order=st.randoms(use_true_random=False))
 @settings(max_examples=5, deadline=None)
 def test_the_order_of_points_does_not_matter(points: list[CalibrationPoint], order: object) -> None:
-    """Points may be repeated, deleted and added: what counts is which there are."""
     shuffled = list(points)
     order.shuffle(shuffled)  # type: ignore[attr-defined]
     one, other = fit_calibration(points), fit_calibration(shuffled)
@@ -242,7 +215,6 @@ def test_the_order_of_points_does_not_matter(points: list[CalibrationPoint], ord
 @given(points=plausible, factor=st.sampled_from([-1.0, np.pi / 180.0, 60.0]))
 @settings(max_examples=5, deadline=None)
 def test_units_and_signs_do_not_matter(points: list[CalibrationPoint], factor: float) -> None:
-    """Radians or minutes for degrees, trailing edge up for down: the same curve and bounds."""
     other_way = {"up": "down", "down": "up"}
     scaled = [
         replace(
@@ -263,11 +235,9 @@ def test_units_and_signs_do_not_matter(points: list[CalibrationPoint], factor: f
 @given(points=plausible)
 @settings(max_examples=5, deadline=None)
 def test_the_half_width_is_never_less_than_half_the_loop(points: list[CalibrationPoint]) -> None:
-    """Whoever reads a voltage does not know the branch; outside the points nothing is claimed."""
     made = fit_calibration(points)
     low, high = made.quality.uncertainty_volts[0], made.quality.uncertainty_volts[-1]
     inside = np.linspace(low, high, 21)
-    assert made.quality.hysteresis is not None
     assert np.all(made.uncertainty(inside) > 0.45 * made.quality.hysteresis)
     for beyond in (low - 0.01, high + 0.01):
         assert np.isnan(made.uncertainty(beyond))

@@ -1,7 +1,5 @@
 """Drift between certificates, and the three-point check, held against known shifts."""
 
-from __future__ import annotations
-
 import datetime as dt
 from collections.abc import Sequence
 from dataclasses import replace
@@ -34,7 +32,6 @@ def certificate(points: Sequence[CalibrationPoint], **more: object) -> Certifica
 def points_of(
     seed: int, *, zero: float = 0.0, slope: float = 0.0, again: int = 0
 ) -> list[CalibrationPoint]:
-    """Return the points of one potentiometer, its body turned by `zero`, its slope grown."""
     taken = quick_sweep(seed, "rudder")
     drawn = taken.points(0.06, seed + 1000 * again)
     return [replace(one, value=(1.0 + slope) * one.value + zero) for one in drawn]
@@ -46,7 +43,6 @@ def three(points: Sequence[CalibrationPoint]) -> list[CalibrationPoint]:
 
 @pytest.mark.parametrize(("zero", "slope"), [(0.0, 0.0), (0.8, 0.0), (-0.8, 0.0), (0.0, 0.06)])
 def test_drift_is_found_where_it_is_and_nowhere_else(zero: float, slope: float) -> None:
-    """A body turned by 0.8 deg, or a slope grown by 6 %, is significant; nothing is not."""
     within, significant = [], []
     for seed in SEEDS:
         former = former_of(seed)
@@ -60,7 +56,6 @@ def test_drift_is_found_where_it_is_and_nowhere_else(zero: float, slope: float) 
 
 
 def test_three_points_tell_whether_the_certificate_holds() -> None:
-    """A minute's check passes where nothing moved, and fails where the zero moved by a degree."""
     held, failed = 0, 0
     for seed in SEEDS:
         in_force = former_of(seed)
@@ -98,7 +93,6 @@ def test_the_side_from_which_a_check_was_made_is_allowed_for() -> None:
 
 
 def straight(low: float, high: float) -> list[CalibrationPoint]:
-    """Return points on a line of 50 V a unit with next to no scatter, from one side."""
     values = np.linspace(low, high, 9)
     errors = np.random.default_rng(1).normal(0.0, 1e-4, values.size)
     return [
@@ -120,7 +114,6 @@ def test_a_shift_is_told_at_zero_or_in_the_middle_where_zero_is_out_of_reach(
 
 
 def test_a_check_tells_how_far_each_point_lies_off() -> None:
-    """Those beyond the certificate's reach are told too, but prove nothing of it."""
     in_force = certificate(straight(-20.0, 20.0))
     places = straight(-18.0, 18.0)[::3]
     off = (0.3, -0.5, 0.1)
@@ -137,7 +130,6 @@ def test_a_check_tells_how_far_each_point_lies_off() -> None:
 
 
 def test_supplies_are_referred_to_each_other() -> None:
-    """The same potentiometer at 4.8 V and at 5 V has not drifted."""
     points = points_of(2)
     former = certificate(points, excitation_voltage=5.0, ratiometric=True)
     sagged = [replace(one, volts=0.96 * one.volts) for one in points]
@@ -148,7 +140,6 @@ def test_supplies_are_referred_to_each_other() -> None:
 
 
 def test_certificates_without_points_can_be_compared_with() -> None:
-    """A former one that holds only its curve serves, too; the new one's points tell the chance."""
     former = replace(certificate(points_of(4)), points=(), quality=None)
     drift = compute_drift(certificate(points_of(4, zero=1.0, again=1)), former)
     assert drift.significant
@@ -158,7 +149,6 @@ def test_certificates_without_points_can_be_compared_with() -> None:
 
 
 def test_what_cannot_be_compared_says_why() -> None:
-    """Other channels, too few settings, points out of reach."""
     made = certificate(points_of(1))
     with pytest.raises(CalibrationError, match="same channel"):
         compute_drift(made, load_certificates("b777")["alpha"])

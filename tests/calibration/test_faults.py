@@ -1,7 +1,5 @@
 """Faults of instruments on the virtual aircraft, each named while one surface is moved by hand."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
@@ -14,7 +12,6 @@ STEP = 5.0 / 4096
 
 @pytest.mark.parametrize("kind", ["", "dead", "noisy", "clipped", "swapped", "reversed"])
 def test_faults_are_named_right(kind: str) -> None:
-    """Two trials of each, and of none; the benchmark makes fifty."""
     for seed in range(2):
         trial = fault_trial(seed, kind)
         assert named_right(trial), (trial.moved, trial.other, trial.faults)
@@ -26,7 +23,6 @@ def move(start: float, end: float, noise: float = 0.001, seed: int = 0) -> Float
 
 
 def test_each_sentence_says_what_was_seen_and_what_to_do() -> None:
-    """The channel by its title, the volts, and a remedy after a semicolon."""
     still, moving = move(2.5, 2.5), move(2.5, 3.0)
     cases = {
         "dead": ({"rudder": still}, {}),
@@ -44,7 +40,6 @@ def test_each_sentence_says_what_was_seen_and_what_to_do() -> None:
 
 
 def test_without_a_movement_only_what_shows_at_rest_is_told() -> None:
-    """A surface that nobody moved is neither dead nor swapped."""
     still = move(2.5, 2.5)
     assert not find_faults("rudder", {"rudder": still, "alpha": move(2.0, 3.0)}, movement=False)
     (noisy,) = find_faults("rudder", {"rudder": move(2.5, 2.5, noise=0.05)}, movement=False)
@@ -54,13 +49,11 @@ def test_without_a_movement_only_what_shows_at_rest_is_told() -> None:
 
 
 def test_a_neighbor_that_shakes_along_is_not_swapped() -> None:
-    """Both moved: the aircraft was leaned upon, and nothing is wrong."""
     volts = {"rudder": move(2.5, 3.0), "alpha": move(2.0, 2.1), "beta": move(2.0, 2.9)}
     assert not find_faults("rudder", volts)
 
 
 def test_missing_samples_are_no_fault_of_their_own() -> None:
-    """A radio that drops a third of the samples changes no verdict."""
     volts = move(2.5, 3.0)
     volts[np.random.default_rng(1).random(volts.size) < 0.33] = np.nan
     assert not find_faults("rudder", {"rudder": volts}, sense=1, slope_sign=1)

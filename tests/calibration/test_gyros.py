@@ -1,7 +1,5 @@
 """Rate gyros on the virtual bench: zeros, turns, verdicts, certificates."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 
@@ -25,7 +23,6 @@ from tests.calibration.ground_crew import STAMP, gyro_work, rest, turned
 
 @pytest.mark.parametrize("seed", range(3))
 def test_zero_and_scale_come_out_within_twice_their_uncertainty(seed: int, tmp_path: Path) -> None:
-    """And the certificate, written and read, gives true rates from true volts."""
     bench = VirtualBench(seed)
     channel, axis = GYROS[seed % 3], seed % 3
     work = gyro_work(bench, channel)
@@ -60,14 +57,9 @@ def test_without_a_turn_the_scale_is_the_factorys_and_says_so() -> None:
 
 @pytest.mark.parametrize(
     ("fault", "kind"),
-    [
-        ("r:dead", "dead"),
-        ("r:reversed", "reversed"),
-        ("r:swapped:with=p", "swapped"),
-    ],
+    [("r:dead", "dead"), ("r:reversed", "reversed"), ("r:swapped:with=p", "swapped")],
 )
 def test_what_is_wrong_is_named(fault: str, kind: str) -> None:
-    """A turn about the axis of r that r does not show; only the reversed one may be certified."""
     bench = VirtualBench(4, faults=[parse_bench_fault(fault)])
     bench.step(2.0)
     start, stop = bench.time + 2.0, bench.time + bench.rotate("r", 360.0)
@@ -116,7 +108,6 @@ def test_laying_the_aircraft_on_the_table_is_no_turn() -> None:
 
 
 def test_turns_that_disagree_widen_the_uncertainty() -> None:
-    """A turn of 355 deg taken for one of 360 shows in the joined scale."""
     bench = VirtualBench(7)
     good = [turned(bench, "q", 360.0), turned(bench, "q", -360.0)]
     bad = turned(bench, "q", 355.0)
@@ -127,7 +118,6 @@ def test_turns_that_disagree_widen_the_uncertainty() -> None:
 
 
 def test_a_thin_radio_that_loses_samples_is_enough() -> None:
-    """Twenty samples a second, one in ten lost: rest and turn are found, the scale holds."""
     bench = VirtualBench(40)
     block = bench.step(bench.rotate("r", 360.0) + 9.0)
     random = np.random.default_rng(1)
@@ -148,5 +138,5 @@ def test_a_rest_is_needed_at_both_ends() -> None:
     figures = factory_calibrations()["r"]
     times = np.arange(0.0, 10.0, 0.01)
     volts = {"r": figures.zero + figures.sensitivity * np.full(times.size, 36.0)}
-    with pytest.raises(CalibrationError, match="no rest before or after"):
+    with pytest.raises(CalibrationError, match="no rest"):
         evaluate_turn("r", times, volts, angle=360.0, turning=(0.0, 10.0))

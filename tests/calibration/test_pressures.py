@@ -1,7 +1,5 @@
 """Pressures: zero with the pitot covered, the breath that shows itself, the air on the ground."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 
@@ -40,7 +38,6 @@ def zeroed(bench: VirtualBench) -> Certificate:
 def watch_on(
     bench: VirtualBench, detector: PitotBlowDetector, seconds: float, cut: float
 ) -> list[str]:
-    """Feed the detector for a while; return its states in the order in which they came."""
     states = []
     until = bench.time + seconds
     while bench.time < until - 0.005:
@@ -77,7 +74,6 @@ def test_a_covered_pitot_gives_the_zero(seed: int, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("seed", range(3, 9))
 def test_wind_is_no_zero(seed: int) -> None:
-    """An uncovered pitot in a light wind does not come to rest, in no lull; covered, it does."""
     bench = VirtualBench(seed)
     watch = create_covered_pitot_monitor(DYNAMIC)
     states = []
@@ -91,7 +87,6 @@ def test_wind_is_no_zero(seed: int) -> None:
 
 
 def test_a_zero_taken_in_a_lull_says_so_by_its_bound() -> None:
-    """Asked for, a lull is taken: off by more than the plain bound, within that for wind."""
     for seed in range(3, 9):
         bench = VirtualBench(seed)
         found = rest(bench, create_covered_pitot_monitor(DYNAMIC, lull=True), patience=60.0)
@@ -106,7 +101,6 @@ def test_a_zero_taken_in_a_lull_says_so_by_its_bound() -> None:
 
 
 def test_the_static_pressure_follows_the_barometer() -> None:
-    """After the check it shows what the barometer reads."""
     bench = VirtualBench(5)
     bench.cover()
     found = static_pressure_check(
@@ -126,7 +120,6 @@ def test_the_static_pressure_follows_the_barometer() -> None:
 
 
 def test_a_breath_turns_green_by_itself() -> None:
-    """In a light wind, and however the samples are cut."""
     seen = []
     for cut in (0.13, 5.0):
         bench = VirtualBench(20)
@@ -143,7 +136,6 @@ def test_a_breath_turns_green_by_itself() -> None:
 
 
 def test_swapped_hoses_are_named() -> None:
-    """The pressure falls under the breath."""
     bench = VirtualBench(21, faults=[parse_bench_fault("dynamic_pressure:reversed")])
     detector = PitotBlowDetector(zeroed(bench), STATIC)
     watch_on(bench, detector, bench.blow() - 0.6, 0.05)
@@ -159,7 +151,6 @@ def made(pressure: np.ndarray, static: np.ndarray) -> dict[str, np.ndarray]:
 
 
 def test_a_breath_that_stays_or_leaks_is_named() -> None:
-    """A blocked hose keeps the pressure; a leak takes it to the static side."""
     times = np.arange(0.0, 20.0, 0.01)
     steady = np.full(times.size, 100e3)
     blown = np.where(times > 2.0, 900.0, 0.0)
@@ -181,7 +172,7 @@ def test_an_open_input_gives_no_zero() -> None:
     bench.cover()
     found = rest(bench, create_covered_pitot_monitor(DYNAMIC))
     dead = dict.fromkeys(found.volts, 0.0)
-    with pytest.raises(CalibrationError, match="end of the converter"):
+    with pytest.raises(CalibrationError, match="converter"):
         dynamic_pressure_zero(replace(found, volts=dead), DYNAMIC, who="crew", stamp=STAMP)
 
 
@@ -197,7 +188,6 @@ def test_an_open_input_gives_no_zero() -> None:
 def test_the_air_on_the_ground_is_checked(
     entered: tuple[float, str, float, str], words: str
 ) -> None:
-    """Inches of mercury taken for hectopascals, and Fahrenheit for Celsius, are caught."""
     if words:
         with pytest.raises(CalibrationError, match=words):
             GroundAir.from_input(*entered)

@@ -1,7 +1,5 @@
 """What is said of a calibration: figures known by hand, kept in the file and read back."""
 
-from __future__ import annotations
-
 import datetime as dt
 from dataclasses import replace
 from pathlib import Path
@@ -36,7 +34,6 @@ def certificate(seed: int = 1, **more: object) -> Certificate:
 
 
 def test_linearity_is_the_distance_from_the_best_line() -> None:
-    """A parabola of height 1 over its chord is half of that from the best line; a line is not."""
     x = np.linspace(-1.0, 1.0, 201)
     assert linearity(3.0 * x + 7.0) == pytest.approx(0.0, abs=1e-9)
     assert linearity(5.0 * x + 1.0 - x**2) == pytest.approx(0.5, abs=1e-4)
@@ -71,7 +68,6 @@ def test_the_half_width_holds_ninety_five_of_a_hundred_samples() -> None:
         fit = fit_with_hysteresis(readings, 2)
         volts = np.array([float(np.mean(readings.volts))])
         width = compute_half_widths(fit, volts, 0.0)[0]
-        assert fit.hysteresis is not None
         std = np.sqrt(0.5 * (fit.variance(volts, 1.0) + fit.variance(volts, -1.0)))[0]
         errors = random.choice([-0.5, 0.5], 40000) * fit.hysteresis
         errors += std * random.standard_t(fit.degrees_of_freedom, 40000)
@@ -79,7 +75,6 @@ def test_the_half_width_holds_ninety_five_of_a_hundred_samples() -> None:
 
 
 def test_the_file_keeps_the_quality(tmp_path: Path) -> None:
-    """Written and read back, every figure is there to six digits, and so is the uncertainty."""
     made = certificate(temperature=289.15)
     again = load_certificate(write_certificate(made, tmp_path / "c.toml"))
     assert made.quality is not None
@@ -105,7 +100,6 @@ def test_the_file_keeps_the_quality(tmp_path: Path) -> None:
 
 
 def test_a_supply_that_sagged_leaves_the_uncertainty_where_it_was() -> None:
-    """At 4.8 V the same angle gives 4.8/5 of the volts, and the same half width."""
     made = certificate()
     assert made.uncertainty(2.4 * 0.96, 4.8) == pytest.approx(float(made.uncertainty(2.4)))
 
@@ -122,7 +116,6 @@ def test_the_range_in_values_tells_what_is_extrapolated() -> None:
 
 
 def test_older_files_load_and_claim_nothing() -> None:
-    """The shipped certificates hold no quality: their uncertainty is not known."""
     for made in load_certificates("b777").values():
         assert made.quality is None
         assert np.isnan(made.uncertainty(np.mean(made.range)))
@@ -142,7 +135,6 @@ def test_older_files_load_and_claim_nothing() -> None:
 def test_mistakes_in_the_quality_have_a_place_and_a_remedy(
     tmp_path: Path, old: str, new: str, where: str, words: str
 ) -> None:
-    """Each is named with its key path and what to write instead."""
     path = write_certificate(certificate(), tmp_path / "c.toml")
     text = path.read_text()
     assert old in text
@@ -154,7 +146,6 @@ def test_mistakes_in_the_quality_have_a_place_and_a_remedy(
 
 
 def test_numbers_of_arrays_are_written_as_numbers(tmp_path: Path) -> None:
-    """Points whose numbers come out of NumPy arrays make a file that loads."""
     volts = np.linspace(1.0, 4.0, 5)
     points = [CalibrationPoint(volts=v, value=x) for v, x in zip(volts, 20 * volts, strict=True)]
     made = Certificate.from_points("rudder", "deg", points, degree=1, who="crew", stamp=STAMP)

@@ -1,7 +1,5 @@
 """A straight instrument's certificate holds the figures that its zero and sensitivity give."""
 
-from __future__ import annotations
-
 from datetime import UTC, datetime
 
 import numpy as np
@@ -18,11 +16,7 @@ SCALES = st.floats(0.02, 2.0).flatmap(lambda size: st.sampled_from([size, -size]
 
 
 @settings(max_examples=20)
-@given(
-    zero=st.floats(2.0, 3.0),
-    sensitivity=SCALES,
-    unsure=st.tuples(*[st.floats(1e-4, 0.05)] * 3),
-)
+@given(zero=st.floats(2.0, 3.0), sensitivity=SCALES, unsure=st.tuples(*[st.floats(1e-4, 0.05)] * 3))
 def test_every_figure_is_that_of_the_line(
     zero: float, sensitivity: float, unsure: tuple[float, float, float]
 ) -> None:

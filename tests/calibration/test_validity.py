@@ -1,7 +1,5 @@
 """Whether certificates count: one judgment, shown alike in every place."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from datetime import UTC, datetime, timedelta
 

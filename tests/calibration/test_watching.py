@@ -1,7 +1,5 @@
 """The volts of one instrument, live: at rest, moving, noisy, clipped, absent; the mean at rest."""
 
-from __future__ import annotations
-
 from itertools import pairwise
 
 import numpy as np
@@ -29,7 +27,6 @@ def times_of(volts: FloatArray, rate: float = RATE) -> FloatArray:
 
 
 def moved_to_rest(seed: int = 0) -> FloatArray:
-    """Two seconds at 2 V, a movement of a second to 2.4 V, two seconds there."""
     ramp = np.linspace(2.0, 2.4, 100)
     return converted(np.concatenate([np.full(200, 2.0), ramp, np.full(200, 2.4)]), seed=seed)
 
@@ -41,7 +38,6 @@ def watched(volts: FloatArray, rate: float = RATE) -> VoltageReading:
 
 
 def test_a_rest_after_a_movement_is_steady_and_its_mean_right() -> None:
-    """At rest on 2.4 V: steady, moved before, for as long as it rested, within its uncertainty."""
     reading = watched(moved_to_rest())
     assert reading.state == "steady"
     assert reading.moved
@@ -52,7 +48,6 @@ def test_a_rest_after_a_movement_is_steady_and_its_mean_right() -> None:
 
 
 def test_while_it_moves_it_is_moving() -> None:
-    """In the middle of the movement no mean is offered as a rest."""
     reading = watched(moved_to_rest()[:270])
     assert (reading.state, reading.steady_for) == ("moving", 0.0)
 
@@ -60,7 +55,6 @@ def test_while_it_moves_it_is_moving() -> None:
 @given(cuts=st.lists(st.integers(1, 499), max_size=12))
 @settings(max_examples=6, deadline=None)
 def test_cutting_changes_nothing(cuts: list[int]) -> None:
-    """However the samples are cut into pieces, the reading is the same to the last bit."""
     volts = moved_to_rest()
     whole, pieces = VoltageMonitor(), VoltageMonitor()
     times = times_of(volts)
@@ -73,7 +67,6 @@ def test_cutting_changes_nothing(cuts: list[int]) -> None:
 
 
 def test_a_point_is_not_taken_twice_from_one_rest() -> None:
-    """After a restart the rest goes on being steady, but does not count until it has moved."""
     watch = VoltageMonitor()
     volts = moved_to_rest()
     watch.feed(times_of(volts), volts)
@@ -101,12 +94,10 @@ def test_a_point_is_not_taken_twice_from_one_rest() -> None:
     ids=["no samples", "bad contact", "contact lost at times", "beyond", "open", "quiet"],
 )
 def test_states(volts: FloatArray, state: str) -> None:
-    """Each state is told from volts that were at rest from the beginning."""
     assert watched(volts).state == state
 
 
 def test_nothing_is_known_at_first() -> None:
-    """Without a sample, and with too few, the instrument is absent."""
     watch = VoltageMonitor()
     assert watch.reading.state == "absent"
     watch.feed(np.array([0.0, 0.01]), np.array([2.0, 2.0]))
@@ -114,7 +105,6 @@ def test_nothing_is_known_at_first() -> None:
 
 
 def test_a_gap_ends_a_rest() -> None:
-    """Where samples were missing for a second it may have moved: the rest begins anew."""
     volts = moved_to_rest()
     later = converted(np.full(60, 2.4), seed=3)
     watch = VoltageMonitor()
@@ -126,7 +116,6 @@ def test_a_gap_ends_a_rest() -> None:
 
 
 def test_a_clock_that_began_anew_is_followed() -> None:
-    """A box switched off and on sends times from zero; the watch goes on with them."""
     volts = moved_to_rest()
     watch = VoltageMonitor()
     for _ in range(2):
@@ -136,13 +125,11 @@ def test_a_clock_that_began_anew_is_followed() -> None:
 
 
 def test_a_slow_radio_is_enough() -> None:
-    """Ten samples a second still tell a rest from a movement."""
     assert watched(moved_to_rest()[::10], rate=10.0).state == "steady"
     assert watched(moved_to_rest()[:280:10], rate=10.0).state == "moving"
 
 
 def test_the_supply_is_averaged_over_the_same_window() -> None:
-    """The mean supply goes with the mean volts; where it was not measured it is None."""
     watch = VoltageMonitor()
     volts = converted(np.full(200, 2.0))
     watch.feed(times_of(volts), volts, np.where(np.arange(200) % 2, 4.9, np.nan))
@@ -151,14 +138,12 @@ def test_the_supply_is_averaged_over_the_same_window() -> None:
 
 
 def test_a_creeping_surface_is_not_steady() -> None:
-    """One degree in two seconds (20 mV/s) is a movement, not a rest."""
     volts = converted(2.0 + 0.02 * np.arange(400) / RATE)
     assert watched(volts).state == "moving"
 
 
 @pytest.mark.parametrize("color", [0.0, 0.9])
 def test_the_uncertainty_of_the_mean_is_honest(color: float) -> None:
-    """Means of 70 samples, white or colored, scatter by what is stated, give or take a quarter."""
     drawn = np.random.default_rng(5).normal(size=(300, 200))
     # After more than a hundred samples the recursion has forgotten where it began.
     noises = lfilter([1.0], [1.0, -color], drawn)[:, -70:]
@@ -169,12 +154,10 @@ def test_the_uncertainty_of_the_mean_is_honest(color: float) -> None:
 
 
 def test_a_rest_on_one_count_is_no_better_than_the_count() -> None:
-    """Without noise all samples are alike, and the mean is known to a count, not exactly."""
     assert mean_uncertainty(np.zeros(70), STEP) == pytest.approx(STEP / np.sqrt(12.0))
 
 
 def test_a_hand_at_the_virtual_aircraft() -> None:
-    """A surface held by a trembling hand comes to rest, where the volts truly are."""
     bench = VirtualBench(4)
     watch = VoltageMonitor()
     bench.step(bench.set_angle("rudder", -13.0))

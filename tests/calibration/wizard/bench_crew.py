@@ -1,7 +1,5 @@
 """People at the virtual bench who do what the wizard asks, and count the keys they press."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 from calibration.plan import CalibrationPlan
@@ -32,17 +30,14 @@ class BenchCrew:
 
     @property
     def view(self) -> WizardView:
-        """Return what the wizard shows."""
         return self.wizard.view
 
     def press(self, kind: str, **details: object) -> WizardView:
-        """Press a key."""
         self.keys += 1
         self.wizard.act(WizardAction(kind=kind, **details))  # type: ignore[arg-type]
         return self.view
 
     def wait(self, seconds: float) -> None:
-        """Let time pass, and note what faults are named."""
         for _ in range(max(round(seconds / 0.2), 1)):
             self.wizard.feed(self.bench.step(0.2))
             for fault in self.view.faults:
@@ -51,7 +46,6 @@ class BenchCrew:
                     self.named.append(told)
 
     def set(self, channel: str, angle: float, hold: float = 2.0) -> None:
-        """Set an instrument to an angle and hold it."""
         self.wait(self.bench.set_angle(channel, angle) + hold)
 
     def obey(self) -> None:
@@ -88,7 +82,6 @@ class BenchCrew:
             self.wait(0.6)
 
     def finish(self) -> None:
-        """Go on obeying to the end; what is not accepted by itself is looked at, and accepted."""
         looks = 0
         for _ in range(600):
             if self.view.phase == "done":
@@ -102,7 +95,6 @@ class BenchCrew:
         raise AssertionError(self.view)
 
     def until(self, *phases: str, tries: int = 60) -> WizardView:
-        """Go on obeying until one of these pages comes."""
         for _ in range(tries):
             if self.view.phase in phases:
                 return self.view
@@ -110,7 +102,6 @@ class BenchCrew:
         raise AssertionError(self.view)
 
     def try_out(self, channel: str) -> None:
-        """Prove the sign of an instrument, then go to both ends, until a fault is named."""
         self.wizard.act(WizardAction(kind="open", channel=channel))
         self.wait(0.6)
         self.set(channel, 15.0)

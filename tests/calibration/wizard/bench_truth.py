@@ -1,7 +1,5 @@
 """A certificate held against the potentiometer that it was made from."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from calibration import Certificate
@@ -13,7 +11,6 @@ SUPPLY = 4.9
 
 
 def within(certificate: Certificate, truth: Potentiometer, random: np.random.Generator) -> float:
-    """Return how often an angle, read on either branch of the loop, is as well known as stated."""
     low, high = (certificate.points[at].value for at in (0, len(certificate.points) // 2))
     angles = random.uniform(0.95 * low, 0.95 * high, 400)
     shafts = angles + truth.play * (random.integers(0, 2, angles.size) - 0.5)

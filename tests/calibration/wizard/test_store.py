@@ -1,7 +1,5 @@
 """Certificates in force: history, skipping, reverting, whatever is interrupted."""
 
-from __future__ import annotations
-
 import datetime as dt
 from pathlib import Path
 
@@ -18,7 +16,6 @@ DAY = dt.datetime(2026, 5, 12, 8, 0)  # noqa: DTZ001 - a field's local time
 
 
 def certificate(day: int, channel: str = "rudder") -> Certificate:
-    """Return a certificate of a day in May."""
     points = [CalibrationPoint(volts=1.0 + at, value=10.0 * at + day) for at in range(3)]
     return Certificate.from_points(
         channel, "deg", points, degree=1, who="crew", stamp=DAY.replace(day=day)
@@ -26,7 +23,6 @@ def certificate(day: int, channel: str = "rudder") -> Certificate:
 
 
 def check_of(in_force: Certificate, stamp: dt.datetime, *, passed: bool = True) -> CheckRecord:
-    """Return a check of a certificate."""
     found = CheckResult(
         zero=0.0, zero_uncertainty=0.1, slope=0.0, slope_uncertainty=0.01, largest=0.0,
         off=(0.0, 0.0, 0.0), passed=passed, sentence="",
@@ -38,12 +34,10 @@ def check_of(in_force: Certificate, stamp: dt.datetime, *, passed: bool = True) 
 
 
 def days(store: CertificateStore, channel: str = "rudder") -> list[int]:
-    """Return the days of the certificates that count."""
     return [one.stamp.day for one in store.history(channel)]
 
 
 def test_what_is_put_is_in_force_and_in_the_history(tmp_path: Path) -> None:
-    """The folder in force is what a flight reads; the history keeps all."""
     store = CertificateStore(tmp_path, "B777")
     assert store.in_force() == {}
     assert store.history("rudder") == ()
@@ -59,13 +53,11 @@ def test_what_is_put_is_in_force_and_in_the_history(tmp_path: Path) -> None:
     assert {name: one.stamp.day for name, one in loaded.items()} == {"rudder": 13, "alpha": 12}
     assert loaded["rudder"].points == certificate(13).points
     found = store.find_by_stamp("rudder", DAY)
-    assert found is not None
     assert found.coefficients == certificate(12).coefficients
     assert store.find_by_stamp("rudder", DAY.replace(hour=1)) is None
 
 
 def test_putting_twice_changes_nothing(tmp_path: Path) -> None:
-    """So that a step can be put into effect again after a kill."""
     store = CertificateStore(tmp_path, "B777")
     for _ in range(2):
         store.put_in_force(certificate(12))
@@ -75,7 +67,6 @@ def test_putting_twice_changes_nothing(tmp_path: Path) -> None:
 
 
 def test_skipped_is_uncalibrated_until_a_certificate_comes(tmp_path: Path) -> None:
-    """Skipping takes the certificate out of force and keeps it in the history."""
     store = CertificateStore(tmp_path, "B777")
     store.put_in_force(certificate(12))
     store.mark_uncalibrated("rudder", "wire broken", "crew", DAY)
@@ -98,7 +89,6 @@ def test_a_channel_that_is_skipped_for_another_reason_says_the_new_one(tmp_path:
 
 
 def test_the_last_check_of_the_certificate_in_force_counts(tmp_path: Path) -> None:
-    """Not an earlier one, not one withdrawn, and none of another certificate."""
     store = CertificateStore(tmp_path, "B777")
     in_force = certificate(12)
     store.put_in_force(in_force)
@@ -120,7 +110,6 @@ def test_the_last_check_of_the_certificate_in_force_counts(tmp_path: Path) -> No
 
 
 def test_a_check_made_twice_in_a_second_is_taken_back_twice(tmp_path: Path) -> None:
-    """Both have one name, and Windows gives no file the name of another unless it is told to."""
     store = CertificateStore(tmp_path, "B777")
     store.put_in_force(certificate(12))
     for _ in range(2):
@@ -131,7 +120,6 @@ def test_a_check_made_twice_in_a_second_is_taken_back_twice(tmp_path: Path) -> N
 
 
 def test_revert_goes_back_one_at_a_time(tmp_path: Path) -> None:
-    """The one before is in force again, a skip counts as one; the withdrawn stays on the disk."""
     store = CertificateStore(tmp_path, "B777")
     store.put_in_force(certificate(12))
     store.mark_uncalibrated("rudder", "wire broken", "crew", DAY)
@@ -143,7 +131,7 @@ def test_revert_goes_back_one_at_a_time(tmp_path: Path) -> None:
     store.withdraw("rudder")
     assert store.in_force() == {}
     assert store.skipped_channels() == {}
-    with pytest.raises(CalibrationError, match="no certificate of rudder is in force"):
+    with pytest.raises(CalibrationError, match="rudder"):
         store.withdraw("rudder")
     assert len(list(tmp_path.rglob("*.withdrawn"))) == 3
     store.put_in_force(certificate(14))
@@ -151,7 +139,6 @@ def test_revert_goes_back_one_at_a_time(tmp_path: Path) -> None:
 
 
 def test_revert_by_stamp_is_done_once(tmp_path: Path) -> None:
-    """Asked again after a kill, it does not withdraw the one before as well."""
     store = CertificateStore(tmp_path, "B777")
     store.put_in_force(certificate(12))
     store.put_in_force(certificate(13))
@@ -163,7 +150,6 @@ def test_revert_by_stamp_is_done_once(tmp_path: Path) -> None:
 def test_a_change_that_was_interrupted_is_whole_when_opened_again(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Killed between the history and the folder in force: the history decides."""
     store = CertificateStore(tmp_path, "B777")
     store.put_in_force(certificate(12))
 
@@ -180,7 +166,6 @@ def test_a_change_that_was_interrupted_is_whole_when_opened_again(
 
 
 def test_two_windows_see_each_others_changes(tmp_path: Path) -> None:
-    """Nothing is kept that another window may have changed, and no number is used twice."""
     one, other = CertificateStore(tmp_path, "B777"), CertificateStore(tmp_path, "B777")
     one.put_in_force(certificate(12))
     other.put_in_force(certificate(13))
@@ -189,7 +174,6 @@ def test_two_windows_see_each_others_changes(tmp_path: Path) -> None:
 
 
 def test_aircraft_do_not_mix_whatever_their_names(tmp_path: Path) -> None:
-    """Names that are no file names stay within the folder, and apart."""
     names = ("B777", "../B777", "b/777", ".", "Flieger Nr. 2")
     for day, name in enumerate(names, start=1):
         CertificateStore(tmp_path / "all", name).put_in_force(certificate(day))
@@ -201,7 +185,6 @@ def test_aircraft_do_not_mix_whatever_their_names(tmp_path: Path) -> None:
 
 
 def test_only_known_channels_are_skipped(tmp_path: Path) -> None:
-    """A slip of the pen makes no folder."""
     store = CertificateStore(tmp_path, "B777")
     with pytest.raises(UnknownNameError, match="rudder"):
         store.mark_uncalibrated("ruder", "typo", "crew", DAY)

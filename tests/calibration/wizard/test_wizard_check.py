@@ -1,7 +1,5 @@
 """The check of three points between flights: quick, by itself, and not deceived."""
 
-from __future__ import annotations
-
 import datetime as dt
 from dataclasses import replace
 from pathlib import Path
@@ -25,7 +23,6 @@ MORNING = dt.datetime(2026, 5, 12, 7, 0)  # noqa: DTZ001 - a field's local time
 def certified(
     instrument: InstrumentPlan, truth: Potentiometer, random: np.random.Generator
 ) -> Certificate:
-    """Return what a calibration with a protractor set by hand makes of a potentiometer."""
     points = []
     ways: tuple[tuple[Direction, float], ...] = (("up", -0.5), ("down", 0.5))
     for way, side in ways:
@@ -68,7 +65,6 @@ def test_a_whole_aircraft_is_checked_in_a_minute(tmp_path: Path, moved: float) -
 
 
 def checking(folder: Path) -> Operator:
-    """Return a crew whose check has come to the first setting."""
     field = Field(folder)
     field.begin().until(lambda now: now.phase == "done")
     crew = field.begin(mode="check")
@@ -78,7 +74,6 @@ def checking(folder: Path) -> Operator:
 
 
 def test_the_check_names_the_surface_and_takes_it_from_either_side(tmp_path: Path) -> None:
-    """No page says before which one it is; the certificate knows the way up from the way down."""
     crew = checking(tmp_path)
     assert crew.wizard.view.spoken == "Left elevator: 10 up"
     crew.see(crew.bench.move("elevator_left", 5.0))
@@ -89,13 +84,11 @@ def test_the_check_names_the_surface_and_takes_it_from_either_side(tmp_path: Pat
         assert crew.wizard.view.points[-1].direction == way
     # The play between the two ways is no shift.
     check = crew.wizard.view.check_result
-    assert check is not None
     assert check.passed
     assert check.zero == pytest.approx(0.0, abs=0.1)
 
 
 def test_a_hand_that_looks_for_its_mark_has_time(tmp_path: Path) -> None:
-    """Quick is the check only where the certificate holds; two degrees beside, a hand may pause."""
     crew = checking(tmp_path)
     crew.see(crew.bench.move("elevator_left", 5.0))
     crew.see(crew.bench.move("elevator_left", -8.0))
@@ -105,7 +98,6 @@ def test_a_hand_that_looks_for_its_mark_has_time(tmp_path: Path) -> None:
 
 
 def test_a_certificate_of_one_way_is_checked_that_way(tmp_path: Path) -> None:
-    """Nobody came down when it was made: its settings are passed and come to upward, as then."""
     field = Field(tmp_path)
     crew = field.begin()
     crew.until(lambda now: len(now.points) == 3)
@@ -137,7 +129,6 @@ def test_the_check_takes_three_points_and_tells_a_shift(tmp_path: Path) -> None:
     view = crew.wizard.view
     assert view.accepted == ("elevator_left",)
     assert view.instrument is SMALL.instruments[1]
-    assert view.check_result is not None
     assert not view.check_result.passed
     shift = -0.06 / abs(field.bench.slope["elevator_right"])
     assert view.check_result.zero == pytest.approx(shift, abs=0.3)
@@ -153,7 +144,6 @@ def test_the_check_takes_three_points_and_tells_a_shift(tmp_path: Path) -> None:
         "elevator_right": False,
     }
     kept = field.store.last_check("elevator_right")
-    assert kept is not None
     assert (kept.result, kept.who) == (crew.wizard.view.accepted_checks["elevator_right"], "crew")
     # Taken back, it counts no more, also for a program that is started anew; then once again.
     crew.press("undo")

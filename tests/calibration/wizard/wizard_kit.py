@@ -1,7 +1,5 @@
 """For the wizard's tests: potentiometers, a hand that moves them, and an operator who obeys."""
 
-from __future__ import annotations
-
 import datetime as dt
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -20,8 +18,6 @@ FALLING = ("elevator_right", "beta")
 
 
 class Clock:
-    """Local time that goes on by a second whenever it is read."""
-
     def __init__(self) -> None:
         self.time = dt.datetime(2026, 5, 12, 8, 0)  # noqa: DTZ001 - a field's local time
 
@@ -60,7 +56,6 @@ class Bench:
         self.swapped: dict[str, str] = {}
 
     def volts(self, channel: str) -> float:
-        """Return the volts at which an instrument stands, before noise and converter."""
         source = self.swapped.get(channel, channel)
         x = self.shown[source]
         v = self.zero[channel] + self.slope[channel] * x + self.curve[channel] * x * x
@@ -86,13 +81,11 @@ class Bench:
         return Block(channels=channels, times=times, values=values)
 
     def move(self, channel: str, to: float, speed: float = 50.0) -> Iterator[Block]:
-        """Yield blocks while a hand moves an instrument, a tenth of a second each."""
         begin = self.angle[channel]
         count = max(int(abs(to - begin) / speed * RATE), 5)
         yield from self._pieces(channel, np.linspace(begin, to, count + 1)[1:])
 
     def hold(self, channel: str, seconds: float) -> Iterator[Block]:
-        """Yield blocks while a hand holds it, with some tremor."""
         count = int(seconds * RATE)
         phase = self.random.uniform(0.0, 6.0)
         tremor = 0.02 * np.sin(phase + 2 * np.pi * 1.5 * np.arange(count) / RATE)
@@ -106,7 +99,6 @@ class Bench:
 
 
 def surface(channel: str, title: str, **changes: object) -> InstrumentPlan:
-    """Return the plan of a surface with three settings."""
     content: dict[str, object] = {
         "channel": channel,
         "title": title,
@@ -153,7 +145,6 @@ class Operator:
         self.views: list[WizardView] = []
 
     def press(self, kind: str, **details: object) -> WizardView:
-        """Press a key."""
         self.keys += 1
         self.wizard.act(WizardAction(kind=kind, **details))  # type: ignore[arg-type]
         return self.wizard.view
@@ -161,7 +152,6 @@ class Operator:
     def see(
         self, blocks: Iterator[Block], until: Callable[[WizardView], bool] | None = None
     ) -> bool:
-        """Let time pass; return whether what was waited for has come."""
         for block in blocks:
             self.wizard.feed(block)
             self.views.append(self.wizard.view)
@@ -170,7 +160,6 @@ class Operator:
         return False
 
     def wait(self, seconds: float, until: Callable[[WizardView], bool] | None = None) -> bool:
-        """Hold what is in the hand."""
         channel = self.wizard.state.current_key or self.bench.plan.channels[0]
         return self.see(self.bench.hold(channel, seconds), until)
 
@@ -180,7 +169,6 @@ class Operator:
         if view.phase in ("begin", "fit"):
             assert self.wait(6.0, lambda now: now.phase != view.phase), view
             return
-        assert view.instrument is not None
         channel = view.instrument.channel
         if view.phase == "sign":
             self.see(self.bench.move(channel, 15.0))
@@ -204,7 +192,6 @@ class Operator:
         assert self.by_key or self.wait(4.0, lambda now: len(now.points) > taken), self.wizard.view
 
     def until(self, done: Callable[[WizardView], bool]) -> WizardView:
-        """Go on obeying until something is so."""
         for _ in range(300):
             if done(self.wizard.view):
                 return self.wizard.view
@@ -234,18 +221,15 @@ class Field:
 
     @property
     def store(self) -> CertificateStore:
-        """Return the certificates as a program that starts now finds them."""
         return CertificateStore(self.folder, "small")
 
     def begin(self, *, by_key: bool = False, **options: object) -> Operator:
-        """Begin a calibration."""
         wizard = CalibrationWizard(
             self.plan, self.store, self.journal, who="crew", now=self.clock, **options
         )  # type: ignore[arg-type]
         return Operator(wizard, self.bench, by_key=by_key)
 
     def resume(self) -> Operator:
-        """Go on with it in another process, as it were."""
         return Operator(
             CalibrationWizard.resume(self.journal, self.store, now=self.clock), self.bench
         )
