@@ -1,7 +1,5 @@
 """The command line as tests call it: here, or as a process where the test is about that."""
 
-from __future__ import annotations
-
 import io
 import sys
 from contextlib import chdir, redirect_stderr, redirect_stdout
@@ -15,15 +13,12 @@ from gsapp.cli.main import main
 
 @dataclass(frozen=True)
 class Done:
-    """What a command left."""
-
     returncode: int
     stdout: str
     stderr: str
 
 
 def gsapp(*arguments: object, folder: Path | None = None) -> Done:
-    """Run the command line here, as its process would: each start of one costs a second."""
     code, out, err = 0, io.StringIO(), io.StringIO()
     typed = patch.object(sys, "argv", ["gsapp", *map(str, arguments)])
     with redirect_stdout(out), redirect_stderr(err), typed, chdir(folder or Path.cwd()):

@@ -1,7 +1,5 @@
 """Values on the screen: in line with one another, and no bound of zero."""
 
-from __future__ import annotations
-
 import pytest
 
 from gsapp.cli._value_format import format_value_and_bound
@@ -17,5 +15,4 @@ from gsapp.cli._value_format import format_value_and_bound
     ],
 )
 def test_a_small_bound_keeps_two_digits(value: float, std: float, shown: tuple[str, str]) -> None:
-    """Constant terms of a calm flight were told as 0.0000 with a bound of 0.0000."""
     assert format_value_and_bound(value, std) == shown

@@ -1,7 +1,5 @@
 """What the debrief prints of an input."""
 
-from __future__ import annotations
-
 from math import radians
 from types import SimpleNamespace
 
@@ -9,7 +7,6 @@ from gsapp.cli._debrief_text import _sizes
 
 
 def test_an_input_stands_beside_its_target_and_the_band_that_is_good() -> None:
-    """Of 14.6 deg for 9.3 alone nobody understands why it is good."""
     band = SimpleNamespace(low=radians(1.5), best=radians(9.3), high=radians(15.5))
     judged = SimpleNamespace(
         verdict=SimpleNamespace(amplitudes={"dr": radians(14.6), "da": radians(2.0)}),

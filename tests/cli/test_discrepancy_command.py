@@ -3,8 +3,6 @@
 The search is replaced by a ready answer, but where it says so; tests/discrepancy holds the search.
 """
 
-from __future__ import annotations
-
 import json
 import os
 import re
@@ -38,8 +36,6 @@ Install = Callable[..., list["Asked"]]
 
 
 class Asked:
-    """A call of the search, as the command made it."""
-
     def __init__(self, maneuvers: Sequence[Maneuver], settings: DiscrepancySettings) -> None:
         self.maneuvers = maneuvers
         self.settings = settings
@@ -49,7 +45,6 @@ class Asked:
 def flight(
     tmp_path_factory: pytest.TempPathFactory, flown_short: Callable[[int], VirtualFlight]
 ) -> Path:
-    """Return a flight with two maneuvers."""
     path = tmp_path_factory.mktemp("flight") / "day.csv"
     write_block(path, flown_short(5).measured, "csv")
     return path
@@ -83,13 +78,11 @@ def search(monkeypatch: pytest.MonkeyPatch) -> Install:
 
 @pytest.fixture
 def undrawn(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Leave pictures and paper blank where a test is not about them."""
     monkeypatch.setattr("gsapp.report.document_writer.render_png", lambda _: b"\x89PNG")
     monkeypatch.setattr("gsapp.report.document_writer.pdf_pages", lambda _, **__: b"%PDF")
 
 
 def call(*arguments: object) -> tuple[int, str, BaseException | None]:
-    """Run the command line in this process; return code, output on one line, and what it raised."""
     done = CliRunner().invoke(app, ["discrepancy", *map(str, arguments)], env={"COLUMNS": "160"})
     return done.exit_code, " ".join(done.output.split()), done.exception
 
@@ -161,7 +154,6 @@ def test_options_reach_the_search(flight: Path, search: Install, tmp_path: Path)
 def test_maneuvers_corrected_by_hand_are_searched(
     flight: Path, search: Install, tmp_path: Path
 ) -> None:
-    """The edges of a person go into the search, and the file that holds them into the report."""
     asked = search(SMALL)
     own = Path(shutil.copy(flight, tmp_path / "day.csv"))
     reviewed = open_reviewed_flight(own)
@@ -193,7 +185,6 @@ def test_json_on_the_screen_stands_alone(flight: Path, search: Install, tmp_path
 def test_a_second_run_replaces_its_own_files_only(
     flight: Path, search: Install, tmp_path: Path
 ) -> None:
-    """Notes of the user stay; figures of the first run that the second does not draw are gone."""
     out = tmp_path / "answer"
     search(SMALL)
     assert call(flight, "--out", out)[0] == 0
@@ -210,7 +201,6 @@ def test_a_second_run_replaces_its_own_files_only(
 def test_what_stops_the_search_leaves_nothing(
     flight: Path, search: Install, tmp_path: Path, stop: BaseException
 ) -> None:
-    """Ctrl+C or an error in the search: no folder, not even a hidden one."""
     search(stop)
     code, _, _ = call(flight, "--out", tmp_path / "answer", "--json", tmp_path / "a.json")
     assert code != 0
@@ -281,7 +271,6 @@ def test_ctrl_c_in_the_midst_of_a_search(flight: Path, tmp_path: Path) -> None:
 def test_what_stops_the_writing_leaves_the_former_answer(
     flight: Path, search: Install, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """A disk that fills up while the report is written: every file is still that of before."""
     out = tmp_path / "answer"
     search(SMALL)
     assert call(flight, "--out", out)[0] == 0
@@ -306,7 +295,6 @@ def test_the_wrong_call_is_told_from_the_failed_one(tmp_path: Path) -> None:
 
 
 def test_the_catalog_is_listed(tmp_path: Path) -> None:
-    """Without any flight: for people, and for programs."""
     code, said, _ = call("--catalog")
     assert code == 0
     assert "propulsion.Cm.throttle" in said

@@ -1,7 +1,5 @@
 """A word means the same in every command, and a wrong one is answered with the right one."""
 
-from __future__ import annotations
-
 import os
 import re
 import shutil
@@ -27,14 +25,12 @@ FIXED = {"--to"}
 
 
 def choices(annotation: Any) -> frozenset[str]:
-    """Return what an option takes; nothing where it is no choice."""
     if get_origin(annotation) is Literal:
         return frozenset(get_args(annotation))
     return frozenset().union(*map(choices, get_args(annotation)))
 
 
 def test_an_option_means_the_same_in_every_command() -> None:
-    """A flag is a flag everywhere, and a choice is one of the same words, of which some lack."""
     found: dict[str, dict[str, tuple[bool, frozenset[str]]]] = defaultdict(dict)
     for name, command in COMMANDS.items():
         for option in command.params:
@@ -52,11 +48,7 @@ def test_an_option_means_the_same_in_every_command() -> None:
 
 @pytest.mark.parametrize(
     ("command", "former"),
-    [
-        ("discrepancy", "--catalog"),
-        ("compatibility", "--free"),
-        ("resample", "--kind"),
-    ],
+    [("discrepancy", "--catalog"), ("compatibility", "--free"), ("resample", "--kind")],
 )
 def test_former_words_are_still_understood(command: str, former: str) -> None:
     option = next(one for one in COMMANDS[command].params if former in one.opts)
@@ -182,7 +174,6 @@ def test_completion_is_installed_for_a_shell(tmp_path: Path) -> None:
 
 @pytest.fixture(scope="module")
 def flight(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Return a flight without a measured density, so that one stands in."""
     path = tmp_path_factory.mktemp("units") / "whole.csv"
     made = make_flight([Input(at=3.0, surface="de")], ground=0.0, seconds=12.0, steering=0.0)
     write_block(path, made.block, "csv", "us")
