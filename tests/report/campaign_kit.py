@@ -4,8 +4,6 @@ The maneuvers are those of `virtual_maneuvers`, so they cost little; one of them
 another aircraft than the rest, which makes it wild.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
@@ -28,7 +26,6 @@ WILD = "2:M5"
 
 @cache
 def maneuvers() -> tuple[Maneuver, ...]:
-    """Return six maneuvers, four of flight A and two of flight B, the last but one wild."""
     other = TRUTH.with_derivatives(
         {"Cm_de": -2.2, "Cm_q": -60.0, "Cm_alpha": -0.9, "CN_alpha": 3.0}
     )
@@ -44,26 +41,22 @@ def maneuvers() -> tuple[Maneuver, ...]:
 
 @cache
 def outcome() -> RunOutcome:
-    """Return what maximum likelihood makes of them, with the truth as what was known before."""
     settings = CampaignSettings(likelihood=MLSettings(axis="lon", model=TRUTH))
     return _outcome(run_campaign(maneuvers(), settings))
 
 
 @cache
 def together() -> RunOutcome:
-    """Return what comes of the four maneuvers of flight A, fitted together, too."""
     settings = CampaignSettings(likelihood=MLSettings(axis="lon", model=TRUTH), joint=True)
     return _outcome(run_campaign(maneuvers()[:4], settings))
 
 
 def regressed(count: int) -> RunOutcome:
-    """Return what equation error makes of the first maneuvers of flight A."""
     return _outcome(run_campaign(maneuvers()[:count], CampaignSettings(method="ee", axis="lon")))
 
 
 @cache
 def unearned() -> RunOutcome:
-    """Return what comes of an elevator maneuver in which nothing moved: hardly any derivative."""
     still = fly(47, "lon", dt=0.02, duration=4.0, model=TRUTH, still=("de",)).maneuver
     settings = CampaignSettings(axis="lon")
     return _outcome(run_campaign([replace(still, id="M1", flight="A", inputs=("de",))], settings))
@@ -71,7 +64,6 @@ def unearned() -> RunOutcome:
 
 @cache
 def gusty() -> RunOutcome:
-    """Return what comes of a maneuver in gusts of 1 m/s, M1, and of one in calm air, M2."""
     flown = [
         replace(
             fly(51, "lon", dt=0.02, duration=8.0, gust=gust, model=TRUTH).maneuver,

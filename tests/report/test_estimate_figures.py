@@ -1,7 +1,5 @@
 """Figures of a run: where points are drawn, what they are called, colors, numbers, files."""
 
-from __future__ import annotations
-
 import csv
 import io
 from dataclasses import replace
@@ -41,7 +39,6 @@ NIGHT = Palette(
 
 
 def drawn(picture: DocumentFigure, palette: Palette = PRINT_PALETTE) -> Figure:
-    """Return the figure that a picture draws."""
     with figure_style(palette):
         figure = Figure(figsize=(7.1, picture.height), dpi=100)
         FigureCanvasAgg(figure)
@@ -50,7 +47,6 @@ def drawn(picture: DocumentFigure, palette: Palette = PRINT_PALETTE) -> Figure:
 
 
 def points_in(figure: Figure, name: str) -> dict[str, tuple[float, float, str]]:
-    """Return the named points of one derivative: place, height and color, by maneuver."""
     chart = next(one for one in figure.axes if one.get_gid() == DERIVATIVE_PREFIX + name)
     return {
         maneuver: (float(x), float(y), to_hex(line.get_color()))
@@ -93,7 +89,6 @@ def test_each_point_is_named_and_stands_at_its_value_and_condition(over: str) ->
 
 
 def test_names_of_maneuvers_do_not_lie_upon_one_another() -> None:
-    """Whatever they were renamed to, and however near they stand to one another."""
     found = outcome().result
     longer = ("1", "short one", "2:11", "a second try with less stick", "6")
     renamed = [
@@ -114,7 +109,6 @@ def test_names_of_maneuvers_do_not_lie_upon_one_another() -> None:
 
 
 def test_a_maneuver_left_out_by_hand_stays_in_sight_and_moves_the_mean() -> None:
-    """Gray, named, at its value; means are as if it were not there; taken in they are as before."""
     before = outcome()
     after = exclude_maneuvers(before, {"1:M2"})
     figure = drawn(value_figure(after.summary, ["Cm_de"], "number"))
@@ -136,10 +130,8 @@ def test_a_maneuver_left_out_by_hand_stays_in_sight_and_moves_the_mean() -> None
 
 
 def test_a_fit_that_did_not_converge_is_gray_and_counts_for_nothing() -> None:
-    """As if it had not been flown, but in sight where it stood, and named so in the numbers."""
     before = outcome().result
     estimate = before.results[2].estimate
-    assert estimate is not None
     stopped = replace(before.results[2], estimate=replace(estimate, converged=False))
     rest = (*before.results[:2], *before.results[3:])
     summary = summarize_campaign(
@@ -157,7 +149,6 @@ def test_a_fit_that_did_not_converge_is_gray_and_counts_for_nothing() -> None:
 
 
 def test_pictures_take_every_color_from_the_palette() -> None:
-    """In a dark palette nothing of the paper's own colors is left, but what lies between two."""
     one = outcome().result.results[0]
     assert one.estimate is not None
     pictures = (
@@ -189,7 +180,6 @@ def test_fit_shows_another_run_in_gray_and_its_numbers_are_those_of_the_history(
     """Three lines of a response; the table holds measured and computed, in the units asked for."""
     one = outcome().result.results[0]
     picture = fit_figure(one, units="SI", other=one, other_name="before")
-    assert picture is not None
     figure = drawn(picture)
     colors = [to_hex(line.get_color()) for line in figure.axes[-1].lines]
     assert sorted(colors) == sorted(
@@ -197,7 +187,6 @@ def test_fit_shows_another_run_in_gray_and_its_numbers_are_those_of_the_history(
     )
     assert picture.numbers is not None
     table = picture.numbers()
-    assert one.estimate is not None
     (history,) = one.estimate.histories
     column = table.columns.index("q [deg/s] computed")
     told = np.array([float(row[column]) for row in table.rows])
@@ -212,12 +201,10 @@ def test_fit_shows_another_run_in_gray_and_its_numbers_are_those_of_the_history(
 
 @pytest.mark.parametrize("method", ["ee", "ftr"])
 def test_methods_without_responses_show_coefficients_and_no_residuals(method: str) -> None:
-    """Measured and computed Cm without a unit; what smoothing leaves is not called noise."""
     one = outcome().result.results[0]
     estimate = {"ee": equation_error, "ftr": ftr}[method].estimate([one.maneuver], "lon")
     fitted = replace(one, estimate=estimate)
     picture = fit_figure(fitted, units="US")
-    assert picture is not None
     assert "coefficients" in picture.caption
     lowest = drawn(picture).axes[-1]
     assert lowest.get_ylabel() == "$C_{m}$"
@@ -230,7 +217,6 @@ def test_methods_without_responses_show_coefficients_and_no_residuals(method: st
 
 
 def test_autocorrelation_tells_white_noise_from_what_repeats() -> None:
-    """White noise keeps within its band in 95 %; a wave of ten samples comes back after ten."""
     generator = np.random.default_rng(3)
     _, white, band = autocorrelation(generator.standard_normal(4000), 0.01)
     assert 0.88 < np.mean(np.abs(white[1:]) < band) <= 1.0
@@ -241,7 +227,6 @@ def test_autocorrelation_tells_white_noise_from_what_repeats() -> None:
 
 
 def test_histories_carry_the_points_of_the_flight_alone() -> None:
-    """FTR's line, and only the maneuvers of that flight, at the time when each ended."""
     found = outcome()
     times = np.linspace(0.0, 60.0, 400)
     values = np.where(times > 20.0, -0.33, np.nan)
@@ -264,14 +249,12 @@ def test_histories_carry_the_points_of_the_flight_alone() -> None:
 
 
 def test_close_pairs_are_named_and_biases_are_not() -> None:
-    """A made-up covariance: the one pair beyond 0.9 is told, with its sign."""
     estimate = outcome().result.results[0].estimate
     assert estimate is not None
     covariance = np.array([[1.0, -0.95, 0.99], [-0.95, 1.0, -0.2], [0.99, -0.2, 1.0]])
     made = replace(estimate, free=("Cm_q", "Cm_de", "Cm_0"), covariance=covariance)
     assert correlated_pairs(made) == (("Cm_q", "Cm_de", -0.95),)
     picture = correlation_figure(made, "maneuver 1")
-    assert picture is not None
     assert "Cm_q and Cm_de (-0.95)" in picture.caption
     assert len(drawn(picture).axes[0].patches) == 2
 
@@ -298,7 +281,6 @@ def test_modes_stray_as_far_as_a_moved_derivative_moves_them() -> None:
     assert "±" in table.rows[0][3]
     # Frequencies go with speed: without it they say nothing.
     about = found.models["lon"].operating_point
-    assert about is not None
     assert table.columns[1] == "V [m/s]"
     assert table.rows[0][1] == f"{about.speed:.1f}"
     assert 25.0 < about.speed < 40.0
@@ -316,7 +298,6 @@ def test_modes_stray_as_far_as_a_moved_derivative_moves_them() -> None:
 
 
 def test_a_picture_is_saved_the_same_each_time_and_its_numbers_are_read_back() -> None:
-    """PNG, PDF and SVG byte for byte; CSV with every point; another ending is refused."""
     picture = value_figure(outcome().summary, ["Cm_alpha"], "alpha")
     for ending in (".png", ".pdf", ".svg"):
         one, other = (export_figure(picture, ending) for _ in "ab")

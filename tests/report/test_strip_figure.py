@@ -1,7 +1,5 @@
 """Strip charts on paper show what the block holds, gaps as gaps, in the units asked for."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np
@@ -24,7 +22,6 @@ def block() -> Block:
 
 
 def traces(path: Path) -> np.ndarray:
-    """Return where the picture is as blue as traces are, shape (rows, columns)."""
     picture = imread(path)
     return picture[:, :, 2] - picture[:, :, 0] > 0.25
 

@@ -1,7 +1,5 @@
 """Sentences and paper follow the units that the reader chose."""
 
-from __future__ import annotations
-
 import io
 import re
 from dataclasses import replace
@@ -59,7 +57,6 @@ def test_metric_values_of_a_sentence_are_converted(sentence: str, shown: str) ->
 
 
 def test_customary_values_of_a_sentence_are_converted() -> None:
-    """Sources and cards write feet and pounds."""
     said = "from 80 to 120 ft/s, 12 lb each, 68 degF; 3 in 5 maneuvers"
     assert (
         convert_text_units(said, "SI")
@@ -137,7 +134,6 @@ def test_certificates_are_printed_on_the_same_paper(tmp_path: Path, units: str) 
 
 @pytest.fixture(scope="module")
 def found() -> DiscrepancyResult:
-    """Return an answer whose sentences hold metric values, as the search writes them."""
     made = answer(maneuvers=3, samples=40)
     region = FlightRegion(variable="V", low=20.0, high=26.2, words="V below 26.2 m/s")
     return replace(
@@ -152,7 +148,6 @@ def found() -> DiscrepancyResult:
 def test_no_foreign_unit_stands_in_report_command_or_page(
     found: DiscrepancyResult, units: str, foreign: re.Pattern[str]
 ) -> None:
-    """The report, what the command prints, and the words of the page Model gap."""
     shown = discrepancy_document(found, units=units, overlays=[])
     page = re.sub(r"<[^>]+>", " ", render_html(shown, {one.name: b"" for one in shown.figures}))
     console = Console(file=io.StringIO(), width=160)
