@@ -30,7 +30,6 @@ def test_standard_day(height: float, temperature: float, pressure: float, densit
 
 
 def test_the_day_at_the_field_counts() -> None:
-    """A warm day is thin; what was read at the ground is what holds there."""
     day = Atmosphere(ground_altitude=300.0, ground_temperature=308.15, ground_pressure=97000.0)
     air = day.at(300.0)
     assert air.temperature == pytest.approx(308.15)
@@ -64,7 +63,6 @@ def test_wind_grows_with_height() -> None:
 
 @pytest.mark.parametrize(("dt", "count"), [(0.01, 60000), (0.5, 60000)])
 def test_turbulence_keeps_its_strength_at_every_step(dt: float, count: int) -> None:
-    """Standard deviation as asked for, fine steps or coarse: the discretization is exact."""
     gusts = DrydenTurbulence((1.0, 0.8, 0.5), scale=(10.0, 10.0, 10.0), seed=4).series(
         count, dt, 30.0
     )

@@ -116,7 +116,6 @@ def test_arrays_give_what_single_numbers_give(cases: list[tuple[PolarState, Load
 @given(states, loads)
 @settings(deadline=None, max_examples=50)
 def test_jacobian_is_that_of_complex_steps(state: PolarState, load: Loads) -> None:
-    """Derivatives by states, loads, mass and inertia, to the last digits."""
     exact = polar_jacobian(state, load, B777)
     step = 1e-30j
     scale = 1e-9 * (1.0 + max(abs(x) for x in load))
@@ -141,7 +140,6 @@ def test_jacobian_is_that_of_complex_steps(state: PolarState, load: Loads) -> No
 
 
 def test_attitude_survives_a_vertical_climb() -> None:
-    """The quaternion passes the point at which theta' divides by zero."""
     attitude = np.array(quaternion_from_euler(0.1, 1.4, 0.3))
     found = solve_ivp(
         lambda _, e: quaternion_rates(tuple(e.tolist()), 0.0, 1.0, 0.0),

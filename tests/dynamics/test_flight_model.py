@@ -49,7 +49,6 @@ def split(x: list) -> tuple[list, list, list]:
 @given(st.integers(0, 2**31))
 @settings(deadline=None, max_examples=3)
 def test_jacobians_equal_differences(seed: int) -> None:
-    """Rates, loads and predicted measurements by every state, input and parameter."""
     x = point(seed, 3)
     outputs = OutputModel(FULL, OUTPUTS)
     values, slopes, differential = outputs.jacobian(*split(x))
@@ -74,7 +73,6 @@ def test_jacobians_equal_differences(seed: int) -> None:
 
 
 def test_derivatives_by_chosen_parameters_only() -> None:
-    """The columns of the free parameters are those of the whole, in the order asked for."""
     x = point(5, 3)
     outputs = OutputModel(FULL, ("alpha", "an", "q"))
     _, whole, one = outputs.jacobian(*split(x))
@@ -112,7 +110,6 @@ def test_cg_effect_moves_the_moments(aircraft: Aircraft, model: Model) -> None:
 
 
 def test_engines_act_at_their_places(flight_model: FlightModel, aircraft: Aircraft) -> None:
-    """Thrust below the CG pitches up; more thrust on the left turns right."""
     state = (30.0, 0.05, 0.0, 0.0, 0.0, 0.0, 0.0, 0.05, 0.0)
 
     def loads(throttle: float, difference: float):
@@ -130,7 +127,6 @@ def test_engines_act_at_their_places(flight_model: FlightModel, aircraft: Aircra
 
 
 def test_throttle_effect_is_strong_at_low_speed(aircraft: Aircraft, model: Model) -> None:
-    """The moment in N m hardly changes; as a coefficient it grows as 1/qbar."""
     changed = FlightModel(aircraft, model.with_effect("propulsion.Cm.throttle", {"arm": 0.05}))
     plain = FlightModel(aircraft, model)
 
@@ -154,7 +150,6 @@ def test_alpha_dot_effect_uses_the_true_rate(aircraft: Aircraft, model: Model) -
 
 
 def test_a_force_may_not_read_what_it_decides(aircraft: Aircraft, model: Model) -> None:
-    """An algebraic loop is refused with the way out."""
     loop = Monomial(
         id="aero.CN.alphadot", title="x", equation="x = 1", target="CN",
         reads=("alpha_dot_hat",), powers=(1,),

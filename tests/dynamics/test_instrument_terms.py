@@ -1,7 +1,5 @@
 """Effects of instruments beyond one signal's path: undone, in boxes, swapped, misplaced."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
@@ -53,7 +51,6 @@ def usual(term: SignalTerm) -> tuple[float, ...]:
 
 @pytest.mark.parametrize("kind", UNDONE)
 def test_what_a_sensor_did_to_a_surface_can_be_undone(kind: str) -> None:
-    """Sent through the sensor and back, a smooth history is itself again."""
     term = signal_term(f"sensor.de.{kind}")
     shown = term.respond(WAVE, DT, usual(term)).values
     back = term.invert(shown, DT, usual(term)).values
@@ -63,7 +60,6 @@ def test_what_a_sensor_did_to_a_surface_can_be_undone(kind: str) -> None:
 
 @pytest.mark.parametrize("name", ON_SURFACE)
 def test_derivatives_of_what_is_undone(name: str) -> None:
-    """By the parameters, and by the signal, against differences."""
     term = signal_term(name)
     # Off the samples, so that a step of the delay does not cross one.
     values = tuple(x + 0.0031 if name.endswith("delay") else x for x in usual(term))
@@ -81,7 +77,6 @@ def test_derivatives_of_what_is_undone(name: str) -> None:
 
 
 def test_several_terms_are_undone_last_first() -> None:
-    """A biased and then scaled record: the columns keep the order of the path."""
     path = (
         (signal_term("sensor.de.delay"), (0.0231,)),
         (signal_term("sensor.de.bias"), (0.01,)),
@@ -187,7 +182,6 @@ def test_boxes_hold_every_channel_once() -> None:
 
 @pytest.mark.parametrize("pair", SWAPPABLE_PAIRS)
 def test_swapped_channels_carry_each_others_signal(pair: tuple[str, str]) -> None:
-    """In values and Jacobians, also where only one of the two is recorded."""
     one, other = pair
     plain = OutputModel(FlightModel(B777, BASE), OUTPUTS)
     swapped = OutputModel(
@@ -225,7 +219,6 @@ PLACES = [
 
 @pytest.mark.parametrize("name", PLACES)
 def test_a_misplaced_instrument_shows_what_it_would_show_there(name: str) -> None:
-    """The effect on the file's aircraft equals the aircraft whose file tells the truth."""
     _, instrument, axis = name.split(".")
     model = FlightModel(B777, BASE.with_effect(name, {axis: 0.2}).with_effect("mass.cg.x"))
     old = getattr(B777.sensors, instrument)

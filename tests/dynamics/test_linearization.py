@@ -99,7 +99,6 @@ def test_modes_follow_from_the_derivatives(flight_model: FlightModel) -> None:
 
 
 def test_published_longitudinal_matrix(flight_model: FlightModel) -> None:
-    """(7.3.11): alpha and q rows within 0.5 %; not the entries that our C_Lq and drag replace."""
     A = linearize_longitudinal(flight_model, trim(flight_model, V=93.24 * FT)).A
     for row, column in ((0, 0), (2, 0), (2, 2)):
         assert A[row, column] == pytest.approx(PUBLISHED_LON[row, column], rel=5e-3)
@@ -111,7 +110,6 @@ def test_published_longitudinal_matrix(flight_model: FlightModel) -> None:
 
 
 def test_published_lateral_matrix(flight_model: FlightModel) -> None:
-    """(7.3.13): p and r rows within 0.3 %; the beta row holds the reversed C_Y of the source."""
     found = linearize_lateral(flight_model, trim(flight_model, V=105.58 * FT))
     assert np.allclose(found.A[1:3, :3], PUBLISHED_LAT[1:3, :3], rtol=3e-3)
     assert np.allclose(found.B[1], [102.0631, 2.5918], rtol=3e-3)
@@ -119,7 +117,6 @@ def test_published_lateral_matrix(flight_model: FlightModel) -> None:
 
 
 def test_published_modes_and_how_far_ours_agree(flight_model: FlightModel) -> None:
-    """The published matrices give the published modes; ours agree where the values do."""
     lon = {m.name: m for m in compute_modes(PUBLISHED_LON, ("alpha", "V", "q", "theta"))}
     assert lon["short period"].pole == pytest.approx(-4.178 + 3.002j, abs=2e-3)
     lat = {m.name: m for m in compute_modes(PUBLISHED_LAT, ("beta", "p", "r", "phi"))}
@@ -145,7 +142,6 @@ def test_published_modes_and_how_far_ours_agree(flight_model: FlightModel) -> No
 
 
 def test_least_squares_modes_are_named() -> None:
-    """(7.2.12), (7.2.14): two real poles in pitch; roll, and a pair that is well damped."""
     fast, slow = compute_modes(LEAST_SQUARES_LON, ("alpha", "q"))
     assert (fast.name, slow.name) == ("short period, fast", "short period, slow")
     assert (fast.pole.real, slow.pole.real) == pytest.approx((-9.116, -1.049), abs=2e-3)
@@ -169,7 +165,6 @@ def test_numbers_of_a_mode() -> None:
 
 
 def test_outputs_of_the_linear_model(flight_model: FlightModel) -> None:
-    """C and D predict what the nonlinear outputs do for a small change."""
     found = trim(flight_model, V=29.0)
     linear = linearize(flight_model, found, outputs=("alpha", "an", "ax", "q"))
     outputs = OutputModel(flight_model, linear.outputs)

@@ -92,7 +92,6 @@ def test_revising_names_the_parent(model: Model) -> None:
 
 
 def test_the_shipped_model_is_that_of_the_notes(model: Model) -> None:
-    """Section 5 of the notes: what the published matrices mean, and physical C_Y and C_Lq."""
     assert "b777" in shipped_models()
     expected = {
         "CN_de": 0.379, "Cm_alpha": -0.339, "Cm_q": -23.0, "Cm_de": -1.104, "Cl_beta": -0.324,
@@ -106,7 +105,6 @@ def test_the_shipped_model_is_that_of_the_notes(model: Model) -> None:
 def test_a_model_with_every_effect_comes_back_from_its_file(
     tmp_path: Path, aircraft: Aircraft
 ) -> None:
-    """Boxes, swapped and misplaced instruments included, with their usual values written out."""
     effects = tuple(
         Effect(id=name, parameters=create_term(name, aircraft).defaults) for name in effect_ids()
     )

@@ -12,7 +12,6 @@ RPM = 2.0 * np.pi / 60.0
 
 
 def test_thrust_of_the_design(aircraft: Aircraft) -> None:
-    """24 lbf static; less with speed, density and throttle."""
     assert thrust(aircraft, 1.0, 1.225, 0.0) == pytest.approx(24.0 * LBF)
     assert thrust(aircraft, 0.5, 1.1, 100 * FT) == pytest.approx(
         24.0 * LBF * 0.5 * (1.1 / 1.225) * (1.0 - 100.0 / 250.0)

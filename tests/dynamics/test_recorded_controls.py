@@ -1,7 +1,5 @@
 """Proves that play in a linkage follows hands, not the noise of the record."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
@@ -23,7 +21,6 @@ def path(effect: str, value: float) -> PathTerms:
 
 
 def test_noise_as_large_as_the_play_does_not_turn_it_over() -> None:
-    """What the play takes is found to a third of its width; from the plain record, to no half."""
     play = path("control.elevator.backlash", WIDTH)
     ((term, values),) = play
     true = term.respond(HANDS, DT, values).values - HANDS
@@ -35,7 +32,6 @@ def test_noise_as_large_as_the_play_does_not_turn_it_over() -> None:
 
 
 def test_without_noise_it_is_the_play_itself() -> None:
-    """But for where hands turn, which the average rounds."""
     play = path("control.elevator.backlash", WIDTH)
     ((term, values),) = play
     expected = term.respond(HANDS, DT, values).values
@@ -43,7 +39,6 @@ def test_without_noise_it_is_the_play_itself() -> None:
 
 
 def test_the_tangent_is_the_change_of_the_answer() -> None:
-    """By differences, where no side changes."""
     play = path("control.elevator.backlash", WIDTH)
     change = 1e-9 * np.cos(3.0 * TIMES)
     here = simulate_control_path(play, HANDS, DT)
@@ -52,7 +47,6 @@ def test_the_tangent_is_the_change_of_the_answer() -> None:
 
 
 def test_other_paths_are_walked_as_they_are() -> None:
-    """A lag follows the record sample by sample."""
     lag = path("control.elevator.lag", 0.08)
     ((term, values),) = lag
     expected = term.respond(HANDS, DT, values)

@@ -26,7 +26,6 @@ rate = st.floats(-1.5, 1.5)
 
 
 def test_accelerometer_reads_the_motion_of_its_place() -> None:
-    """Against the second derivative of the place's path under turning axes."""
     position = np.array([0.5, -0.2, 0.1])
     rates, spin = np.array([0.4, -0.3, 0.6]), np.array([1.0, 2.0, -1.5])
     at_cg = np.array([2.0, -1.0, -9.0])
@@ -71,7 +70,6 @@ def test_both_kinds_of_beta_vane(alpha: float, beta: float) -> None:
 def test_flow_at_the_cg_is_found_again(
     kind: str, V: float, alpha: float, beta: float, p: float, q: float, r: float
 ) -> None:
-    """Of numbers and of arrays, however fast the aircraft turns."""
     fin = B777.sensors.beta_vane.model_copy(update={"kind": kind, "upwash": 1.1})
     aircraft = B777.model_copy(
         update={"sensors": B777.sensors.model_copy(update={"beta_vane": fin})}
@@ -86,7 +84,6 @@ def test_flow_at_the_cg_is_found_again(
 
 
 def test_flow_slower_than_the_rates_alone_stays_a_number() -> None:
-    """Standing on the ground while somebody shakes the aircraft."""
     shown = (0.0, 0.1, 0.0)
     assert np.isfinite(flow_at_cg(B777, *shown, (1.0, 1.0, 1.0))).all()
     assert np.isfinite(flow_at_cg(B777, *(np.full(2, x) for x in shown), (1.0, 1.0, 1.0))).all()
@@ -108,7 +105,6 @@ def test_predicted_accelerations_at_the_cg(aircraft: Aircraft, model: Model) -> 
 
 
 def test_cg_effect_moves_the_instruments(aircraft: Aircraft, model: Model) -> None:
-    """Places count from where the CG is, not from where the file puts it."""
     moved = FlightModel(aircraft, model.with_effect("mass.cg.x", {"x": 0.05}))
     state = (29.0, 0.09, 0.0, 0.0, 0.5, 0.0, 0.0, 0.05, 0.0)
     inputs = (0.0, 0.0, 0.0, 0.0, 0.5, 0.0, 1.2, 21.0)

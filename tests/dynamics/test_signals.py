@@ -37,7 +37,6 @@ def test_steps_give_what_the_whole_history_gives(name: str) -> None:
 
 @pytest.mark.parametrize("name", KINDS)
 def test_continuous_and_sampled_form_agree_on_slow_signals(name: str) -> None:
-    """The continuous form, integrated finely, differs by the rounding of edges only."""
     term = signal_term(name)
     values = defaults(term)
     sampled = term.respond(WAVE, DT, values).values
@@ -122,7 +121,6 @@ def test_delay_of_part_of_a_sample() -> None:
 
 
 def test_several_terms_in_a_row() -> None:
-    """The joint response has the derivatives of every term's parameters."""
     path = tuple(
         (signal_term(name), values)
         for name, values in (
@@ -149,7 +147,6 @@ def test_several_terms_in_a_row() -> None:
 
 @pytest.mark.parametrize("name", ["control.elevator.lag", "sensor.q.lag"])
 def test_lag_of_zero_still_has_its_derivative(name: str) -> None:
-    """Needed to judge from a model without lag whether there is one."""
     term = signal_term(name)
     at_zero = term.respond(WAVE, DT, (0.0,))
     assert np.array_equal(at_zero.values, WAVE)

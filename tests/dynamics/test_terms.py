@@ -56,7 +56,6 @@ def term_of(name: str, aircraft: Aircraft) -> Term:
 
 
 def sample(term: Term, count: int, seed: int = 3) -> tuple[list, list, list]:
-    """Return reads, states and parameters, away from the corners of the edges."""
     random = np.random.default_rng(seed)
 
     def drawn(name: str) -> np.ndarray:
@@ -137,7 +136,6 @@ SIZED = [name for name in effect_ids() if not name.endswith((".reversed", ".swap
 
 @pytest.mark.parametrize("name", SIZED)
 def test_neutral_parameters_do_nothing(name: str, aircraft: Aircraft) -> None:
-    """At its neutral value an effect leaves what it acts on alone."""
     term = create_term(name, aircraft)
     neutral = tuple(parameter.neutral for parameter in term.parameters)
     reads, states, _ = sample(term, 4)
@@ -211,7 +209,7 @@ def test_an_unknown_effect_is_named_with_its_neighbors(aircraft: Aircraft) -> No
 
 def test_an_unknown_parameter_is_named_with_its_neighbors(aircraft: Aircraft) -> None:
     term = create_term("control.elevator.backlash", aircraft)
-    with pytest.raises(UnknownNameError, match="did you mean 'slop'"):
+    with pytest.raises(UnknownNameError, match="'slop'"):
         term.values_for({"slopp": 0.1})
     assert term.values_for({"slop": 0.1}) == (0.1,)
 
@@ -223,7 +221,6 @@ def test_derivative_names_are_those_of_the_design() -> None:
 
 
 def test_memory_tends_to_the_rate_of_the_variable(aircraft: Aircraft) -> None:
-    """For a steady ramp the late part equals parameter * tau * rate."""
     term = create_term("aero.Cm.memory", aircraft)
     values = (2.0, 0.1)
     x, dt = 0.0, 1e-3

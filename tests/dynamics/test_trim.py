@@ -17,7 +17,6 @@ DEG = math.pi / 180.0
 
 @pytest.mark.parametrize("speed", [80.0, 95.0, 120.0])
 def test_level_flight_at_the_test_speeds(flight_model: FlightModel, speed: float) -> None:
-    """80-120 ft/s with plausible angles and power, and no acceleration left."""
     found = trim(flight_model, V=speed * FT)
     rates = flight_model.rates(found.state, found.inputs)
     assert np.abs(rates[:8]).max() < 1e-7
@@ -47,7 +46,6 @@ def test_climb_needs_power_and_descent_gives_it_back(flight_model: FlightModel) 
 
 @pytest.mark.parametrize("bank", [30.0 * DEG, -45.0 * DEG])
 def test_coordinated_turn(flight_model: FlightModel, bank: float) -> None:
-    """Turns at g tan(bank)/V, ball in the middle, steady; psi alone moves."""
     found = trim(flight_model, V=31.0, bank=bank)
     rates = flight_model.rates(found.state, found.inputs)
     assert np.abs(rates[:8]).max() < 1e-7
@@ -62,7 +60,6 @@ def test_coordinated_turn(flight_model: FlightModel, bank: float) -> None:
 def test_a_flying_wing_is_flown_without_a_rudder(
     aircraft: Aircraft, model: Model, bank: float
 ) -> None:
-    """Steady all the same, with the sideslip that there is in place of a deflection."""
     none = dict.fromkeys(("CY_dr", "Cl_dr", "Cn_dr"), 0.0)
     wing = FlightModel(aircraft, model.with_derivatives({**none, "Cn_0": 1e-3}))
     found = trim(wing, V=31.0, bank=bank)
@@ -73,7 +70,6 @@ def test_a_flying_wing_is_flown_without_a_rudder(
 
 
 def test_effects_take_part(aircraft: Aircraft, model: Model) -> None:
-    """Unequal engines need rudder; the wings lean a little in straight flight."""
     uneven = FlightModel(aircraft, model.with_effect("propulsion.Cn.asymmetry"))
     found = trim(uneven, V=29.0)
     assert abs(found.controls["dr"]) > 0.5 * DEG
