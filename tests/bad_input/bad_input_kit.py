@@ -1,7 +1,5 @@
 """What these tests share: the command line as a process, its sentences, and a box that sends."""
 
-from __future__ import annotations
-
 import os
 import subprocess
 import sys
@@ -23,7 +21,6 @@ _ARRAY = ("elevator_left", "elevator_right", "aileron_left", "aileron_right", "r
 
 
 def everything_in(folder: Path) -> dict[str, bytes]:
-    """Return every file in a folder with its content, hidden ones too, and every folder."""
     return {
         str(path.relative_to(folder)): path.read_bytes() if path.is_file() else b""
         for path in folder.rglob("*")
@@ -67,7 +64,6 @@ def refused(
 
 
 def wait_for(condition: Callable[[], object], seconds: float = 120.0) -> None:
-    """Wait until something holds; fail after a while."""
     deadline = time.monotonic() + seconds
     while not condition():
         assert time.monotonic() < deadline, f"{condition} did not come true in {seconds} s"
@@ -75,7 +71,6 @@ def wait_for(condition: Callable[[], object], seconds: float = 120.0) -> None:
 
 
 def without_rights() -> None:
-    """Take from a process of root the right to pass over the permissions of files."""
     if os.geteuid() == 0:
         import ctypes
 
@@ -96,18 +91,15 @@ class Box:
         self._data = [*volts, *[2.5] * 10, *[0.0] * 38]
 
     def array(self, time_us: int) -> bytes:
-        """Return the volts at a time of the box."""
         return self._pack(
             self._names.MAVLink_debug_float_array_message(time_us, b"daq", 0, self._data)
         )
 
     def attitude(self, time_ms: int, *, old: bool = False) -> bytes:
-        """Return an attitude, as MAVLink 1 if `old`."""
         angles = (0.1, 0.2, 0.3, 0.0, 0.0, 0.0)
         return self._pack(self._names.MAVLink_attitude_message(time_ms, *angles), old=old)
 
     def pressure(self, time_ms: int) -> bytes:
-        """Return the air pressure."""
         return self._pack(self._names.MAVLink_scaled_pressure_message(time_ms, 980.0, 1.0, 1500))
 
     def _pack(self, message: object, *, old: bool = False) -> bytes:
@@ -117,12 +109,10 @@ class Box:
 
 
 def foreign(frame: bytes) -> bytes:
-    """Return a frame as another dialect would seal it: same id, another meaning."""
     body = frame[1:-2]
     return frame[:1] + body + pack("<H", mcrf4xx(body + b"\x63"))
 
 
 def unknown(sequence: int) -> bytes:
-    """Return a whole frame of an id that no dialect here knows."""
     body = bytes((9, 0, 0, sequence % 256, 1, 7)) + UNKNOWN_ID.to_bytes(3, "little") + b"123456789"
     return b"\xfd" + body + pack("<H", mcrf4xx(body + b"\x4d"))

@@ -1,7 +1,5 @@
 """Cues of flights with bad instruments or little known: what can be judged is, the rest is said."""
 
-from __future__ import annotations
-
 import math
 import shutil
 from collections.abc import Callable
@@ -26,20 +24,17 @@ FLOW = ("alpha", "beta", "dynamic_pressure", "static_pressure")
 
 
 def without(block: Block, *names: str) -> Block:
-    """Return a flight whose map knows nothing of some channels."""
     kept = [name for name in block.channels if name not in names]
     return part(block, 0, len(block), kept)
 
 
 def changed(block: Block, name: str, change: Callable[[np.ndarray], None]) -> Block:
-    """Return a flight with one channel changed in place by a function of its samples."""
     values = block.values.copy()
     change(values[:, block.channels.index(name)])
     return Block(channels=block.channels, times=block.times, values=values)
 
 
 def judged(block: Block, **known: object) -> CueGenerator:
-    """Return the cues of a whole flight; without the model's look ahead, which costs time."""
     cuts = range(0, len(block), 97)
     return feed(cueing(**{"model": None, **known}), block, cuts)
 
@@ -49,14 +44,12 @@ def states(cues: CueGenerator) -> set[str]:
 
 
 def said(cues: CueGenerator) -> str:
-    """Return all that is said of what can and cannot be judged."""
     snapshot = cues.snapshot()
     doubts = [words for verdict in cues.verdicts for words in verdict.judged_by]
     return "; ".join((*snapshot.limitations, *snapshot.judged_by, *doubts))
 
 
 def test_no_aircraft_no_model_no_cards() -> None:
-    """Trim, the input and hands off are cued by the usual figures, and that is said."""
     cues = judged(flown(), aircraft=None, cards=None)
     assert "go" in states(cues)
     assert len(cues.verdicts) == 1
@@ -66,16 +59,13 @@ def test_no_aircraft_no_model_no_cards() -> None:
 
 
 def test_no_aircraft_but_cards() -> None:
-    """The card tells what is wanted, in degrees: nobody knows the stick."""
     cues = judged(flown(), aircraft=None)
     picked = cues.snapshot().card
-    assert picked is not None
     assert picked.stick_text["de"].endswith("deg")
     assert cues.verdicts[0].card == "E1"
 
 
 def test_no_model() -> None:
-    """Verdicts by the card alone; no bounds are predicted, and that is said."""
     cues = judged(flown())
     assert cues.verdicts[0].result == "good"
     outlook = cues.snapshot().outlook
@@ -84,7 +74,6 @@ def test_no_model() -> None:
 
 
 def test_no_attitude() -> None:
-    """As the source's aircraft: rates and lateral acceleration serve, and it says so."""
     cues = judged(without(flown(), "phi", "theta", "psi"))
     assert "go" in states(cues)
     assert cues.verdicts[0].result == "good"
@@ -93,7 +82,6 @@ def test_no_attitude() -> None:
 
 
 def test_surfaces_uncalibrated() -> None:
-    """Inputs cannot be seen: trim is judged all the same."""
     cues = judged(without(flown(), *SURFACES))
     assert "go" in states(cues)
     assert cues.snapshot().unmeasured_surfaces == ("de", "da", "dr")
@@ -102,7 +90,6 @@ def test_surfaces_uncalibrated() -> None:
 
 
 def test_surfaces_uncalibrated_is_said(tmp_path: Path) -> None:
-    """A session knows which instruments give volts only, and the page can say so."""
     folder = FlightFolder.create(tmp_path / "flight")
     folder.store_cards(CARDS)
     record = Record(folder.path, flown())
@@ -118,14 +105,12 @@ def test_surfaces_uncalibrated_is_said(tmp_path: Path) -> None:
     )
     run_replay(session)
     cues = session.cues
-    assert cues is not None
     assert "not calibrated" in cues.limitations[0]
     assert "levator" in cues.limitations[0]
     session.close()
 
 
 def test_nose_sensors_missing() -> None:
-    """Flight B: no alpha, beta, airspeed. What is left is judged, and what is not is said."""
     cues = judged(without(flown(), *FLOW))
     assert "blind" not in {event.state for event in cues.log if event.time > 3.0}
     assert "speed" in said(cues)
@@ -134,7 +119,6 @@ def test_nose_sensors_missing() -> None:
 
 
 def test_no_rates_at_all_is_blind() -> None:
-    """Without gyros nobody can say that the aircraft is steady."""
     cues = judged(without(flown(), "p", "q", "r"))
     assert states(cues) == {"blind"}
     assert cues.snapshot().limitations
@@ -142,8 +126,6 @@ def test_no_rates_at_all_is_blind() -> None:
 
 @pytest.mark.parametrize("name", ["q", "de"])
 def test_stuck_in_flight(name: str) -> None:
-    """A channel that stands still from the first second: nothing crashes, no false verdict."""
-
     def stick(samples: np.ndarray) -> None:
         samples[400:] = samples[400]
 
@@ -155,7 +137,6 @@ def test_stuck_in_flight(name: str) -> None:
 
 @pytest.mark.parametrize("bad", [math.nan, 1e300])
 def test_numbers_that_are_none(bad: float) -> None:
-    """Bursts of what no instrument reads, in every channel in turn: the cues go on behind them."""
     block = flown()
     values = block.values.copy()
     for column in range(len(block.channels)):
@@ -168,7 +149,6 @@ def test_numbers_that_are_none(bad: float) -> None:
 
 
 def test_nothing_but_missing_samples() -> None:
-    """A link that brings rows without a number."""
     block = flown()
     empty = np.full_like(block.values, np.nan)
     cues = judged(Block(channels=block.channels, times=block.times, values=empty))
@@ -178,7 +158,6 @@ def test_nothing_but_missing_samples() -> None:
 
 
 def test_late_channels() -> None:
-    """The vanes come a second late, as over a bad link: the rows do not wait for them."""
     block = flown()
     quick = [name for name in block.channels if name not in ("alpha", "beta")]
     cues = cueing(model=None)
@@ -197,7 +176,6 @@ def test_late_channels() -> None:
 
 
 def test_an_empty_flight() -> None:
-    """Nothing ever comes."""
     cues = cueing()
     cues.process_step()
     cues.finish()

@@ -1,7 +1,5 @@
 """What the command line refuses, the window tells in a banner, and goes on."""
 
-from __future__ import annotations
-
 import random
 from collections.abc import Iterator
 from pathlib import Path
@@ -33,7 +31,6 @@ def told(window: MainWindow, *words: str) -> bool:
 def test_damaged_files_are_told_and_the_next_flight_opens(
     window: MainWindow, qtbot: QtBot, tmp_path: Path
 ) -> None:
-    """A flight.toml and a channel map with mistakes; then the window works as ever."""
     facts = prepare_flight_folder(tmp_path / "facts", channel_map="b777").path
     (facts / "flight.toml").write_text('takeoff_weigth = "3 lb"\n')
     window.flight_controller.flight_opener.open_flight(facts)
@@ -61,14 +58,13 @@ def test_a_log_of_nothing_is_no_flight(window: MainWindow, qtbot: QtBot, tmp_pat
 def test_a_recording_in_which_nothing_arrived_opens(
     window: MainWindow, qtbot: QtBot, tmp_path: Path
 ) -> None:
-    """It says so, and does not wait for more."""
     window.flight_controller.flight_opener.open_flight(
         prepare_flight_folder(tmp_path / "silent", channel_map="b777").path
     )
     until(qtbot, lambda: window.flight_controller.is_loaded)
     until(qtbot, lambda: told(window, "othing was recorded in this flight"))
     picture = window.crew.view_state()
-    assert picture.empty_text == "This flight holds no samples"
+    assert "no samples" in picture.empty_text
 
 
 def test_an_aircraft_with_mistakes_is_told_before_anything_is_made(

@@ -1,7 +1,5 @@
 """Ports that are taken or go away, through ``gsapp record`` as a process."""
 
-from __future__ import annotations
-
 import os
 import signal
 import socket
@@ -25,7 +23,6 @@ POSIX = pytest.mark.skipif(sys.platform == "win32", reason="no pseudo-terminals 
 def test_a_network_port_in_use(
     tmp_path: Path, kind: socket.SocketKind, link: str, protocol: str
 ) -> None:
-    """The sentence names the port; no folder is left behind."""
     with socket.socket(socket.AF_INET, kind) as taken:
         taken.bind(("127.0.0.1", 0))
         if kind == socket.SOCK_STREAM:
@@ -34,13 +31,12 @@ def test_a_network_port_in_use(
         sentence = refused(
             ("record", f"{link}:127.0.0.1:{port}", "--out", "flights/new"), cwd=tmp_path
         )
-    assert f"{protocol} port {port} is in use by another program" in sentence
-    assert "or choose another port" in sentence
+    assert f"{protocol} port {port}" in sentence
+    assert "another port" in sentence
 
 
 @POSIX
 def test_a_serial_port_in_use(tmp_path: Path) -> None:
-    """Another program has opened it for itself alone."""
     import serial
 
     master, slave = os.openpty()
