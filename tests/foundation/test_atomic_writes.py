@@ -1,7 +1,5 @@
 """A file is replaced whole or not at all."""
 
-from __future__ import annotations
-
 import os
 import sys
 import threading
@@ -101,7 +99,6 @@ def test_text_is_utf8_with_line_feeds_on_every_system(tmp_path: Path) -> None:
 def test_a_file_that_others_read_is_replaced_when_they_are_done(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """As on Windows, where nothing can take the place of a file that is open."""
     path = write_atomically(tmp_path / "file.txt", "before")
     replace, refusals = Path.replace, [PermissionError(13, "in use")] * 3
 
@@ -132,7 +129,6 @@ def test_a_file_open_in_another_thread_is_replaced_when_it_is_closed(tmp_path: P
 
 
 def test_a_folder_made_beside_its_place_is_open_like_any_other(tmp_path: Path) -> None:
-    """Without a mode set afterwards, which opens nothing on Windows."""
     place = tmp_path / "flight"
     (tmp_path / "usual").mkdir()
     made = [create_sibling_folder(place) for _ in range(3)]
@@ -170,7 +166,6 @@ def test_a_folder_appears_whole_or_not_at_all(tmp_path: Path) -> None:
 
 
 def test_what_a_system_lays_into_a_folder_is_not_ours(tmp_path: Path) -> None:
-    """A folder made in a file manager, or on a Mac, is as good as any; what else is there stays."""
     place = tmp_path / "one"
     place.mkdir()
     (place / ".DS_Store").touch()
@@ -193,8 +188,6 @@ def test_what_a_system_lays_into_a_folder_is_not_ours(tmp_path: Path) -> None:
 
 
 class Mac:
-    """Calls of the system as macOS has them, with a disk that may not know how to flush."""
-
     def __init__(self, fault: OSError | None = None) -> None:
         self.fault = fault
         self.calls: list[object] = []
@@ -251,7 +244,7 @@ def test_a_folder_that_cannot_be_read_is_not_an_empty_one(
         raise PermissionError(13, "Permission denied", str(path))
 
     monkeypatch.setattr(Path, "iterdir", refuse)
-    with pytest.raises(GroundStationError, match=r"kept cannot be read \(.*; check its perm"):
+    with pytest.raises(GroundStationError, match="check its perm"):
         list_files(tmp_path / "kept", "*.toml")
     assert list_files(tmp_path / "missing") == ()
 
@@ -259,5 +252,5 @@ def test_a_folder_that_cannot_be_read_is_not_an_empty_one(
 @pytest.mark.skipif(sys.platform == "win32", reason="links need rights of their own")
 def test_a_link_to_nothing_is_not_an_empty_folder(tmp_path: Path) -> None:
     (tmp_path / "link").symlink_to(tmp_path / "gone")
-    with pytest.raises(GroundStationError, match="is a link to a folder that is not there"):
+    with pytest.raises(GroundStationError, match="link to a folder"):
         list_files(tmp_path / "link")

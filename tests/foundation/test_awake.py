@@ -1,7 +1,5 @@
 """The computer is kept awake for as long as something must go on, and no longer."""
 
-from __future__ import annotations
-
 import os
 import signal
 import subprocess
@@ -29,7 +27,6 @@ echo over > "$HERE/over"
 
 @pytest.fixture
 def inhibitor(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """Return the folder in which a stand-in for the login manager's program writes."""
     program = tmp_path / "bin" / "systemd-inhibit"
     program.parent.mkdir()
     program.write_text(INHIBITOR)
@@ -47,7 +44,6 @@ def until(done: Callable[[], bool]) -> None:
 
 
 def test_the_login_manager_is_asked_and_let_go(inhibitor: Path) -> None:
-    """It hears who asks, and why; afterwards nothing is left running."""
     with inhibit_sleep("recording 2026-05-12-a"):
         until((inhibitor / "process").exists)
         until(lambda: bool((inhibitor / "process").read_text().strip()))
@@ -61,7 +57,6 @@ def test_the_login_manager_is_asked_and_let_go(inhibitor: Path) -> None:
 
 
 def test_it_is_let_go_however_the_process_ends(inhibitor: Path) -> None:
-    """A recorder that is killed leaves a computer that falls asleep again."""
     program = (
         "import time; from gsapp.foundation.sleep_inhibitor import inhibit_sleep\n"
         "with inhibit_sleep('recording'): time.sleep(60)"
@@ -76,7 +71,6 @@ def test_it_is_let_go_however_the_process_ends(inhibitor: Path) -> None:
 def test_nothing_happens_where_nobody_can_be_asked(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """No such program, or one that cannot be started: the record goes on all the same."""
     monkeypatch.setenv("PATH", str(tmp_path))
     with inhibit_sleep("recording"):
         pass

@@ -1,7 +1,5 @@
 """A process that is asked to end does so in time, whatever it waits for."""
 
-from __future__ import annotations
-
 import multiprocessing
 import signal
 import subprocess
@@ -28,7 +26,6 @@ def run(body: str, log: Path) -> subprocess.Popen[bytes]:
         f"    {body}\n"
     )
     child = subprocess.Popen([sys.executable, "-c", code, str(log)], stdout=subprocess.PIPE)
-    assert child.stdout is not None
     assert child.stdout.readline().strip() == b"ready"
     return child
 
@@ -63,7 +60,6 @@ def blocked(answer: Connection) -> None:
 
 
 def test_ctrl_c_does_not_reach_a_process_that_still_starts() -> None:
-    """Not even while it imports, where a handler of its own comes too late; the parent hears it."""
     context = multiprocessing.get_context("spawn")
     ours, theirs = context.Pipe()
     process = context.Process(target=blocked, args=(theirs,))

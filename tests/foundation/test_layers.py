@@ -1,7 +1,5 @@
 """Every part stands in the import contract, and the core runs without any graphics."""
 
-from __future__ import annotations
-
 import subprocess
 import sys
 import tomllib

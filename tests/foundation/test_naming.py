@@ -1,7 +1,5 @@
 """How names are listed, and how a slip is answered."""
 
-from __future__ import annotations
-
 import pytest
 
 from gsapp.foundation.name_suggestions import did_you_mean, format_names
@@ -16,7 +14,6 @@ def test_of_many_names_only_the_first_are_named(names: tuple[str, ...], text: st
 
 
 def test_a_slip_is_answered_by_what_is_near() -> None:
-    """The nearest first, and none that is as far as any other word."""
     known = ("alpha", "beta", "theta")
     assert did_you_mean("thetta", known) == "did you mean 'theta' or 'beta'?"
     assert did_you_mean("thetta", known, most=1) == "did you mean 'theta'?"

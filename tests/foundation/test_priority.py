@@ -1,7 +1,5 @@
 """Processes that work in the background yield to the window."""
 
-from __future__ import annotations
-
 import os
 import subprocess
 import sys
