@@ -1,7 +1,5 @@
 """The shipped aircraft is the source's; files with mistakes name all of them."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

@@ -1,7 +1,5 @@
 """Inertias from swings, against pendulums that are integrated as mechanics has them."""
 
-from __future__ import annotations
-
 import json
 import math
 from pathlib import Path
@@ -29,8 +27,6 @@ LB, FT, SLUG_FT2 = 4.4482216152605, 0.3048, 1.3558179483314
 
 
 def swing_period(acceleration, amplitude: float, longest: float) -> float:
-    """Return the time between first and third zero crossing of an integrated swing."""
-
     def crossing(_t: float, y: np.ndarray) -> float:
         return float(y[0])
 
@@ -103,7 +99,6 @@ def test_bifilar_pendulum_gives_back_the_inertia_of_an_integrated_swing(slanted:
 
 
 def test_offsets_of_the_bifilar_pendulum_are_taken_off() -> None:
-    """Turning about the combined CG, both bodies add mass times offset squared."""
     weight, cradle, apart = 46.7 * LB, 12.0 * LB, 0.05
     e_aircraft = apart * cradle / (weight + cradle)
     e_cradle = apart - e_aircraft
@@ -122,7 +117,6 @@ def test_offsets_of_the_bifilar_pendulum_are_taken_off() -> None:
 
 @pytest.mark.parametrize("nose_up", [0.3, -0.5])
 def test_product_of_inertia_from_a_tilted_swing(nose_up: float) -> None:
-    """The inertia about the vertical is that of the rotated tensor."""
     ixx, izz, ixz = 7.05, 9.45, 0.38
     tensor = np.array([[ixx, -ixz], [-ixz, izz]])
     # With the nose up the vertical lies toward the tail in body axes: (-sin, cos) in x, z.
@@ -153,7 +147,6 @@ pivot_to_cradle_cg = ["5.2 ft", "0.02 ft"]
 
 
 def written(folder: Path, text: str = FILE) -> Path:
-    """Write a file of swings."""
     path = folder / "swings.toml"
     path.write_text(text, encoding="utf-8")
     return path
@@ -165,7 +158,6 @@ def test_uncertainty_is_that_of_a_monte_carlo(tmp_path: Path) -> None:
     found = compute_inertia(swings)
     rng = np.random.default_rng(7)
     x = swings.x
-    assert x is not None
     drawn = []
     for _ in range(4000):
         weight, cradle, arm, cradle_arm, period, alone = (
@@ -209,20 +201,19 @@ def test_the_published_inertias_get_a_warning(tmp_path: Path) -> None:
 
 
 def test_mistakes_of_a_file_come_all_at_once(tmp_path: Path) -> None:
-    """Unit, key and sense mistakes are named with their key paths."""
     text = FILE.replace('"4.9 ft"', '"4.9 kg"').replace("cycles = 10", "cycles = 0\nperiod = 3")
     with pytest.raises(FileProblemsError) as caught:
         load_swings(written(tmp_path, text))
     message = str(caught.value)
     assert "x.pivot_to_cg" in message
     assert "x.cycles" in message
-    assert "x.period: is not a known key" in message
+    assert "x.period" in message
 
 
 def test_a_cradle_that_was_not_swung_alone_is_refused(tmp_path: Path) -> None:
     """Its inertia would silently count as the aircraft's."""
     text = "\n".join(line for line in FILE.splitlines() if "cradle_times" not in line)
-    with pytest.raises(FileProblemsError, match="was not swung alone"):
+    with pytest.raises(FileProblemsError, match="swung alone"):
         load_swings(written(tmp_path, text))
 
 

@@ -1,7 +1,5 @@
 """Weight and center of gravity from scales, and what they are worth."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
@@ -31,11 +29,7 @@ def loads_of(mass: float, cg: np.ndarray, pitch: float = 0.0, bank: float = 0.0)
     """
     # Up in body axes for a small pitch and bank, one after the other.
     up = np.array(
-        [
-            math.sin(pitch),
-            -math.cos(pitch) * math.sin(bank),
-            -math.cos(pitch) * math.cos(bank),
-        ]
+        [math.sin(pitch), -math.cos(pitch) * math.sin(bank), -math.cos(pitch) * math.cos(bank)]
     )
     names = list(WHEELS)
     columns = [np.concatenate((np.cross(WHEELS[name], up), [1.0])) for name in names]
@@ -53,7 +47,6 @@ def supports(loads: dict[str, float], std: float = 0.1) -> list[Support]:
 
 @pytest.mark.parametrize("tilt", [(0.0, 0.0), (3.0 * DEGREE, 0.0), (0.0, -2.0 * DEGREE)])
 def test_three_wheels_give_back_mass_and_place(tilt: tuple[float, float]) -> None:
-    """Any CG, also with the aircraft not quite level, when its height is known."""
     pitch, bank = tilt
     cg = np.array([0.02, -0.007, 0.03])
     found = cg_from_three_points(
@@ -70,7 +63,6 @@ def test_three_wheels_give_back_mass_and_place(tilt: tuple[float, float]) -> Non
 
 
 def test_two_axles_give_the_place_along_x_alone() -> None:
-    """Both main wheels on one scale; what was not measured says so."""
     loads = loads_of(20.0, np.array([-0.015, 0.0, 0.0]))
     main = 0.5 * (WHEELS["left"] + WHEELS["right"])
     found = cg_from_axles(
@@ -89,7 +81,6 @@ def test_two_axles_give_the_place_along_x_alone() -> None:
 
 
 def test_the_stated_uncertainty_is_the_scatter() -> None:
-    """Five hundred weighings with errors of scales, places and level scatter as stated."""
     random = np.random.default_rng(4)
     cg, pitch_std, place_std, load_std = np.array([0.01, 0.004, 0.0]), 0.009, 0.003, 0.3
     found, masses = [], []
@@ -116,7 +107,6 @@ def test_the_stated_uncertainty_is_the_scatter() -> None:
 
 
 def test_a_card_takes_the_axles_of_the_aircraft() -> None:
-    """Names stand for the places in the aircraft file; main is the middle of left and right."""
     whole = WeighingRecord.model_validate(
         {"loads": {"nose": "4.2 lb", "left": "21.2 lb", "right": "21.1 lb"}}
     )
@@ -137,9 +127,8 @@ def test_a_card_takes_the_axles_of_the_aircraft() -> None:
 
 
 def test_nonsense_is_told_in_a_sentence() -> None:
-    """Scales that carry nothing, wheels in one line, unknown axles, all mistakes of a card."""
     level = supports(loads_of(20.0, np.zeros(3)))
-    with pytest.raises(FlightError, match=r"'left' shows -3 N.*read it again"):
+    with pytest.raises(FlightError, match="'left' shows -3 N"):
         cg_from_axles(
             level[0], Support(name="left", position=(0.0, 0.0, 0.0), load=MeasuredValue(-3.0))
         )
@@ -153,11 +142,9 @@ def test_nonsense_is_told_in_a_sentence() -> None:
             Support(name="skid", position=(-0.08, 0.1, 0.3), load=MeasuredValue(9.0)),
         )
     record = WeighingRecord.model_validate({"loads": {"tail": "2 lb", "main": "44 lb"}})
-    with pytest.raises(FlightError, match=r"weighing\.loads\.tail.*\[axles\] of the aircraft"):
+    with pytest.raises(FlightError, match=r"weighing\.loads\.tail"):
         evaluate_weighing(record, B777.axles)
-    with pytest.raises(
-        ValueError, match=r"(?s)2 problems.*loads: nose carries nothing.*pitch: is "
-    ):
+    with pytest.raises(ValueError, match=r"(?s)loads: nose.*pitch"):
         validate_content(
             "flight.toml",
             {"loads": {"nose": "0 lb", "main": "9 lb"}, "pitch": "40 deg"},
