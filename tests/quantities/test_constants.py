@@ -1,7 +1,5 @@
 """The numbers that hold everywhere stand in one place, and agree with the table of units."""
 
-from __future__ import annotations
-
 import math
 import re
 from pathlib import Path
@@ -22,7 +20,6 @@ def test_they_agree_with_the_units_in_files() -> None:
 
 
 def test_no_other_module_writes_them_again() -> None:
-    """In code; what stands in a comment or a docstring explains."""
     root = Path(gsapp.__file__).parents[1]
     found = []
     for package in ("gsapp", "calibration", "ui"):

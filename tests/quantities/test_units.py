@@ -1,7 +1,5 @@
 """Units convert within their quantity only, by exact factors, and back again."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
@@ -55,7 +53,6 @@ def test_factors_are_those_of_the_definitions(key: str, unit: str, factor: float
 
 
 def test_pints_own_list_defines_every_unit_alike(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Against all of pint's units: value by value, offsets of temperatures too."""
     values = np.array([0.0, 1.0, -40.0, 1234.5])
     ours = {(key, unit): to_si(values, unit, key) for key, unit in UNITS}
     registry: pint.UnitRegistry[float] = pint.UnitRegistry(cache_folder=None)
@@ -98,7 +95,7 @@ def test_arrays_keep_their_gaps() -> None:
     ],
 )
 def test_units_of_other_quantities_are_errors(text: str, key: str) -> None:
-    with pytest.raises(UnitError, match=r"is not a unit of|no unit is not a unit"):
+    with pytest.raises(UnitError, match="not a unit"):
         normalize_unit(text, key)
 
 
@@ -128,7 +125,7 @@ def test_a_unit_that_will_not_do_is_named_beside_those_that_will() -> None:
         normalize_unit("kg", "ratio")
     with pytest.raises(UnitError, match=r"no unit.*\bm, ft\b"):
         normalize_unit(" ", "length")
-    with pytest.raises(UnknownNameError, match=r"no quantity is called 'lenght'.*length"):
+    with pytest.raises(UnknownNameError, match=r"'lenght'.*length"):
         normalize_unit("m", "lenght")
 
 
@@ -148,7 +145,6 @@ def test_digits_follow_the_precision_of_the_sensor() -> None:
 
 
 def test_another_unit_shows_no_digits_that_the_sensor_does_not_earn() -> None:
-    """The last digit is never much finer than the difference that the sensor tells."""
     assert [channel("V").decimals(unit) for unit in ("ft/s", "m/s")] == [1, 1]
     assert [channel("altitude").decimals(unit) for unit in ("ft", "m")] == [0, 0]
     for spec in CHANNELS.values():
