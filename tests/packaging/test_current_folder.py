@@ -1,7 +1,5 @@
 """Folders named like a package of the program lie where users work: `calibration/` holds theirs."""
 
-from __future__ import annotations
-
 import os
 import subprocess
 import sys
@@ -25,7 +23,6 @@ def run(*arguments: str | Path, folder: Path, **variables: str) -> subprocess.Co
 
 @pytest.fixture
 def certificates(tmp_path: Path) -> Path:
-    """Return a folder that holds plain ones with the names of the packages."""
     for name in NAMES:
         (tmp_path / name / "2026-05-12").mkdir(parents=True)
     return tmp_path
@@ -33,7 +30,6 @@ def certificates(tmp_path: Path) -> Path:
 
 @pytest.fixture
 def hostile(tmp_path: Path) -> Path:
-    """Return a folder that holds modules with the names of the packages."""
     (tmp_path / "calibration").mkdir()
     for name in ("calibration/__init__.py", "ui.py"):
         (tmp_path / name).write_text("raise ImportError('a file of the user')")
@@ -41,7 +37,6 @@ def hostile(tmp_path: Path) -> Path:
 
 
 def test_scripts_and_notebooks_import_the_program(certificates: Path) -> None:
-    """A notebook's kernel searches the current folder first, too."""
     done = run("-c", f"import sys; assert sys.path[0] == ''; {WHERE}", folder=certificates)
     assert done.stdout.splitlines() == OURS
 

@@ -1,7 +1,5 @@
 """The license is stated where tools look for it, and agrees with that of every dependency."""
 
-from __future__ import annotations
-
 import re
 from importlib.metadata import PackageNotFoundError, metadata
 from pathlib import Path
@@ -20,7 +18,6 @@ def locked(name: str) -> set[str]:
 
 
 def declared(package: str) -> str:
-    """Return the license as the package's metadata declares it."""
     about = metadata(package)
     text = about["License-Expression"] or about["License"] or ""
     if 0 < len(text) < 60 and "\n" not in text and not text.startswith("Copyright"):
@@ -41,7 +38,6 @@ def test_every_locked_package_is_listed_with_the_license_that_it_declares() -> N
 
 @pytest.mark.parametrize("package", sorted(locked("run.lock")))
 def test_nothing_that_runs_asks_more_than_the_readme_says(package: str) -> None:
-    """A license of the GPL family in a new dependency must be thought about, and told there."""
     copyleft = re.search("GPL|General Public|MPL|Mozilla|EUPL|CDDL|EPL", LISTED[package])
     assert (copyleft is not None) == (package in WEAK_COPYLEFT)
 

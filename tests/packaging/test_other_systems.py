@@ -1,7 +1,5 @@
 """The type check of the test command holds on the systems that this one is not."""
 
-from __future__ import annotations
-
 import subprocess
 import sys
 from pathlib import Path
@@ -14,7 +12,6 @@ PACKAGES = ("gsapp", "calibration")
 
 @pytest.mark.parametrize("platform", sorted({"linux", "darwin", "win32"} - {sys.platform}))
 def test_what_asks_for_the_system_has_its_types_right_on_all(tmp_path: Path, platform: str) -> None:
-    """Elsewhere other branches are read, and other names exist."""
     asking = [
         str(path)
         for package in PACKAGES
