@@ -99,9 +99,7 @@ def pipes_stay(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
 
 
 @pytest.fixture(scope="session")
-def flown_short(
-    tmp_path_factory: pytest.TempPathFactory,
-) -> Callable[[int], VirtualFlight]:
+def flown_short(tmp_path_factory: pytest.TempPathFactory) -> Callable[[int], VirtualFlight]:
     """Return what gives the short flight of a seed, flown once for all processes of a run."""
     from gsapp.foundation.file_lock import FileLock
     from gsapp.virtual.virtual_flight import simulate_flight
@@ -131,7 +129,6 @@ def flown_short(
 
 @pytest.fixture(scope="session")
 def qapp() -> QApplication:
-    """Return the application as the program makes it, which collects garbage by its event loop."""
     from ui.app import create_application
 
     return create_application()
@@ -139,7 +136,6 @@ def qapp() -> QApplication:
 
 @pytest.fixture(autouse=True)
 def _garbage_of_a_test() -> Iterator[None]:
-    """Destroy the windows of a test here, before a thread of another test comes upon them."""
     yield
     if not gc.isenabled():
         # What a test made is young as long as nothing collects by itself.
@@ -157,7 +153,6 @@ def _garbage_of_a_file() -> Iterator[None]:
 
 @pytest.fixture
 def shared_data() -> Path:
-    """Return the folder of real telemetry, where it is present; else skip, saying so."""
     named = os.environ.get("GSAPP_SHARED_DATA")
     folder = Path(named) if named else Path(__file__).parents[2] / "shared" / "data"
     if not folder.is_dir():
