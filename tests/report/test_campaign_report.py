@@ -116,8 +116,8 @@ def test_in_gusts_both_methods_stand_in_the_report() -> None:
     document = estimate_document(CampaignReportData(outcome=run, linear=LinearModelValidation()))
     said = words_of(document)
     assert "1 maneuver (M1)" in said
-    assert "Maneuver M1 of A" in said
-    assert "Maneuver M2 of A" not in said
+    assert "M1 of A flew in gusts" in said
+    assert "M2 of A flew in gusts" not in said
     (value,) = [one for one in compare_methods(run.result.results[0]) if one.name == "Cm_q"]
     assert value.equation_error is not None
     shown, bound = value.equation_error
