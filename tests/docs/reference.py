@@ -14,9 +14,12 @@ import typer
 
 from gsapp.cli._commands import LINKS
 from gsapp.cli.main import app
+from gsapp.decoding.channel_map import load_channel_map, shipped_channel_maps
 from gsapp.discrepancy.effect_catalog import all_effects
+from gsapp.foundation import errors
 from gsapp.quantities.channels import CHANNELS
 from gsapp.telemetry.link_kinds import BUILT_IN_KINDS
+from ui.commands import COMMANDS
 
 FOLDER = Path(__file__).parents[2] / "docs" / "reference"
 _MADE = "<!-- Made from the code by tests/docs/reference.py: change the code, not this page. -->"
@@ -106,12 +109,23 @@ def effects() -> str:
     """Return the page of all effects that a model may lack."""
     rows: dict[str, list[tuple[str, ...]]] = {}
     for record in all_effects():
+        values = (
+            f"`{one.name}={one.default:.4g}`{f' {one.unit}' if one.unit else ''}"
+            for one in record.parameters
+        )
         rows.setdefault(record.entry, []).append(
-            (f"`{record.id}`", record.title, f"`{record.equation}`",
-             ", ".join(f"`{one}`" for one in record.mistaken_for), record.separated_by)
+            (f"`{record.id}`", record.effect_class, record.title, f"`{record.equation}`",
+             ", ".join(values), ", ".join(f"`{one}`" for one in record.mistaken_for),
+             record.separated_by)
         )  # fmt: skip
-    head = ("id", "effect", "equation", "mistaken for", "separated by")
-    lines: list[str] = []
+    head = ("id", "class", "effect", "equation", "default", "mistaken for", "separated by")
+    lines: list[str] = [
+        "Effects that a linear model lacks: `gsapp discrepancy` finds them, `gsapp fly --hide` "
+        "adds them to the virtual aircraft, and `[[effects]]` adds them to a model file. Default values "
+        "are those of the B777 in SI units and radians. Class A: visible with all derivatives "
+        "free. Class B: visible in kinematics. Class C: visible against prior values only.",
+        "",
+    ]
     for entry, found in rows.items():
         lines += [f"## {entry[:1].upper()}{entry[1:]}", "", *_table(head, found)]
     return _page("Effects", *lines)
@@ -133,11 +147,55 @@ def links() -> str:
     )
 
 
+def messages() -> str:
+    """Return the page of the messages that the shipped maps read, and of the errors."""
+    lines: list[str] = [
+        "Fields that the shipped [channel maps](files.md#channel-map) read. *Estimated* channels "
+        "are computed by the autopilot. If several fields carry one channel, the lowest priority "
+        "counts first.",
+        "",
+    ]
+    for name in shipped_channel_maps():
+        found = load_channel_map(name)
+        head = ("source", "channel", "unit", "kind", "priority")
+        rows = sorted(
+            (f"`{one.source}`", f"`{one.channel}`", one.unit or "1",
+             f"certificate `{one.calibration}`" if one.calibration else one.kind,
+             str(one.priority))
+            for one in found.entries
+        )  # fmt: skip
+        lines += [f"## {name}", "", *_table(head, rows)]
+    kinds = [
+        (f"`{kind.__name__}`", (kind.__doc__ or "").split("\n")[0])
+        for kind in vars(errors).values()
+        if isinstance(kind, type) and issubclass(kind, errors.GroundStationError)
+    ]
+    lines += [
+        "## Errors", "", "Exceptions of `gsapp.foundation.errors`, all with a message for people.",
+        "", *_table(("exception", "meaning"), kinds),
+    ]  # fmt: skip
+    return _page("Messages", *lines)
+
+
+def keys() -> str:
+    """Return the page of all commands of the window with their keys."""
+    menus: dict[str, list[tuple[str, ...]]] = {}
+    for command in COMMANDS:
+        shortcuts = ", ".join(f"<kbd>{key}</kbd>" for key in command.shortcuts)
+        menus.setdefault(command.menu, []).append((command.text.rstrip("…"), shortcuts))
+    lines: list[str] = []
+    for menu, rows in menus.items():
+        lines += [f"## {menu}", "", *_table(("command", "keys"), rows)]
+    return _page("Window commands and keys", *lines)
+
+
 PAGES: dict[str, Callable[[], str]] = {
     "channels.md": channels,
     "commands.md": commands,
     "effects.md": effects,
     "links.md": links,
+    "keys.md": keys,
+    "messages.md": messages,
 }
 
 
