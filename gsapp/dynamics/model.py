@@ -42,7 +42,8 @@ class Effect(StrictModel):
     @classmethod
     def _known(cls, value: str) -> str:
         if value not in effect_ids():
-            hint = did_you_mean(value, effect_ids(), "docs/virtual-aircraft.md lists them", most=1)
+            lists = "'gsapp discrepancy --list' lists them"
+            hint = did_you_mean(value, effect_ids(), lists, most=1)
             raise ValueError(f"no effect is called '{value}'; {hint}")
         return value
 

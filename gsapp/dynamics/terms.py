@@ -357,6 +357,6 @@ def create_term(term_id: str, aircraft: Aircraft) -> Term:
     known = _registered()
     found = known.get(term_id)
     if found is None:
-        hint = did_you_mean(term_id, known, "docs/virtual-aircraft.md lists them")
+        hint = did_you_mean(term_id, known, "'gsapp discrepancy --list' lists them")
         raise UnknownNameError(f"no effect is called '{term_id}'; {hint}")
     return found.create(aircraft)

@@ -5,6 +5,7 @@ The tests compare the pages with what this module makes, so none of them can be 
 
 from __future__ import annotations
 
+import importlib
 import re
 from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
@@ -121,7 +122,7 @@ def effects() -> str:
     head = ("id", "class", "effect", "equation", "default", "mistaken for", "separated by")
     lines: list[str] = [
         "Effects that a linear model lacks: `gsapp discrepancy` finds them, `gsapp fly --hide` "
-        "adds them to the virtual aircraft, and `[[effects]]` adds them to a model file. Default values "
+        "adds them to the virtual aircraft, and `[[effects]]` to a model file. Default values "
         "are those of the B777 in SI units and radians. Class A: visible with all derivatives "
         "free. Class B: visible in kinematics. Class C: visible against prior values only.",
         "",
@@ -197,6 +198,19 @@ PAGES: dict[str, Callable[[], str]] = {
     "keys.md": keys,
     "messages.md": messages,
 }
+
+
+def is_defined(name: str) -> bool:
+    """Return whether a dotted name is a module, or what one holds."""
+    module, _, attribute = name.rpartition(".")
+    try:
+        importlib.import_module(name)
+    except ModuleNotFoundError:
+        try:
+            return bool(module) and hasattr(importlib.import_module(module), attribute)
+        except ModuleNotFoundError:
+            return False
+    return True
 
 
 if __name__ == "__main__":

@@ -137,7 +137,8 @@ def test_every_page_of_the_guide_opens_without_a_network(window: MainWindow) -> 
     window.commands.actions["guide"].trigger()
     (guide,) = window.findChildren(GuideWindow)
     assert guide.isVisible()
-    pages = [*folder.glob("*.md"), *folder.glob("reference/*.md")]
+    kinds = ("how-to", "reference", "explanation")
+    pages = [*folder.glob("*.md"), *(one for kind in kinds for one in folder.glob(f"{kind}/*.md"))]
     assert guide.pages.count() == len(guide_pages(folder)) == len(pages)
     for row in range(guide.pages.count()):
         guide.pages.setCurrentRow(row)
@@ -150,7 +151,7 @@ def test_the_license_opens_from_its_page(qtbot: QtBot, tmp_path: Path, installed
     folder = guide_folder()
     assert folder is not None
     if installed:
-        pages = [folder / "licenses.md", folder / "field-guide.md", folder.parent / "LICENSE"]
+        pages = [folder / "licenses.md", folder / "tutorial.md", folder.parent / "LICENSE"]
         folder = tmp_path / "gsapp"
         folder.mkdir()
         for page in pages:

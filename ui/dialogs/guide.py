@@ -17,7 +17,8 @@ from PySide6.QtWidgets import (
 
 from ui.display_style import DisplayStyle
 
-_FIRST = ("field-guide", "preflight", "pilot", "review", "virtual-aircraft")
+_KINDS = ("how-to", "reference", "explanation")
+"""Folders of pages, in the order of the list; the tutorial comes first."""
 
 
 def guide_folder() -> Path | None:
@@ -28,15 +29,15 @@ def guide_folder() -> Path | None:
     """
     above = Path(__file__).parents[2:]
     places = (above[0] / "docs", *(folder / "share/doc/gsapp" for folder in above))
-    return next((place for place in places if (place / f"{_FIRST[0]}.md").is_file()), None)
+    return next((place for place in places if (place / "tutorial.md").is_file()), None)
 
 
 def guide_pages(folder: Path) -> tuple[tuple[str, Path], ...]:
-    """Return title and file of each page, what is read at the field first."""
-    found = (*sorted(folder.glob("*.md")), *sorted(folder.glob("reference/*.md")))
-    files = {path.stem: path for path in found}
-    ordered = [*(name for name in _FIRST if name in files), *(n for n in files if n not in _FIRST)]
-    return tuple((_title(files[name]), files[name]) for name in ordered)
+    """Return title and file of each page: tutorial, how-to, reference, explanation, the rest."""
+    tutorial = folder / "tutorial.md"
+    kinds = (path for kind in _KINDS for path in sorted((folder / kind).glob("*.md")))
+    rest = (path for path in sorted(folder.glob("*.md")) if path != tutorial)
+    return tuple((_title(path), path) for path in (tutorial, *kinds, *rest))
 
 
 def _title(path: Path) -> str:

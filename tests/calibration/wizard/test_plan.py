@@ -131,11 +131,10 @@ def test_an_unknown_plan_names_those_that_there_are() -> None:
 
 def test_the_example_in_the_documentation_loads(tmp_path: Path) -> None:
     """The section of the page on files holds a complete plan."""
-    page = Path(__file__).parents[3] / "docs" / "files.md"
-    section = page.read_text(encoding="utf-8").split("### Calibration plan")[1].split("\n## ")[0]
-    lines = [line for line in section.splitlines() if line.startswith("    ") or not line]
+    page = Path(__file__).parents[3] / "docs" / "reference" / "files.md"
+    example = page.read_text(encoding="utf-8").split("```toml calibration-plan\n")[1]
     path = tmp_path / "plan.toml"
-    path.write_text("\n".join(line.removeprefix("    ") for line in lines), encoding="utf-8")
+    path.write_text(example.split("```")[0], encoding="utf-8")
     plan = load_calibration_plan(path)
     assert plan.channels == ("rudder", "r")
     assert plan["rudder"].setting_error == pytest.approx(0.15)
