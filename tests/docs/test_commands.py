@@ -11,6 +11,7 @@ import re
 import shlex
 import shutil
 import signal
+import socket
 import subprocess
 import sys
 import time
@@ -34,8 +35,12 @@ _BLOCK = re.compile(r"^ *```sh ?(\w*)\n(.*?)^ *```$", re.MULTILINE | re.DOTALL)
 
 
 def _blocks(page: Path) -> list[tuple[str, list[str]]]:
+    """Return kind and lines of the blocks to run, with a port that no other test uses."""
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+        probe.bind(("127.0.0.1", 0))
+        port = str(probe.getsockname()[1])
     return [
-        (kind, [line.strip() for line in text.splitlines()])
+        (kind, [line.strip().replace("14550", port) for line in text.splitlines()])
         for kind, text in _BLOCK.findall(page.read_text(encoding="utf-8"))
         if kind in ("", "background")
     ]
@@ -56,10 +61,12 @@ def _start(line: str) -> subprocess.Popen[str]:
         [sys.executable, "-m", "gsapp", *shlex.split(line)[1:]], stderr=subprocess.PIPE, text=True
     )
     assert process.stderr is not None
-    for said in process.stderr:
-        if "waiting for data" in said:
+    printed = ""
+    for text in process.stderr:
+        printed += text
+        if "waiting for data" in text:
             return process
-    raise AssertionError(f"{line} ended with {process.wait()}")
+    raise AssertionError(f"{line} ended with {process.wait()}\n{printed}")
 
 
 def _run_page(page: Path) -> None:
