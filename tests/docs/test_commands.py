@@ -56,17 +56,14 @@ def _run(line: str) -> None:
     assert result.exit_code == 0, f"{line}\n{result.output}\n{result.exception!r}"
 
 
-def _start(line: str) -> subprocess.Popen[str]:
-    process = subprocess.Popen(
-        [sys.executable, "-m", "gsapp", *shlex.split(line)[1:]], stderr=subprocess.PIPE, text=True
-    )
-    assert process.stderr is not None
-    printed = ""
-    for text in process.stderr:
-        printed += text
-        if "waiting for data" in text:
-            return process
-    raise AssertionError(f"{line} ended with {process.wait()}\n{printed}")
+def _start(line: str) -> subprocess.Popen[bytes]:
+    words = shlex.split(line)
+    process = subprocess.Popen([sys.executable, "-m", "gsapp", *words[1:]])
+    state = Path(words[words.index("--out") + 1]) / "recorder.json"
+    while not state.exists():
+        assert process.poll() is None, line
+        time.sleep(0.1)
+    return process
 
 
 def _run_page(page: Path) -> None:
