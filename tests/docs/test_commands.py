@@ -17,6 +17,7 @@ import sys
 import time
 from collections.abc import Iterator
 from pathlib import Path
+from typing import NamedTuple
 
 import pytest
 from typer.testing import CliRunner
@@ -26,79 +27,112 @@ from gsapp.dynamics.model import load_model
 
 ROOT = Path(__file__).parents[2]
 DOCS = ROOT / "docs"
-GUIDES = (
-    "field-day", "calibrate-and-check", "estimate-derivatives", "find-a-missing-effect",
-    "fly-the-virtual-aircraft",
+PAGES = (
+    "tutorial", "how-to/field-day", "how-to/calibrate-and-check", "how-to/estimate-derivatives",
+    "how-to/find-a-missing-effect", "how-to/fly-the-virtual-aircraft",
 )  # fmt: skip
-"""Pages of how-to that run, after the tutorial, whose flight they use."""
+"""In the order in which they use each other's flights."""
 _BLOCK = re.compile(r"^ *```sh ?(\w*)\n(.*?)^ *```$", re.MULTILINE | re.DOTALL)
 
-
-def _blocks(page: Path) -> list[tuple[str, list[str]]]:
-    """Return kind and lines of the blocks to run, with a port that no other test uses."""
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
-        probe.bind(("127.0.0.1", 0))
-        port = str(probe.getsockname()[1])
-    return [
-        (kind, [line.strip().replace("14550", port) for line in text.splitlines()])
-        for kind, text in _BLOCK.findall(page.read_text(encoding="utf-8"))
-        if kind in ("", "background")
-    ]
+pytestmark = pytest.mark.skipif(
+    sys.platform == "win32", reason="a console program there is not interrupted alone"
+)
 
 
-def _run(line: str) -> None:
-    words = shlex.split(line)
-    if words[0] == "cp":
-        shutil.copytree(words[2], words[3])
-        return
-    assert words[0] == "gsapp", line
-    result = CliRunner().invoke(app, words[1:])
-    assert result.exit_code == 0, f"{line}\n{result.output}\n{result.exception!r}"
+class Step(NamedTuple):
+    """One block of a page, with the command that runs beside it if there is one."""
+
+    page: str
+    lines: tuple[str, ...]
+    background: str = ""
 
 
-def _start(line: str) -> subprocess.Popen[bytes]:
-    words = shlex.split(line)
-    process = subprocess.Popen([sys.executable, "-m", "gsapp", *words[1:]])
-    state = Path(words[words.index("--out") + 1]) / "recorder.json"
-    while not state.exists():
-        assert process.poll() is None, line
-        time.sleep(0.1)
-    return process
+def _steps() -> Iterator[Step]:
+    for page in PAGES:
+        background = ""
+        for kind, text in _BLOCK.findall((DOCS / f"{page}.md").read_text(encoding="utf-8")):
+            lines = tuple(line.strip() for line in text.splitlines())
+            if kind == "background":
+                (background,) = lines
+            elif not kind:
+                yield Step(page, lines, background)
+                background = ""
 
 
-def _run_page(page: Path) -> None:
-    background = None
-    for kind, lines in _blocks(page):
-        if kind == "background":
-            (line,) = lines
-            background = _start(line)
-            continue
-        for line in lines:
-            _run(line)
-        if background is not None:
-            time.sleep(1.0)
-            background.send_signal(signal.SIGINT)
-            assert background.wait(timeout=60.0) == 0
-            background = None
+STEPS = tuple(_steps())
+
+
+class PageRunner:
+    """Runs steps in their order, each once."""
+
+    def __init__(self) -> None:
+        self._done = 0
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+            probe.bind(("127.0.0.1", 0))
+            self._port = str(probe.getsockname()[1])
+
+    def run_through(self, index: int) -> None:
+        """Run all steps up to one that did not run yet."""
+        while self._done <= index:
+            step = STEPS[self._done]
+            self._done = len(STEPS) + 1  # after a failure nothing runs
+            self._run(step)
+            self._done = STEPS.index(step) + 1
+        assert self._done <= len(STEPS), "an earlier command failed"
+
+    def _run(self, step: Step) -> None:
+        recorder = self._start(step.background) if step.background else None
+        try:
+            for line in step.lines:
+                self._run_line(line)
+        finally:
+            if recorder is not None:
+                time.sleep(1.0)
+                recorder.send_signal(signal.SIGINT)
+                assert recorder.wait(timeout=120.0) == 0
+
+    def _words(self, line: str) -> list[str]:
+        """Return a command's words, with a port that no other test uses."""
+        return shlex.split(line.replace("14550", self._port))
+
+    def _run_line(self, line: str) -> None:
+        words = self._words(line)
+        if words[0] == "cp":
+            shutil.copytree(words[2], words[3])
+            return
+        result = CliRunner().invoke(app, words[1:])
+        assert result.exit_code == 0, f"{line}\n{result.output}\n{result.exception!r}"
+
+    def _start(self, line: str) -> subprocess.Popen[bytes]:
+        words = self._words(line)
+        process = subprocess.Popen([sys.executable, "-m", "gsapp", *words[1:]])
+        state = Path(words[words.index("--out") + 1]) / "recorder.json"
+        while not state.exists():
+            assert process.poll() is None, line
+            time.sleep(0.1)
+        return process
 
 
 @pytest.fixture(scope="module")
-def clone(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
-    """Return a folder with what the pages use of a clone, after the tutorial."""
-    if sys.platform == "win32":
-        pytest.skip("a console program there is not interrupted alone")
+def pages(tmp_path_factory: pytest.TempPathFactory) -> Iterator[PageRunner]:
+    """Return a runner in a folder with what the pages use of a clone."""
     folder = tmp_path_factory.mktemp("clone")
     shutil.copytree(DOCS / "tutorial", folder / "docs" / "tutorial")
     shutil.copytree(ROOT / "calibration" / "files", folder / "calibration" / "files")
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(folder)
         patch.setenv("PYTHONPATH", str(ROOT))
-        _run_page(DOCS / "tutorial.md")
-        yield folder
+        yield PageRunner()
 
 
-def test_the_tutorial_gives_the_derivatives_that_it_shows(clone: Path) -> None:
-    estimates = json.loads((clone / "derivatives.json").read_text())["campaign"]
+@pytest.mark.parametrize("index", range(len(STEPS)), ids=lambda index: STEPS[index].page)
+def test_the_commands_run_in_the_order_shown(pages: PageRunner, index: int) -> None:
+    pages.run_through(index)
+
+
+def test_the_tutorial_gives_the_derivatives_that_it_shows(pages: PageRunner) -> None:
+    pages.run_through(max(n for n, step in enumerate(STEPS) if step.page == "tutorial"))
+    estimates = json.loads(Path("derivatives.json").read_text(encoding="utf-8"))["campaign"]
     text = (DOCS / "tutorial.md").read_text(encoding="utf-8")
     shown = re.findall(r"^\| `(\w+)` \| (\S+) \| (\S+) \| (\S+) \| (\S+) \|", text, re.MULTILINE)
     truth = load_model("b777").derivatives
@@ -107,18 +141,12 @@ def test_the_tutorial_gives_the_derivatives_that_it_shows(clone: Path) -> None:
         assert estimates[name]["mean"] == pytest.approx(float(mean), rel=5e-3)
         assert estimates[name]["std"] == pytest.approx(float(std), rel=0.1)
         assert truth[name] == pytest.approx(float(flown), rel=5e-3)
-    assert (clone / "results" / "report.html").is_file()
+    assert Path("results", "report.html").is_file()
 
 
-@pytest.mark.parametrize("name", GUIDES)
-def test_the_commands_of_the_guide_run(clone: Path, name: str) -> None:
-    page = DOCS / "how-to" / f"{name}.md"
-    assert _blocks(page)
-    _run_page(page)
-
-
-def test_the_guide_finds_the_effect_that_it_hid(clone: Path) -> None:
-    found = json.loads((clone / "missing" / "discrepancy.json").read_text())
+def test_the_guide_finds_the_effect_that_it_hid(pages: PageRunner) -> None:
+    pages.run_through(max(n for n, step in enumerate(STEPS) if step.page.endswith("effect")))
+    found = json.loads(Path("missing", "discrepancy.json").read_text(encoding="utf-8"))
     (effect,) = found["effects"]
     assert found["verdict"] == "effects-found"
     assert effect["effect"] == "propulsion.Cm.throttle"
