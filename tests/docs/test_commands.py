@@ -74,10 +74,10 @@ class PageRunner:
     def run_through(self, index: int) -> None:
         """Run all steps up to one that did not run yet."""
         while self._done <= index:
-            step = STEPS[self._done]
+            number = self._done
             self._done = len(STEPS) + 1  # after a failure nothing runs
-            self._run(step)
-            self._done = STEPS.index(step) + 1
+            self._run(STEPS[number])
+            self._done = number + 1
         assert self._done <= len(STEPS), "an earlier command failed"
 
     def _run(self, step: Step) -> None:
