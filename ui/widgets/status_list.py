@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from PySide6.QtCore import QModelIndex, QRect, QRectF, QSize, Qt, Signal
+from PySide6.QtCore import QModelIndex, QPersistentModelIndex, QRect, QRectF, QSize, Qt, Signal
 from PySide6.QtGui import QAction, QFont, QFontMetrics, QKeyEvent, QPainter, QPen, QResizeEvent
 from PySide6.QtWidgets import (
     QAbstractItemView,
@@ -191,7 +191,11 @@ class StatusListView(QListView):
         super().resizeEvent(event)
         self.scheduleDelayedItemsLayout()
 
-    def currentChanged(self, current: QModelIndex, previous: QModelIndex) -> None:
+    def currentChanged(
+        self,
+        current: QModelIndex | QPersistentModelIndex,
+        previous: QModelIndex | QPersistentModelIndex,
+    ) -> None:
         super().currentChanged(current, previous)
         if current.isValid():
             self.current_item_changed.emit(self.current_key)
@@ -225,7 +229,7 @@ class StatusListView(QListView):
     def current_key(self) -> str:
         """Return the key of the line that the keyboard is on; empty for none."""
         row = self.currentIndex().row()
-        return self.row_model.rows[row].key if 0 <= row < len(self.row_model.rows) else ""
+        return str(self.row_model.rows[row].key) if 0 <= row < len(self.row_model.rows) else ""
 
     def select_item(self, key: str) -> None:
         """Put the keyboard on a line, if it is there."""

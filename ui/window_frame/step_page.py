@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Literal
 
 from PySide6.QtCore import Signal
 from PySide6.QtGui import QAction, QHideEvent, QResizeEvent, QShowEvent
@@ -226,7 +226,7 @@ class MultiStepPage(WindowPage):
         The one on screen; empty before the first.
     """
 
-    prefix: ClassVar[str]
+    prefix: ClassVar[Literal["preflight", "review"]]
     setting: ClassVar[str]
     all_steps: ClassVar[tuple[PageStep, ...]]
     step_list_name: ClassVar[str]
