@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 import typer
 
+from gsapp.cli._commands import takes_settings
 from gsapp.cli._options import CalibrationName, FlightPath, JsonFile, MapName, Units
 
 FlightPaths = Annotated[
@@ -40,18 +41,6 @@ AsFound = Annotated[
 EveryGrade = Annotated[
     bool,
     typer.Option("--every-grade", help="Keep maneuvers graded unfit (D)"),
-]
-Method = Annotated[
-    Literal["ml", "ee", "ftr"],
-    typer.Option(help="Maximum likelihood, equation error, or Fourier transform regression"),
-]
-Axis = Annotated[
-    Literal["lon", "lat", "both"],
-    typer.Option(help="Use maneuvers of one axis only; both: each by the surfaces it moved"),
-]
-Joint = Annotated[
-    bool,
-    typer.Option("--joint", help="Fit all maneuvers of an axis together, too"),
 ]
 Dated = Annotated[
     bool,
@@ -143,89 +132,14 @@ def debrief(
     )  # fmt: skip
 
 
+@takes_settings()
 def estimate(
     flights: FlightPaths,
-    aircraft: AircraftName = None,
-    method: Method = "ml",
-    axis: Axis = "both",
-    six_degrees: Annotated[
-        bool, typer.Option("--six-degrees", help="Fit all six degrees of freedom together")
-    ] = False,
-    weights: Annotated[
-        str | None,
-        typer.Option(
-            metavar="FILE",
-            help="Weights of the responses, such as the shipped table-6.2.7; "
-            "by default the noise is estimated",
-        ),
-    ] = None,
-    hold: Annotated[
-        list[str] | None,
-        typer.Option(metavar="NAME=VALUE", help="Hold a derivative; repeatable"),
-    ] = None,
-    free: Annotated[
-        str | None,
-        typer.Option(metavar="NAME,..", help="Estimate these alone; the model's values elsewhere"),
-    ] = None,
-    prior: Annotated[
-        list[str] | None,
-        typer.Option(metavar="NAME=VALUE:STD", help="A-priori value; repeatable"),
-    ] = None,
-    stand_in: Annotated[
-        list[str] | None,
-        typer.Option(
-            metavar="NAME=VALUE", help="SI constant for what was not measured, as V=30; repeatable"
-        ),
-    ] = None,
-    states: Annotated[
-        str | None,
-        typer.Option(metavar="ID,..", help="Active states; the others come from measurement"),
-    ] = None,
-    responses: Annotated[
-        str | None,
-        typer.Option(metavar="ID,..", help="Responses compared with measurement"),
-    ] = None,
-    biases: Annotated[
-        str | None,
-        typer.Option(metavar="ID,..", help="Responses whose sensor bias is free"),
-    ] = None,
-    scales: Annotated[
-        str | None,
-        typer.Option(metavar="ID,..", help="Responses whose scale factor is free"),
-    ] = None,
-    shifts: Annotated[
-        str | None,
-        typer.Option(metavar="ID,..", help="Responses whose time shift is free"),
-    ] = None,
-    euler: Annotated[
-        bool, typer.Option("--euler", help="Integrate by Euler's rule, not Runge and Kutta's")
-    ] = False,
-    bound_factor: Annotated[
-        float | None,
-        typer.Option(
-            metavar="X",
-            help="Multiply the Cramer-Rao bounds in place of the correction for colored "
-            "residuals; the source: 10",
-        ),
-    ] = None,
-    joint: Joint = False,
-    model: Annotated[
-        str | None,
-        typer.Option(
-            metavar="FILE", help="Model: its effects are known, its values held where not free"
-        ),
-    ] = None,
-    maneuver: ManeuverList = None,
-    every_grade: EveryGrade = False,
-    as_found: AsFound = False,
-    channel_map: MapName = None,
-    calibration: CalibrationName = None,
+    euler: Annotated[bool, typer.Option("--euler", hidden=True)] = False,
     catalog: CatalogFile = None,
-    label: Annotated[
-        str, typer.Option(metavar="TEXT", help="What the run is called in the catalog")
-    ] = "",
     units: Units = "us",  # noqa: ARG001  acts in its callback
     json: JsonFile = None,
+    **settings: Any,
 ) -> None:
     """Estimate stability and control derivatives, with bounds.
 
@@ -241,16 +155,15 @@ def estimate(
     """
     from gsapp.cli import estimate as command
 
-    command.run(
-        flights=flights, aircraft=aircraft, method=method, axis=axis, six_degrees=six_degrees,
-        weights=weights, hold=hold or (), free=free, prior=prior or (), stand_in=stand_in or (),
-        states=states, responses=responses, biases=biases, scales=scales, shifts=shifts,
-        euler=euler, bound_factor=bound_factor, joint=joint, model=model,
-        maneuver=maneuver or (), every_grade=every_grade, as_found=as_found,
-        channel_map=channel_map, calibration=calibration, catalog=catalog, label=label, json=json,
-    )  # fmt: skip
+    if euler:
+        settings["integration"] = "euler"
+    command.run(flights=flights, catalog=catalog, json=json, **settings)
 
 
+@takes_settings(
+    "aircraft", "method", "axis", "weights", "model", "joint", "maneuver_windows", "every_grade",
+    "as_found", "channel_map", "calibration",
+)  # fmt: skip
 def report(
     flights: Annotated[
         list[Path],
@@ -270,25 +183,6 @@ def report(
             "CSV, MATLAB, JSON, model and linear models",
         ),
     ],
-    aircraft: AircraftName = None,
-    method: Method = "ml",
-    axis: Axis = "both",
-    weights: Annotated[
-        str | None,
-        typer.Option(metavar="FILE", help="Weights of the responses; by default the noise counts"),
-    ] = None,
-    model: Annotated[
-        str | None,
-        typer.Option(
-            metavar="FILE",
-            help="What was known before: its effects count, its values are drawn beside and held "
-            "where not free",
-        ),
-    ] = None,
-    joint: Joint = False,
-    maneuver: ManeuverList = None,
-    every_grade: EveryGrade = False,
-    as_found: AsFound = False,
     validate: Annotated[
         list[Path] | None,
         typer.Option(
@@ -299,9 +193,8 @@ def report(
     ] = None,
     units: Units = "us",  # noqa: ARG001  acts in its callback
     dated: Dated = True,
-    channel_map: MapName = None,
-    calibration: CalibrationName = None,
     json: JsonFile = None,
+    **settings: Any,
 ) -> None:
     """Write the report on one flight or a campaign.
 
@@ -314,10 +207,7 @@ def report(
     from gsapp.cli import report as command
 
     command.run(
-        flights=flights, out=out, aircraft=aircraft, method=method, axis=axis, weights=weights,
-        model=model, joint=joint, maneuver=maneuver or (), every_grade=every_grade,
-        as_found=as_found, dated=dated, channel_map=channel_map,
-        calibration=calibration, validate=validate or (), json=json,
+        flights=flights, out=out, dated=dated, validate=validate or (), json=json, **settings
     )  # fmt: skip
 
 

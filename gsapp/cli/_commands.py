@@ -6,6 +6,7 @@ the library that checks values (``Value error, ...``).
 
 from __future__ import annotations
 
+import inspect
 import re
 import sys
 from collections.abc import Callable, Iterator
@@ -15,6 +16,7 @@ from typing import Any
 
 import typer
 from typer.core import TyperCommand, TyperGroup
+from typer.models import CommandInfo
 
 _TYPE = re.compile(r" <(list\[)?\w+\]?>$")
 _CHOICE = re.compile(r"'(?P<typed>.*)' is not one of (?P<known>'.*')\.")
@@ -91,6 +93,53 @@ def _with_metavar(name: str) -> str:
     return f"{option} {_METAVARS[f'<{kind}']}" if f"<{kind}" in _METAVARS else name
 
 
+class _SettingsCommand(_Command):
+    """A command with options for settings, which are imported when the options are needed."""
+
+    _expands = False
+
+    def __init__(self, *arguments: Any, **options: Any) -> None:
+        super().__init__(*arguments, **options)
+        self._expands = True
+
+    @property
+    def params(self) -> list[Any]:
+        """Return all arguments and options."""
+        if self._expands:
+            from gsapp.cli._setting_options import with_setting_options
+
+            self._expands = False
+            function = with_setting_options(self.callback.__wrapped__)  # type: ignore[union-attr]
+            whole = typer.main.get_command_from_info(
+                CommandInfo(callback=function), pretty_exceptions_short=False, rich_markup_mode=None
+            )
+            self._params, self.callback = whole.params, whole.callback
+        return self._params
+
+    @params.setter
+    def params(self, params: list[Any]) -> None:
+        self._params = params
+
+
+def takes_settings(*names: str) -> Callable[[Callable[..., None]], Callable[..., None]]:
+    """Mark a function that takes settings of an estimation as further keywords.
+
+    Parameters
+    ----------
+    *names : str
+        Fields of `gsapp.identification.estimate_settings.EstimateSettings`; all by default.
+    """
+
+    def mark(function: Callable[..., None]) -> Callable[..., None]:
+        signature = inspect.signature(function, eval_str=True)
+        own = [one for one in signature.parameters.values() if one.kind is not one.VAR_KEYWORD]
+        function.setting_names = names  # type: ignore[attr-defined]
+        function.__signature__ = signature.replace(parameters=own)  # type: ignore[attr-defined]
+        return function
+
+    return mark
+
+
 class _Group(TyperGroup):
     """The commands together; a flight in the place of one is told how it opens."""
 
@@ -114,7 +163,12 @@ class CommandApp(typer.Typer):
 
     def command(self, name: str | None = None, **options: Any) -> Callable[..., Any]:
         """Return what makes a command of a function."""
-        return super().command(name, cls=_Command, **options)
+
+        def register(function: Callable[..., Any]) -> Callable[..., Any]:
+            kind = _SettingsCommand if hasattr(function, "setting_names") else _Command
+            return super(CommandApp, self).command(name, cls=kind, **options)(function)
+
+        return register
 
 
 @contextmanager

@@ -100,7 +100,7 @@ def print_trends(console: Console, found: Sequence[FlightTrend]) -> None:
     from rich.table import Table
 
     from gsapp.cli._tables import print_unwrapped
-    from gsapp.flight.cards.card import SURFACE_NAMES
+    from gsapp.quantities import SURFACE_NAMES
 
     table = Table(
         title="from flight to flight", title_justify="left", box=box.SIMPLE_HEAD, pad_edge=False
@@ -128,7 +128,7 @@ def print_trends(console: Console, found: Sequence[FlightTrend]) -> None:
 
 
 def _sizes(one: EvaluatedManeuver) -> str:
-    from gsapp.flight.cards.card import SURFACE_NAMES
+    from gsapp.quantities import SURFACE_NAMES
     from gsapp.quantities.constants import DEGREE
 
     wanted = {} if one.target_input is None else one.target_input.amplitudes

@@ -10,6 +10,9 @@ from typing import TYPE_CHECKING, Any
 
 from gsapp.cli._console import print_sentence
 from gsapp.cli._tables import print_unwrapped
+from gsapp.identification.axes import AXIS_TITLES
+from gsapp.identification.linear_models.signals import LINEAR_STATES, LinearAxis
+from gsapp.identification.methods import DEFAULT_METHOD, linear_model_title
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -17,14 +20,10 @@ if TYPE_CHECKING:
     from gsapp.dynamics.model import Model
     from gsapp.identification.linear_models.linear_model_files import PublishedErrors
     from gsapp.identification.linear_models.model_comparison import EvaluatedModel
-    from gsapp.identification.linear_models.signals import LinearAxis
     from gsapp.identification.maneuver import Maneuver
     from gsapp.identification.maneuver_extraction import FlightWithManeuvers
 
     Judged = dict[LinearAxis, dict[str, EvaluatedModel]]
-
-_TITLES = {"bls": "batch least squares", "subspace": "subspace + PEM", "ml": "ML, appendix A"}
-_AXES: dict[LinearAxis, str] = {"lon": "longitudinal", "lat": "lateral-directional"}
 
 
 def run(
@@ -84,7 +83,6 @@ def run(
         published_errors,
     )
     from gsapp.identification.maneuver_extraction import no_maneuvers_text
-    from gsapp.identification.maximum_likelihood import MLSettings
     from gsapp.identification.moment_reference import derivatives_about_flown_cg
 
     if any(is_same_path(one, validate) for one in flights):
@@ -113,9 +111,7 @@ def run(
     if not fitted:
         raise FlightError(f"no maneuver to fit models to: {no_maneuvers_text(every[:-1])}")
     with console.status("maximum likelihood"):
-        campaign = run_campaign(
-            fitted, CampaignSettings(likelihood=MLSettings(axis="lon", model=known))
-        )
+        campaign = run_campaign(fitted, CampaignSettings(known_model=known))
     # The models are those of the aircraft as it flew where they are judged.
     derivatives = derivatives_about_flown_cg(
         {name: one.mean for name, one in campaign.values.items()},
@@ -129,12 +125,12 @@ def run(
     ]
     found: Judged = {}
     true, _ = effective_records(fitted, known)
-    for axis in _AXES:
-        with console.status(f"{_AXES[axis]} models"):
+    for axis in LINEAR_STATES:
+        with console.status(f"{AXIS_TITLES[axis]} models"):
             try:
                 found[axis] = _compare(axis, true, other, known, derivatives, orders[axis])
             except FlightError as error:
-                reasons.append(f"no {_AXES[axis]} models: {error}")
+                reasons.append(f"no {AXIS_TITLES[axis]} models: {error}")
     if not found:
         raise FlightError(f"there are no linear models: {'; '.join(reasons)}")
     if json is not None:
@@ -197,7 +193,7 @@ def _save(folder: Path, found: Judged, flights: Sequence[str]) -> None:
             if name != "subspace":
                 save_linear_model(
                     one.model, folder / f"{name}-{axis}.toml",
-                    name=f"{_TITLES[name]}, {_AXES[axis]}",
+                    name=f"{linear_model_title(name, DEFAULT_METHOD)}, {AXIS_TITLES[axis]}",
                     source=f"fitted on {', '.join(flights)}",
                 )  # fmt: skip
 
@@ -238,7 +234,7 @@ def _describe(
     from rich.table import Table
 
     table = Table(
-        title=f"{_AXES[axis]}: RMS error over range in {flight}, %",
+        title=f"{AXIS_TITLES[axis]}: RMS error over range in {flight}, %",
         caption="whole flight; its maneuvers, each from its own start"
         + ("; the source's (tables 7.4.1, 7.4.2)" if published else ""),
         title_justify="left",
@@ -248,7 +244,7 @@ def _describe(
     )
     table.add_column("", no_wrap=True)
     for name in models:
-        table.add_column(_TITLES[name], justify="right")
+        table.add_column(linear_model_title(name, DEFAULT_METHOD), justify="right")
     first = next(iter(models.values()))
     for channel in first.rms_over_range_pct:
         table.add_row(
@@ -268,7 +264,9 @@ def _describe(
             for mode in one.model.modes()
         )
         remarks = f" ({'; '.join(one.remarks)})" if one.remarks else ""
-        print_sentence(console, f"{_TITLES[name]}{remarks}: {modes}  1/s")
+        print_sentence(
+            console, f"{linear_model_title(name, DEFAULT_METHOD)}{remarks}: {modes}  1/s"
+        )
 
 
 def _shown(value: float | None) -> str:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Any
 
 from gsapp.cli._console import print_sentence
 from gsapp.cli._options import DISPLAY_UNITS
@@ -19,20 +19,10 @@ def run(
     *,
     flights: Sequence[Path],
     out: Path,
-    aircraft: str | None = None,
-    method: Literal["ml", "ee", "ftr"] = "ml",
-    axis: Literal["lon", "lat", "both"] = "both",
-    weights: str | None = None,
-    model: str | None = None,
-    joint: bool = False,
-    maneuver: Sequence[str] = (),
-    every_grade: bool = False,
-    as_found: bool = False,
     dated: bool = True,
-    channel_map: str | None = None,
-    calibration: str | None = None,
     validate: Sequence[Path] = (),
     json: Path | None = None,
+    **settings: Any,
 ) -> None:
     """Estimate, and write the report.
 
@@ -43,21 +33,14 @@ def run(
     out : Path
         A folder for the report, its pictures and the results as files; or one ``.html`` or
         ``.pdf``.
-    aircraft, weights, model, channel_map, calibration : str, optional
-        As for ``gsapp estimate``.
-    method : {"ml", "ee", "ftr"}
-    axis : {"lon", "lat", "both"}
-    joint : bool
-    maneuver : sequence of str
-    every_grade : bool
-    as_found : bool
-        Leave out what was changed by hand.
     dated : bool
         Whether the report says when it was written.
     validate : sequence of Path
         Flights among them that linear models are judged on, and not fitted on.
     json : Path, optional
         Where the estimates and the names of what was written go, for programs.
+    **settings
+        Fields of `gsapp.identification.estimate_settings.EstimateSettings`.
 
     Raises
     ------
@@ -70,7 +53,6 @@ def run(
     from gsapp.cli._progress_bar import check_fitted, run_with_progress_bar
     from gsapp.cli._usage_errors import as_usage_error, check_windows
     from gsapp.flight.info import local_timestamp
-    from gsapp.identification.campaign import CampaignSettings
     from gsapp.identification.runs.flight_cache import FlightCache
     from gsapp.identification.runs.request import RunRequest
     from gsapp.identification.runs.run_execution import execute_run as estimate
@@ -84,21 +66,10 @@ def run(
     console = PlainConsole(stderr=is_stdout(json))
     paths = find_flights(flights)
     check_distinct_flights(paths)  # one may be named beside the folder that holds it
-    check_windows(maneuver, paths)
     with as_usage_error():
+        request = RunRequest(flights=paths, **settings)
         validation_flight_numbers(paths, validate)
-    request = RunRequest(
-        flights=paths,
-        settings=CampaignSettings(method=method, axis=axis, joint=joint),
-        aircraft=aircraft or "",
-        calibration=calibration or "",
-        channel_map=channel_map or "",
-        given=tuple(maneuver),
-        every_grade=every_grade,
-        as_found=as_found,
-        weights=weights or "",
-        model=model or "",
-    )
+    check_windows(request.maneuver_windows, paths)
     shelf = FlightCache()
 
     def work(

@@ -12,6 +12,7 @@ import numpy as np
 from scipy.signal import lfilter
 
 from gsapp.discrepancy.candidates import TRIAL_TIME_CONSTANT, CandidateEffect, ColumnBuilder
+from gsapp.dynamics.buildup import LATERAL_COEFFICIENTS
 from gsapp.dynamics.signal_terms import apply_lag
 from gsapp.dynamics.terms import COEFFICIENTS
 from gsapp.identification.filter_error.motion_linearization import Linearization
@@ -47,7 +48,7 @@ def unnamed_candidates(
     taken = {_sorted_name(one.id.partition(".")[2]) for one in named}
     found = []
     for target in COEFFICIENTS:
-        lateral = target in ("CY", "Cl", "Cn")
+        lateral = target in LATERAL_COEFFICIENTS
         for factors in _products(lateral, throttle=throttle, flap=flap):
             name = _product_name(factors)
             if _sorted_name(f"{target}.{name}") not in taken:

@@ -8,7 +8,11 @@ LONGITUDINAL_VARIABLES = {"alpha": "alpha", "q": "q_hat", "de": "de"}
 LATERAL_VARIABLES = {"beta": "beta", "p": "p_hat", "r": "r_hat", "da": "da", "dr": "dr"}
 """Suffix of the derivative: variable that it multiplies."""
 
+LONGITUDINAL_COEFFICIENTS = ("CN", "CA", "Cm")
+LATERAL_COEFFICIENTS = ("CY", "Cl", "Cn")
 COEFFICIENT_TITLES = {
+    "CX": "force along x",
+    "CZ": "force along z",
     "CN": "normal force",
     "CA": "axial force",
     "CY": "side force",
@@ -20,7 +24,7 @@ COEFFICIENT_TITLES = {
 
 def linear_variables(coefficient: str) -> dict[str, str]:
     """Return suffix -> variable of the linear terms of one coefficient."""
-    return LONGITUDINAL_VARIABLES if coefficient in ("CN", "CA", "Cm") else LATERAL_VARIABLES
+    return LONGITUDINAL_VARIABLES if coefficient in LONGITUDINAL_COEFFICIENTS else LATERAL_VARIABLES
 
 
 def derivative_names() -> tuple[str, ...]:

@@ -36,14 +36,14 @@ import numpy as np
 from gsapp.dynamics.arithmetic import Value, clip, where
 from gsapp.dynamics.terms import Term, TermJacobian, Values
 from gsapp.foundation import FlightError
-from gsapp.quantities import FloatArray
+from gsapp.quantities import SURFACE_NAMES, FloatArray
 
 MIN_TIME_CONSTANT = 5e-3
 """Time constants below this (s) act as this in the continuous form."""
 EDGE_ROUNDING_TIME = 0.01
 """Time (s) in which the continuous form of an edge is rounded."""
 
-SURFACE_CHANNELS = {"elevator": "de", "aileron": "da", "rudder": "dr", "flap": "flap"}
+SURFACE_CHANNELS = {**{name: channel for channel, name in SURFACE_NAMES.items()}, "flap": "flap"}
 """Name in effect ids: channel."""
 MOTION_CHANNELS = ("alpha", "beta", "V", "p", "q", "r", "ax", "ay", "an", "phi", "theta", "qbar")
 """Measured channels that the equations predict."""

@@ -27,6 +27,7 @@ from gsapp.dynamics.atmosphere import (
     Wind,
     pressure_altitude,
 )
+from gsapp.dynamics.buildup import LONGITUDINAL_COEFFICIENTS
 from gsapp.dynamics.equations import (
     POLAR_STATES,
     Loads,
@@ -112,7 +113,9 @@ def stall_terms(aircraft: Aircraft, model: Model) -> tuple[Term, ...]:
     The lift departs with a slope a little steeper than that of the linear model, so that the
     normal force levels off and falls slowly: 61 ft/s for the shipped B777.
     """
-    terms = tuple(create_term(f"aero.{target}.stall", aircraft) for target in ("CN", "CA", "Cm"))
+    terms = tuple(
+        create_term(f"aero.{target}.stall", aircraft) for target in LONGITUDINAL_COEFFICIENTS
+    )
     lift = terms[0]
     slope = replace(lift.parameters[0], default=-1.04 * model.derivative("CN_alpha"))
     return (replace(lift, parameters=(slope, *lift.parameters[1:])), *terms[1:])

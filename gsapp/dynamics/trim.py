@@ -15,7 +15,7 @@ from gsapp.dynamics.equations import PolarState, polar_rates
 from gsapp.dynamics.flight_model import MODEL_INPUTS, FlightModel
 from gsapp.dynamics.model import Model
 from gsapp.foundation import FlightError
-from gsapp.quantities import FloatArray
+from gsapp.quantities import SURFACE_NAMES, FloatArray
 from gsapp.quantities.constants import DEGREE, GRAVITY
 
 
@@ -214,7 +214,7 @@ def _check_limits(model: FlightModel, state: Sequence[float], inputs: Sequence[f
             f"it needs less than no throttle ({100.0 * throttle:.0f} %): the descent is too "
             "steep, or CA is too small"
         )
-    for name, surface in (("de", "elevator"), ("da", "aileron"), ("dr", "rudder")):
+    for name, surface in SURFACE_NAMES.items():
         low, high = getattr(aircraft.controls, name).travel
         if not low <= controls[name] <= high:
             found.append(

@@ -7,18 +7,27 @@ the rudder, a rudder maneuver all but those of the ailerons, a combined one all.
 
 from __future__ import annotations
 
-from collections.abc import Collection
-from typing import Literal
+from collections.abc import Collection, Mapping
+from typing import Final, Literal
 
-from gsapp.dynamics.buildup import linear_variables
+from gsapp.dynamics.buildup import (
+    LATERAL_COEFFICIENTS,
+    LONGITUDINAL_COEFFICIENTS,
+    linear_variables,
+)
 
 Axis = Literal["lon", "lat", "both"]
-"""Longitudinal, lateral-directional, or six degrees of freedom."""
+
+AXIS_TITLES: Final[Mapping[str, str]] = {
+    "lon": "longitudinal",
+    "lat": "lateral-directional",
+    "both": "six degrees of freedom",
+}
 
 AXIS_COEFFICIENTS: dict[Axis, tuple[str, ...]] = {
-    "lon": ("CN", "CA", "Cm"),
-    "lat": ("CY", "Cl", "Cn"),
-    "both": ("CN", "CA", "Cm", "CY", "Cl", "Cn"),
+    "lon": LONGITUDINAL_COEFFICIENTS,
+    "lat": LATERAL_COEFFICIENTS,
+    "both": (*LONGITUDINAL_COEFFICIENTS, *LATERAL_COEFFICIENTS),
 }
 AXIS_STATES: dict[Axis, tuple[str, ...]] = {
     "lon": ("alpha", "q"),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass
 from typing import Any
 
 from gsapp.flight.catalog import EstimationRun, StoredEstimate
@@ -42,7 +42,7 @@ def catalog_runs(
         Number of the run that they belong to.
     """
     settings = settings_json(result.settings)
-    model = result.settings.model
+    model = result.settings.known_model
     estimates = [one.estimate for one in result.results if one.estimate is not None]
     return tuple(
         EstimationRun(
@@ -86,6 +86,6 @@ def _finite_or_none(figures: Mapping[str, float]) -> dict[str, float | None]:
 
 def settings_json(settings: CampaignSettings) -> dict[str, Any]:
     """Return settings as JSON can hold them; the model by its name."""
-    content = asdict(replace(settings, likelihood=replace(settings.likelihood, model=None)))
-    content["model"] = None if settings.model is None else settings.model.name
-    return content
+    model = settings.known_model
+    content = settings.model_dump(mode="json", exclude={"known_model"})
+    return {**content, "model": None if model is None else model.name}

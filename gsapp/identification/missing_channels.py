@@ -16,7 +16,7 @@ import numpy as np
 from gsapp.identification.maneuver import Maneuver
 from gsapp.identification.motion import CRUISE_OVER_STALL
 from gsapp.identification.results import DerivativeEstimate, Estimate
-from gsapp.quantities import FloatArray
+from gsapp.quantities import FloatArray, name_in_text
 from gsapp.quantities.constants import DEGREE
 
 _TRIM_DURATION: Final = 1.0
@@ -25,7 +25,6 @@ _DEFAULT_SPREAD: Final = 0.1
 """Share of the speed by which a guess from the stall speed is uncertain."""
 _PRIOR_WEIGHT: Final = 2.0
 """How many maneuvers such a guess of the spread is worth: two that happen to agree prove little."""
-_VARIABLE_TEXT: Final = {"V": "airspeed", "alpha": "angle of attack"}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -137,7 +136,7 @@ def widen_bounds(
     for place, name in enumerate(names):
         derivatives[name] = replace(derivatives[name], std=float(np.sqrt(covariance[place, place])))
     said = (
-        f"the bounds allow for {_std_text(name, one)} of error in the {_VARIABLE_TEXT[name]} "
+        f"the bounds allow for {_std_text(name, one)} of error in the {name_in_text(name)} "
         "that stands in"
         for name, one in assumed.items()
     )

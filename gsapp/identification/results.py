@@ -9,7 +9,6 @@ from typing import Literal
 from gsapp.identification.axes import Axis
 from gsapp.quantities import FloatArray
 
-EstimationMethod = Literal["ml", "ee", "ftr"]
 DerivativeStatus = Literal["estimated", "held", "unknown", "not-identifiable"]
 """``unknown``: no excitation; ``not-identifiable``: cannot be told apart from others."""
 
@@ -93,7 +92,8 @@ class Estimate:
 
     Attributes
     ----------
-    method : {"ml", "ee", "ftr"}
+    method : str
+        Id of an `EstimationMethod`.
     axis : {"lon", "lat", "both"}
     maneuvers : tuple of str
         Ids.
@@ -120,7 +120,7 @@ class Estimate:
         Ids of the maneuvers in whose residuals gusts were found; the warnings say more.
     """
 
-    method: EstimationMethod
+    method: str
     axis: Axis
     maneuvers: tuple[str, ...]
     derivatives: Mapping[str, DerivativeEstimate]

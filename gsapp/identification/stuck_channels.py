@@ -18,6 +18,7 @@ from gsapp.identification.deflections import COMMAND_CHANNELS
 from gsapp.identification.derivative_signs import suspicious_signs
 from gsapp.identification.maneuver import Maneuver
 from gsapp.identification.results import DerivativeEstimate, Estimate
+from gsapp.quantities import SURFACE_NAMES
 
 MIN_MANEUVER_SAMPLES: Final = 40
 """That a maneuver must hold: fewer than the unknowns can be told from."""
@@ -27,7 +28,6 @@ _EXCITED_STATES: Final[Mapping[Axis, tuple[str, ...]]] = {
     "both": ("alpha", "q", "beta", "p", "r"),
 }
 """What an input of each axis must move."""
-_SURFACE_TEXT: Final = {"de": "elevator", "da": "ailerons", "dr": "rudder"}
 
 
 def check_sample_count(maneuver: Maneuver) -> None:
@@ -179,7 +179,7 @@ def unmeasured_surfaces(
         if not maneuver.has(name):
             yield (
                 name,
-                f"the {_SURFACE_TEXT[name]} ({name}) was not "
+                f"the {SURFACE_NAMES[name]} ({name}) was not "
                 f"measured{_command_only_hint(maneuver, name)}",
             )
         elif _is_stuck(maneuver, name) and kinds[name] == "position":

@@ -6,9 +6,11 @@ from gsapp.quantities.channels import (
     CIRCULAR_CHANNELS,
     INSTRUMENTS,
     STEPWISE_CHANNELS,
+    SURFACE_NAMES,
     ChannelSpec,
     base_id,
     channel,
+    name_in_text,
 )
 from gsapp.quantities.notation import (
     TRACE_COLORS,
@@ -36,6 +38,7 @@ __all__ = [
     "INSTRUMENTS",
     "QUANTITIES",
     "STEPWISE_CHANNELS",
+    "SURFACE_NAMES",
     "TRACE_COLORS",
     "Block",
     "BoolArray",
@@ -48,6 +51,7 @@ __all__ = [
     "convert_text_units",
     "convert_value_and_std",
     "from_si",
+    "name_in_text",
     "normalize_unit",
     "parse_quantity",
     "symbol_markup",

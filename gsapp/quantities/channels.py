@@ -214,6 +214,16 @@ def _table() -> list[ChannelSpec]:
 CHANNELS: dict[str, ChannelSpec] = {spec.id: spec for spec in _table()}
 """Every channel by its id, in the order in which they are listed."""
 
+_SHORT_NAMES: Final = {"beta": "sideslip", "V": "airspeed"}
+
+
+def name_in_text(channel_id: str) -> str:
+    """Return the name of a channel within a sentence: ``angle of attack``, ``elevator``."""
+    return _SHORT_NAMES.get(channel_id) or CHANNELS[channel_id].title.lower()
+
+
+SURFACE_NAMES: Final = {name: name_in_text(name) for name in ("de", "da", "dr")}
+"""Control surfaces by channel."""
 CIRCULAR_CHANNELS: Final = frozenset({"phi", "psi", "track", "longitude"})
 """Angles that begin anew after a turn: between two samples they take the short way."""
 STEPWISE_CHANNELS: Final = frozenset({"rate_switch", "gear", "gps_satellites"})

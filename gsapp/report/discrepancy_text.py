@@ -30,7 +30,6 @@ HEADLINES = {
 }
 """What each verdict means, as a sentence."""
 
-_COEFFICIENTS = {**COEFFICIENT_TITLES, "CX": "force along x", "CZ": "force along z"}
 _CLASSES = {
     "A": "seen even when all derivatives are free",
     "B": "seen by kinematics",
@@ -40,7 +39,7 @@ _CLASSES = {
 
 def coefficient_label(coefficient: str) -> str:
     """Return "pitching moment (Cm)"."""
-    words = _COEFFICIENTS.get(coefficient)
+    words = COEFFICIENT_TITLES.get(coefficient)
     return f"{words} ({coefficient})" if words else coefficient
 
 

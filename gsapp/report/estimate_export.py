@@ -16,12 +16,12 @@ from gsapp.dynamics.model import Model, format_model
 from gsapp.identification.campaign import CampaignResult
 from gsapp.identification.estimate_json import campaign_json, value_json
 from gsapp.identification.linear_models.linear_model_files import linear_model_text
-from gsapp.identification.linear_models.signals import LinearAxis
+from gsapp.identification.linear_models.signals import LINEAR_STATES, LinearAxis
 from gsapp.identification.runs.outcome import RunOutcome
 from gsapp.identification.summary import CONDITIONS, CampaignSummary
 from gsapp.identification.summary.linear_model_validation import LinearModelValidation
 from gsapp.quantities import channel
-from gsapp.report.linear_text import AXIS_TITLES, comparison_json
+from gsapp.report.linear_text import comparison_json
 
 FILE_TITLES: Final[Mapping[str, str]] = {
     "derivatives.csv": "Derivatives (CSV)",
@@ -45,7 +45,7 @@ def file_names(outcome: RunOutcome, linear: LinearModelValidation | None = None)
     linear : LinearModelValidation, optional
         Without it there is no file of it.
     """
-    lacking = {f"linear-{axis}.toml" for axis in AXIS_TITLES if axis not in outcome.models}
+    lacking = {f"linear-{axis}.toml" for axis in LINEAR_STATES if axis not in outcome.models}
     if not outcome.summary.derivatives:
         lacking.add("model.toml")
     if linear is None:
@@ -208,7 +208,7 @@ def _model(result: CampaignResult, summary: CampaignSummary, aircraft: str, flig
     means = {name: one.value.mean for name, one in summary.derivatives.items()}
     name = f"{aircraft}, estimated"
     source = f"means over {flights}"
-    before = result.settings.model
+    before = result.settings.known_model
     if before is None:
         known = {name for name in means if "." not in name}
         return Model(

@@ -21,8 +21,7 @@ def campaign_provenance(outcome: RunOutcome) -> Provenance:
     """
     request = outcome.request
     settings = describe_settings(
-        replace(
-            request,
+        request.with_changes(
             aircraft=_name(request.aircraft),
             channel_map=_name(request.channel_map),
             calibration=_name(request.calibration),
@@ -31,7 +30,8 @@ def campaign_provenance(outcome: RunOutcome) -> Provenance:
     return Provenance(
         inputs=tuple(replace(one, name=_name(one.name)) for one in outcome.inputs),
         settings={
-            "maneuvers": ", ".join(request.given) or "as found, with what was changed by hand",
+            "maneuvers": ", ".join(request.maneuver_windows)
+            or "as found, with what was changed by hand",
             **settings,
         },
         versions=outcome.versions,

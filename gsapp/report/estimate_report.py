@@ -13,9 +13,10 @@ from typing import Final, Literal
 import numpy as np
 
 from gsapp.foundation import FlightError
+from gsapp.identification.axes import AXIS_TITLES
 from gsapp.identification.campaign import CampaignResult, ManeuverResult
+from gsapp.identification.methods import estimation_method
 from gsapp.identification.runs.outcome import RunOutcome
-from gsapp.identification.runs.settings_text import METHOD_TEXT
 from gsapp.identification.summary import CONDITIONS, CampaignSummary
 from gsapp.identification.summary.mode_uncertainty import (
     ModeUncertainty,
@@ -56,7 +57,6 @@ from gsapp.report.gust_text import (
     method_comparison_table,
 )
 from gsapp.report.linear_report import LinearModelValidation, linear_section
-from gsapp.report.linear_text import AXIS_TITLES
 from gsapp.report.mode_figures import modes_figure, modes_table
 from gsapp.report.online_figures import online_estimates_figure
 from gsapp.report.provenance import provenance_section
@@ -149,7 +149,7 @@ def estimate_document(
         facts=(
             ("Flights", ", ".join(flights)),
             ("Maneuvers", str(len(outcome.result.results))),
-            ("Method", METHOD_TEXT[outcome.result.settings.method]),
+            ("Method", estimation_method(outcome.result.settings.method).title),
         ),
         sections=tuple(one for one in sections if one.parts),
     )

@@ -43,7 +43,7 @@ def estimate_headline(summary: CampaignSummary, result: CampaignResult) -> str:
 
 def prior_values(result: CampaignResult) -> dict[str, float]:
     """Return the derivatives that were known before: those of the model, where one was given."""
-    model = result.settings.model
+    model = result.settings.known_model
     return {} if model is None else dict(model.derivatives)
 
 

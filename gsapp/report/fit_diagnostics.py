@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import replace
 from typing import Final
 
 import numpy as np
 
-from gsapp.identification.axes import Axis
+from gsapp.identification.axes import AXIS_TITLES
 from gsapp.identification.campaign import CampaignResult
 from gsapp.identification.results import Estimate
 from gsapp.report.document import DocumentPart, DocumentSection, DocumentTable
@@ -22,11 +21,6 @@ from gsapp.report.residual_text import RESIDUAL_COLUMNS, residual_rows
 
 _MOST_PAIRS: Final = 20
 """Pairs of derivatives that are listed as hardly told apart."""
-_AXIS_TEXT: Final[Mapping[Axis, str]] = {
-    "lon": "longitudinal",
-    "lat": "lateral",
-    "both": "six degrees of freedom",
-}
 
 
 def fit_diagnostics_section(result: CampaignResult) -> DocumentSection:
@@ -67,7 +61,7 @@ def _typical_fits(result: CampaignResult) -> list[tuple[Estimate, str]]:
     """Return the fit of all maneuvers together, or the best single one, of each axis."""
     if result.joint:
         return [
-            (one, f"{len(one.maneuvers)} maneuvers together ({_AXIS_TEXT[one.axis]})")
+            (one, f"{len(one.maneuvers)} maneuvers together ({AXIS_TITLES[one.axis]})")
             for one in result.joint
         ]
     best: dict[str, tuple[float, Estimate, str]] = {}

@@ -13,7 +13,8 @@ from matplotlib.figure import FigureBase
 from matplotlib.lines import Line2D
 
 from gsapp.identification.campaign import ManeuverResult
-from gsapp.identification.results import EstimationMethod, ResponseHistory
+from gsapp.identification.methods import compares_coefficients, estimation_method
+from gsapp.identification.results import ResponseHistory
 from gsapp.quantities import FloatArray
 from gsapp.report.document import MAX_FIGURE_HEIGHT, DocumentFigure, DocumentTable, set_margins
 from gsapp.report.palette import PRINT_PALETTE, Palette
@@ -29,20 +30,12 @@ from gsapp.report.plot_elements import (
 )
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Sequence
 
     from matplotlib.axes import Axes
 
 _ROW_HEIGHT = 0.82
 """Height of one chart, inches."""
-_COMPARED: Mapping[EstimationMethod, str] = {
-    "ml": "measured (solid) against computed (dashed) responses.",
-    "ee": "force and moment coefficients, as measured motion gives them (solid) and as the "
-    "derivatives compute them (dashed), both smoothed alike.",
-    "ftr": "force and moment coefficients, as measured motion gives them (solid) and as the "
-    "derivatives compute their changes (dashed), both smoothed alike.",
-}
-"""What a method holds against each other, in words."""
 
 
 def fit_figure(
@@ -70,8 +63,8 @@ def fit_figure(
     Picture or None
         None where nothing was computed: the fit failed, or earned no derivative.
     """
-    history, maneuver = response_history(result), result.maneuver
-    if history is None:
+    history, maneuver, estimate = response_history(result), result.maneuver, result.estimate
+    if history is None or estimate is None:
         return None
     inputs = [name for name in ("de", "da", "dr") if name in maneuver.inputs]
     rows = len(inputs) + len(history.channels)
@@ -96,7 +89,7 @@ def fit_figure(
     return DocumentFigure(
         name=_named("fit", result),
         caption=f"Maneuver {maneuver.id} of {maneuver.flight}: what was moved, and "
-        f"{_COMPARED[result.estimate.method if result.estimate else 'ml']}",
+        f"{estimation_method(estimate.method).comparison_text}",
         height=min(MAX_FIGURE_HEIGHT, 0.8 + _ROW_HEIGHT * rows),
         draw=draw,
         numbers=lambda: _numbers(result, inputs, history, units),
@@ -165,7 +158,7 @@ def residual_figure(
     would keep within in 95 %.
     """
     history, maneuver = response_history(result), result.maneuver
-    if history is None or result.estimate is None or result.estimate.method != "ml":
+    if history is None or result.estimate is None or compares_coefficients(result.estimate.method):
         return None
     rows = len(history.channels)
 

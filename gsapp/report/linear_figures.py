@@ -12,10 +12,11 @@ import numpy as np
 from matplotlib.figure import FigureBase
 from matplotlib.lines import Line2D
 
+from gsapp.identification.axes import AXIS_TITLES
+from gsapp.identification.methods import LINEAR_MODEL_TITLES
 from gsapp.identification.summary.linear_model_validation import AxisValidation, ValidationTrace
 from gsapp.quantities import FloatArray
 from gsapp.report.document import MAX_FIGURE_HEIGHT, DocumentFigure, DocumentTable, set_margins
-from gsapp.report.linear_text import MODEL_NAMES
 from gsapp.report.palette import PRINT_PALETTE, Palette
 from gsapp.report.plot_elements import (
     MANEUVER_PREFIX,
@@ -87,11 +88,11 @@ def linear_model_figure(
             borderaxespad=0.1, labelcolor=palette.ink,
         )  # fmt: skip
 
-    words = "Longitudinal" if one.axis == "lon" else "Lateral-directional"
     return DocumentFigure(
         name=f"linear-{one.axis}",
-        caption=f"{words} models on maneuvers that none of them was fitted on: what was moved, "
-        "and each variable as measured (solid) and as computed from the inputs alone (dashed).",
+        caption=f"{AXIS_TITLES[one.axis].capitalize()} models on maneuvers that none of them was "
+        "fitted on: what was moved, and each variable as measured (solid) and as computed from the "
+        "inputs alone (dashed).",
         height=min(MAX_FIGURE_HEIGHT, 1.1 + 0.86 * len(names)),
         draw=draw,
         numbers=lambda: _numbers(one, drawn, units),
@@ -141,7 +142,7 @@ def _draw(
     for model, computed in trace.computed.items():
         shown = display_values(name, computed[:, column], units)
         chart.plot(trace.times, shown, color=_color(model, palette), dashes=_DASHES[model],
-                   label=MODEL_NAMES[model])  # fmt: skip
+                   label=LINEAR_MODEL_TITLES[model])  # fmt: skip
     chart.set_ylim(*_limits(measured))
     format_axes(chart, palette)
     format_clock_axis(chart)
@@ -166,7 +167,7 @@ def _handles(one: AxisValidation, palette: Palette) -> list[Line2D]:
         *(
             Line2D(
                 [], [], color=_color(model, palette), dashes=_DASHES[model],
-                label=MODEL_NAMES[model],
+                label=LINEAR_MODEL_TITLES[model],
             )
             for model in one.models
         ),

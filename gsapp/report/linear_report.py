@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from gsapp.identification.results import EstimationMethod
+from gsapp.identification.axes import AXIS_TITLES
+from gsapp.identification.methods import linear_model_title
 from gsapp.identification.summary.linear_model_validation import (
     AxisValidation,
     LinearModelValidation,
@@ -12,19 +13,17 @@ from gsapp.quantities.units import from_si
 from gsapp.report.document import DocumentPart, DocumentSection, DocumentTable, Paragraph
 from gsapp.report.linear_figures import linear_model_figure
 from gsapp.report.linear_text import (
-    AXIS_TITLES,
     MODE_COLUMNS,
     compare_linear_models,
     error_rows,
     mode_rows,
-    model_name,
     validation_text,
 )
 
 __all__ = ["LinearModelValidation", "compare_linear_models", "error_table", "linear_section"]
 
 
-def error_table(one: AxisValidation, method: EstimationMethod) -> DocumentTable:
+def error_table(one: AxisValidation, method: str) -> DocumentTable:
     """Return RMS error over range in percent by variable and model: tables 7.4.1 and 7.4.2.
 
     Over the maneuvers kept out, then over the whole of the flights where flights were.
@@ -38,19 +37,19 @@ def error_table(one: AxisValidation, method: EstimationMethod) -> DocumentTable:
     return DocumentTable(
         caption=f"RMS error over range, percent, of the {AXIS_TITLES[one.axis]} models over "
         f"{over}; * the least of each row",
-        columns=("variable", *(model_name(name, method) for name in one.models)),
+        columns=("variable", *(linear_model_title(name, method) for name in one.models)),
         rows=rows,
         numeric=frozenset(range(1, 1 + len(one.models))),
     )
 
 
-def _mode_table(one: AxisValidation, method: EstimationMethod, units: str) -> DocumentTable:
+def _mode_table(one: AxisValidation, method: str, units: str) -> DocumentTable:
     return DocumentTable(
         caption=f"Modes of the {AXIS_TITLES[one.axis]} models that were compared"
         f"{_about(one, units)}",
         columns=("model", *MODE_COLUMNS),
         rows=tuple(
-            (model_name(name, method), *row)
+            (linear_model_title(name, method), *row)
             for name, fitted in one.models.items()
             for row in mode_rows(fitted.model)
         ),

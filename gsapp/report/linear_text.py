@@ -10,10 +10,9 @@ from typing import Any, Final
 
 from gsapp.dynamics.linearization import LinearModel, Mode
 from gsapp.foundation import FlightError
+from gsapp.identification.axes import AXIS_TITLES
 from gsapp.identification.campaign import CampaignProgressCallback
-from gsapp.identification.linear_models.signals import LinearAxis
 from gsapp.identification.maneuver import Maneuver
-from gsapp.identification.results import EstimationMethod
 from gsapp.identification.runs.flight_cache import FlightCache
 from gsapp.identification.runs.inputs import flight_open_requests
 from gsapp.identification.runs.outcome import RunOutcome
@@ -23,21 +22,6 @@ from gsapp.identification.summary.linear_model_validation import (
     validate_linear_models,
 )
 
-AXIS_TITLES: Final[Mapping[LinearAxis, str]] = {
-    "lon": "longitudinal",
-    "lat": "lateral-directional",
-}
-MODEL_NAMES: Final[Mapping[str, str]] = {
-    "bls": "batch least squares",
-    "subspace": "subspace + PEM",
-    "ml": "derivatives, appendix A",
-}
-"""The three models; what the derivatives are of, `model_name` says."""
-_DERIVATIVES: Final[Mapping[EstimationMethod, str]] = {
-    "ml": "maximum likelihood, appendix A",
-    "ee": "equation error, appendix A",
-    "ftr": "FTR, appendix A",
-}
 NEUTRAL_TIME_CONSTANT: Final = 1000.0
 """Time constant beyond which a motion neither dies nor grows in any flight, s."""
 MODE_COLUMNS: Final = (
@@ -113,11 +97,6 @@ def validation_flight_numbers(
             "fewer of them"
         )
     return tuple(str(number) for number, path in enumerate(known, start=1) if path in wanted)
-
-
-def model_name(name: str, method: EstimationMethod) -> str:
-    """Return what a model is called: the third is made from derivatives of some method."""
-    return _DERIVATIVES[method] if name == "ml" else MODEL_NAMES[name]
 
 
 def validation_text(one: AxisValidation) -> str:

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gsapp.identification.campaign import CampaignResult
+from gsapp.identification.methods import compares_coefficients, estimation_method
 from gsapp.identification.statistics import Whiteness, evaluate_whiteness
 
 
@@ -38,7 +39,7 @@ def residual_summaries(result: CampaignResult) -> tuple[ResidualSummary, ...]:
     for one in result.results:
         estimate = one.estimate
         # Coefficients were smoothed: what is left of them is never white.
-        if estimate is None or not estimate.converged or estimate.method != "ml":
+        if estimate is None or not estimate.converged or compares_coefficients(estimate.method):
             continue
         for history in estimate.histories:
             dt = float(np.median(np.diff(history.times)))
@@ -89,8 +90,8 @@ def residual_text(result: CampaignResult) -> tuple[str, ...]:
     ]
     if not ratios:
         return ()
-    factor = result.settings.likelihood.bound_factor
-    if result.settings.method == "ml" and factor is not None:
+    factor = result.settings.bound_factor
+    if factor is not None and "bound_factor" in estimation_method(result.settings.method).settings:
         return (f"The bounds are the plain Cramer-Rao bounds times {factor:g}, as was asked for.",)
     return (
         "The bounds allow for residuals that are not white noise: they are "

@@ -18,7 +18,6 @@ from gsapp.dynamics.model import load_model
 from gsapp.identification.axes import Axis
 from gsapp.identification.campaign import CampaignSettings, run_campaign
 from gsapp.identification.maximum_likelihood import MLSettings, estimate
-from gsapp.identification.results import EstimationMethod
 from gsapp.quantities.constants import GRAVITY
 from tests.identification.jsbsim_kit import (
     METHODS,
@@ -135,7 +134,7 @@ def print_campaign(flown: Sequence[Virtual]) -> dict[str, float]:
     for one in flown:
         truth.update(one.truth)
     maneuvers = [one.maneuver for one in flown]
-    methods: tuple[EstimationMethod, ...] = ("ee", "ml", "ftr")
+    methods: tuple[str, ...] = ("ee", "ml", "ftr")
     columns: dict[str, dict[str, tuple[float, float]]] = {}
     for method in methods:
         result = run_campaign(maneuvers, CampaignSettings(method=method, joint=method == "ml"))

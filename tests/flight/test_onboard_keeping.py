@@ -24,7 +24,6 @@ from gsapp.flight.maneuvers import (
 from gsapp.flight.onboard_log.log_storage import activate_log, install_log, list_logs
 from gsapp.flight.writers import write_flight_csv
 from gsapp.foundation import FlightError, GroundStationError
-from gsapp.identification.campaign import CampaignSettings
 from gsapp.identification.runs.request import RunRequest, SelectedManeuver
 from gsapp.identification.runs.run_execution import execute_run
 from gsapp.quantities import Block
@@ -114,11 +113,7 @@ def test_what_was_noted_before_stands_after_the_log_has_come(flight):
         chosen = SelectedManeuver(
             flight=as_it_is, id=now.id, t_start=now.t_start, t_end=now.t_end, inputs=("de",)
         )
-        outcome = execute_run(
-            RunRequest(
-                flights=(as_it_is,), maneuvers=(chosen,), settings=CampaignSettings(axis="lon")
-            )
-        )
+        outcome = execute_run(RunRequest(flights=(as_it_is,), maneuvers=(chosen,), axis="lon"))
         (result,) = outcome.result.results
         derivatives = result.estimate.derivatives
         return {key: one.std for key, one in derivatives.items() if one.std is not None}

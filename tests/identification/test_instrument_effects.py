@@ -165,7 +165,7 @@ def test_transform_regression_runs_with_a_revised_model() -> None:
     shown = recorded(sound, "sensor.alpha.scale", ("alpha",), 1.25)
     model = BASE.with_effect("sensor.alpha.scale", {"scale": 1.25})
     plain = CampaignSettings(method="ftr")
-    revised = CampaignSettings(method="ftr", likelihood=MLSettings(axis="lon", model=model))
+    revised = CampaignSettings(method="ftr", known_model=model)
     right, bent = (run_campaign([one], plain).values for one in (sound, shown))
     found = run_campaign([shown], revised).values
     for name in ("CN_alpha", "Cm_alpha"):
@@ -178,7 +178,7 @@ def test_transform_regression_leaves_known_effects_out() -> None:
     model = BASE.with_effect("aero.Cm.alpha2", effect)
     flown = fly(3, "lon", model=model).maneuver
     plain = CampaignSettings(method="ftr")
-    revised = CampaignSettings(method="ftr", likelihood=MLSettings(axis="lon", model=model))
+    revised = CampaignSettings(method="ftr", known_model=model)
     bent, found = (run_campaign([flown], one).values["Cm_alpha"] for one in (plain, revised))
     true = BASE.derivative("Cm_alpha")
     assert abs(bent.mean - true) > 0.2 * abs(true)

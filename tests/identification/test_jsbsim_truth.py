@@ -14,7 +14,6 @@ import pytest
 from gsapp.dynamics.model import load_model
 from gsapp.identification.axes import Axis
 from gsapp.identification.campaign import CampaignSettings, run_campaign
-from gsapp.identification.results import EstimationMethod
 
 pytest.importorskip("jsbsim")
 
@@ -84,9 +83,8 @@ def test_a_wrong_mass_shows() -> None:
 
 @pytest.mark.parametrize("method", ["ee", "ml", "ftr"])
 @pytest.mark.parametrize("axis", ["lon", "lat"])
-def test_derivatives_are_found_within_bounds_and_percentages(
-    axis: Axis, method: EstimationMethod
-) -> None:
+def test_derivatives_are_found_within_bounds_and_percentages(axis: Axis, method: str) -> None:
+    """Errors are as large as the bounds; one maneuver and the mean of ten come close."""
     flown = noisy(axis)
     result = run_campaign([one.maneuver for one in flown], CampaignSettings(method=method))
     estimates = [one.estimate for one in result.results if one.estimate is not None]

@@ -11,7 +11,6 @@ from pathlib import Path
 from gsapp.dynamics.model import load_model
 from gsapp.identification.campaign import CampaignResult, CampaignSettings, run_campaign
 from gsapp.identification.maneuver import Maneuver
-from gsapp.identification.maximum_likelihood import MLSettings
 from gsapp.identification.runs.outcome import RunOutcome
 from gsapp.identification.runs.request import RunRequest
 from gsapp.identification.summary import summarize_campaign
@@ -41,13 +40,15 @@ def maneuvers() -> tuple[Maneuver, ...]:
 
 @cache
 def outcome() -> RunOutcome:
-    settings = CampaignSettings(likelihood=MLSettings(axis="lon", model=TRUTH))
+    """Return what maximum likelihood makes of them, with the truth as what was known before."""
+    settings = CampaignSettings(known_model=TRUTH)
     return _outcome(run_campaign(maneuvers(), settings))
 
 
 @cache
 def together() -> RunOutcome:
-    settings = CampaignSettings(likelihood=MLSettings(axis="lon", model=TRUTH), joint=True)
+    """Return what comes of the four maneuvers of flight A, fitted together, too."""
+    settings = CampaignSettings(known_model=TRUTH, joint=True)
     return _outcome(run_campaign(maneuvers()[:4], settings))
 
 
@@ -78,7 +79,7 @@ def _outcome(result: CampaignResult) -> RunOutcome:
     summary = summarize_campaign(result)
     models, why_not = build_linear_models(result, summary)
     return RunOutcome(
-        request=RunRequest(flights=(Path("A"), Path("B")), settings=result.settings, label="trial"),
+        request=RunRequest(**dict(result.settings, flights=(Path("A"), Path("B")), label="trial")),
         aircraft="B777",
         result=result,
         summary=summary,

@@ -1,6 +1,7 @@
 """From the panel of the estimate to what is asked for, and back; nothing of it needs a window."""
 
-from dataclasses import replace
+from __future__ import annotations
+
 from pathlib import Path
 
 import pytest
@@ -8,9 +9,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from gsapp.identification.axes import AXIS_RESPONSES, axis_derivatives
+from gsapp.identification.estimate_settings import SettingError
 from ui.estimate_form import DerivativeEntry, EstimateForm
 from ui.review.estimate_form_from_run import find_unrestored_settings, form_from_request
-from ui.review.estimate_request import FormFieldError, build_run_request, find_form_error
+from ui.review.estimate_request import build_run_request, find_form_error
 from ui.review.estimate_text import FIELD_HELP, format_maneuver_count
 from ui.settings import Settings
 
@@ -72,10 +74,10 @@ def test_the_settings_of_a_run_fill_the_panel_so_that_it_asks_the_same(panel: Es
     ("panel", "field", "words"),
     [
         ({"Cm_q": {"treated": "held"}}, "derivatives", "Cm_q is held: type the value"),
-        ({"Cm_q": {"treated": "held", "value": "x"}}, "derivatives", "'x' is no number"),
+        ({"Cm_q": {"treated": "held", "value": "x"}}, "derivatives", "'x' is not a number"),
         ({"Cm_q": {"prior": "-20"}}, "derivatives", "needs a deviation"),
         ({"Cm_q": {"prior": "-20", "deviation": "0"}}, "derivatives", "above zero"),
-        ({"Cm_q": {"start": "nan"}}, "derivatives", "'nan' is no number"),
+        ({"Cm_q": {"start": "nan"}}, "derivatives", "'nan' is not a number"),
     ],
 )
 def test_what_cannot_be_asked_of_a_derivative_is_said(
@@ -90,7 +92,7 @@ def test_what_cannot_be_asked_of_a_derivative_is_said(
 @pytest.mark.parametrize(
     ("changes", "field", "words"),
     [
-        ({"bound_factor": "0"}, "bound_factor", "above 0"),
+        ({"bound_factor": "0"}, "bound_factor", "greater than 0"),
         ({"stand_ins": "V30"}, "stand_ins", "write NAME=VALUE"),
         ({"weights": "/nowhere.toml"}, "weights", "nowhere"),
         ({"model": "no such"}, "model", "no such"),
@@ -117,17 +119,16 @@ def test_what_a_method_does_not_heed_is_neither_asked_for_nor_judged() -> None:
     assert find_form_error(panel) is not None
     assert find_form_error(panel.with_changes(method="ftr")) is None
     asked = build_run_request(panel.with_changes(method="ftr"), (Path("a"),), ())
-    assert (asked.weights, dict(asked.settings.held)) == ("", {})
-    with pytest.raises(FormFieldError):
+    assert (asked.weights, dict(asked.held)) == ("", {})
+    with pytest.raises(SettingError):
         build_run_request(panel.with_changes(method="ee"), (Path("a"),), ())
 
 
 def test_settings_that_the_panel_cannot_hold_are_named() -> None:
     request = build_run_request(EstimateForm(), (Path("a"),), ())
     assert find_unrestored_settings(request, form_from_request(request)) == ()
-    likelihood = replace(request.settings.likelihood, max_iterations=5)
-    other = replace(request, settings=replace(request.settings, likelihood=likelihood))
-    assert find_unrestored_settings(other, form_from_request(other)) == ("stops",)
+    other = request.with_changes(max_iterations=5)
+    assert find_unrestored_settings(other, form_from_request(other)) == ("maximum iterations",)
 
 
 def test_every_choice_says_what_it_does_and_maneuvers_are_counted() -> None:

@@ -136,7 +136,7 @@ def test_a_derivative_is_held_by_keys_taken_back_and_explained(
         qtbot.keyClicks(QApplication.focusWidget(), letter)
     press(qtbot, Qt.Key.Key_Return)
     until(qtbot, lambda: page._wishes.derivative("Cm_q").treated == "held")
-    assert "'-2x' is no number" in page.sentence.text()
+    assert "'-2x' is not a number" in page.sentence.text()
     assert not page.can_run
     assert not made.commands.actions["review_run"].isEnabled()
     table.setFocus()
@@ -176,8 +176,8 @@ def test_parameters_of_the_effects_of_a_model_can_be_freed(
     table.setCurrentIndex(table.row_model.index(row, TREATMENT_COLUMN))
     press(qtbot, Qt.Key.Key_Space)
     assert page._wishes.derivative(name).treated == "free"
-    asked = build_run_request(page._wishes, (), ()).settings
-    assert (asked.free, asked.likelihood.free_effects) == (None, (name,))
+    asked = build_run_request(page._wishes, (), ())
+    assert (asked.free, asked.free_effects) == (None, (name,))
     page._show(page._wishes.with_changes(model=""))
     assert name not in table.names
     assert page._wishes.derivatives == {}
@@ -199,7 +199,7 @@ def test_runs_are_compared_named_repeated_forgotten_and_their_settings_used_agai
     press(qtbot, Qt.Key.Key_Space)
     runs.select_row(newest)
     differing = [line.cells for line in page.runs.settings.row_model.rows]
-    assert differing == [("bounds", "Cramer-Rao times 10", "corrected for colored residuals")]
+    assert differing == [("bounds", "10 times Cramer-Rao", "corrected for colored residuals")]
     one, other = (page.book.find_run(number) for number in (newest, before))
     assert one is not None
     assert other is not None

@@ -539,7 +539,7 @@ def test_histories_are_heard_once_and_a_late_answer_is_dropped(bench: Bench) -> 
     """One job for the flights; stopped, it is asked again; one for another run is not shown."""
     page = bench.page
     # Other flights than in the tests before, so that nothing is known of them.
-    request = replace(outcome().request, flights=(Path("X"), Path("Y")))
+    request = outcome().request.with_changes(flights=(Path("X"), Path("Y")))
     page.show_outcome(replace(outcome(), request=request, result=_same_result()))
     page.show_kind("online")
     page.show_kind("values")

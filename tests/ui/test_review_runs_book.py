@@ -14,7 +14,8 @@ from ui.undo import UndoStack
 
 
 def test_a_maneuver_left_out_is_kept_with_the_run(qtbot, tmp_path: Path) -> None:
-    outcome = execute_run(RunRequest(flights=write_flights(tmp_path), given=WINDOWS))
+    """What the figures leave out stands in the catalog and in the list; taken in again, it goes."""
+    outcome = execute_run(RunRequest(flights=write_flights(tmp_path), maneuver_windows=WINDOWS))
     path = tmp_path / "c.sqlite"
     with Catalog(path) as catalog:
         outcome = replace(outcome, number=save_run(catalog, outcome))

@@ -201,7 +201,7 @@ def test_a_name_is_proposed_that_every_disk_takes(
 
     monkeypatch.setattr(QFileDialog, "getSaveFileName", ask)
     run = outcome()
-    room.page.show_outcome(replace(run, request=replace(run.request, label='q/r: "free"')))
+    room.page.show_outcome(replace(run, request=run.request.with_changes(label='q/r: "free"')))
     qtbot.keyClick(room.window, Qt.Key.Key_P, CONTROL)
     assert [one.name for one in asked] == ["q-r- -free- report.html"]
     assert not room.work.running

@@ -15,8 +15,8 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from gsapp.dynamics.buildup import COEFFICIENT_TITLES
 from ui.display_style import DisplayStyle
-from ui.gap.gap_text import COEFFICIENT_NAMES
 from ui.gap.gap_view_models import MAP_LEVELS, MapCell
 from ui.number_format import percent_text
 from ui.widgets.paint_primitives import level_brushes, paint_focus_frame
@@ -93,7 +93,7 @@ class DisagreementMapView(FittedTableView):
     ) -> None:
         """Show a map with one cell chosen."""
         self._is_quiet = True
-        names = [COEFFICIENT_NAMES.get(name, name) for name in coefficients]
+        names = [COEFFICIENT_TITLES.get(name, name) for name in coefficients]
         self.row_model.set_titles(coefficients, dict(enumerate(names)))
         self.show_rows(rows)
         row = self.row_model.find_row(maneuver)

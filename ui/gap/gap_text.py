@@ -12,8 +12,10 @@ from gsapp.discrepancy.results import (
     FoundEffect,
     ManeuverHistories,
 )
+from gsapp.dynamics.buildup import COEFFICIENT_TITLES
 from gsapp.foundation import UnknownNameError
 from gsapp.quantities import (
+    SURFACE_NAMES,
     ChannelSpec,
     channel,
     convert_text_units,
@@ -33,17 +35,6 @@ from ui.number_format import (
     value_with_std_text,
 )
 
-COEFFICIENT_NAMES: Mapping[str, str] = {
-    "CX": "force along x",
-    "CY": "side force",
-    "CZ": "force along z",
-    "CN": "normal force",
-    "CA": "axial force",
-    "Cl": "rolling moment",
-    "Cm": "pitching moment",
-    "Cn": "yawing moment",
-}
-_SURFACE_NAMES = {"de": "elevator", "da": "aileron", "dr": "rudder"}
 _VERDICT_STATES: Mapping[str, IndicatorState] = {
     "effects-found": "caution",
     "values-wrong": "caution",
@@ -70,7 +61,7 @@ MIN_OBSERVABLE_SIGMA = 3.0
 
 def coefficient_text(name: str) -> str:
     """Return ``Cm, pitching moment``."""
-    words = COEFFICIENT_NAMES.get(name)
+    words = COEFFICIENT_TITLES.get(name)
     return f"{name}, {words}" if words else name
 
 
@@ -190,7 +181,7 @@ def axis_unit(name: str, system: str) -> str:
 def maneuver_kind_text(kind: str) -> str:
     """Return the kind of a maneuver in words: ``elevator doublet`` stays, ``de`` is spelled."""
     words = re.split(r"(\W+)", kind.strip())
-    return "".join(_SURFACE_NAMES.get(word, word) for word in words) or "maneuver"
+    return "".join(SURFACE_NAMES.get(word, word) for word in words) or "maneuver"
 
 
 def maneuver_text(answer: SearchResult, view: ManeuverHistories, *, clock: bool = True) -> str:

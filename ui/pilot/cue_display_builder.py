@@ -12,8 +12,7 @@ from gsapp.excitation.doublets.verdict import InputInProgress, InputVerdict
 from gsapp.excitation.test_points.target_input import TargetInput
 from gsapp.excitation.trim.trim_cue import TrimCue
 from gsapp.flight.cards import TestCard
-from gsapp.flight.cards.card import SURFACE_NAMES
-from gsapp.quantities import convert_text_units
+from gsapp.quantities import SURFACE_NAMES, convert_text_units
 from ui.number_format import (
     DASH,
     clock_text,

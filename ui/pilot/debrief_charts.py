@@ -7,8 +7,7 @@ from typing import Final
 from PySide6.QtWidgets import QGridLayout, QWidget
 
 from gsapp.excitation.debrief_maneuver import EvaluatedManeuver
-from gsapp.flight.cards.card import SURFACE_NAMES
-from gsapp.quantities import FloatArray, channel, from_si, trace_color
+from gsapp.quantities import SURFACE_NAMES, FloatArray, channel, from_si, trace_color
 from ui.display_style import DisplayStyle
 from ui.number_format import symbol_text, unit_text
 from ui.widgets.analysis_plot import FLIGHT_TIME_LABEL, AnalysisPlot, PlotBand, PlotCurve

@@ -8,8 +8,7 @@ from typing import Final
 from gsapp.excitation.debrief import Debrief
 from gsapp.excitation.debrief_maneuver import EvaluatedManeuver
 from gsapp.excitation.debrief_trends import FlightTrend
-from gsapp.flight.cards.card import SURFACE_NAMES
-from gsapp.quantities import channel
+from gsapp.quantities import SURFACE_NAMES, channel
 from ui.icons import IndicatorState
 from ui.number_format import (
     DASH,

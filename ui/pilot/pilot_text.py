@@ -7,8 +7,7 @@ from typing import Final
 
 from gsapp.excitation.doublets.verdict import InputVerdict, VerdictResult
 from gsapp.excitation.trim.trim_cue import TrimDeviation, TrimState
-from gsapp.flight.cards.card import SURFACE_NAMES
-from gsapp.quantities import ChannelSpec, from_si
+from gsapp.quantities import SURFACE_NAMES, ChannelSpec, from_si
 from ui.number_format import DASH, number_text, unit_text
 from ui.pilot.cue_display import DisplayTone, SignName
 

@@ -6,8 +6,8 @@ from collections.abc import Mapping, Sequence
 from typing import Any, get_args
 
 from gsapp.flight.cards import CardProgress, CardSet, CardSetProgress, TestCard
-from gsapp.flight.cards.card import SURFACE_NAMES, CardInputKind
-from gsapp.quantities import from_si
+from gsapp.flight.cards.card import CardInputKind
+from gsapp.quantities import SURFACE_NAMES, from_si
 from ui.number_format import count_text, number_text, unit_text
 from ui.preflight.flight_card_fields import CardField
 from ui.widgets.status_list import StatusListItem

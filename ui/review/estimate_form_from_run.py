@@ -1,69 +1,65 @@
-"""From a run to the panel that asks for it again. No Qt."""
+"""From a stored run to the form that asks for it again. No Qt."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 from gsapp.identification.axes import axis_derivatives
+from gsapp.identification.estimate_settings import EstimateSettings
 from ui.estimate_form import DerivativeEntry, EstimateForm
 from ui.review.estimate_request import build_run_request, is_effect_parameter
 
 if TYPE_CHECKING:
     from gsapp.identification.runs.request import RunRequest
 
+_OTHER_FIELDS: Final = frozenset(
+    ("free", "free_effects", "held", "start", "priors", "bound_factor", "stand_ins", "label",
+     "maneuver_windows", "every_grade", "as_found")
+)  # fmt: skip
+"""Settings that the form holds in another way, or not at all."""
+
 
 def form_from_request(request: RunRequest) -> EstimateForm:
-    """Return the panel as it must stand to ask for a run again."""
-    settings, fit = request.settings, request.settings.likelihood
+    """Return the form as it must stand to ask for a run again."""
     derivatives: dict[str, DerivativeEntry] = {}
     effects = {
-        *fit.free_effects,
-        *filter(is_effect_parameter, (*settings.held, *fit.start, *fit.priors)),
+        *request.free_effects,
+        *filter(is_effect_parameter, (*request.held, *request.start, *request.priors)),
     }
     for name in (*axis_derivatives("both"), *sorted(effects)):
-        wish = DerivativeEntry(
+        entry = DerivativeEntry(
             treated="held"
-            if name in settings.held
+            if name in request.held
             else "free"
-            if name in (*(settings.free or ()), *fit.free_effects)
+            if name in (*(request.free or ()), *request.free_effects)
             else "tables",
-            value=_text(settings.held.get(name)),
-            start=_text(fit.start.get(name)),
-            prior=_text(fit.priors[name][0]) if name in fit.priors else "",
-            deviation=_text(fit.priors[name][1]) if name in fit.priors else "",
+            value=_text(request.held.get(name)),
+            start=_text(request.start.get(name)),
+            prior=_text(request.priors[name][0]) if name in request.priors else "",
+            deviation=_text(request.priors[name][1]) if name in request.priors else "",
         )
-        if wish != DerivativeEntry():
-            derivatives[name] = wish
+        if entry != DerivativeEntry():
+            derivatives[name] = entry
+    same = {
+        name: getattr(request, name)
+        for name in EstimateSettings.model_fields
+        if name not in _OTHER_FIELDS
+    }
     return EstimateForm(
-        axis=settings.axis,
-        method=settings.method,
-        six_degrees=settings.six_degrees,
-        joint=settings.joint,
+        **same,
         derivatives=derivatives,
-        weights=request.weights,
-        noise=fit.noise,
-        integration=fit.integration,
-        bound_factor=_text(fit.bound_factor),
-        responses=fit.responses,
-        biases=fit.biases,
-        states=fit.states,
-        scale_factors=tuple(fit.scale_factors),
-        time_shifts=tuple(fit.time_shifts),
-        stand_ins=", ".join(f"{name}={value!r}" for name, value in fit.stand_ins.items()),
-        model=request.model,
-        aircraft=request.aircraft,
-        calibration=request.calibration,
-        channel_map=request.channel_map,
+        bound_factor=_text(request.bound_factor),
+        stand_ins=", ".join(f"{name}={value!r}" for name, value in request.stand_ins.items()),
     )
 
 
-def find_unrestored_settings(request: RunRequest, wishes: EstimateForm) -> tuple[str, ...]:
-    """Return the names of the settings of a run that the panel cannot ask for again."""
-    from gsapp.identification.runs.settings_text import setting_differences
+def find_unrestored_settings(request: RunRequest, form: EstimateForm) -> tuple[str, ...]:
+    """Return the titles of the settings of a run that the form cannot ask for again."""
+    from gsapp.identification.runs.settings_text import setting_differences, setting_title
 
-    again = build_run_request(wishes, request.flights, request.maneuvers)
+    again = build_run_request(form, request.flights, request.maneuvers)
     # Read from their files anew, these stand in the settings of the run only.
-    read = {name for name in ("weights", "model") if getattr(request, name)}
+    read = {setting_title(name) for name in ("weights", "model") if getattr(request, name)}
     return tuple(name for name, *_ in setting_differences(request, again) if name not in read)
 
 

@@ -10,6 +10,7 @@ from PySide6.QtGui import QAction, QShowEvent
 from PySide6.QtWidgets import QApplication, QFrame, QScrollArea, QVBoxLayout, QWidget
 
 from gsapp.foundation import GroundStationError
+from gsapp.identification.estimate_settings import SettingError
 from ui.commands import CommandRequirement, shortcut_text
 from ui.display_style import DisplayStyle
 from ui.estimate_form import EstimateForm
@@ -22,7 +23,7 @@ from ui.review.estimate_maneuvers import (
     select_maneuvers,
 )
 from ui.review.estimate_panel import EstimatePanel
-from ui.review.estimate_request import FormFieldError, build_run_request, is_effect_parameter
+from ui.review.estimate_request import build_run_request, is_effect_parameter
 from ui.review.estimate_table import format_last_values
 from ui.review.estimate_validation import EstimateValidator
 from ui.review.review_jobs import JobSubmitter
@@ -338,7 +339,7 @@ class EstimatePage(ReviewStepPage):
             request = build_run_request(
                 self._wishes, self._review.paths, self.selected_maneuvers, self.panel.label.text()
             )
-        except FormFieldError as error:
+        except SettingError as error:
             self.panel.show_problem(error.field, str(error))
             return
         self._runner.estimate(request)

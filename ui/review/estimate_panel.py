@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 from PySide6.QtCore import QEvent, QObject, QTimer, Signal
 from PySide6.QtWidgets import (
@@ -15,22 +15,15 @@ from PySide6.QtWidgets import (
 )
 
 from gsapp.aircraft.aircraft_loader import shipped_aircraft
+from gsapp.identification.methods import short_method_title
 from ui.dialogs.file_fields import ShippedFileField
 from ui.dialogs.form_dialog import FieldMessage, repolish
 from ui.display_style import DisplayStyle
 from ui.estimate_form import EstimateForm
 from ui.review.estimate_channels import FitChannelTable
-from ui.review.estimate_request import METHOD_SETTINGS, is_effect_parameter
+from ui.review.estimate_request import is_effect_parameter, method_uses
 from ui.review.estimate_table import DerivativeTable
-from ui.review.estimate_text import (
-    AXIS_CHOICES,
-    FIELD_HELP,
-    INTEGRATION_CHOICES,
-    MANEUVER_CHOICES,
-    METHOD_CHOICES,
-    NOISE_CHOICES,
-    FieldChoices,
-)
+from ui.review.estimate_text import FIELD_HELP, SETTING_CHOICES
 from ui.widgets.form_columns import FormSection
 from ui.widgets.labels import create_label
 
@@ -129,9 +122,9 @@ class EstimatePanel(QWidget):
         edit.installEventFilter(self)
         self._fields[edit] = field
 
-    def _choice(self, grid: QGridLayout, field: str, choices: FieldChoices) -> QComboBox:
+    def _choice(self, grid: QGridLayout, field: str) -> QComboBox:
         box = QComboBox()
-        for key, words in choices:
+        for key, words in SETTING_CHOICES[field]:
             box.addItem(words, key)
         box.activated.connect(lambda _index: self._take(field, box.currentData()))
         self._boxes[field] = box
@@ -169,9 +162,9 @@ class EstimatePanel(QWidget):
 
     def _question(self) -> None:
         _, grid = self._section("question", "What")
-        self.maneuvers = self._choice(grid, "maneuvers", MANEUVER_CHOICES)
-        self.method = self._choice(grid, "method", METHOD_CHOICES)
-        self.axis = self._choice(grid, "axis", AXIS_CHOICES)
+        self.maneuvers = self._choice(grid, "maneuvers")
+        self.method = self._choice(grid, "method")
+        self.axis = self._choice(grid, "axis")
         self.six_degrees = self._check(grid, "six_degrees")
         self.joint = self._check(grid, "joint")
         self.label = QLineEdit()
@@ -188,9 +181,9 @@ class EstimatePanel(QWidget):
     def _noise(self) -> None:
         _, grid = self._section("noise", "Noise and bounds")
         self.weights = self._file(grid, "weights", (), "From the residuals")
-        self.noise = self._choice(grid, "noise", NOISE_CHOICES)
+        self.noise = self._choice(grid, "noise")
         self.bound_factor = self._line(grid, "bound_factor", "corrected for colored residuals")
-        self.integration = self._choice(grid, "integration", INTEGRATION_CHOICES)
+        self.integration = self._choice(grid, "integration")
 
     def _channels(self) -> None:
         _, grid = self._section("channels", "Responses, states, instrument errors")
@@ -261,14 +254,9 @@ class EstimatePanel(QWidget):
         wishes = self.wishes
         self.derivatives.set_form(wishes)
         self.channels.set_form(wishes)
-        takes = METHOD_SETTINGS[wishes.method]
-        heeded: Mapping[str, str] = {
-            "derivatives": "derivatives", "weights": "weights", "noise": "noise",
-            "bound_factor": "bounds", "integration": "integration", "channels": "channels",
-            "stand_ins": "stand_ins", "model": "model",
-        }  # fmt: skip
-        for field, needed in heeded.items():
-            self._edits[field].setEnabled(needed in takes)
+        fields = {"derivatives": "held", "channels": "responses"}
+        for field, edit in self._edits.items():
+            edit.setEnabled(method_uses(wishes, fields.get(field, field)))
         self.axis.setEnabled(not wishes.six_degrees)
         self.show_problem("", "")
 
@@ -291,16 +279,16 @@ class EstimatePanel(QWidget):
         """Return what is to be known of a field as the panel stands."""
         wishes = self.wishes
         if field == "derivatives":
-            if "derivatives" not in METHOD_SETTINGS[wishes.method]:
-                return "FTR takes the derivatives of the tables."
+            if not method_uses(wishes, "held"):
+                return f"{short_method_title(wishes.method)} takes the derivatives of the tables."
             free = [name for name, one in wishes.derivatives.items() if one.treated == "free"]
             here = [n for n in free if n in self.derivatives.names and not is_effect_parameter(n)]
             if here:
                 only = f"Only {', '.join(here)}" if len(here) < 7 else f"Only these {len(here)}"
                 return f"{only} {'is' if len(here) == 1 else 'are'} estimated; the rest is held."
         if field == "channels":
-            if "channels" not in METHOD_SETTINGS[wishes.method]:
-                return "Only maximum likelihood compares responses."
+            if not method_uses(wishes, "responses"):
+                return f"{short_method_title(wishes.method)} compares no responses."
             if wishes.axis == "both" and not wishes.six_degrees:
                 return (
                     "Each maneuver has the responses and states of its own axis; choose one axis "

@@ -9,9 +9,10 @@ from typing import TYPE_CHECKING
 from PySide6.QtCore import QObject, Signal
 
 from gsapp.foundation import GroundStationError
+from gsapp.identification.estimate_settings import SettingError
 from ui.background_job import BackgroundJob, JobProgress
 from ui.estimate_form import EstimateForm
-from ui.review.estimate_request import FormFieldError, find_form_error, load_effect_parameters
+from ui.review.estimate_request import find_form_error, load_effect_parameters
 
 if TYPE_CHECKING:
     from gsapp.aircraft import Aircraft
@@ -30,7 +31,7 @@ class EstimateValidator(QObject):
     loaded : Signal(object, object)
         Names of the models and of the weights that come with the program.
     ready : bool
-    problem : FormFieldError or None
+    problem : SettingError or None
         What could not be asked for when it was judged last.
     """
 
@@ -41,7 +42,7 @@ class EstimateValidator(QObject):
     ) -> None:
         super().__init__(parent)
         self.ready = False
-        self.problem: FormFieldError | None = None
+        self.problem: SettingError | None = None
         self._judged: EstimateForm | None = None
         self._model = ""
         self.effects: Mapping[str, float] = {}
@@ -58,7 +59,7 @@ class EstimateValidator(QObject):
         """Judge anew: files may be others now."""
         self._judged = None
 
-    def validate(self, wishes: EstimateForm) -> FormFieldError | None:
+    def validate(self, wishes: EstimateForm) -> SettingError | None:
         """Return what cannot be asked for; None if all is well, or nothing is loaded yet."""
         if self.ready and self._judged != wishes:
             self.problem = find_form_error(wishes)

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
+from gsapp.identification.methods import short_method_title
 from gsapp.quantities import channel, symbol_text, typeset
 from ui.number_format import channel_value_text
 
@@ -16,8 +17,6 @@ if TYPE_CHECKING:
     from gsapp.identification.summary.linear_model_validation import LinearModelValidation
     from gsapp.report.ftr_histories import FlightEstimateHistory
 
-METHOD_NAMES = {"ml": "ML", "ee": "equation error", "ftr": "FTR"}
-"""Short names of the methods, for lists and legends."""
 _EXCLUDED_TEXT = "Left out of the means by hand."
 
 
@@ -60,9 +59,9 @@ class FigureData:
     @property
     def priors(self) -> Mapping[str, float]:
         """Return the derivatives known before: of the model, and those that the fit leaned on."""
-        settings = self.outcome.request.settings
-        model = {} if settings.model is None else settings.model.derivatives
-        priors = {name: value for name, (value, _) in settings.likelihood.priors.items()}
+        request = self.outcome.request
+        model = {} if request.known_model is None else request.known_model.derivatives
+        priors = {name: value for name, (value, _) in request.priors.items()}
         return {**model, **priors}
 
 
@@ -73,7 +72,7 @@ def find_result(outcome: RunOutcome, maneuver: str) -> ManeuverResult | None:
 
 def format_run_name(outcome: RunOutcome) -> str:
     """Return what a run is called: its label, its number, its method."""
-    method = METHOD_NAMES[outcome.result.settings.method]
+    method = short_method_title(outcome.result.settings.method)
     if outcome.request.label:
         return outcome.request.label
     return f"run {outcome.number}, {method}" if outcome.number is not None else method

@@ -11,11 +11,11 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
 
+from gsapp.identification.axes import AXIS_COEFFICIENTS, AXIS_TITLES
+from gsapp.identification.methods import compares_coefficients, estimation_method
 from ui.review.figure_data import FigureData, find_result, format_run_name
 from ui.review.figure_options import (
-    AXIS_NAMES,
     JOINT_PREFIX,
-    LONGITUDINAL_COEFFICIENTS,
     FigureOption,
     abscissa_option,
     axis_text,
@@ -55,7 +55,6 @@ _NO_RESIDUALS_TEXT = (
     "{method} compares smoothed coefficients, and what smoothing leaves over is never white. The "
     "figure Fit shows how well they are followed; maximum likelihood has residuals to look at."
 )
-_METHOD_TITLES = {"ml": "Maximum likelihood", "ee": "Equation error", "ftr": "FTR"}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -138,7 +137,7 @@ def _missing_fit_text(material: FigureData) -> str:
         return _NO_COEFFICIENTS_TEXT.format(maneuver=looked_at.maneuver.id)
     whys = dict.fromkeys(one.why for one in estimate.derivatives.values() if one.why)
     return _NO_ESTIMATE_TEXT.format(
-        method=_METHOD_TITLES[estimate.method],
+        method=estimation_method(estimate.method).title,
         maneuver=looked_at.maneuver.id,
         why=", ".join([*whys][:_MAX_REASONS]) or estimate.message,
     )
@@ -170,8 +169,8 @@ def _build_residuals(
 
     picture = residual_figure(material.current_maneuver, units=material.units, palette=palette)
     estimate = material.current_maneuver.estimate
-    if picture is None and estimate is not None and estimate.method != "ml":
-        return _NO_RESIDUALS_TEXT.format(method=_METHOD_TITLES[estimate.method])
+    if picture is None and estimate is not None and compares_coefficients(estimate.method):
+        return _NO_RESIDUALS_TEXT.format(method=estimation_method(estimate.method).title)
     return picture or _missing_fit_text(material)
 
 
@@ -229,7 +228,7 @@ def _build_ftr_history(
         history
         for derivative, history in one.histories.items()
         if not derivative.endswith("_0")
-        and (derivative.partition("_")[0] in LONGITUDINAL_COEFFICIENTS) == lon
+        and (derivative.partition("_")[0] in AXIS_COEFFICIENTS["lon"]) == lon
     ]
     # Those that formed come first: a page holds so many.
     histories.sort(key=lambda history: not bool((history.values == history.values).any()))
@@ -272,7 +271,7 @@ def _modes_with_spread(material: FigureData) -> dict[str, tuple[ModeUncertainty,
 
     outcome = material.outcome
     return {
-        AXIS_NAMES[axis]: propagate_mode_uncertainty(outcome.result, outcome.summary, axis)
+        AXIS_TITLES[axis]: propagate_mode_uncertainty(outcome.result, outcome.summary, axis)
         for axis in outcome.models
     }
 

@@ -6,7 +6,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from gsapp.quantities import symbol_text
+from gsapp.identification.axes import AXIS_COEFFICIENTS, AXIS_TITLES
+from gsapp.quantities import name_in_text, symbol_text
 from ui.review.figure_data import FigureData, describe_maneuver, find_result, format_run_name
 
 if TYPE_CHECKING:
@@ -18,14 +19,12 @@ OptionChoices = tuple[tuple[str, str], ...]
 
 JOINT_PREFIX = "joint "
 """Begins the key of a fit of several maneuvers together."""
-_CONDITIONS = (("number", "maneuver"), ("V", "speed"), ("alpha", "angle of attack"),
-               ("beta", "sideslip"))  # fmt: skip
-LONGITUDINAL_COEFFICIENTS = ("CN", "CA", "Cm")
-"""Coefficients of the longitudinal axis."""
-_COEFFICIENTS = (*LONGITUDINAL_COEFFICIENTS, "CY", "Cl", "Cn")
+_CONDITIONS = (
+    ("number", "maneuver"),
+    *((name, name_in_text(name)) for name in ("V", "alpha", "beta")),
+)
+_COEFFICIENTS = AXIS_COEFFICIENTS["both"]
 _EFFECTS_GROUP = "effects"
-AXIS_NAMES = {"lon": "longitudinal", "lat": "lateral"}
-"""Words for the axes."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -56,7 +55,7 @@ def derivative_group_option(material: FigureData) -> FigureOption:
     """Return which derivatives can be looked at together, and each alone."""
     names = _plotted_derivatives(material)
     groups = {
-        **{axis: f"all {words}" for axis, words in AXIS_NAMES.items()},
+        **{axis: f"all {AXIS_TITLES[axis]}" for axis in ("lon", "lat")},
         **{one: f"of {symbol_text(one)}" for one in _COEFFICIENTS},
         _EFFECTS_GROUP: "parameters of effects",
     }
@@ -82,8 +81,7 @@ def _plotted_derivatives(material: FigureData) -> tuple[str, ...]:
 
 def _filter_by_group(names: Sequence[str], group: str) -> tuple[str, ...]:
     """Return those of an axis, of a coefficient, or of effects."""
-    lateral = tuple(one for one in _COEFFICIENTS if one not in LONGITUDINAL_COEFFICIENTS)
-    wanted = {"lon": LONGITUDINAL_COEFFICIENTS, "lat": lateral}.get(group, (group,))
+    wanted = AXIS_COEFFICIENTS.get(group, (group,))
     if group == _EFFECTS_GROUP:
         return tuple(name for name in names if name.partition("_")[0] not in _COEFFICIENTS)
     return tuple(name for name in names if name.partition("_")[0] in wanted)
@@ -147,7 +145,7 @@ def fit_option(material: FigureData) -> FigureOption:
 
 def axis_text(estimate: Estimate) -> str:
     """Return the axis of a fit in words."""
-    return AXIS_NAMES.get(estimate.axis, "six degrees of freedom")
+    return AXIS_TITLES[estimate.axis]
 
 
 def flight_option(material: FigureData) -> FigureOption:
@@ -161,15 +159,18 @@ def flight_option(material: FigureData) -> FigureOption:
 
 def ftr_axis_option(_material: FigureData) -> FigureOption:
     """Return the axes whose derivatives formed in flight."""
-    return FigureOption(id="axis", title="Axis", choices=tuple(AXIS_NAMES.items()))
+    return _axis_option(("lon", "lat"))
 
 
 def linear_model_axis_option(material: FigureData) -> FigureOption:
     """Return the axes that linear models were judged in."""
     axes = () if material.comparison is None else tuple(material.comparison.axes)
-    return FigureOption(
-        id="axis", title="Axis", choices=tuple((one, AXIS_NAMES[one]) for one in axes)
-    )
+    return _axis_option(axes)
+
+
+def _axis_option(axes: Sequence[str]) -> FigureOption:
+    choices = tuple((one, AXIS_TITLES[one]) for one in axes)
+    return FigureOption(id="axis", title="Axis", choices=choices)
 
 
 def held_out_option(material: FigureData) -> FigureOption:

@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 from gsapp.flight.maneuvers.detected_maneuver import GRADED_BY_CREW, GRADES, DetectedManeuver
-from gsapp.quantities import channel
+from gsapp.quantities import SURFACE_NAMES, channel
 from gsapp.session.review.review import ManeuverRow
 from ui.icons import IndicatorState
 from ui.number_format import DASH, channel_value_text, clock_text, symbol_text
-
-_SURFACE_NAMES = {"de": "elevator", "da": "aileron", "dr": "rudder"}
 
 GRADE_STATES: dict[str, IndicatorState] = {"A": "good", "B": "good", "C": "caution", "D": "warning"}
 """How a grade is colored; the letter says it too."""
@@ -28,7 +26,7 @@ def title_text(name: str, maneuver: DetectedManeuver) -> str:
         Its id among all flights under review.
     maneuver : DetectedManeuver
     """
-    names = [_SURFACE_NAMES[name] for name in maneuver.inputs]
+    names = [SURFACE_NAMES[name] for name in maneuver.inputs]
     if not names:
         return f"Maneuver {name}, no surface moved"
     listed = " and ".join(filter(None, (", ".join(names[:-1]), names[-1])))

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING
 
+from gsapp.identification.axes import AXIS_TITLES
+from gsapp.identification.methods import short_method_title
 from ui.number_format import DASH, symbol_text, value_with_std_text
 from ui.widgets.row_model import TableRow
 
@@ -13,8 +15,6 @@ if TYPE_CHECKING:
     from gsapp.identification.runs.run_comparison import RunComparison, ValueDifference
     from gsapp.identification.runs.run_store import StoredRun
 
-METHOD_LABELS = {"ml": "ML", "ee": "equation error", "ftr": "FTR"}
-AXIS_LABELS = {"lon": "longitudinal", "lat": "lateral", "both": "by surfaces"}
 NAME_COLUMN_INDEX = 1
 """Column of a run's name."""
 
@@ -45,8 +45,8 @@ def build_run_rows(
                 cells=(
                     str(one.number),
                     one.label,
-                    f"{METHOD_LABELS.get(one.method, one.method)}, "
-                    f"{AXIS_LABELS.get(one.axis, one.axis)}",
+                    f"{short_method_title(one.method)}, "
+                    f"{'by surfaces' if one.axis == 'both' else AXIS_TITLES[one.axis]}",
                     str(one.maneuver_count),
                     one.created_at.astimezone().strftime("%d %b %H:%M"),
                     ", ".join(signs),

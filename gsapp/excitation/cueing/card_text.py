@@ -7,8 +7,8 @@ from typing import Final
 
 from gsapp.excitation.test_points.target_input import TargetInput
 from gsapp.flight.cards import TestCard
-from gsapp.flight.cards.card import STEP_COUNTS, SURFACE_NAMES
-from gsapp.quantities import channel, from_si
+from gsapp.flight.cards.card import STEP_COUNTS
+from gsapp.quantities import SURFACE_NAMES, channel, from_si
 
 _REACTION: Final = 1.0
 """Seconds from GO to the first move of the stick."""

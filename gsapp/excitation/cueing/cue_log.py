@@ -10,7 +10,7 @@ from gsapp.excitation.cues import CueEvent, NextCard
 from gsapp.excitation.doublets.verdict import InputInProgress, InputVerdict
 from gsapp.excitation.flight_rows import TICK_DURATION
 from gsapp.excitation.trim.trim_cue import TrimCue
-from gsapp.flight.cards.card import SURFACE_NAMES
+from gsapp.quantities import SURFACE_NAMES
 
 _URGENCY: Mapping[AlertLevel, str] = {AlertLevel.CAUTION: "caution", AlertLevel.WARNING: "warning"}
 

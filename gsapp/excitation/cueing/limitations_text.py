@@ -9,9 +9,8 @@ from gsapp.dynamics.model import Model
 from gsapp.excitation.alerts.alert import Alert
 from gsapp.excitation.information.outlook import Outlook
 from gsapp.excitation.trim.trim_cue import TrimCue
-from gsapp.flight.cards.card import SURFACE_NAMES
 from gsapp.identification.compatibility.instrument_text import join_names
-from gsapp.quantities import channel
+from gsapp.quantities import SURFACE_NAMES, channel
 
 NO_AIRCRAFT = "no aircraft file: stall, sensor ranges and stick shares are not known"
 NO_MODEL = "no model: inputs are judged by the card and by their shape, bounds are not predicted"

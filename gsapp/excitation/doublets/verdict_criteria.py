@@ -27,7 +27,6 @@ from gsapp.excitation.test_points.stick_text import (
 from gsapp.excitation.test_points.target_input import TargetInput, ToleranceBand
 from gsapp.excitation.trim.tolerances import TrimTolerances
 from gsapp.excitation.trim.trim_cue import TrimDeviation
-from gsapp.flight.cards.card import SURFACE_NAMES as SURFACE_WORDS
 from gsapp.flight.maneuvers.input_shape import SurfaceInput
 from gsapp.flight.maneuvers.maneuver_grade import (
     RESPONSE_CHANNELS,
@@ -36,7 +35,8 @@ from gsapp.flight.maneuvers.maneuver_grade import (
     linear_ranges,
     pre_input_motion_ratio,
 )
-from gsapp.quantities import FloatArray, channel
+from gsapp.quantities import SURFACE_NAMES as SURFACE_WORDS
+from gsapp.quantities import FloatArray, channel, name_in_text
 from gsapp.quantities.constants import DEGREE
 
 
@@ -138,14 +138,10 @@ _AT_LEAST: Final = 1.1
 the best size lies at the very end of the band that was left."""
 
 _CLIPPED: Final = {
-    "p": "roll rate",
-    "q": "pitch rate",
-    "r": "yaw rate",
-    "alpha": "angle of attack",
-    "beta": "sideslip",
+    **{name: name_in_text(name) for name in ("p", "q", "r", "alpha", "beta")},
     **dict.fromkeys(("ax", "ay", "an"), "acceleration"),
 }
-_OUT: Final = {"alpha": "angle of attack", "beta": "sideslip", "an": "load factor"}
+_OUT: Final = {**{name: name_in_text(name) for name in ("alpha", "beta")}, "an": "load factor"}
 
 
 def find_deficiencies(case: InputCase) -> tuple[InputFinding, ...]:

@@ -9,7 +9,7 @@ motion follows from the input alone; what the responses showed is not looked at.
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
@@ -147,7 +147,7 @@ def compute_sensitivities(
     settings = create_fit_settings(maneuver, axis, model)
     if responses is not None:
         kept = tuple(name for name in AXIS_RESPONSES[axis] if name in responses)
-        settings = replace(settings, responses=kept)
+        settings = settings.with_changes(responses=kept)
     problem = build_problem([maneuver], settings)
     solver = Solver(problem, settings)
     point = solver.evaluate(initial_unknowns(problem, model))

@@ -27,6 +27,7 @@ from gsapp.flight.atomic_files import write_flight_file
 from gsapp.foundation import StrictModel, read_toml
 from gsapp.foundation.shipped_files import ShippedFiles
 from gsapp.foundation.toml import toml_text
+from gsapp.quantities import SURFACE_NAMES
 from gsapp.quantities.constants import DEGREE, FOOT
 from gsapp.quantities.fields import Angle, Length, Ratio, Speed, Time
 
@@ -38,7 +39,6 @@ CardInputKind = Literal["doublet", "3-2-1-1", "pulse", "multistep", "sweep"]
 STEP_COUNTS: Final[Mapping[str, int]] = {"doublet": 2, "3-2-1-1": 7, "pulse": 1}
 """How many widths an input lasts; the others have no width of one step."""
 
-SURFACE_NAMES: Final[Mapping[str, str]] = {"de": "elevator", "da": "aileron", "dr": "rudder"}
 """Surfaces in words."""
 
 _UNITS: Final[Mapping[str, str]] = {

@@ -7,9 +7,9 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
-from gsapp.flight.cards.card import STEP_COUNTS, SURFACE_NAMES, CardSet, TestCard
+from gsapp.flight.cards.card import STEP_COUNTS, CardSet, TestCard
 from gsapp.flight.maneuvers.detected_maneuver import DetectedManeuver
-from gsapp.quantities import from_si
+from gsapp.quantities import SURFACE_NAMES, from_si
 
 CardState = Literal["open", "begun", "done"]
 

@@ -8,7 +8,8 @@ airspeed or angle of attack come after the others of their kind and start from t
 
 from __future__ import annotations
 
-from gsapp.identification.campaign.maneuver_fit import secondary_input_derivatives
+from gsapp.identification.campaign.estimation_task import EstimationTask
+from gsapp.identification.campaign.method_functions import secondary_input_derivatives
 from gsapp.identification.campaign.results import (
     CampaignResult,
     CampaignValue,
@@ -29,6 +30,7 @@ __all__ = [
     "CampaignSettings",
     "CampaignValue",
     "CanceledError",
+    "EstimationTask",
     "ManeuverResult",
     "campaign_values",
     "run_campaign",

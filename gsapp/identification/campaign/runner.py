@@ -135,7 +135,7 @@ def _fitting_order(
     maneuver: Maneuver, settings: CampaignSettings, known: Mapping[str, AssumedConstant]
 ) -> tuple[int, bool]:
     """Return when a maneuver's turn is: what others know already helps it."""
-    lacks = bool(required_constants((maneuver,), known, settings.likelihood.stand_ins))
+    lacks = bool(required_constants((maneuver,), known, settings.stand_ins))
     return -len(maneuver.inputs), lacks
 
 

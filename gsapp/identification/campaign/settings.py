@@ -1,49 +1,23 @@
-"""How a campaign is estimated."""
+"""How a campaign is estimated: the user's settings with the content of the files they name."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+
+from pydantic import Field, NonNegativeFloat
 
 from gsapp.dynamics.model import Model
-from gsapp.identification import maximum_likelihood as ml
-from gsapp.identification.axes import Axis
-from gsapp.identification.results import EstimationMethod
+from gsapp.identification.estimate_settings import EstimateSettings
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class CampaignSettings:
-    """How to estimate.
+class CampaignSettings(EstimateSettings):
+    """The settings of a campaign, which no longer depend on a file."""
 
-    Attributes
-    ----------
-    method : {"ml", "ee", "ftr"}
-    axis : {"lon", "lat", "both"}
-        ``both``: each maneuver by its own surfaces, six degrees of freedom where it moved both
-        the elevator and a lateral surface.
-    six_degrees : bool
-        Fit all six degrees of freedom in every maneuver.
-    free : tuple of str, optional
-        Free derivatives and effect parameters in place of the tables.
-    held : mapping of str to float
-    weights : mapping of str to mapping, optional
-        Of the responses (SI), by name of the flight; ``""`` for all others.
-    likelihood : MLSettings
-        Everything else that maximum likelihood takes; its axis does not matter.
-    joint : bool
-        Whether to fit all maneuvers of an axis together, too.
-    """
-
-    method: EstimationMethod = "ml"
-    axis: Axis = "both"
-    six_degrees: bool = False
-    free: tuple[str, ...] | None = None
-    held: Mapping[str, float] = field(default_factory=dict)
-    weights: Mapping[str, Mapping[str, float]] | None = None
-    likelihood: ml.MLSettings = field(default_factory=lambda: ml.MLSettings(axis="lon"))
-    joint: bool = False
-
-    @property
-    def model(self) -> Model | None:
-        """Return the model whose values and effects are taken as known."""
-        return self.likelihood.model
+    known_model: Model | None = Field(
+        None, description="Content of `model`: its values and effects are taken as known."
+    )
+    response_weights: Mapping[str, Mapping[str, NonNegativeFloat]] | None = Field(
+        None,
+        description="Content of `weights`: of the responses (SI), by name of the flight; '' for "
+        "all others.",
+    )

@@ -19,7 +19,7 @@ from gsapp.identification.equation_error.regression import (
 from gsapp.identification.results import DerivativeEstimate, ResponseFit
 from gsapp.identification.smoothing import contiguous_slices
 from gsapp.identification.statistics import response_fit
-from gsapp.quantities import FloatArray
+from gsapp.quantities import FloatArray, name_in_text
 from gsapp.quantities.constants import DEGREE
 
 _ROWS_PER_COLUMN = 8
@@ -64,16 +64,6 @@ def simulate_instruments(states: FloatArray, surfaces: FloatArray) -> FloatArray
     return out
 
 
-VARIABLE_TEXT = {
-    "alpha": "angle of attack",
-    "beta": "sideslip",
-    "p": "roll rate",
-    "q": "pitch rate",
-    "r": "yaw rate",
-    "de": "elevator",
-    "da": "aileron",
-    "dr": "rudder",
-}
 DRIFT_PREFIX = "drift."
 """Columns for offset and drift of instruments begin so."""
 DRIFT_DEGREE = 2
@@ -175,7 +165,7 @@ def build_equation(
     angles = {suffix for suffix in needed for one in used if suffix in one.integrated}
     bias = f"{coefficient}_0"
     if angles and bias in names:
-        why = f"the offset of the integrated {VARIABLE_TEXT[angles.pop()]} is not known"
+        why = f"the offset of the integrated {name_in_text(angles.pop())} is not known"
         unearned[bias] = DerivativeEstimate(value=None, status="unknown", why=why)
     keep = [
         index for index, name in enumerate(stacked.names) if name not in unearned or name == bias
@@ -217,7 +207,7 @@ def _missing_channels_text(coefficient: str, needed: Sequence[str], one: Coeffic
     if coefficient in one.missing:
         return one.missing[coefficient]
     absent = [
-        VARIABLE_TEXT[name]
+        name_in_text(name)
         for name in needed
         if name not in one.measured and name not in one.integrated
     ]
@@ -235,7 +225,7 @@ def _estimates_without_value(
         suffix = name.partition("_")[2]
         own = suffix != "0" and not any(suffix in one.measured for one in found)
         reason = (
-            f"{VARIABLE_TEXT[suffix]} was not measured" if own else f"it cannot stand alone: {why}"
+            f"{name_in_text(suffix)} was not measured" if own else f"it cannot stand alone: {why}"
         )
         unearned[name] = DerivativeEstimate(value=None, status="unknown", why=reason)
     return unearned
@@ -372,11 +362,11 @@ def _unexcited(stacked: Equation, used: Sequence[Coefficients]) -> dict[str, Der
             found[name] = DerivativeEstimate(
                 value=None,
                 status="unknown",
-                why=f"the {VARIABLE_TEXT[suffix]} hardly moved: {spread / least:.2g} times the "
+                why=f"the {name_in_text(suffix)} hardly moved: {spread / least:.2g} times the "
                 "least "
                 "that is needed"
                 if spread < least
-                else f"the {VARIABLE_TEXT[suffix]} did not stand out of its noise",
+                else f"the {name_in_text(suffix)} did not stand out of its noise",
             )
     return found
 

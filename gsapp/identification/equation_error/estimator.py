@@ -27,7 +27,6 @@ from gsapp.identification.equation_error.delay_estimation import (
 from gsapp.identification.equation_error.equations import (
     DRIFT_DEGREE,
     DRIFT_PREFIX,
-    VARIABLE_TEXT,
     CoefficientCache,
     build_equation,
     excitation_threshold,
@@ -46,6 +45,7 @@ from gsapp.identification.motion import MeasuredMotion, measured_motion
 from gsapp.identification.results import DerivativeEstimate, Estimate, ResponseFit
 from gsapp.identification.stuck_channels import check_estimate_support, remove_stuck_channels
 from gsapp.identification.zero_offsets import add_offset_uncertainty, constant_term_offsets
+from gsapp.quantities import name_in_text
 
 
 def estimate(
@@ -200,7 +200,7 @@ def _estimate_from_coefficients(
     beside = [] if free is not None else _secondary_input_derivatives(axis, wanted, fixed, found)
     warnings = [remark for one in found for remark in one.remarks]
     if beside:
-        surfaces = dict.fromkeys(VARIABLE_TEXT[name.partition("_")[2]] for name in beside)
+        surfaces = dict.fromkeys(name_in_text(name.partition("_")[2]) for name in beside)
         warnings.append(
             f"the {' and the '.join(surfaces)} moved too, though not as the input; the share of "
             "that is fitted beside the rest"

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from gsapp.aircraft import Aircraft
-from gsapp.identification.axes import AXIS_COEFFICIENTS, AXIS_SURFACES
+from gsapp.identification.axes import AXIS_COEFFICIENTS, AXIS_SURFACES, AXIS_TITLES
 from gsapp.identification.ftr.channels import (
     AIRSPEED_CHANNELS,
     CHANNEL_INDEX,
@@ -124,9 +124,9 @@ class ChannelAvailability:
         for axis in axes:
             silent = [name for name in OPTIONAL_CHANNELS[axis] if not self.was_measured(name)]
             if silent:
-                what = "longitudinal" if axis == "lon" else "lateral"
                 found.append(
-                    f"{', '.join(silent)} not measured: taken as zero in the {what} equations"
+                    f"{', '.join(silent)} not measured: taken as zero in the "
+                    f"{AXIS_TITLES[axis]} equations"
                 )
         still = [
             name

@@ -9,6 +9,7 @@ from typing import Literal
 import numpy as np
 
 from gsapp.foundation import FlightError
+from gsapp.identification.axes import AXIS_TITLES
 from gsapp.identification.maneuver import Maneuver
 from gsapp.identification.motion import measured_motion
 from gsapp.identification.smoothing import contiguous_slices
@@ -84,7 +85,7 @@ def linear_model_signals(maneuver: Maneuver, axis: LinearAxis) -> tuple[LinearMo
     if absent:
         raise FlightError(
             f"maneuver {maneuver.id} of '{maneuver.flight}' has no {', '.join(absent)}, which a "
-            f"{'longitudinal' if axis == 'lon' else 'lateral-directional'} linear model needs"
+            f"{AXIS_TITLES[axis]} linear model needs"
         )
     states = np.column_stack([known.state(name) for name in LINEAR_STATES[axis]])
     inputs = np.column_stack([known.input(name) for name in LINEAR_INPUTS[axis]])

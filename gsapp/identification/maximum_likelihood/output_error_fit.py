@@ -84,7 +84,7 @@ def _solve_or_restart(
     solver: Solver,
     quick: Mapping[str, float],
 ) -> SolverResult:
-    unbiased = replace(settings, start={})
+    unbiased = settings.with_changes(start={})
     for chosen, values in ((settings, quick), (unbiased, quick), (unbiased, {})):
         try:
             return solver.solve(initial_unknowns(problem, chosen, values))
@@ -152,7 +152,7 @@ def _fit_in_pieces(
     quick: Mapping[str, float],
 ) -> SolverResult:
     """Fit pieces short enough not to diverge, each started from measurement; then the whole."""
-    unbiased = replace(settings, start={})
+    unbiased = settings.with_changes(start={})
     start = initial_unknowns(problem, unbiased, quick)
     count = len(problem.names.all)
     shared, local = start[:count], start[count:]
@@ -229,7 +229,9 @@ def simulate(
     FlightError
         If the motion diverges.
     """
-    held = replace(settings, free=(), free_effects=(), start={}, held={**settings.held, **values})
+    held = settings.with_changes(
+        free=(), free_effects=(), start={}, held={**settings.held, **values}
+    )
     problem = build_problem([maneuver], held)
     part = problem.parts[0]
     unknowns = part.local_start.copy()

@@ -27,7 +27,7 @@ def exclude_maneuvers(outcome: RunOutcome, maneuvers: Collection[str]) -> RunOut
     rest = tuple(one for one in outcome.remarks if not one.startswith(NO_LINEAR_MODEL_PREFIX))
     return replace(
         outcome,
-        request=replace(outcome.request, without=tuple(sorted(summary.excluded_maneuvers))),
+        request=outcome.request.with_changes(without=tuple(sorted(summary.excluded_maneuvers))),
         summary=summary,
         models=models,
         remarks=(*rest, *why_not),

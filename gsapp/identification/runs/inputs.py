@@ -50,8 +50,7 @@ def with_absolute_paths(request: RunRequest) -> RunRequest:
     """
     if not request.flights:
         raise FlightError("there is no flight to estimate from; name one")
-    return replace(
-        request,
+    return request.with_changes(
         flights=tuple(path.absolute() for path in request.flights),
         maneuvers=tuple(replace(one, flight=one.flight.absolute()) for one in request.maneuvers),
         aircraft=_absolute_path(request.aircraft),
@@ -69,7 +68,7 @@ def _absolute_path(name: str) -> str:
 
 def weights_file(request: RunRequest) -> Weights | None:
     """Return the weights file of a run; None where its settings hold weights, or there is none."""
-    if request.settings.weights is not None or not request.weights:
+    if request.response_weights is not None or not request.weights:
         return None
     return load_weights(request.weights)
 
@@ -94,11 +93,10 @@ def input_files(request: RunRequest, shelved: Sequence[CachedFlight]) -> tuple[I
     aircraft = request.aircraft
     if not aircraft and not all(_has_aircraft(path) for path in request.flights):
         aircraft = DEFAULT_AIRCRAFT
-    held = request.settings
     named = (
         ("aircraft", aircraft, AIRCRAFT_FILES),
-        ("model", request.model if held.model is None else "", MODELS),
-        ("weights", request.weights if held.weights is None else "", WEIGHTS),
+        ("model", request.model if request.known_model is None else "", MODELS),
+        ("weights", request.weights if request.response_weights is None else "", WEIGHTS),
         ("channel map", request.channel_map, MAPS),
     )
     certificates = certificate_paths(request.calibration) if request.calibration else ()

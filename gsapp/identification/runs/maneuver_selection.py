@@ -95,7 +95,7 @@ def _all_flight_maneuvers(
     doing: StatusCallback | None,
 ) -> tuple[FlightSelection, ...]:
     """Return all maneuvers that stand in the flights, or those of the windows given."""
-    windows = parse_maneuver_windows(request.given, len(request.flights))
+    windows = parse_maneuver_windows(request.maneuver_windows, len(request.flights))
     flown = []
     for number, opening in enumerate(flight_open_requests(request), start=1):
         named = tuple(

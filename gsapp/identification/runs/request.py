@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from pydantic import ConfigDict, Field
+
 from gsapp.flight.maneuvers.detected_maneuver import DetectedManeuver
 from gsapp.identification.campaign import CampaignSettings
 
@@ -30,6 +32,8 @@ class SelectedManeuver:
         changes no number, and is not kept with a run.
     """
 
+    __pydantic_config__ = ConfigDict(extra="forbid")
+
     flight: Path
     id: str
     t_start: float
@@ -39,49 +43,22 @@ class SelectedManeuver:
     found: DetectedManeuver | None = field(default=None, compare=False, repr=False)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class RunRequest:
-    """One estimation.
+class RunRequest(CampaignSettings):
+    """One estimation: the settings, flights and maneuvers.
 
-    Attributes
-    ----------
-    flights : tuple of Path
-        Flight folders or files, in the order in which they are numbered.
-    maneuvers : tuple of SelectedManeuver
-        Those to be used, in order. Empty: all that stand in the flights and are not unfit.
-    settings : CampaignSettings
-        Its weights are by name of the flight.
-    aircraft : str
-        Name or path; empty takes the copy in each flight folder.
-    calibration, channel_map : str
-        Names or paths; empty where the flights say it themselves.
-    label : str
-        What the user calls the run.
-    given : tuple of str
-        Windows ``START:STOP`` or ``K:START:STOP`` in place of what stands in the flights. Where
-        `maneuvers` are named, they only tell where those came from.
-    every_grade : bool
-        Whether maneuvers graded unfit stay in; likewise.
-    as_found : bool
-        Whether to leave out what was changed by hand; likewise.
-    weights, model : str
-        Names or paths of files. They are read where `settings` hold none; else they only tell
-        where those came from.
-    without : tuple of str
-        Maneuvers that count in no mean, as the outcome calls them: ``M4``, of several flights
-        ``2:M4``. They are fitted all the same.
+    `maneuver_windows`, `every_grade` and `as_found` choose among the maneuvers that stand in the
+    flights; where `maneuvers` are named, they only tell where those came from. So do `weights`
+    and `model` where the content of these files is given.
     """
 
-    flights: tuple[Path, ...]
-    maneuvers: tuple[SelectedManeuver, ...] = ()
-    settings: CampaignSettings = field(default_factory=CampaignSettings)
-    aircraft: str = ""
-    calibration: str = ""
-    channel_map: str = ""
-    label: str = ""
-    given: tuple[str, ...] = ()
-    every_grade: bool = False
-    as_found: bool = False
-    weights: str = ""
-    model: str = ""
-    without: tuple[str, ...] = ()
+    flights: tuple[Path, ...] = Field(
+        description="Flight folders or files, in the order in which they are numbered."
+    )
+    maneuvers: tuple[SelectedManeuver, ...] = Field(
+        (), description="Those to be used, in order. Empty: all in the flights that are not unfit."
+    )
+    without: tuple[str, ...] = Field(
+        (),
+        description="Maneuvers excluded from the means, as the outcome calls them: M4, of several "
+        "flights 2:M4. They are fitted all the same.",
+    )

@@ -3,12 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import replace
-from functools import cache
 from pathlib import Path
 from typing import Any, Final
-
-from pydantic import TypeAdapter, ValidationError
 
 from gsapp.foundation import FlightError
 from gsapp.identification.runs.request import RunRequest
@@ -30,8 +26,7 @@ def request_json(request: RunRequest, folder: Path) -> dict[str, Any]:
     folder : Path
         Of the file it is kept in; paths within it are kept from there.
     """
-    plain = replace(request, maneuvers=tuple(replace(one, found=None) for one in request.maneuvers))
-    content = _request_adapter().dump_python(plain, mode="json")
+    content = request.model_dump(mode="json", exclude={"maneuvers": {"__all__": {"found"}}})
     return _map_paths(content, lambda path: _to_relative(path, folder.absolute()))
 
 
@@ -41,49 +36,37 @@ def request_from_json(content: Mapping[str, Any], folder: Path) -> RunRequest:
     Raises
     ------
     FlightError
-        If this program cannot read it, or would leave out a part of it.
+        If this program cannot read all of it.
     """
     try:
-        content = _map_paths(dict(content), lambda path: _to_absolute(path, folder.absolute()))
-        request = _request_adapter().validate_python(content)
-    except (ValidationError, KeyError, TypeError, AttributeError) as error:
-        reason = str(error).partition("\n")[0]
-        if isinstance(error, ValidationError):
-            first = error.errors()[0]
-            words = str(first["msg"]).removeprefix("Value error, ")
-            reason = f"{'.'.join(str(one) for one in first['loc'])}: {words}"
+        content = _map_paths(_flat(content), lambda path: _to_absolute(path, folder.absolute()))
+        return RunRequest(**content)
+    except (FlightError, KeyError, TypeError, AttributeError) as error:
         raise FlightError(
-            f"what a kept run was asked for cannot be read ({reason}); repeat it with the version "
+            f"the settings of a stored run cannot be read ({error}); repeat it with the version "
             "of the program that made it"
         ) from error
-    lost = _missing_key(content, _request_adapter().dump_python(request, mode="json"))
-    if lost:
-        raise FlightError(
-            f"a kept run was asked for with '{lost}', which this program does not know; repeat it "
-            "with the version of the program that made it"
-        )
-    return request
 
 
-@cache
-def _request_adapter() -> TypeAdapter[RunRequest]:
-    return TypeAdapter(RunRequest)
-
-
-def _missing_key(before: Any, after: Any, where: str = "") -> str:
-    """Return the first key that is in one and not in the other; empty for none."""
-    if isinstance(before, Mapping) and isinstance(after, Mapping):
-        for key, value in before.items():
-            inner = f"{where}.{key}" if where else str(key)
-            lost = _missing_key(value, after[key], inner) if key in after else inner
-            if lost:
-                return lost
-    if isinstance(before, list) and isinstance(after, list):
-        for one, other in zip(before, after, strict=False):
-            lost = _missing_key(one, other, where)
-            if lost:
-                return lost
-    return ""
+def _flat(content: Mapping[str, Any]) -> dict[str, Any]:
+    """Return a request of the former format, in which settings were nested, in today's."""
+    if "settings" not in content:
+        return dict(content)
+    rest = {key: value for key, value in content.items() if key not in ("settings", "given")}
+    settings = dict(content["settings"])
+    fit = dict(settings.pop("likelihood"))
+    weights = settings.pop("weights")
+    own_weights = fit.pop("weights")
+    for key in ("axis", "free", "held", "joint_weights"):
+        del fit[key]  # the settings around it decided
+    return {
+        **fit,
+        **settings,
+        **rest,
+        "maneuver_windows": content["given"],
+        "known_model": fit["model"],
+        "response_weights": weights or (None if own_weights is None else {"": own_weights}),
+    }
 
 
 def _to_relative(path: str, folder: Path) -> str:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
 from itertools import combinations
 
 import numpy as np
@@ -70,7 +69,7 @@ def execute_run(
     """
     shelf = FlightCache() if flights is None else flights
     request = with_absolute_paths(request)
-    model = request.settings.model
+    model = request.known_model
     if model is None and request.model:
         model = load_model(request.model)
     file = weights_file(request)
@@ -86,14 +85,14 @@ def execute_run(
             f"no maneuver to estimate from{': ' if why else ''}{why}; name windows with "
             "--maneuver START:STOP, or see what 'gsapp maneuvers' finds"
         )
-    settings = replace(
-        request.settings,
-        weights=request.settings.weights
+    used = request.with_changes(
+        maneuvers=selected_maneuvers(request, flown),
+        known_model=model,
+        response_weights=request.response_weights
         if file is None
         else {one.opened.flight.name: file.for_flight(one.opened.flight.name) for one in shelved},
-        likelihood=replace(request.settings.likelihood, model=model),
     )
-    result = run_campaign(in_requested_order(request, flown), settings, progress=progress)
+    result = run_campaign(in_requested_order(request, flown), used, progress=progress)
     ids = {one.maneuver.id for one in result.results}
     unknown = [name for name in request.without if name not in ids]
     if unknown:
@@ -113,7 +112,7 @@ def execute_run(
         for doubt in file_warnings(one.opened.file_aircraft)
     ]
     return RunOutcome(
-        request=replace(request, maneuvers=selected_maneuvers(request, flown), settings=settings),
+        request=used,
         aircraft=shelved[0].opened.aircraft.name,
         result=result,
         summary=summary,
@@ -133,7 +132,7 @@ def execute_run(
                 one.opened.flight,
                 own.stored,
                 aircraft=one.opened.aircraft.name,
-                complete=not (request.maneuvers or request.given),
+                complete=not (request.maneuvers or request.maneuver_windows),
             )
             for one, own in zip(shelved, flown, strict=True)
         ),

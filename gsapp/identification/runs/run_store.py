@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass
 from datetime import datetime
 from pathlib import Path
 from typing import Any
@@ -109,7 +109,7 @@ class StoredRun:
         FlightError
             If this program cannot read all of it.
         """
-        return replace(request_from_json(self.content, self.folder), label=self.label)
+        return request_from_json(self.content, self.folder).with_changes(label=self.label)
 
 
 def save_run(catalog: Catalog, outcome: RunOutcome) -> int:
@@ -132,7 +132,7 @@ def save_run(catalog: Catalog, outcome: RunOutcome) -> int:
     """
     check_storable(catalog.path, outcome.request.calibration)
     record = _run_record(catalog, outcome)
-    model = outcome.request.settings.model
+    model = outcome.request.known_model
     with catalog.transaction():
         places = _store_flights(catalog, outcome)
         if model is not None:
@@ -221,8 +221,8 @@ def _run_record(catalog: Catalog, outcome: RunOutcome) -> CampaignRun:
     request = outcome.request
     return CampaignRun(
         label=request.label,
-        method=request.settings.method,
-        axis=request.settings.axis,
+        method=request.method,
+        axis=request.axis,
         aircraft=outcome.aircraft,
         flights=tuple(one.name for one in outcome.flights),
         request=request_json(request, catalog.path.absolute().parent),

@@ -7,7 +7,7 @@ from typing import Final
 
 from gsapp.dynamics.linearization import LinearModel
 from gsapp.foundation import FlightError
-from gsapp.identification.axes import AXIS_SURFACES
+from gsapp.identification.axes import AXIS_SURFACES, AXIS_TITLES
 from gsapp.identification.campaign import CampaignResult, CampaignSettings
 from gsapp.identification.linear_models.model_comparison import (
     DRAG_DERIVATIVES,
@@ -24,14 +24,13 @@ _REQUIRED_DERIVATIVES: Final[dict[LinearAxis, tuple[str, ...]]] = {
 """Without these there is no model: zero in their place would be another aircraft."""
 
 
-AXIS_NAMES: Final[dict[LinearAxis, str]] = {"lon": "longitudinal", "lat": "lateral"}
 NO_LINEAR_MODEL_PREFIX: Final = "no linear"
 """Begins each remark on a linear model that could not be made."""
 
 
 def known_derivatives(settings: CampaignSettings, means: Mapping[str, float]) -> dict[str, float]:
     """Return what is known of the derivatives: means, then what was held, then a model's values."""
-    model = settings.model
+    model = settings.known_model
     return {**({} if model is None else model.derivatives), **settings.held, **means}
 
 
@@ -79,7 +78,7 @@ def build_linear_models(
         ]
         if not flown:
             continue
-        words = AXIS_NAMES[axis]
+        words = AXIS_TITLES[axis]
         try:
             check_required_derivatives(axis, values)
             found[axis] = model_from_derivatives(

@@ -15,7 +15,7 @@ from typing import Final
 import numpy as np
 
 from gsapp.foundation import FlightError
-from gsapp.identification.axes import AXIS_SURFACES
+from gsapp.identification.axes import AXIS_SURFACES, AXIS_TITLES
 from gsapp.identification.campaign import CampaignProgressCallback, CampaignResult, run_campaign
 from gsapp.identification.linear_models.model_comparison import (
     FittedModel,
@@ -31,10 +31,9 @@ from gsapp.identification.linear_models.signals import (
     linear_model_signals,
 )
 from gsapp.identification.maneuver import Maneuver
+from gsapp.identification.methods import DEFAULT_METHOD
 from gsapp.identification.moment_reference import derivatives_about_flown_cg
-from gsapp.identification.results import EstimationMethod
 from gsapp.identification.summary.campaign_linear_models import (
-    AXIS_NAMES,
     check_required_derivatives,
     known_derivatives,
 )
@@ -118,14 +117,14 @@ class LinearModelValidation:
     ----------
     axes : mapping of str to AxisValidation
         Those that could be compared.
-    method : {"ml", "ee", "ftr"}
+    method : str
         Of the derivatives.
     remarks : tuple of str
         Why an axis is missing, or a judgment of it; which maneuvers were no use.
     """
 
     axes: Mapping[LinearAxis, AxisValidation] = field(default_factory=dict)
-    method: EstimationMethod = "ml"
+    method: str = DEFAULT_METHOD
     remarks: tuple[str, ...] = ()
 
 
@@ -173,7 +172,8 @@ def validate_linear_models(
     every = [one.maneuver for one in result.results if one.maneuver.id not in without]
     splits: dict[LinearAxis, _ValidationSplit] = {}
     remarks = []
-    for axis, words in AXIS_NAMES.items():
+    for axis in LINEAR_INPUTS:
+        words = AXIS_TITLES[axis]
         flown = [one for one in every if one.inputs and set(one.inputs) <= set(AXIS_SURFACES[axis])]
         own, lacking = _complete_maneuvers(flown, axis)
         if lacking:
@@ -199,7 +199,7 @@ def validate_linear_models(
             check_required_derivatives(axis, means)
             found[axis] = _validate_axis(axis, split, means)
         except FlightError as error:
-            remarks.append(f"no {AXIS_NAMES[axis]} models are compared: {error}")
+            remarks.append(f"no {AXIS_TITLES[axis]} models are compared: {error}")
             continue
         if cut is not None and split.flights:
             try:
@@ -208,7 +208,9 @@ def validate_linear_models(
                     whole_flight_errors=_whole_flight_errors(found[axis], every, split, cut),
                 )
             except FlightError as error:
-                remarks.append(f"no {AXIS_NAMES[axis]} models are judged on whole flights: {error}")
+                remarks.append(
+                    f"no {AXIS_TITLES[axis]} models are judged on whole flights: {error}"
+                )
     return LinearModelValidation(axes=found, method=result.settings.method, remarks=tuple(remarks))
 
 
@@ -289,7 +291,7 @@ def _reestimate_means(
     result: CampaignResult, maneuvers: Sequence[Maneuver], progress: CampaignProgressCallback | None
 ) -> dict[str, float]:
     """Return the derivatives that some maneuvers of a campaign give, estimated anew."""
-    settings = replace(result.settings, joint=False)
+    settings = result.settings.with_changes(joint=False)
     summary = summarize_campaign(run_campaign(maneuvers, settings, progress=progress))
     means = {name: one.value.mean for name, one in summary.derivatives.items()}
     return known_derivatives(settings, means)

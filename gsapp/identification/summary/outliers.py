@@ -17,6 +17,7 @@ from gsapp.identification.summary.derivative_points import (
     DerivativePoint,
     values_and_stds,
 )
+from gsapp.quantities import name_in_text
 from gsapp.quantities.constants import DEGREE
 
 MIN_POINTS: Final = 4
@@ -31,7 +32,6 @@ _WIDE_BOUND_RATIO: Final = 3.0
 """A bound so many times the usual one says little by itself."""
 _MIN_CONDITION_DISTANCE: Final = {"V": 3.0, "alpha": 2.0 * DEGREE, "beta": 4.0 * DEGREE}
 """How far from all others a maneuver's conditions must lie to be named (SI)."""
-_CONDITION_TEXT: Final = {"V": "speed", "alpha": "angle of attack", "beta": "sideslip"}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -95,9 +95,9 @@ def _condition_reasons(point: DerivativePoint, others: Sequence[DerivativePoint]
         if own is None or not known:
             continue
         if own > max(known) + _MIN_CONDITION_DISTANCE[name]:
-            found.append(f"flown at a higher {_CONDITION_TEXT[name]} than all others")
+            found.append(f"flown at a higher {name_in_text(name)} than all others")
         elif own < min(known) - _MIN_CONDITION_DISTANCE[name]:
-            found.append(f"flown at a lower {_CONDITION_TEXT[name]} than all others")
+            found.append(f"flown at a lower {name_in_text(name)} than all others")
     return found
 
 

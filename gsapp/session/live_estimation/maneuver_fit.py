@@ -14,7 +14,6 @@ from gsapp.dynamics.model import Model
 from gsapp.foundation import GroundStationError, process_priority
 from gsapp.identification.campaign import CampaignSettings, ManeuverResult, run_campaign
 from gsapp.identification.maneuver import Maneuver
-from gsapp.identification.maximum_likelihood import MLSettings
 
 _WORKER_NICENESS = 10
 """By how much a worker stands back behind the stream and the window."""
@@ -42,7 +41,7 @@ class FitResponse:
 def run_fit_request(request: FitRequest) -> FitResponse:
     """Fit one maneuver as ``gsapp estimate`` does."""
     started = time.perf_counter()
-    settings = CampaignSettings(likelihood=MLSettings(axis="lon", model=request.model))
+    settings = CampaignSettings(known_model=request.model)
     try:
         (result,) = run_campaign([request.maneuver], settings).results
     except GroundStationError as error:

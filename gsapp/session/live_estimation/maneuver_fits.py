@@ -18,7 +18,6 @@ from gsapp.identification.campaign import (
     campaign_values,
 )
 from gsapp.identification.maneuver import Maneuver
-from gsapp.identification.maximum_likelihood import MLSettings
 from gsapp.session.live_estimation.fit_workers import FitWorker
 from gsapp.session.live_estimation.maneuver_fit import FitRequest, FitResponse
 
@@ -55,7 +54,7 @@ class ManeuverFits:
 
     def __init__(self, cut: CutManeuver, model: Model | None, workers: FitWorker) -> None:
         self._cut = cut
-        self._settings = CampaignSettings(likelihood=MLSettings(axis="lon", model=model))
+        self._settings = CampaignSettings(known_model=model)
         self._model = model
         self._workers = workers
         self._forget()

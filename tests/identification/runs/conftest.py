@@ -17,4 +17,7 @@ def flight_files(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
 
 @pytest.fixture(scope="session")
 def outcome(flight_files: tuple[Path, Path]) -> RunOutcome:
-    return execute_run(RunRequest(flights=flight_files, given=WINDOWS, label="both", model="b777"))
+    """Return the run of all four maneuvers."""
+    return execute_run(
+        RunRequest(flights=flight_files, maneuver_windows=WINDOWS, label="both", model="b777")
+    )

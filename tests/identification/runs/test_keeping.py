@@ -9,8 +9,9 @@ import signal
 import sqlite3
 import time
 from collections.abc import Callable
-from dataclasses import fields, replace
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import pytest
 from hypothesis import given, settings
@@ -19,8 +20,6 @@ from hypothesis import strategies as st
 from gsapp.dynamics.model import load_model
 from gsapp.flight.catalog import Catalog, schema, search_maneuvers, search_runs
 from gsapp.foundation import FlightError, UnknownNameError
-from gsapp.identification.campaign import CampaignSettings
-from gsapp.identification.maximum_likelihood import MLSettings
 from gsapp.identification.runs.exclusion import exclude_maneuvers
 from gsapp.identification.runs.outcome import RunOutcome
 from gsapp.identification.runs.request import RunRequest, SelectedManeuver
@@ -98,8 +97,8 @@ def test_maneuvers_left_out_by_hand_are_kept_with_the_run(
         assert found.outcome.summary.excluded_maneuvers == {"2:1"}
         update_run_means(catalog, replace(exclude_maneuvers(outcome, []), number=number))
         assert load_run(catalog, number).values == before.values
-    with pytest.raises(UnknownNameError, match="'3:1'"):
-        execute_run(replace(outcome.request, without=("3:1",)))
+    with pytest.raises(UnknownNameError, match="no maneuver '3:1' to exclude"):
+        execute_run(outcome.request.with_changes(without=("3:1",)))
 
 
 def test_maneuvers_that_the_catalog_has_stay_as_they_are(
@@ -121,7 +120,8 @@ def test_maneuvers_that_the_catalog_has_stay_as_they_are(
 
 
 def test_other_certificates_and_damage_are_told(outcome: RunOutcome, tmp_path: Path) -> None:
-    borrowed = replace(outcome, request=replace(outcome.request, calibration="b777"))
+    """Nothing is kept of a run with borrowed certificates; a later program's settings are named."""
+    borrowed = replace(outcome, request=outcome.request.with_changes(calibration="b777"))
     with Catalog(tmp_path / "c.sqlite") as catalog:
         with pytest.raises(FlightError, match="own certificates"):
             save_run(catalog, borrowed)
@@ -129,12 +129,12 @@ def test_other_certificates_and_damage_are_told(outcome: RunOutcome, tmp_path: P
         number = save_run(catalog, outcome)
         ((text,),) = catalog.query("SELECT request FROM kept_runs")
         content = json.loads(text)
-        content["settings"]["likelihood"]["gusts"] = True
+        content["gusts"] = True
         with catalog.transaction() as connection:
             connection.execute("UPDATE kept_runs SET request = ?", (json.dumps(content),))
         # The list still shows it.
         (found,) = stored_runs(catalog)
-        with pytest.raises(FlightError, match=r"with 'settings\.likelihood\.gusts'"):
+        with pytest.raises(FlightError, match="gusts"):
             _ = found.request
         with catalog.transaction() as connection:
             connection.execute("UPDATE kept_runs SET request = '{}'")
@@ -148,29 +148,27 @@ NUMBERS = st.floats(allow_nan=False, allow_infinity=False)
 POSITIVE = st.floats(min_value=0.0, exclude_min=True, allow_infinity=False)
 VALUES = st.dictionaries(st.sampled_from(("Cm_q", "CN_0", "Cl_p")), NUMBERS)
 NAMES = st.lists(st.sampled_from(("alpha", "q", "an")), unique=True).map(tuple)
-LIKELIHOOD = st.builds(
-    MLSettings,
-    axis=st.sampled_from(("lon", "lat", "both")),
-    responses=st.none() | NAMES,
-    biases=st.none() | NAMES,
-    time_shifts=NAMES,
-    model=st.none() | st.just(load_model("b777").with_effect("aero.Cm.alpha2", {"k": 0.1})),
-    start=VALUES,
-    priors=st.dictionaries(st.just("Cm_q"), st.tuples(NUMBERS, POSITIVE)),
-    noise=st.sampled_from(("diagonal", "full")),
-    stand_ins=VALUES,
-    bound_factor=st.none() | POSITIVE,
-    restart=POSITIVE,
-)
-SETTINGS = st.builds(
-    CampaignSettings,
-    method=st.sampled_from(("ml", "ee", "ftr")),
-    free=st.none() | NAMES,
-    held=VALUES,
-    weights=st.none()
-    | st.dictionaries(st.text(max_size=3), st.dictionaries(NAMES.map("+".join), POSITIVE)),
-    likelihood=LIKELIHOOD,
-    joint=st.booleans(),
+SETTINGS = st.fixed_dictionaries(
+    {},
+    optional={
+        "method": st.sampled_from(("ml", "ee", "ftr")),
+        "free": st.none() | NAMES,
+        "held": VALUES,
+        "response_weights": st.none()
+        | st.dictionaries(st.text(max_size=3), st.dictionaries(NAMES.map("+".join), POSITIVE)),
+        "joint": st.booleans(),
+        "responses": st.none() | NAMES,
+        "biases": st.none() | NAMES,
+        "time_shifts": NAMES,
+        "known_model": st.none()
+        | st.just(load_model("b777").with_effect("aero.Cm.alpha2", {"k": 0.1})),
+        "start": VALUES,
+        "priors": st.dictionaries(st.just("Cm_q"), st.tuples(NUMBERS, POSITIVE)),
+        "noise": st.sampled_from(("diagonal", "full")),
+        "stand_ins": VALUES,
+        "bound_factor": st.none() | POSITIVE,
+        "restart": POSITIVE,
+    },
 )
 # On Windows a path is whole with its drive only.
 FLIGHT = Path("/flights/campaign/a.csv").absolute()
@@ -186,21 +184,36 @@ MANEUVERS = st.lists(
 @settings(max_examples=60, deadline=None)
 @given(SETTINGS, MANEUVERS, st.text(max_size=5))
 def test_every_setting_goes_through_json_exactly(
-    chosen: CampaignSettings, maneuvers: tuple[SelectedManeuver, ...], label: str
+    chosen: dict[str, Any], maneuvers: tuple[SelectedManeuver, ...], label: str
 ) -> None:
-    asked = RunRequest(flights=(FLIGHT,), maneuvers=maneuvers, settings=chosen, label=label)
+    """Every float to the last bit, the model by its content, tuples as tuples, in their order."""
+    asked = RunRequest(flights=(FLIGHT,), maneuvers=maneuvers, label=label, **chosen)
     folder = FLIGHT.parent
     text = json.dumps(request_json(asked, folder), allow_nan=False)
     back = request_from_json(json.loads(text), folder)
     assert back == asked
-    assert list(back.settings.held) == list(chosen.held)
-    for field in fields(MLSettings):
-        one = getattr(back.settings.likelihood, field.name)
-        assert type(one) is type(getattr(chosen.likelihood, field.name)), field.name
+    assert list(back.held) == list(asked.held)
+    for name in RunRequest.model_fields:
+        assert type(getattr(back, name)) is type(getattr(asked, name)), name
+
+
+def test_a_request_of_the_former_format_is_read() -> None:
+    """Settings were nested by the part of the program that used them."""
+    content = json.loads((Path(__file__).parent / "former_request.json").read_text("utf-8"))
+    found = request_from_json(content, FLIGHT.parent)
+    assert found.maneuver_windows == ("0:6",)
+    assert found.response_weights == {"a": {"q": 3.0}}
+    assert (found.weights, found.model, found.aircraft) == ("w.toml", "b777", "b777")
+    assert found.known_model is not None
+    assert found.known_model.derivative("CN_q") == 4.0
+    assert found.held == {"CN_q": 5.0}
+    assert (found.priors, found.bound_factor) == ({"Cm_q": (-20.0, 5.0)}, 10.0)
+    assert (found.noise, found.axis, found.max_iterations) == ("full", "both", 7)
 
 
 def test_flights_beside_the_catalog_move_with_it(outcome: RunOutcome) -> None:
-    asked = replace(outcome.request, aircraft="b777")
+    """Paths within the catalog's folder are found in another place; others stay where they are."""
+    asked = outcome.request.with_changes(aircraft="b777")
     here = asked.flights[0].parent
     content = request_json(asked, here)
     assert request_from_json(content, here) == asked
@@ -299,7 +312,9 @@ def test_a_run_that_is_interrupted_leaves_nothing_half_done(
     folder = tmp_path / "flights"
     folder.mkdir()
     flights = tuple(Path(shutil.copy(one, folder)) for one in outcome.request.flights)
-    asked = RunRequest(flights=flights, given=outcome.request.given, model="b777")
+    asked = RunRequest(
+        flights=flights, maneuver_windows=outcome.request.maneuver_windows, model="b777"
+    )
     path = tmp_path / "c.sqlite"
     chance = random.Random(11)
     ended = 0

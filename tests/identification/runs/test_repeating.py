@@ -2,7 +2,6 @@
 
 import math
 import shutil
-from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -10,8 +9,6 @@ import pytest
 from gsapp.dynamics.model import load_model, save_model
 from gsapp.flight.catalog import Catalog
 from gsapp.foundation import GroundStationError
-from gsapp.identification.campaign import CampaignSettings
-from gsapp.identification.maximum_likelihood import MLSettings
 from gsapp.identification.runs.outcome import RunOutcome
 from gsapp.identification.runs.request import RunRequest
 from gsapp.identification.runs.run_comparison import SettingDifference, compare_runs
@@ -27,10 +24,8 @@ def campaign(tmp_path: Path, flight_files: tuple[Path, Path]) -> Path:
     folder.mkdir()
     path = Path(shutil.copy(flight_files[0], folder))
     with Catalog(folder / "c.sqlite") as catalog:
-        settings = CampaignSettings(joint=True)
-        save_run(
-            catalog, execute_run(RunRequest(flights=(path,), given=("0:6",), settings=settings))
-        )
+        request = RunRequest(flights=(path,), maneuver_windows=("0:6",), joint=True)
+        save_run(catalog, execute_run(request))
     return folder
 
 
@@ -96,10 +91,10 @@ def test_marks_and_notes_change_no_run(campaign: Path) -> None:
 
 def test_a_model_that_is_gone_is_remembered(campaign: Path) -> None:
     file = save_model(load_model("b777").with_derivatives({"CN_q": 4.0}), campaign / "own.toml")
-    settings = CampaignSettings(free=("Cm_alpha", "Cm_q", "Cm_de", "Cm_0"))
     asked = RunRequest(
-        flights=(campaign / "a.csv",), given=("0:6",), settings=settings, model=str(file)
-    )
+        flights=(campaign / "a.csv",), maneuver_windows=("0:6",), model=str(file),
+        free=("Cm_alpha", "Cm_q", "Cm_de", "Cm_0"),
+    )  # fmt: skip
     with Catalog(campaign / "c.sqlite") as catalog:
         made = execute_run(asked)
         assert [one.role for one in made.inputs] == ["flight", "aircraft", "model"]
@@ -107,19 +102,14 @@ def test_a_model_that_is_gone_is_remembered(campaign: Path) -> None:
         file.unlink()
         found = repeat_run(catalog, number)
     assert (found.is_identical, found.differences) == (True, ())
-    model = found.outcome.result.settings.model
+    model = found.outcome.result.settings.known_model
+    assert model is not None
     assert model.derivative("CN_q") == 4.0
 
 
 def test_two_runs_beside_each_other(campaign: Path, outcome: RunOutcome) -> None:
     """Settings that differ in words, maneuvers of one only, values in joint bounds."""
-    other = execute_run(
-        replace(
-            outcome.request,
-            label="held",
-            settings=replace(outcome.request.settings, held={"CN_q": 5.0}),
-        )
-    )
+    other = execute_run(outcome.request.with_changes(label="held", held={"CN_q": 5.0}))
     with Catalog(campaign / "c.sqlite") as catalog:
         one, two = (load_run(catalog, save_run(catalog, made)) for made in (outcome, other))
         found = compare_runs(one, two)
@@ -137,14 +127,12 @@ def test_two_runs_beside_each_other(campaign: Path, outcome: RunOutcome) -> None
         settings = {row.name: row for row in compare_runs(load_run(catalog, 1), one).settings}
         assert settings["flights"].other == "a, b"
         assert settings["maneuver 1 of b.csv"].one == "not used"
-        assert settings["all maneuvers together"].one == "fitted too"
+        assert settings["all maneuvers together"].one == "yes"
 
 
 def test_settings_that_look_alike_are_told_apart(outcome: RunOutcome) -> None:
     def asked(value: float) -> RunRequest:
-        fit = MLSettings(axis="lon", start={"Cm_q": value})
-        chosen = replace(outcome.request.settings, likelihood=fit)
-        return replace(outcome.request, settings=chosen)
+        return outcome.request.with_changes(start={"Cm_q": value})
 
     one, other = asked(-20.0), asked(math.nextafter(-20.0, 0.0))
     assert describe_settings(one) == describe_settings(other)
