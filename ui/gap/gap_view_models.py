@@ -12,11 +12,11 @@ from gsapp.discrepancy.results import (
     FoundEffect,
     Observability,
 )
+from gsapp.dynamics.buildup import COEFFICIENT_TITLES
 from gsapp.quantities import FloatArray, convert_text_units
 from gsapp.report.discrepancy_pictures import missing_by_condition, to_display_units
 from ui.gap.gap_selection import GapSelection, find_maneuver_view
 from ui.gap.gap_text import (
-    COEFFICIENT_NAMES,
     MIN_OBSERVABLE_SIGMA,
     axis_unit,
     channel_symbol,
@@ -94,7 +94,7 @@ def build_map_rows(answer: SearchResult, step: int) -> tuple[TableRow, ...]:
         texts = tuple(noise_ratio_text(cell.ratio) for cell in cells)
         formats = {
             column: CellFormat(
-                detail=f"{COEFFICIENT_NAMES.get(name, name)} of maneuver {heading}: {text} times "
+                detail=f"{COEFFICIENT_TITLES.get(name, name)} of maneuver {heading}: {text} times "
                 f"the noise floor{', more than chance' if cell.proven else ''}"
             )
             for column, (name, text, cell) in enumerate(
