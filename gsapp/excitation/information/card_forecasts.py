@@ -37,10 +37,9 @@ from gsapp.excitation.test_points.perturbation_models import (
     linearize_level_flight,
 )
 from gsapp.flight.cards import TestCard
-from gsapp.flight.cards.card import SURFACE_NAMES
 from gsapp.foundation import FlightError
 from gsapp.identification.axes import Axis, axis_derivatives
-from gsapp.quantities import FloatArray, from_si
+from gsapp.quantities import SURFACE_NAMES, FloatArray, from_si
 
 _NUMBERS: Final = ("no", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine")
 _INPUTS: Final = {"3-2-1-1": "3-2-1-1 input"}
