@@ -61,11 +61,11 @@ def test_the_report_says_what_a_supervisor_asks(compared: LinearModelValidation)
         "times the plain Cramer-Rao bounds",
         "fitted on 4 maneuvers and judged on 2 maneuvers of B that none of them saw",
         "RMS error over range, percent, of the longitudinal models",
-        "maximum likelihood, appendix A",
+        "ML, appendix A",
         "short period",
         "Residuals: in how many fits they may be white noise",
         "A: FTR did not listen: there are too few samples",
-        "each maneuver by the surfaces it moved",
+        "By the surfaces moved",
     ):
         assert words in said, words
     assert "Written" not in said
