@@ -46,7 +46,11 @@ class Seen(latency.Frames):
     def advanced(self, window) -> None:
         super().advanced(window)
         self._waiting.clear()
-        cues = window.desk.session.cues if window.desk.session is not None else None
+        cues = (
+            window.flight_controller.session.cues
+            if window.flight_controller.session is not None
+            else None
+        )
         if self.watching and cues is not None and cues.time is not None:
             newest = round(cues.time * RATE)
             if not self.cues or newest > self.cues[-1][0]:
@@ -168,14 +172,14 @@ def measure(place: Path, seconds: float, *, estimates: bool) -> Result:
         window = latency.watched_window(Path(scratch), seen)
         port = find_free_udp_port()
         try:
-            window.desk.starter.connect_aircraft(
+            window.flight_controller.flight_opener.connect_aircraft(
                 ConnectRequest(
                     link=f"udpin:127.0.0.1:{port}", folder=folder, channel_map="b777",
                     aircraft="b777", calibration="b777",
                 )
             )  # fmt: skip
             deadline = time.monotonic() + 30.0
-            while not window.desk.is_open and time.monotonic() < deadline:
+            while not window.flight_controller.is_open and time.monotonic() < deadline:
                 run(0.05)
             window.commands.actions["panel_estimates"].trigger()
             with sending(port, place):
@@ -183,7 +187,7 @@ def measure(place: Path, seconds: float, *, estimates: bool) -> Result:
                     run(0.05)
                 run(_SETTLE)
                 start, first = seen.shown[-1][0], len(seen.shown)
-                session = window.desk.session
+                session = window.flight_controller.session
                 recorder = session.recorder.pid if session.recorder else 0
                 used, begin = time.process_time(), time.perf_counter()
                 timer.start(_TIMER_MS)
@@ -196,13 +200,13 @@ def measure(place: Path, seconds: float, *, estimates: bool) -> Result:
             helpers = [one for one in children(os.getpid()) if one != recorder]
             spent = sum(latency.processor_time(one) or 0.0 for one in helpers)
             last = seen.shown[-1][0]
-            history = window.desk.history.samples(latency.STEPPED, start + 1, last + 1)
+            history = window.flight_controller.history.samples(latency.STEPPED, start + 1, last + 1)
             lost = int(np.isnan(history).sum())
             fitted = len(fits.result.results) if fits is not None else 0
             values = len(fits.result.values) if fits is not None else 0
         finally:
-            window.desk.recorders.stop_recording_and_wait()
-            window.desk.close()
+            window.flight_controller.recorders.stop_recording_and_wait()
+            window.flight_controller.close()
             window.close()
             window.deleteLater()
             application.processEvents()

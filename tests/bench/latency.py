@@ -118,7 +118,7 @@ class Frames:
     _waiting: list[int] = field(default_factory=list)
 
     def advanced(self, window) -> None:
-        history = window.desk.history
+        history = window.flight_controller.history
         if (
             not self.watching
             or history is None
@@ -150,7 +150,7 @@ def new_value_on_screen(window, sample: int) -> bool:
     """Tell whether the screen has the color of the leaping line at its new value, newest column."""
     from ui.strips.raster import value_row_transform
 
-    charts, history = window.view.charts, window.desk.history
+    charts, history = window.view.charts, window.flight_controller.history
     geometry, picture = charts.geometry_in_pixels, charts.picture
     places = [
         place
@@ -289,18 +289,18 @@ def measure(seconds: float, shift_us: int = 0) -> Result:
             probe.bind(("127.0.0.1", 0))
             port = probe.getsockname()[1]
         try:
-            window.desk.starter.connect_aircraft(
+            window.flight_controller.flight_opener.connect_aircraft(
                 ConnectRequest(
                     link=f"udpin:127.0.0.1:{port}", folder=folder, channel_map="b777",
                     aircraft="b777", calibration="b777",
                 )
             )  # fmt: skip
             deadline = time.monotonic() + 30.0
-            while not window.desk.is_open:
+            while not window.flight_controller.is_open:
                 run(0.05)
                 if time.monotonic() > deadline:
                     raise TimeoutError("the recorder did not start")
-            recorder = window.desk.session.recorder
+            recorder = window.flight_controller.session.recorder
             with sending(port, seconds + 60.0, shift_us):
                 while not frames.shown:
                     run(0.05)
@@ -321,8 +321,8 @@ def measure(seconds: float, shift_us: int = 0) -> Result:
                 charts = len(window.view.charts.geometry_in_pixels.numbers)
                 drawn = len(frames.shown) - first
         finally:
-            window.desk.recorders.stop_recording_and_wait()
-            window.desk.close()
+            window.flight_controller.recorders.stop_recording_and_wait()
+            window.flight_controller.close()
             window.close()
             window.deleteLater()
             application.processEvents()

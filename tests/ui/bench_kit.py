@@ -40,7 +40,7 @@ class BenchDesk(QObject):
         self.complaints: list[str] = []
         self.opened: list[Path] = []
         self.error_reporter.error_reported.connect(
-            lambda fault: self.complaints.append(fault.sentence)
+            lambda fault: self.complaints.append(fault.message)
         )
         self.history = SampleHistory((), 100.0)
         # It notes which flight is to be read anew.

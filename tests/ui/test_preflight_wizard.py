@@ -465,7 +465,7 @@ def test_a_surface_does_not_turn_over_the_words_that_name_its_sides(
 def test_nothing_is_calibrated_by_a_replay(at_bench: Open) -> None:
     """Its volts would make a certificate of today, and those of practice one that counts."""
     window = at_bench("elevator_left")
-    window.desk.session.replaying = object()
+    window.desk.session.replay_feed = object()
     window.desk.changed.emit()
     assert "This is a replay" in window.page.start.sentence.text()
     begin(window)

@@ -1274,7 +1274,7 @@ def test_a_session_that_ends_is_not_held_up_by_a_question(
     )
     stopped: list[str] = []
     monkeypatch.setattr(
-        window.flight_controller, "stop_recording_and_wait", lambda: stopped.append("?")
+        window.flight_controller.recorders, "stop_recording_and_wait", lambda: stopped.append("?")
     )
     if waits:
         answer_dialog(QMessageBox, lambda _box: window.close_without_asking())

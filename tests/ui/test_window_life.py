@@ -236,16 +236,16 @@ def test_from_the_first_byte_to_the_end_of_the_recording(
         until(qtbot, lambda: again.flight_controller.is_recording)
 
     # The aircraft is silent now: no number of it is left standing.
-    until(qtbot, lambda: again.bar.views["link"].part.state == "warning")
-    assert again.bar.views["link"].part.value == "–"
-    assert again.bar.views["flight"].part.value == "–"
+    until(qtbot, lambda: again.status_bar.item_widgets["link"].item.state == "warning")
+    assert again.status_bar.item_widgets["link"].item.value == "–"
+    assert again.status_bar.item_widgets["flight"].item.value == "–"
 
     again.flight_controller.recorders.stop_recording()
     until(qtbot, lambda: any("has ended" in text for text in again.banners.texts()))
     # Read once, the flight that has landed opens in a moment.
     until(qtbot, lambda: any(FlightFolder(path=folder).cache_folder.glob("*.npz")))
     assert find_recorder(folder) is None
-    assert again.bar.views["record"].part.value == "stopped"
+    assert again.status_bar.item_widgets["record"].item.value == "stopped"
     again.flight_controller.close()
 
 
