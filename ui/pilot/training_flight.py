@@ -124,7 +124,7 @@ class TrainingFlight(QObject):
         if session is None or aircraft is None:
             return
         if complaint := aircraft.take_error():
-            self._desk.said.emit("warning", complaint)
+            self._desk.message_posted.emit("warning", complaint)
         said = [
             event.text
             for event in session.messages()

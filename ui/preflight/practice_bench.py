@@ -74,13 +74,13 @@ class PracticeBench(QObject):
         if view.phase == "sign":
             bench.set_angle(instrument.channel, max(instrument.settings))
         elif view.phase == "gyro_turn" and view.target is not None:
-            bench.say(f"turn {instrument.channel} {view.target:g}")
+            bench.send_line(f"turn {instrument.channel} {view.target:g}")
         elif view.position is not None:
-            bench.say(f"lie {view.position}")
+            bench.send_line(f"lie {view.position}")
         elif view.phase in _SPOKEN_COMMANDS:
-            bench.say(_SPOKEN_COMMANDS[view.phase])
+            bench.send_line(_SPOKEN_COMMANDS[view.phase])
         elif view.target is not None:
-            turns = over or (bool(view.remaining) and view.remaining[0].turns)
+            turns = over or (bool(view.remaining) and view.remaining[0].is_turning_point)
             past = {"up": -_OVERSHOOT, "down": _OVERSHOOT}.get(view.direction, 0.0)
             if turns and past:
                 since = view.reading.time if view.reading is not None else 0.0
