@@ -79,7 +79,7 @@ def search(monkeypatch: pytest.MonkeyPatch) -> Install:
 @pytest.fixture
 def undrawn(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("gsapp.report.document_writer.render_png", lambda _: b"\x89PNG")
-    monkeypatch.setattr("gsapp.report.document_writer.pdf_pages", lambda _, **__: b"%PDF")
+    monkeypatch.setattr("gsapp.report.document_writer.render_pdf", lambda _, **__: b"%PDF")
 
 
 def call(*arguments: object) -> tuple[int, str, BaseException | None]:
