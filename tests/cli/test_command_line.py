@@ -156,7 +156,7 @@ def test_the_process_ends_with_the_code_of_its_command() -> None:
         (("debrief",), "nothing to debrief"),
         (("export", "f.csv", "--to", "csv", "--out", "x.mat"), "of another format than --to csv"),
         (("estimate", "flight.csv", "--stand-in", "speed=30"), "no channel is called 'speed'"),
-        (("estimate", "flight.csv", "--bound-factor", "-1"), "give above 0"),
+        (("estimate", "flight.csv", "--bound-factor", "-1"), "greater than 0"),
         (("compatibility", "flight.csv", "--maneuver", "5"), "the maneuver '5' cannot be read"),
         (("discrepancy", "flight.csv", "--out", "x", "--refuse", "none"), "no effect 'none'"),
         (("cut", "flight.csv", "--out", "x.csv", "--window", "5:2"), "is not a window of time"),

@@ -483,7 +483,7 @@ def test_names_that_nobody_knows_are_refused(lon):
         MLSettings(axis="lon", responses=("altitude",))
     with pytest.raises(FlightError, match="standard deviation"):
         MLSettings(axis="lon", priors={"Cm_q": (-23.0, 0.0)})
-    with pytest.raises(FlightError, match="0 or more"):
+    with pytest.raises(FlightError, match="greater than or equal to 0"):
         MLSettings(axis="lon", weights={"q": -1.0})
 
 

@@ -216,6 +216,7 @@ class RankingView(FittedTableView):
 
     def show_rows(self, rows: Sequence[TableRow]) -> None:
         """Show another competition; the selected candidate stays where it still competes."""
+        former = self.current_key()
         super().show_rows(rows)
-        if rows and not self.currentIndex().isValid():
+        if rows and former not in [row.key for row in rows]:
             self.setCurrentIndex(self.row_model.index(0, 0))
