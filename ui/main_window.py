@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Callable, Mapping
-from dataclasses import replace
 from pathlib import Path
 
 from PySide6.QtCore import QByteArray, QSize, Qt, QTimer
@@ -48,11 +47,7 @@ from ui.window_frame.banners import BannerStack
 from ui.window_frame.file_drop_filter import FileDropFilter
 from ui.window_frame.navigation_rail import NavigationRail
 from ui.window_frame.status_bar import StatusBar
-from ui.window_frame.status_bar_model import (
-    StatusBarData,
-    create_status_items,
-    status_bar_data,
-)
+from ui.window_frame.status_bar_model import session_status_items
 from ui.window_frame.status_item import StatusItem
 from ui.window_frame.step_page import WindowPage
 
@@ -252,7 +247,6 @@ class MainWindow(QMainWindow):
         self._built_pages[place_id].begin()
 
     def _show_time(self, at: float) -> None:
-        """Show a flight time (s) in the charts."""
         self.show_page("flight")
         self.crew.go_to_time(at)
 
@@ -283,7 +277,6 @@ class MainWindow(QMainWindow):
             menu.popup(tile.mapToGlobal(tile.rect().bottomLeft()))
 
     def _review(self, folder: Path) -> None:
-        """Review a flight that has ended."""
         self.show_page("review")
         self.review_page.add_flights([folder])
 
@@ -301,7 +294,6 @@ class MainWindow(QMainWindow):
     # What happens
 
     def _flight_changed(self) -> None:
-        """Another flight is open, or none."""
         self.flight_page.show_flight(self.flight_controller.is_open)
         self.flight_page.start.show_links(self.store.current.links)
         if not self.flight_controller.is_open:
@@ -324,18 +316,12 @@ class MainWindow(QMainWindow):
         self.flight_page.start.show_flights(self.store.current.recent_flights)
 
     def _status_items(self) -> tuple[StatusItem, ...]:
-        controller, muted = self.flight_controller, self.store.current.muted
-        data = StatusBarData(muted=muted)
-        if controller.session is not None and controller.snapshot is not None:
-            data = status_bar_data(
-                controller.session, controller.snapshot, self.display_style.units, muted=muted
-            )
-        return create_status_items(
-            replace(data, others=tuple(found.name for found in controller.recorders.others))
-        )
+        controller, units = self.flight_controller, self.display_style.units
+        others = tuple(found.name for found in controller.recorders.others)
+        state = (controller.session, controller.snapshot, others, units)
+        return session_status_items(*state, muted=self.store.current.muted)
 
     def _refresh(self) -> None:
-        """Show what the session says now, beside the samples."""
         if self.flight_controller.is_open:
             self.view.show_state(self.crew.view_state())
         self.status_bar.show_items(self._status_items())
@@ -343,7 +329,6 @@ class MainWindow(QMainWindow):
         self.crew.sound_alarms()
 
     def _enable(self) -> None:
-        """Gray the commands that have nothing to act on at this place."""
         found: list[CommandRequirement] = [
             *self.flight_controller.present, *self.gap_page.present, *self.preflight_page.present,
             *self.pilot_page.present,

@@ -47,7 +47,7 @@ DIALOGS: dict[str, type[QDialog]] = {
 }
 EXCEPTIONS = re.compile(
     r"^settings: .*\n(US customary \(ft, lb, °F\)|SI \(m, kg, °C\))$"  # names of the systems
-    r"|^Preflight, cards: Line in .*\nElevator doublet at 100 ft/s$"  # as typed into the file
+    r"|^Preflight, cards: FormLineEdit in .*\nElevator doublet at 100 ft/s$"  # as typed
 )
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from calibration.validity import CalibrationStatus
@@ -340,3 +340,18 @@ def status_bar_data(
         read_share=1.0 if snapshot.is_up_to_date else snapshot.progress,
         monitored_share=snapshot.monitored_fraction,
     )
+
+
+def session_status_items(
+    session: Session | None,
+    snapshot: SessionSnapshot | None,
+    others: tuple[str, ...],
+    units: str,
+    *,
+    muted: bool,
+) -> tuple[StatusItem, ...]:
+    """Return the parts of the bar, of a session or without one."""
+    data = StatusBarData(muted=muted)
+    if session is not None and snapshot is not None:
+        data = status_bar_data(session, snapshot, units, muted=muted)
+    return create_status_items(replace(data, others=others))
