@@ -49,7 +49,7 @@ class GyroMonitorSettings:
     turning: float = 10.0 * DEGREE
     """rad/s; a gyro once outvoted is believed again when it shows such rates as the others do
     ..."""
-    alike: tuple[float, float] = (3.0 * DEGREE, 0.15)
+    agreement_tolerance: tuple[float, float] = (3.0 * DEGREE, 0.15)
     """... to so much, rad/s, and such a share ..."""
     agreed: int = 4
     """... in so many frames one after the other in which it turns."""
@@ -106,7 +106,9 @@ class GyroMonitor:
         if not others or max(abs(value) for value in others) < _GYRO_MONITOR.turning:
             return
         alike = all(
-            abs(values[own] - value) < _GYRO_MONITOR.alike[0] + _GYRO_MONITOR.alike[1] * abs(value)
+            abs(values[own] - value)
+            < _GYRO_MONITOR.agreement_tolerance[0]
+            + _GYRO_MONITOR.agreement_tolerance[1] * abs(value)
             for value in others
         )
         self._agreed[name] = self._agreed[name] + 1 if alike else 0

@@ -65,17 +65,17 @@ class KinematicMonitorSettings:
     """Gusts along the path seen as shares of those across: v and w, after the straight line."""
     calm: float = 0.1
     """Misses of the airspeed in calm air, m/s."""
-    lie: float = 5.0
+    wrong_gust_ratio: float = 5.0
     """An airspeed that misses so many times what gusts explain is wrong; 3.4 has been seen in
     gusts."""
-    least_lie: float = 0.8
+    min_wrong_residual: float = 0.8
     """m/s."""
-    reversed: float = -0.85
+    reversed_correlation: float = -0.85
     """Correlation: a tube that holds its pressure shows height as speed, which falls as that
     rises."""
-    beside: float = 2.0
+    reversed_gust_ratio: float = 2.0
     """Times what gusts explain, for that."""
-    alike: float = 0.5
+    min_valid_correlation: float = 0.5
     """Correlation from which on the airspeed tells the truth."""
     times: int = 2
     """Successive comparisons that must agree."""
@@ -192,7 +192,7 @@ class KinematicMonitor:
         against = self._against(motion, alike)
         if against and not lies and self._gyros_live(motion):
             lies["V"] = _AGAINST
-        if against or alike < _SETTINGS.alike:
+        if against or alike < _SETTINGS.min_valid_correlation:
             truths.discard("V")
         return lies, truths
 
@@ -221,12 +221,16 @@ class KinematicMonitor:
         gusts = max(
             _SETTINGS.gust_shares[0] * across, _SETTINGS.gust_shares[1] * down, _SETTINGS.calm
         )
-        if along > max(_SETTINGS.lie * gusts, _SETTINGS.least_lie) and all(
+        if along > max(_SETTINGS.wrong_gust_ratio * gusts, _SETTINGS.min_wrong_residual) and all(
             motion.reconstruct_rate(axis)[1] > _SETTINGS.explained for axis in range(3)
         ):
             return True
         moves = _rms(motion.reconstructed["V"]) > _MUST_MOVE["V"]
-        return alike < _SETTINGS.reversed and moves and along > _SETTINGS.beside * gusts
+        return (
+            alike < _SETTINGS.reversed_correlation
+            and moves
+            and along > _SETTINGS.reversed_gust_ratio * gusts
+        )
 
     @staticmethod
     def _gyros_live(motion: ReconstructedMotion) -> bool:

@@ -31,7 +31,7 @@ class LegMonitorSettings:
     """Seconds from the first bank to a mean turn rate of `TURN_RATE_LIMIT`."""
     pattern_turn: float = 60.0 * DEGREE
     """What turns less is a correction on the same leg, rad."""
-    alike: float = 45.0 * DEGREE
+    same_track_tolerance: float = 45.0 * DEGREE
     """Legs whose directions differ less are the same leg of the pattern, rad."""
     kept: int = 12
     """Legs remembered: three laps of four."""
@@ -164,7 +164,9 @@ class LegMonitor:
         north, east, track, speed = self._ground()
         if speed > _SETTINGS.slowest:
             alike = [
-                leg for leg in self._legs if _angle_between(leg.track, track) < _SETTINGS.alike
+                leg
+                for leg in self._legs
+                if _angle_between(leg.track, track) < _SETTINGS.same_track_tolerance
             ]
             ahead = [
                 (leg.north - north) * math.cos(track) + (leg.east - east) * math.sin(track)
@@ -177,7 +179,7 @@ class LegMonitor:
             same = [
                 leg
                 for leg in self._legs
-                if _angle_between(leg.heading, self._leg_heading) < _SETTINGS.alike
+                if _angle_between(leg.heading, self._leg_heading) < _SETTINGS.same_track_tolerance
             ]
             lengths = [leg.length for leg in (same or list(self._legs))[-_SETTINGS.latest :]]
             if lengths:
