@@ -72,9 +72,7 @@ class CertificateStore:
 
     def __init__(self, folder: Path, aircraft: str) -> None:
         if not aircraft.strip():
-            raise CalibrationError(
-                "certificates are kept by aircraft, and this one has no name; name it"
-            )
+            raise CalibrationError("certificates are stored by aircraft; this aircraft has no name")
         self.aircraft = aircraft
         # Quoted, so that no name leaves the folder and no two names share one.
         self._root = Path(folder) / quote(aircraft, safe=" ").replace(".", "%2E")
@@ -172,10 +170,7 @@ class CertificateStore:
             if newest is None and stamp is not None:
                 return
             if newest is None:
-                raise CalibrationError(
-                    f"no certificate of {channel_id} is in force that could be withdrawn; "
-                    "calibrate it"
-                )
+                raise CalibrationError(f"no certificate of {channel_id} is in force; calibrate it")
             if stamp is None or _stamp_of(newest) == stamp.replace(microsecond=0):
                 newest.rename(newest.with_name(f"{newest.name}{_WITHDRAWN}"))
             self._put_right(channel_id)

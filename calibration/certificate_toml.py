@@ -104,8 +104,8 @@ def read_quality(
             problems.append(
                 FileProblem(
                     where="quality.uncertainty",
-                    what="volts do not ascend, or there are not as many half widths",
-                    remedy="write one half width for each of the ascending volts",
+                    what="volts are not increasing, or the number of half widths differs",
+                    remedy="write one half width per voltage, in increasing order",
                 )
             )
     return CalibrationQuality(
@@ -288,7 +288,7 @@ def load_certificates(folder_or_name: str | Path) -> dict[str, Certificate]:
             problem = FileProblem(
                 where="channel",
                 what=f"'{certificate.channel}' has another certificate in {former.name}",
-                remedy="keep in this folder the one that is in force",
+                remedy="keep only the one in force",
             )
             raise FileProblemsError(path, [problem])
         found[certificate.channel] = certificate
@@ -312,9 +312,9 @@ def certificate_paths(folder_or_name: str | Path) -> tuple[Path, ...]:
         if folder.parent != SHIPPED_CERTIFICATES_FOLDER or not folder.is_dir():
             hint = did_you_mean(str(folder_or_name), shipped_certificate_sets(), most=1)
             raise UnknownNameError(
-                f"there is no folder '{folder_or_name}' with calibration certificates, and none "
-                f"of that name comes with the program; {hint}{' ' if hint else ''}"
-                f"shipped are: {', '.join(shipped_certificate_sets())}"
+                f"there is no folder '{folder_or_name}' with calibration certificates, and no "
+                f"shipped set has that name; {hint}{' ' if hint else ''}shipped are: "
+                f"{', '.join(shipped_certificate_sets())}"
             )
     inner = (folder / name for name in ("calibration", "in_force"))
     folder = next((place for place in inner if path_lexists(place)), folder)
@@ -399,7 +399,7 @@ def _channel_and_unit(file: _CertificateFile, problems: list[FileProblem]) -> tu
         problems.append(
             FileProblem(
                 where="excitation_voltage",
-                what="is missing, and a ratiometric instrument cannot do without",
+                what="is missing; a ratiometric instrument requires it",
                 remedy='add the supply during calibration, as excitation_voltage = "5.0 V"',
             )
         )
@@ -420,7 +420,7 @@ def _check_curve(
         problems.append(
             FileProblem(
                 where="fit.coefficients",
-                what=f"the curve {what}, so that a voltage would not tell one value",
+                what=f"the curve {what}; a voltage has no unique value",
                 remedy="fit again with a lower degree, or narrow fit.range",
             )
         )

@@ -92,7 +92,7 @@ def compute_drift(new: Certificate, former: Certificate) -> Drift:
         slope_uncertainty=shift.slope_uncertainty,
         significant=shift.significant,
         sentence=f"since {former.stamp:%Y-%m-%d %H:%M} {words}, "
-        + ("more than the points explain" if shift.significant else "no more than by chance"),
+        + ("more than the points explain" if shift.significant else "within the uncertainty"),
     )
 
 
@@ -120,9 +120,9 @@ def check_certificate(certificate: Certificate, points: Sequence[CalibrationPoin
         largest=shift.largest,
         passed=not shift.significant,
         sentence=(
-            f"{words}; the certificate no longer holds, calibrate again"
+            f"{words}; certificate invalid, calibrate again"
             if shift.significant
-            else f"the certificate holds: {words}, no more than by chance"
+            else f"certificate valid: {words}, within the uncertainty"
         ),
     )
 
@@ -214,7 +214,7 @@ def _pooled_scatter(
         freedom += curve.degrees_of_freedom
     if freedom <= 0.0:
         raise CalibrationError(
-            "two points without a former scatter tell no shift from chance; take a third setting"
+            "two points without an earlier scatter cannot show a shift; take a third setting"
         )
     return float(np.sqrt(square / freedom)), freedom
 
@@ -237,7 +237,7 @@ def _readings_in_range(
     chosen = [point for point in points if low - reach <= point.volts <= high + reach]
     if len({point.value for point in chosen}) < 2:
         raise CalibrationError(
-            f"{len(chosen)} of {len(points)} points lie within the certificate's range of "
+            f"{len(chosen)} of {len(points)} points are within the certificate's range of "
             f"{low:.2f} to {high:.2f} V, and points at two settings are needed; take more"
         )
     return CalibrationReadings.from_points(chosen)

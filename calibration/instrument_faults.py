@@ -82,9 +82,9 @@ def find_faults(
             InstrumentFault(
                 kind="clipped",
                 channel=moved,
-                sentence=f"{title}: the volts run into an end of the converter "
-                f"({own.end:.2f} V); turn the potentiometer's body until its middle reads "
-                f"about {0.5 * ADC_FULL_SCALE:.1f} V",
+                sentence=f"{title}: the voltage reaches the end of the ADC range ({own.end:.2f} "
+                "V); turn the potentiometer's body until its center reads about "
+                f"{0.5 * ADC_FULL_SCALE:.1f} V",
             ),
         )
     found: list[InstrumentFault] = []
@@ -93,8 +93,8 @@ def find_faults(
             InstrumentFault(
                 kind="noisy",
                 channel=moved,
-                sentence=f"{title}: samples scatter by {1e3 * own.noise:.0f} mV; "
-                "check the wiper and the shield",
+                sentence=f"{title}: noise of {1e3 * own.noise:.0f} mV; check the wiper and the "
+                "shield",
             )
         )
     if followed and sense and slope_sign and np.sign(own.change) == -sense * slope_sign:
@@ -102,9 +102,9 @@ def find_faults(
             InstrumentFault(
                 kind="reversed",
                 channel=moved,
-                sentence=f"{title}: the volts went {'up' if own.change > 0.0 else 'down'} where "
-                "they should have gone the other way; its end wires are exchanged, or it was "
-                "moved the wrong way",
+                sentence=f"{title}: the volts went {'up' if own.change > 0.0 else 'down'} in "
+                "the wrong direction; its end wires are swapped, or it was moved the "
+                "wrong way",
             )
         )
     return tuple(found)
@@ -118,14 +118,14 @@ def _diagnose_no_response(moved: str, own: _Movement, follower: str) -> Instrume
             kind="swapped",
             channel=moved,
             swapped_with=follower,
-            sentence=f"{title} was moved, and the volts of {channel(follower).title} followed in "
-            "its place; the plugs of the two are swapped",
+            sentence=f"{title} was moved, and the volts of {channel(follower).title} followed "
+            "instead; their plugs are swapped",
         )
     return InstrumentFault(
         kind="dead",
         channel=moved,
-        sentence=f"{title} was moved, and its volts stayed at {own.middle:.2f} V; "
-        "check plug, wiper and supply",
+        sentence=f"{title} was moved, but its voltage stayed at {own.middle:.2f} V; check plug, "
+        "wiper and supply",
     )
 
 

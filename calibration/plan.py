@@ -299,7 +299,7 @@ class _Reader:
             self._report(
                 at,
                 "channel",
-                f"'{table.channel}' stands in instruments[{first}] already",
+                f"'{table.channel}' is already in instruments[{first}]",
                 "remove one of the two",
             )
         try:
@@ -311,7 +311,7 @@ class _Reader:
             self._report(
                 at,
                 "channel",
-                f"'{table.channel}' has no volts of its own",
+                f"'{table.channel}' has no voltage channel",
                 f"calibrate one of {', '.join(INSTRUMENTS)}",
             )
         try:
@@ -346,7 +346,7 @@ class _Reader:
 
     def _check_ascending(self, at: int, key: str, values: Sequence[float]) -> None:
         if any(not low < high for low, high in pairwise(values) if low == low and high == high):
-            self._report(at, key, "does not ascend", "list the values from least to greatest")
+            self._report(at, key, "is not increasing", "list the values in increasing order")
 
     def _check_set_by_hand(
         self,
@@ -368,14 +368,12 @@ class _Reader:
                 at,
                 "check_settings",
                 f"holds {len(check_settings)} settings",
-                "give the three at which the short check is made",
+                "give the three settings of the short check",
             )
         for key, text in (("positive", table.positive), ("negative", table.negative)):
             if not text:
-                self._report(at, key, "is missing", 'say what is seen, as "trailing edge down"')
+                self._report(at, key, "is missing", 'describe it, such as "trailing edge down"')
         if len(travel) == 2:
             for key, values in (("settings", settings), ("check_settings", check_settings)):
                 if any(not travel[0] <= value <= travel[1] for value in values if value == value):
-                    self._report(
-                        at, key, "reaches beyond the travel", "keep the settings within travel"
-                    )
+                    self._report(at, key, "exceeds the travel", "keep the settings within travel")

@@ -99,7 +99,7 @@ def load_points(path: str | Path, channel_id: str) -> PointsFile:
             problems.append(
                 _problem(
                     line, f"direction '{cells[direction_at or 0].strip()}' is not known",
-                    "write increasing, decreasing, or nothing where it was not noted",
+                    "write increasing, decreasing, or leave it empty",
                 )
             )  # fmt: skip
         found.append((line, numbers, _DIRECTIONS.get(text, "single")))
@@ -108,7 +108,7 @@ def load_points(path: str | Path, channel_id: str) -> PointsFile:
             _problem(
                 rows[-1][0],
                 f"the file ends with {len(found)} points",
-                "a curve needs two at least; ten tell hysteresis, too",
+                "a curve needs at least two; ten also give the hysteresis",
             )
         )
     if problems:

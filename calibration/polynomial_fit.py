@@ -85,7 +85,7 @@ def validate_readings(points: Sequence[CalibrationPoint], degree: int) -> Calibr
     """
     if not 1 <= degree <= MAX_DEGREE:
         raise CalibrationError(
-            f"a calibration curve of degree {degree} is not offered; use 1, 2 or 3"
+            f"a calibration curve of degree {degree} is not supported; use 1, 2 or 3"
         )
     different = np.unique([point.volts for point in points]).size
     if different <= degree:
@@ -113,8 +113,8 @@ def invertible_mean_curve(
     turning = turning_points(coefficients, float(readings.volts.min()), float(readings.volts.max()))
     if turning:
         raise CalibrationError(
-            f"the curve turns back at {turning[0]:.3f} V, so that one voltage would mean two "
-            "values; check the points there, or lower the degree"
+            f"the curve turns back at {turning[0]:.3f} V; one voltage would have two values; "
+            "check the points there, or lower the degree"
         )
     residuals = readings.values - evaluate_polynomial(coefficients, readings.volts)
     freedom = max(len(readings) - len(coefficients), 1)

@@ -30,22 +30,19 @@ def collect_remarks(
         for index in quality.outliers
     ]
     if not calibration.losses:
-        found.append(
-            "there are too few settings to choose a curve on evidence; take three at least"
-        )
+        found.append("too few settings to choose the fit order; take at least three")
     if not quality.half_widths:
-        found.append("there are too few points to tell an uncertainty; take more")
+        found.append("too few points to estimate the uncertainty; take more")
     width, std = calibration.branch_fit.hysteresis, calibration.branch_fit.hysteresis_std
     if width is None:
-        found.append("hysteresis was not measured; take the settings upward and downward")
+        found.append("hysteresis was not measured; take the settings in both directions")
     elif std is not None and width < -3.0 * std:
         found.append(
-            "the volts lead the movement instead of lagging behind it; look whether up and down "
-            "were noted the wrong way round"
+            "the voltage leads the movement; check whether the directions were noted in reverse"
         )
     if quality.coverage is not None and quality.coverage < MIN_COVERAGE:
         found.append(
-            f"only {100.0 * quality.coverage:.0f} % of the travel is covered; beyond it values "
-            "are extrapolated, take settings nearer to the ends"
+            f"only {100.0 * quality.coverage:.0f} % of the travel is covered; values beyond are "
+            "extrapolated; take settings nearer to the ends"
         )
     return tuple(found)

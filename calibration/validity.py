@@ -72,7 +72,7 @@ class CalibrationInForce:
         if moved := [
             name for name in held if self.failed_checks.get(name) == self.certificates[name].stamp
         ]:
-            return _warning(f"{len(moved)} moved", "Moved since calibration, by a check", moved)
+            return _warning(f"{len(moved)} moved", "Moved since calibration (check)", moved)
         aging = {
             name: at
             for name, at in held.items()
@@ -88,8 +88,8 @@ class CalibrationInForce:
             return CalibrationStatus(
                 state="caution",
                 summary="clock?",
-                detail=f"A certificate is dated {_date(max(ahead))}, after {_date(on)}: set this "
-                "computer's clock",
+                detail=f"A certificate is dated {_date(max(ahead))}, after {_date(on)}: set the "
+                "clock of this computer",
             )
         if examples := [name for name in aging if self.certificates[name].who == SHIPPED_EXAMPLE]:
             return CalibrationStatus(

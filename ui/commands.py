@@ -156,7 +156,7 @@ _PREFLIGHT_COMMANDS = (
 _CHECKLIST_COMMANDS = (
     _command("Preflight", "checklist_tick", "Tick the item", "Space", needs="checklist"),
     _command(
-        "Preflight", "checklist_reset", "Begin the checklist anew", "Ctrl+Shift+Backspace",
+        "Preflight", "checklist_reset", "Reset the checklist", "Ctrl+Shift+Backspace",
         needs="checklist_ticked",
     ),
     _command(
@@ -173,7 +173,7 @@ _TEST_CARD_COMMANDS = (
     _command("Preflight", "cards_up", "Test card up", "Alt+Up", needs="card", repeats=True),
     _command("Preflight", "cards_down", "Test card down", "Alt+Down", needs="card", repeats=True),
     _command("Preflight", "cards_remove", "Remove the test card", "Ctrl+Backspace", needs="card"),
-    _command("Preflight", "cards_open", "Take other test cards…", "Ctrl+Alt+O", needs="cards"),
+    _command("Preflight", "cards_open", "Open test cards…", "Ctrl+Alt+O", needs="cards"),
     _command("Preflight", "cards_save", "Save the test cards…", "Ctrl+S", needs="cards"),
 )  # fmt: skip
 
@@ -186,35 +186,35 @@ _PILOT_COMMANDS = (
 
 _PILOT_CARD_COMMANDS = (
     _command(
-        "Pilot", "pilot_previous_card", "Look at the card before", "PgUp", needs="pilot_cards",
+        "Pilot", "pilot_previous_card", "Show the previous card", "PgUp", needs="pilot_cards",
         repeats=True,
     ),
     _command(
-        "Pilot", "pilot_next_card", "Look at the next card", "PgDown", needs="pilot_cards",
+        "Pilot", "pilot_next_card", "Show the next card", "PgDown", needs="pilot_cards",
         repeats=True,
     ),
     _command("Pilot", "pilot_fly_card", "Fly this card", "Return", "Enter", needs="pilot_cards"),
     _command("Pilot", "pilot_repeat", "Fly the last card again", "R", needs="pilot_cards"),
     _command(
-        "Pilot", "pilot_any_card", "Let the program choose the card", "Backspace",
+        "Pilot", "pilot_any_card", "Choose the card automatically", "Backspace",
         needs="pilot_cards",
     ),
 )  # fmt: skip
 
 _PILOT_VERDICT_COMMANDS = (
     _command(
-        "Pilot", "pilot_dismiss", "Put the verdict away", "Space", needs="pilot_verdict", rule=True
+        "Pilot", "pilot_dismiss", "Dismiss the verdict", "Space", needs="pilot_verdict", rule=True
     ),
     _command(
         "Pilot", "pilot_charts", "Show the maneuver in the charts", "Shift+Return",
         needs="pilot_flown",
     ),
-    _command("Pilot", "pilot_keep", "Keep the debrief", "Ctrl+S", needs="pilot_flown"),
+    _command("Pilot", "pilot_keep", "Save the debrief", "Ctrl+S", needs="pilot_flown"),
     _command(
         "Pilot", "pilot_train", "Train with the virtual aircraft", "Ctrl+Shift+T", rule=True
     ),
     _command(
-        "Pilot", "pilot_sticks", "Take the sticks, or give them back", "H",
+        "Pilot", "pilot_sticks", "Take or return control", "H",
         needs="pilot_training",
     ),
 )  # fmt: skip
@@ -225,24 +225,24 @@ _REVIEW_ESTIMATE_COMMANDS = (
         rule=True,
     ),
     _command(
-        "Review", "review_defaults", "All settings as at first", "Ctrl+Shift+Backspace",
+        "Review", "review_defaults", "Restore default settings", "Ctrl+Shift+Backspace",
         needs="review_panel",
     ),
     _command(
-        "Review", "review_repeat", "Repeat the kept run exactly", "Ctrl+Shift+Return",
+        "Review", "review_repeat", "Repeat the saved run exactly", "Ctrl+Shift+Return",
         needs="review_run",
     ),
     _command(
-        "Review", "review_use", "Use the settings of the kept run", "Ctrl+Shift+U",
+        "Review", "review_use", "Use the settings of the saved run", "Ctrl+Shift+U",
         needs="review_run",
     ),
     _command(
-        "Review", "review_mark", "Mark the kept run, to compare others", "Ctrl+Shift+M",
+        "Review", "review_mark", "Mark the saved run for comparison", "Ctrl+Shift+M",
         needs="review_run",
     ),
-    _command("Review", "review_name", "Name the kept run", "Ctrl+Shift+N", needs="review_run"),
+    _command("Review", "review_name", "Rename the saved run", "Ctrl+Shift+N", needs="review_run"),
     _command(
-        "Review", "review_forget", "Forget the kept run", "Ctrl+Backspace", needs="review_run"
+        "Review", "review_forget", "Delete the saved run", "Ctrl+Backspace", needs="review_run"
     ),
 )  # fmt: skip
 
@@ -268,21 +268,21 @@ _REVIEW_FLIGHT_COMMANDS = (
     ),
     _command("Review", "review_take_out", "Remove flight", needs="review_flight"),
     _command(
-        "Review", "review_trial", "Try a flight of the virtual aircraft", needs="review"
+        "Review", "review_trial", "Simulate a flight", needs="review"
     ),
     _command(
         "Review", "review_onboard", "On-board log…", "Ctrl+Shift+L", needs="review_folder",
         rule=True,
     ),
     _command(
-        "Review", "review_onboard_stop", "Stop fetching the on-board log", "Ctrl+Shift+.",
+        "Review", "review_onboard_stop", "Stop the log download", "Ctrl+Shift+.",
         needs="review_log",
     ),
 )  # fmt: skip
 
 _REVIEW_MANEUVER_COMMANDS = (
     _command(
-        "Review", "review_previous_maneuver", "Maneuver before", "Alt+PgUp",
+        "Review", "review_previous_maneuver", "Previous maneuver", "Alt+PgUp",
         needs="review_maneuver", repeats=True,
     ),
     _command(
@@ -297,7 +297,7 @@ _REVIEW_MANEUVER_COMMANDS = (
         "Review", "review_whole", "Show the whole flight", "Ctrl+Home", needs="review_flight"
     ),
     _command(
-        "Review", "review_add_maneuver", "Add the stretch as a maneuver", "Ctrl+N",
+        "Review", "review_add_maneuver", "Add the selection as a maneuver", "Ctrl+N",
         needs="review_flight", rule=True,
     ),
     _command(
@@ -305,16 +305,16 @@ _REVIEW_MANEUVER_COMMANDS = (
         needs="review_maneuver",
     ),
     _command(
-        "Review", "review_merge", "Merge with the next, or all that are chosen", "Ctrl+J",
+        "Review", "review_merge", "Merge with the next, or merge the selected", "Ctrl+J",
         needs="review_maneuver",
     ),
     _command(
         "Review", "review_rename", "Rename the maneuver", "Ctrl+Shift+N", needs="review_maneuver"
     ),
-    _command("Review", "review_note", "Write a note on it", "Ctrl+B", needs="review_maneuver"),
-    _command("Review", "review_grade", "Grade by hand…", "Ctrl+Shift+G", needs="review_maneuver"),
+    _command("Review", "review_note", "Edit the note", "Ctrl+B", needs="review_maneuver"),
+    _command("Review", "review_grade", "Set the grade…", "Ctrl+Shift+G", needs="review_maneuver"),
     _command(
-        "Review", "review_in_use", "Use it in the estimate, or not", "U", needs="review_maneuver"
+        "Review", "review_in_use", "Use in the estimate, or exclude", "U", needs="review_maneuver"
     ),
 )  # fmt: skip
 
@@ -375,7 +375,7 @@ _REVIEW_SUMMARY_COMMANDS = (
 
 _REVIEW_FIGURE_COMMANDS = (
     _command(
-        "Review", "review_previous_figure", "Figure before", "Ctrl+PgUp", needs="review_figure",
+        "Review", "review_previous_figure", "Previous figure", "Ctrl+PgUp", needs="review_figure",
         rule=True, repeats=True,
     ),
     _command(
@@ -383,7 +383,7 @@ _REVIEW_FIGURE_COMMANDS = (
         repeats=True,
     ),
     _command(
-        "Review", "review_figure_previous_maneuver", "Maneuver before", "Alt+PgUp",
+        "Review", "review_figure_previous_maneuver", "Previous maneuver", "Alt+PgUp",
         needs="review_figure", repeats=True,
     ),
     _command(
@@ -395,7 +395,7 @@ _REVIEW_FIGURE_COMMANDS = (
         needs="review_point",
     ),
     _command(
-        "Review", "review_exclude", "Leave the maneuver out of the means, or take it in", "X",
+        "Review", "review_exclude", "Exclude from or include in the means", "X",
         needs="review_point",
     ),
     _command(
@@ -449,8 +449,8 @@ COMMANDS: tuple[Command, ...] = (
         _command("Flight", "panel_values", "Values at the cursors", "Ctrl+2", needs="flight"),
         _command("Flight", "panel_marks", "Marks and notes", "Ctrl+3", needs="flight"),
         _command("Flight", "panel_alarms", "Alarms", "Ctrl+4", needs="flight"),
-        _command("Flight", "panel_messages", "Messages of the aircraft", "Ctrl+5", needs="flight"),
-        _command("Flight", "panel_estimates", "Derivatives as they form", "Ctrl+6", needs="flight"),
+        _command("Flight", "panel_messages", "Status messages", "Ctrl+5", needs="flight"),
+        _command("Flight", "panel_estimates", "Live derivatives", "Ctrl+6", needs="flight"),
     ),
     _command("Flight", "link", "MAVLink inspector…", "Ctrl+I", needs="flight"),
     _command("Flight", "mark", "Mark this moment", "M", needs="flight", rule=True),
@@ -465,12 +465,12 @@ COMMANDS: tuple[Command, ...] = (
     _command("Replay", "slower", "Slower", "[", needs="replay"),
     _command("Replay", "faster", "Faster", "]", needs="replay"),
     _command("Replay", "step_back", "One step back", ",", needs="replay", repeats=True),
-    _command("Replay", "step", "One step on", ".", needs="replay", repeats=True),
+    _command("Replay", "step", "One step forward", ".", needs="replay", repeats=True),
     _command("Replay", "go_to", "Go to time…", "G", "Ctrl+G", needs="replay"),
     _command(
         "Replay",
         "certificates",
-        "Read this flight with other certificates…",
+        "Use other certificates for this flight…",
         "Ctrl+K",
         needs="replay",
         rule=True,
@@ -499,12 +499,12 @@ COMMANDS: tuple[Command, ...] = (
         _command(
             "Model gap",
             "gap_step_back",
-            "Model before",
+            "Previous model",
             "Alt+Left",
             needs="gap",
             repeats=True,
         ),
-        _command("Model gap", "gap_step_on", "Model after", "Alt+Right", needs="gap", repeats=True),
+        _command("Model gap", "gap_step_on", "Next model", "Alt+Right", needs="gap", repeats=True),
         _command(
             "Model gap",
             "gap_previous_maneuver",
@@ -532,7 +532,7 @@ COMMANDS: tuple[Command, ...] = (
             needs="gap_next",
         ),
         _command(
-            "Model gap", "gap_refuse", "Refuse this effect", "Ctrl+Backspace", needs="gap_effect"
+            "Model gap", "gap_refuse", "Reject this effect", "Ctrl+Backspace", needs="gap_effect"
         ),
         _command(
             "Model gap", "gap_force", "Force another effect…", "Ctrl+Shift+F", needs="gap_idle"
@@ -576,7 +576,7 @@ _DISABLED_REASONS: Mapping[str, str] = {
     "review_picture": "No figure is drawn",
     "review_results": "Run an estimate first",
     "review_point": "Choose a point in the figure first",
-    "review_run": "Choose a kept run first",
+    "review_run": "Choose a saved run first",
     "search": "No search is running",
     "review_busy": "No estimate is running",
 }

@@ -165,7 +165,7 @@ def _require_one_of(
         try:
             if name not in known:
                 raise NoDisplayError(
-                    f"QT_QPA_PLATFORM is set to '{full_name}', which Qt does not have here; "
+                    f"QT_QPA_PLATFORM is set to '{full_name}', which Qt does not provide here; "
                     f"unset it, or choose one of {', '.join(sorted(known))}"
                 )
             if name == "xcb":
@@ -188,9 +188,7 @@ def _require_desktop(environment: Mapping[str, str], library_loads: Callable[[st
     """Raise unless a Wayland or an X display answers."""
     wayland, display = environment.get("WAYLAND_DISPLAY", ""), environment.get("DISPLAY", "")
     if not wayland and not display:
-        raise NoDisplayError(
-            f"There is no display: neither DISPLAY nor WAYLAND_DISPLAY is set. {_REMEDY}"
-        )
+        raise NoDisplayError(f"No display: neither DISPLAY nor WAYLAND_DISPLAY is set. {_REMEDY}")
     if wayland:
         try:
             _require_wayland(environment)
@@ -211,7 +209,7 @@ def _require_wayland(environment: Mapping[str, str]) -> None:
 
 def _require_x11(display: str, library_loads: Callable[[str], bool]) -> None:
     if not display:
-        raise NoDisplayError(f"DISPLAY is not set, so that there is no X display. {_REMEDY}")
+        raise NoDisplayError(f"DISPLAY is not set: no X display. {_REMEDY}")
     if not _x11_responds(display):
         raise NoDisplayError(f"The X display '{display}' does not answer. {_REMEDY}")
     if not library_loads(_X11_LIBRARY):

@@ -50,15 +50,15 @@ def create_error_report(error: BaseException) -> ErrorReport:
     if isinstance(error, OSError) and error.strerror:
         where = f"{error.filename}: " if error.filename else ""
         return ErrorReport(
-            message=f"{where}{error.strerror}. Check that the path exists and may be used.",
+            message=f"{where}{error.strerror}. Check that the path exists and its permissions.",
             details=details,
             is_expected=True,
         )
-    words = str(error).splitlines()[0] if str(error) else "no further words"
+    words = str(error).splitlines()[0] if str(error) else "no details"
     return ErrorReport(
         message=(
-            f"A step of the program failed ({type(error).__name__}: {words}). Recording is not "
-            f"touched by this. {shortcut_text('Ctrl+Shift+C')} copies the details for a report."
+            f"Internal error ({type(error).__name__}: {words}). Recording is not affected. "
+            f"{shortcut_text('Ctrl+Shift+C')} copies the details for a report."
         ),
         details=details,
         is_expected=False,

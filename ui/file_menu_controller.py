@@ -335,8 +335,8 @@ class FileMenuController(QObject):
         else:
             self._banners.show_banner(
                 "note",
-                f"One flight opens at a time, and {len(paths)} were dropped; Review "
-                f"({shortcut_text('F4')}) takes them all.",
+                f"One flight opens at a time, and {len(paths)} were dropped; use Review "
+                f"({shortcut_text('F4')}) for several.",
             )
 
     def offer_channel_map(self, path: Path, why: str) -> None:

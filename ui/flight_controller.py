@@ -256,7 +256,7 @@ class FlightController(QObject):
         """Write the open flight for other programs; called in the thread of a work."""
         session = self.session
         if session is None:
-            raise FlightError("no flight is open, so that there is nothing to export")
+            raise FlightError("no flight is open; nothing to export")
         decoder = session.decoder
         progress(None, "reading the record")
         flight = load_flight(

@@ -370,7 +370,7 @@ class FlightOpener(QObject):
     def _undo(self, begun: PendingFlight, why: str) -> None:
         """End what was set going; called in a thread."""
         if begun.undo() and begun.folder is not None:
-            words = f"What came before it was {why} is kept in {begun.folder}."
+            words = f"Data received before the flight was {why} is in {begun.folder}."
             self.message_posted.emit("note", words)
 
     def _give(self, begun: PendingFlight, back_to: float | None) -> None:

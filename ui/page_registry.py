@@ -64,7 +64,7 @@ PAGES: tuple[PageInfo, ...] = (
         title="Model gap",
         shortcut="F5",
         icon="gap",
-        purpose="Where simulation and measurement disagree: find out which effect the model lacks.",
+        purpose="Find where simulation and measurement disagree, and which effect the model lacks.",
     ),
 )
 """From top to bottom."""

@@ -93,7 +93,7 @@ class RecorderController(QObject):
         """Say that a recorder still records, if it does."""
         if recorder is not None and recorder in self.left_running:
             keys = shortcut_text("Ctrl+R")
-            text = f"{recorder.folder.name} goes on being recorded. {keys} attaches again."
+            text = f"{recorder.folder.name}: still recording. {keys} reattaches."
             self.message_posted.emit("note", text)
 
     def release(self, recorder: RecorderHandle) -> None:
@@ -115,8 +115,8 @@ class RecorderController(QObject):
             if not stopped:
                 self.message_posted.emit(
                     "warning",
-                    f"The recorder (process {recorder.pid}) does not end: it still writes what "
-                    "came. Try again in a moment.",
+                    f"The recorder (process {recorder.pid}) is still writing data. Try again in "
+                    "a moment.",
                 )
 
         job = BackgroundJob("Stopping the recording", stop, self)

@@ -126,7 +126,7 @@ class RecorderMonitor(QObject):
     def poll(self) -> tuple[RunningRecorder, ...]:
         """Return the recorders that run now; those of the last look where a disk hangs."""
         if self._asking is None or not self._asking.is_alive():
-            self._asking = threading.Thread(target=self._look, name="recorders now", daemon=True)
+            self._asking = threading.Thread(target=self._look, name="recorders", daemon=True)
             self._asking.start()
         self._asking.join(_DISK_TIMEOUT)
         if not self._asking.is_alive():

@@ -63,7 +63,7 @@ class ScreenSaverInhibitor(QObject):
         bus = QDBusConnection.connectToBus(address, _BUS)
         self._asked.callback(QDBusConnection.disconnectFromBus, _BUS)
         if not bus.isConnected():
-            log.info("the desktop cannot be asked to keep the screen lit")
+            log.info("the desktop does not offer to keep the screen on")
             return
         path = f"/{_SAVER.replace('.', '/')}"
         call = QDBusMessage.createMethodCall(_SAVER, path, _SAVER, "Inhibit")

@@ -292,8 +292,8 @@ class SettingsStore:
     @property
     def _forgetting(self) -> str:
         return (
-            f"What you set is forgotten when the window closes: {self.path} cannot be written. "
-            "Check the permissions of that folder, and that the disk has room."
+            f"Settings will be lost when the window closes: {self.path} cannot be written. "
+            "Check its permissions and the free disk space."
         )
 
     def _read(self) -> Settings:
@@ -306,8 +306,7 @@ class SettingsStore:
             log.warning("settings not used: %s: %s", self.path, error)
             kept = self._keep(shutil.move)
             self.error_text = (
-                f"The settings in {self.path} cannot be read: the window begins as at its first "
-                f"start.{kept}"
+                f"The settings in {self.path} cannot be read: defaults are used.{kept}"
             )
             return Settings()
         found, bad = _drop_invalid_values(content)
@@ -315,8 +314,8 @@ class SettingsStore:
             log.warning("settings not used: %s: %s", self.path, ", ".join(bad))
             kept = self._keep(shutil.copyfile)
             self.error_text = (
-                f"Of the settings in {self.path} some cannot be used and are as at the first "
-                f"start: {', '.join(bad)}.{kept}"
+                f"Some settings in {self.path} are invalid and were reset to defaults: "
+                f"{', '.join(bad)}.{kept}"
             )
         return found
 
@@ -325,7 +324,7 @@ class SettingsStore:
         kept = self.path.with_suffix(".damaged.toml")
         with contextlib.suppress(OSError):
             lay_aside(self.path, kept)
-            return f" The former file is kept as {kept.name} beside it."
+            return f" The previous file was saved as {kept.name}."
         return ""
 
     def change(self, **values: object) -> Settings:

@@ -45,7 +45,7 @@ START_OPTIONS = (
     StartOption(
         command="connect",
         title="Connect an aircraft",
-        text="Serial radio, UDP or TCP. Every byte is recorded from the first on.",
+        text="Serial radio, UDP or TCP. Every byte is recorded.",
         icon="link",
         key="Ctrl+L",
     ),
@@ -59,7 +59,7 @@ START_OPTIONS = (
     StartOption(
         command="virtual",
         title="Fly the virtual aircraft",
-        text="The whole day at the field without leaving the desk.",
+        text="A full flight-test day, simulated.",
         icon="airplane",
         key="Ctrl+Shift+V",
     ),
@@ -183,9 +183,7 @@ class StartPage(CenteredPage):
         super().__init__(look, 816)
         self.setAccessibleName("Begin")
         self.column.addWidget(create_label("Ground station", "title"))
-        self.column.addWidget(
-            create_label("Choose where the flight comes from.", "muted", wrap=True)
-        )
+        self.column.addWidget(create_label("Choose a source.", "muted", wrap=True))
         self.column.addSpacing(16)
         row = QWidget()
         self._flow = FlowLayout(row, spacing=look.px(24))

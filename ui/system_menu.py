@@ -33,7 +33,7 @@ def create_system_menu(
         action.setChecked(report is not None and vehicle.system == report.system)
         group.addAction(action)
     if menu.isEmpty():
-        menu.addAction("No aircraft heard").setEnabled(False)
+        menu.addAction("No aircraft found").setEnabled(False)
     menu.addSeparator()
     menu.addAction(link_action)
     return menu

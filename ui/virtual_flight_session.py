@@ -122,7 +122,7 @@ class VirtualFlightSession(QObject, Generic[ProcessT]):
         if recorder is not None:
             self._desk.recorders.release(recorder)
             self._ending = BackgroundJob(
-                "Ending the recording", lambda _tell: recorder.stop(), self
+                "Stopping the recording", lambda _tell: recorder.stop(), self
             )
             self._ending.start()
         if process is not None:

@@ -58,9 +58,9 @@ def simulate_virtual_flight(
     command = [sys.executable, "-P", "-m", "gsapp.cli", "fly", "--out", str(written),
                "--plan", _FLIGHT_PLAN, "--seed", "1", *(("--hide",
                hide) if hide else ())]  # fmt: skip
-    words_of_it = "the virtual aircraft flies"
+    words_of_it = "simulating the flight"
     if hide:
-        words_of_it += " with an effect that its model lacks"
+        words_of_it += " with a hidden effect"
     with contextlib.ExitStack() as stack:
         stack.callback(shutil.rmtree, scratch, ignore_errors=True)
         words = stack.enter_context(tempfile.TemporaryFile())

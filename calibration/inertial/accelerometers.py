@@ -310,7 +310,8 @@ def calibrate_accelerometers(
     missing = [p for p in POSITIONS if all(reading.position != p for reading in readings)]
     if missing:
         raise CalibrationError(
-            f"the position '{POSITION_TEXT[missing[0]]}' is missing; lay the aircraft so"
+            f"the position '{POSITION_TEXT[missing[0]]}' is missing; place the aircraft in this "
+            "position"
         )
     volts = np.array([[r.rest.volts[name] for name in ACCELEROMETERS] for r in readings])
     if not np.all(np.isfinite(volts)):
@@ -331,7 +332,7 @@ def calibrate_accelerometers(
         worst = readings[int(np.argmax(tilts))].position
         doubt = (
             f"The six positions do not fit together; '{POSITION_TEXT[worst]}' is off by "
-            f"{np.max(tilts):.1f} deg, so lay the aircraft so once more."
+            f"{np.max(tilts):.1f} deg; repeat that position."
         )
     return SixPositionResult(
         fits=fits,
@@ -378,13 +379,14 @@ def _evaluate_verdict(
     if abs(shares[loudest]) < _DEAD_SHARE:
         return SensorVerdict(
             kind="dead",
-            sentence=f"The accelerometer {name} does not answer to gravity; check its wires.",
+            sentence=f"The accelerometer {name} does not respond to gravity; check its wires.",
         )
     if loudest != index:
         return SensorVerdict(
             kind="swapped",
-            sentence=f"The accelerometer {name} answers to the axis of {ACCELEROMETERS[loudest]}; "
-            "the two are swapped, or the aircraft lay otherwise than asked.",
+            sentence=f"The accelerometer {name} responds to the axis of "
+            f"{ACCELEROMETERS[loudest]}; the two are swapped, or the position was "
+            "wrong.",
         )
     if shares[index] < 0.0:
         return SensorVerdict(
@@ -397,7 +399,7 @@ def _evaluate_verdict(
         and abs(deviation) <= SCALE_TOLERANCE
         and most <= ALIGNMENT_TOLERANCE
     )
-    word = "as the factory says" if agrees else "not as the factory says"
+    word = "as specified" if agrees else "not as specified"
     return SensorVerdict(
         kind="agrees" if agrees else "differs",
         sentence=f"The accelerometer {name} is {word}: zero {1e3 * zero_shift:+.0f} mg, "

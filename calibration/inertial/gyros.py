@@ -88,13 +88,13 @@ def gyro_zero(
     elif abs(shift) > ZERO_TOLERANCE:
         verdict = SensorVerdict(
             kind="differs",
-            sentence=f"The zero of the {channel} gyro is {shift:+.1f} deg/s from the factory's.",
+            sentence=f"The zero of the {channel} gyro is {shift:+.1f} deg/s from the data sheet.",
         )
     else:
         verdict = SensorVerdict(
             kind="agrees",
-            sentence=f"The zero of the {channel} gyro is {volts:.3f} V, "
-            f"{shift:+.2f} deg/s from the factory's.",
+            sentence=f"The zero of the {channel} gyro is {volts:.3f} V, {shift:+.2f} deg/s from "
+            "the data sheet.",
         )
     return GyroZero(
         channel=channel,
@@ -144,13 +144,13 @@ def gyro_certificate(
     notes = f"Zero of {zero.seconds:.0f} s at rest, to {zero.uncertainty / abs(sensitivity):.2g}"
     notes += " deg/s; "
     if scale is None:
-        notes += "scale of the factory, not checked today."
+        notes += "scale from the data sheet, not checked today."
     else:
         notes += (
             f"scale from {len(turns)} turn{'s'[: len(turns) > 1]}, to "
             f"{100.0 * scale.uncertainty / abs(scale.sensitivity):.2g} %, "
-            f"{100.0 * scale.deviation:+.1f} % from the factory's. "
-            "Straight to the ends of the range by the factory's word."
+            f"{100.0 * scale.deviation:+.1f} % from the data sheet. Linearity from the data "
+            "sheet."
         )
     line = StraightLineCalibration(
         zero=zero.volts,

@@ -136,7 +136,7 @@ class TurnMonitor:
             If the turn is not over, or its record has gaps.
         """
         if self._state != "turned":
-            raise CalibrationError("the turn is not over; turn the table and let it stand still")
+            raise CalibrationError("the turn is not finished; turn the table and hold it still")
         times = np.concatenate([stretch.times for stretch in self._kept])
         volts = np.concatenate([stretch.volts for stretch in self._kept])
         return evaluate_turn(

@@ -167,13 +167,13 @@ def _integrate_turn(
     )
     if min(np.count_nonzero(before), np.count_nonzero(after)) < 5:
         raise CalibrationError(
-            f"{name} has no rest before or after the turn; "
-            "let the turntable stand for two seconds at both ends"
+            f"{name} has no rest before or after the turn; hold the turntable still for two "
+            "seconds at both ends"
         )
     inside = (t >= start - _REST_SECONDS_AROUND_TURN) & (t <= end + _REST_SECONDS_AROUND_TURN)
     ti, vi = t[inside], v[inside]
     if ti.size < 10 or np.max(np.diff(ti)) > _LONGEST_GAP:
-        raise CalibrationError(f"samples of {name} are missing during the turn; turn once more")
+        raise CalibrationError(f"samples of {name} are missing during the turn; repeat the turn")
     ends = [(float(np.mean(t[part])), float(np.mean(v[part]))) for part in (before, after)]
     zero = np.interp(ti, [at for at, _ in ends], [volts for _, volts in ends])
     spread = [_mean_half_width(v[before]), _mean_half_width(v[after])]
@@ -207,12 +207,12 @@ def _evaluate_turn_verdict(
         )
     if abs(share) < _DEAD_SHARE:
         return SensorVerdict(
-            kind="dead", sentence=f"The {name} gyro does not answer to the turn; check its wires."
+            kind="dead", sentence=f"The {name} gyro does not respond to the turn; check its wires."
         )
     if own.extremes[0] < figures.range[0] - 0.05 or own.extremes[1] > figures.range[1] + 0.05:
         return SensorVerdict(
             kind="clipped",
-            sentence=f"The {name} gyro went past its range; turn more slowly.",
+            sentence=f"The {name} gyro saturated; turn more slowly.",
         )
     if share < 0.0:
         return SensorVerdict(
@@ -221,8 +221,8 @@ def _evaluate_turn_verdict(
         )
     return SensorVerdict(
         kind="agrees" if abs(share - 1.0) <= SCALE_TOLERANCE else "differs",
-        sentence=f"The scale of the {name} gyro is {100.0 * (share - 1.0):+.1f} % "
-        "from the factory's.",
+        sentence=f"The scale of the {name} gyro is {100.0 * (share - 1.0):+.1f} % from the data "
+        "sheet.",
     )
 
 
@@ -250,7 +250,7 @@ def gyro_scale(
         If there is no turn, turns are of several gyros, or a turn cannot be used.
     """
     if not turns:
-        raise CalibrationError("there is no turn; turn the table once to the right and once back")
+        raise CalibrationError("no turn; turn the table once to the right and once back")
     channel = turns[0].channel
     if any(turn.channel != channel for turn in turns):
         raise CalibrationError("turns of different gyros cannot be joined; calibrate one by one")

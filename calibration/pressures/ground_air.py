@@ -34,12 +34,12 @@ class GroundAir:
         kelvin = to_si(temperature, temperature_unit, "temperature")
         if not 60e3 <= pascal <= 108e3:
             raise CalibrationError(
-                f"{pressure:g} {pressure_unit} is not the pressure at a field; enter what a "
-                "barometer reads there, such as 1000 hPa"
+                f"{pressure:g} {pressure_unit} is not plausible; enter the barometer reading at "
+                "the field, such as 1000 hPa"
             )
         if not 233.0 <= kelvin <= 328.0:
             raise CalibrationError(
-                f"{temperature:g} {temperature_unit} is no temperature to fly in; enter that of "
-                "the air in the shade"
+                f"{temperature:g} {temperature_unit} is not plausible; enter the air "
+                "temperature in the shade"
             )
         return cls(pressure=pascal, temperature=kelvin)

@@ -164,7 +164,7 @@ def _shift_certificate(
     volts = rest.volts[name]
     if not 0.01 < volts < 4.98:
         raise CalibrationError(
-            f"{name} reads {volts:.3f} V, an end of the converter; check its wires and its supply"
+            f"{name} reads {volts:.3f} V, the end of the ADC range; check its wires and supply"
         )
     value = from_si(pressure, former.unit, key)
     shift = float(former.evaluate(volts)) - pressure
@@ -172,7 +172,7 @@ def _shift_certificate(
     passed = abs(shift) <= tolerance
     words = "within" if passed else "more than"
     title = channel(name).title
-    sentence = f"{title} was {shift:+.0f} Pa off, {words} the {tolerance:.0f} Pa that it may drift."
+    sentence = f"{title} was {shift:+.0f} Pa off, {words} the {tolerance:.0f} Pa of allowed drift."
     coefficients = (former.coefficients[0] + by, *former.coefficients[1:])
     # At no pressure the transducer is at the end of its range, and its noise goes beyond.
     margin = max(10.0 * rest.std[name], 5.0 * ADC_RESOLUTION)

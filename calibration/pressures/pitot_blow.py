@@ -56,9 +56,9 @@ class PitotBlowStatus:
 _SENTENCES: Mapping[PitotBlowState, str] = {
     "waiting": "Blow gently into the pitot.",
     "blowing": "",
-    "green": "The pitot answers.",
+    "green": "Pitot OK.",
     "reversed": "The pressure falls when you blow: the hoses of pitot and static are swapped.",
-    "blocked": "The pressure stays after the breath: look for water or a kink in the hose.",
+    "blocked": "The pressure remains after the breath: check the hose for water or a kink.",
     "leaking": "The static pressure rises with the breath: a hose leaks, or two are swapped.",
 }
 

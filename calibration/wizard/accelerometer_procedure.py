@@ -90,13 +90,13 @@ class AccelerometerProcedure(CalibrationProcedure):
         lain = _accelerometer_progress(work)
         if action.kind == "take":
             if self._rested is None:
-                return ActionFeedback(message="it does not lie still yet", tone="error")
+                return ActionFeedback(message="not yet still", tone="error")
             return _draft(lain.open_positions[0], self._rested)
         at = len(lain.readings) - 1 if action.index is None else action.index
         if not 0 <= at < len(lain.readings):
             return ActionFeedback(message=f"there is no position {at + 1}", tone="error")
         again = POSITION_TEXT[lain.readings[at].position]
-        return StepDraft(kind="repeat", data={"index": at}, message=f"{again}: once more", tone="")
+        return StepDraft(kind="repeat", data={"index": at}, message=f"{again}: again", tone="")
 
     def build_view(self, work: GroupProgress, outcome: CalibrationOutcome) -> ProcedureView:
         lain = _accelerometer_progress(work)
@@ -106,16 +106,16 @@ class AccelerometerProcedure(CalibrationProcedure):
             return ProcedureView(
                 instrument=self._group.instruments[0],
                 prompt=(
-                    "The accelerometers are good: accept them."
+                    "Accelerometers OK: accept."
                     if good
-                    else "Look at the accelerometers, then repeat a position or accept them."
+                    else "Check the accelerometers, then repeat a position or accept."
                 ),
-                spoken="Accelerometers good" if good else "Look at the accelerometers",
+                spoken="Accelerometers OK" if good else "Check the accelerometers",
             )
         position = lain.open_positions[0]
         return ProcedureView(
             instrument=self._concerned(position),
-            prompt=f"Lay the aircraft {POSITION_TEXT[position]}, and let it lie still.",
+            prompt=f"Lay the aircraft {POSITION_TEXT[position]}, and leave it still.",
             spoken=POSITION_TEXT[position].capitalize(),
             amount=round(reading.progress * _STILL / REST_BLOCK_SECONDS) * REST_BLOCK_SECONDS,
             amount_goal=_STILL,
@@ -173,11 +173,11 @@ class AccelerometerProcedure(CalibrationProcedure):
             found = recognize_position(self._rested.volts, factory=self._factory)
             if found is None:
                 return (
-                    "the volts are not those of any position; if it lies as asked, take it: an "
-                    "accelerometer is at fault then",
+                    "the voltages match no position; if the position is right, record it: an "
+                    "accelerometer is faulty",
                 )
             if found not in lain.open_positions:
-                return (f"{POSITION_TEXT[found]} was taken already",)
+                return (f"{POSITION_TEXT[found]} was already recorded",)
         return self._unrest.warnings
 
 

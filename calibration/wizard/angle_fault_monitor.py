@@ -175,9 +175,7 @@ class AngleFaultMonitor:
             return ()
         if 0.005 < float(known.mean()) < 4.99:
             return ()
-        return (
-            self._dead(f"reads {known.mean():.2f} V all the time; check plug, wiper and supply"),
-        )
+        return (self._dead(f"reads {known.mean():.2f} V constantly; check plug, wiper and supply"),)
 
     def _without_movement(self) -> tuple[InstrumentFault, ...]:
         """Return what it means that others were moved, or that nothing was, while it was asked."""
@@ -190,7 +188,7 @@ class AngleFaultMonitor:
             seconds = f"{_SETTINGS.no_movement:.0f} s"
             return (
                 self._dead(
-                    f"no movement for {seconds}; if it was moved it is dead: check plug, wiper "
+                    f"no movement for {seconds}; if it was moved, it is dead: check plug, wiper "
                     "and supply"
                 ),
             )

@@ -27,8 +27,8 @@ from calibration.wizard.state import GroupProgress
 from calibration.wizard.view import WizardAction, WizardPhase
 
 _UNUSABLE: dict[PointHint, str] = {
-    "absent": "there are no volts of it",
-    "clipped": "the volts are at the end of the converter's range and cannot be used",
+    "absent": "no voltage",
+    "clipped": "the voltage is at the end of the ADC range",
 }
 _PERSISTENT_HINTS: tuple[PointHint, ...] = ("past", "wrong_side", "elsewhere")
 """What was said of the last rest goes on to hold until the next one."""
@@ -135,7 +135,7 @@ class AngleProcedure(CalibrationProcedure):
                 kind="leave_out", data={"slot": at}, message=f"left out: {gone}", tone=""
             )
         degree = action.degree
-        text = "the evidence chooses the curve" if degree is None else f"curve of degree {degree}"
+        text = "fit order automatic" if degree is None else f"curve of degree {degree}"
         return StepDraft(kind="degree", data={"degree": degree}, message=text, tone="")
 
     def build_view(self, work: GroupProgress, outcome: CalibrationOutcome) -> ProcedureView:
@@ -192,7 +192,7 @@ class AngleProcedure(CalibrationProcedure):
         if phase == "fit" or reading.state != "absent" or math.isnan(reading.time):
             return ()
         return (
-            f"{self._instrument.title}: no volts come; look at its plug and at the channel map",
+            f"{self._instrument.title}: no voltage received; check its plug and the channel map",
         )
 
     def _remark(self) -> ActionFeedback | None:
@@ -207,7 +207,7 @@ class AngleProcedure(CalibrationProcedure):
         if self._look.hint in ("against", "wrong_side"):
             return ActionFeedback(message=wizard_text.hint_text(self._look.hint), tone="error")
         if self._look.data is not None and "volts" in self._look.data:
-            return ActionFeedback(message="steady: take it", tone="steady")
+            return ActionFeedback(message="steady: record it", tone="steady")
         return None
 
     def _sign_draft(self) -> StepDraft:
@@ -224,13 +224,15 @@ class AngleProcedure(CalibrationProcedure):
             return ActionFeedback(message=hindering.sentence, tone="error")
         self._look = self._watch.detect_sign(confirmed=True)
         if self._look.data is None:
-            return ActionFeedback(message="no movement was seen: move it, then take", tone="error")
+            return ActionFeedback(
+                message=("no movement detected: move it, then record"), tone="error"
+            )
         return self._sign_draft()
 
     def _deny_sign(self) -> ActionFeedback:
         self.restart()
         self._watch.reset()
-        return ActionFeedback(message="move it once more")
+        return ActionFeedback(message="move it again")
 
     def _take(self, hand: AngleProgress) -> StepDraft | ActionFeedback:
         self._look = self._watch.detect_point(hand, hand.open_slot_indices[0], by_key=True)
@@ -240,7 +242,7 @@ class AngleProcedure(CalibrationProcedure):
         if unusable is not None:
             return ActionFeedback(message=unusable, tone="error")
         self._armed = True
-        return ActionFeedback(message="hold still: it is taken as soon as it rests")
+        return ActionFeedback(message="hold still: recorded as soon as it is steady")
 
     def _point_draft(self, hand: AngleProgress) -> StepDraft:
         data = self._look.data
@@ -254,15 +256,13 @@ class AngleProcedure(CalibrationProcedure):
         if not 0 <= at < len(hand.points):
             return ActionFeedback(message=f"there is no point {at + 1}", tone="error")
         gone = self._instrument.format_setting(hand.points[at].value)
-        message = f"{gone}: once more" if action.kind == "repeat" else f"{gone}: deleted"
+        message = f"{gone}: again" if action.kind == "repeat" else f"{gone}: deleted"
         return StepDraft(kind=action.kind, data={"index": at}, message=message, tone="")
 
     def _add(self, action: WizardAction) -> StepDraft | ActionFeedback:
         value = action.value
         if value is None:
-            return ActionFeedback(
-                message="say at which setting a point is to be added", tone="error"
-            )
+            return ActionFeedback(message="enter the setting of the new point", tone="error")
         travel = self._instrument.travel
         if travel is not None and not travel[0] <= value <= travel[1]:
             limits = f"{travel[0]:g} to {travel[1]:g} {self._instrument.unit}"

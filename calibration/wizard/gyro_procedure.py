@@ -36,7 +36,7 @@ from calibration.wizard.view import WizardAction, WizardPhase
 
 _STILL = 5.0
 """Seconds of rest for the zeros."""
-_SILENT = "The {} gyro did not answer to a turn; check its wires."
+_SILENT = "The {} gyro did not respond to a turn; check its wires."
 _MOST_OF = 0.6
 """Share of the angle asked for that makes a turn; laying the aircraft on the table makes none."""
 
@@ -92,7 +92,7 @@ class GyroProcedure(CalibrationProcedure):
             if reading.state != "rested" or reading.rest is None:
                 return None
             rest = to_json_content(reading.rest)
-            return StepDraft(kind="still", data={"rest": rest}, message="zeros of the gyros taken")
+            return StepDraft(kind="still", data={"rest": rest}, message="gyro zeros recorded")
         if phase == "gyro_turn" and self._turn.status.state == "turned":
             return self._turned(gyro)
         return None
@@ -108,7 +108,7 @@ class GyroProcedure(CalibrationProcedure):
             return StepDraft(
                 kind="leave_out",
                 data={"slot": gyro.open_turn_indices[0]},
-                message="without this turn; the factory's scale counts where none was made",
+                message="turn skipped; the data-sheet scale applies where none was made",
                 tone="",
             )
         if action.kind == "take":
@@ -116,7 +116,7 @@ class GyroProcedure(CalibrationProcedure):
         at = len(gyro.turns) - 1 if action.index is None else action.index
         if not 0 <= at < len(gyro.turns):
             return ActionFeedback(message=f"there is no turn {at + 1}", tone="error")
-        message = "the turn once more" if action.kind == "repeat" else "the turn is deleted"
+        message = "repeat the turn" if action.kind == "repeat" else "turn deleted"
         return StepDraft(kind=action.kind, data={"index": at}, message=message, tone="")
 
     def build_view(self, work: GroupProgress, outcome: CalibrationOutcome) -> ProcedureView:
@@ -126,7 +126,7 @@ class GyroProcedure(CalibrationProcedure):
             reading = self._still.status
             return ProcedureView(
                 instrument=self._group.instruments[0],
-                prompt="Leave the aircraft alone until the zeros of the gyros are taken.",
+                prompt="Do not touch the aircraft until the gyro zeros are recorded.",
                 spoken="Gyros. Hands off",
                 amount=round(reading.progress * _STILL / REST_BLOCK_SECONDS) * REST_BLOCK_SECONDS,
                 amount_goal=_STILL,
@@ -151,11 +151,9 @@ class GyroProcedure(CalibrationProcedure):
         return ProcedureView(
             instrument=self._group.instruments[0],
             prompt=(
-                "The gyros are good: accept them."
-                if good
-                else "Look at the gyros, then accept what can be used."
+                "Gyros OK: accept." if good else "Check the gyros, then accept the usable ones."
             ),
-            spoken="Gyros good" if good else "Look at the gyros",
+            spoken="Gyros OK" if good else "Check the gyros",
             points=points,
         )
 
@@ -221,7 +219,7 @@ class GyroProcedure(CalibrationProcedure):
         """Take the crew's word that the table was turned, though no gyro saw it."""
         if self._turn.status.state in ("turning", "stopping"):
             return ActionFeedback(
-                message="a turn is seen: let the table stand, it is taken by itself"
+                message="turn detected: hold the table still; it is recorded automatically"
             )
         channel = gyro.requested_turns[gyro.open_turn_indices[0]].channel
         return StepDraft(
@@ -237,10 +235,10 @@ class GyroProcedure(CalibrationProcedure):
         state = self._turn.status.state
         angle = f"{abs(asked.angle):g} deg"
         if state == "unsettled":
-            return f"{_UPRIGHT[asked.channel]} Let the table stand still."
+            return f"{_UPRIGHT[asked.channel]} Hold the table still."
         if state == "ready":
-            return f"Turn the table {angle}, {way}, within its marks, then let it stand."
-        return f"Turn on to {angle}, {way}, then let it stand."
+            return f"Turn the table {angle}, {way}, within its marks, then hold it still."
+        return f"Turn on to {angle}, {way}, then hold it still."
 
     def _turn_spoken(self, asked: RequestedTurn) -> str:
         instrument = self._instrument(asked.channel)

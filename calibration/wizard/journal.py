@@ -64,8 +64,8 @@ class Journal:
             self._append(line)
         except OSError as error:
             raise CalibrationError(
-                f"the step cannot be written to {self.path} ({error.strerror}); check the space "
-                "on the disk and its permissions, then do it again"
+                f"the step cannot be written to {self.path} ({error.strerror}); check disk "
+                "space and permissions, then repeat"
             ) from error
 
     def _append(self, line: bytes) -> None:

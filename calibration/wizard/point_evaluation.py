@@ -85,7 +85,7 @@ def evaluate_points(
     if drift is not None and drift.sentence not in doubts:
         remarks.insert(0, drift.sentence)
     if instrument.ratiometric and supply is None:
-        remarks.append("the supply was not measured: volts count as they were read")
+        remarks.append("the supply was not measured: volts are used as read")
     return CalibrationOutcome(
         certificates=(certificate,),
         issues=tuple(doubts),
@@ -149,8 +149,8 @@ def _sign_text(
     if work.rising is None or (sum(certificate.end_slopes) > 0.0) == work.rising:
         return ()
     return (
-        f"{instrument.title}: the points go the other way than when it was moved "
-        f"{instrument.positive}; look from which side the protractor was read",
+        f"{instrument.title}: the points go in the opposite direction to when it was moved "
+        f"{instrument.positive}; check from which side the protractor was read",
     )
 
 
@@ -162,8 +162,9 @@ def _drift(
         return None, ()
     if (sum(certificate.end_slopes) > 0.0) != (sum(former.end_slopes) > 0.0):
         return None, (
-            f"the volts go the other way than in the certificate of {former.stamp:%Y-%m-%d %H:%M}; "
-            "accept it if the instrument was mounted the other way round since",
+            "the voltage direction is opposite to the certificate of "
+            f"{former.stamp:%Y-%m-%d %H:%M}; accept it if the instrument was remounted the "
+            "other way round",
         )
     try:
         return compute_drift(certificate, former), ()
@@ -192,7 +193,7 @@ def _compare_with_partner(
     )
     if abs(own / other - 1.0) <= _UNLIKE:
         return (sentence,), ()
-    return (), (f"left and right are not alike: {sentence}; look at the settings of both",)
+    return (), (f"left and right differ: {sentence}; check the settings of both",)
 
 
 def _volts_per_unit(certificate: Certificate) -> float:

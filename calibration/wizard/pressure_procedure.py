@@ -38,8 +38,8 @@ _STILL = 4.0
 _PATIENCE = 10.0
 """Seconds under a cover after which a pressure that still moves is called that of wind."""
 _WITHOUT_BAROMETER = (
-    "the static pressure was not held against a barometer: enter the pressure at the field, or "
-    "accept and keep its former certificate",
+    "the static pressure was not compared with a barometer: enter the field pressure, or "
+    "accept and keep the previous certificate",
 )
 
 
@@ -133,13 +133,11 @@ class PressureProcedure(CalibrationProcedure):
             return self._take()
         if action.kind == "repeat":
             again = (
-                "from the zero on once more"
-                if _pressure_progress(work).blow_detected
-                else "the zero once more"
+                "repeated from zero" if _pressure_progress(work).blow_detected else "zero repeated"
             )
             return StepDraft(kind="repeat", message=again, tone="")
         if action.kind == "next":
-            return StepDraft(kind="leave_out", message="without a breath into the pitot", tone="")
+            return StepDraft(kind="leave_out", message="pitot blow skipped", tone="")
         return self._entered(action)
 
     def build_view(self, work: GroupProgress, outcome: CalibrationOutcome) -> ProcedureView:
@@ -172,11 +170,11 @@ class PressureProcedure(CalibrationProcedure):
         return ProcedureView(
             instrument=instrument,
             prompt=(
-                "The pressures are good: accept them."
+                "Pressures OK: accept."
                 if good
-                else "Look at the pressures: enter the field's pressure, repeat, or accept them."
+                else "Check the pressures: enter the field pressure, repeat, or accept."
             ),
-            spoken="Pressures good" if good else "Look at the pressures",
+            spoken="Pressures OK" if good else "Check the pressures",
         )
 
     def outcome(
@@ -201,11 +199,11 @@ class PressureProcedure(CalibrationProcedure):
         doubts += [one.sentence for one in found if not one.passed]
         if pressure.in_wind:
             doubts.append(
-                "the dynamic pressure moved as in wind while its zero was taken: it may be off by "
+                "the dynamic pressure moved as in wind during zeroing: the zero may be off by "
                 f"{WIND_UNCERTAINTY:.0f} Pa"
             )
         if pressure.left_out:
-            doubts.append("nobody blew into the pitot: that its hoses are whole is not known")
+            doubts.append("the pitot was not blown into: hoses not checked")
         return CalibrationOutcome(
             certificates=tuple(one.certificate for one in found),
             uncalibrated=uncalibrated,
@@ -235,15 +233,15 @@ class PressureProcedure(CalibrationProcedure):
     def _cover_words(self) -> tuple[str, str]:
         """Return what to do about the cover, and the same in few words."""
         if self._content:
-            return "Keep still: the zero is taken in a lull.", "Waiting for a lull"
+            return "Keep still: the zero is recorded in a lull.", "Waiting for a lull"
         if self._windy:
             return (
-                "The pressure moves as in wind: look at the cover, or take it in a lull.",
-                "Look at the cover",
+                "The pressure moves as in wind: check the cover, or record it in a lull.",
+                "Check the cover",
             )
         if self._covered:
             return "Keep the pitot covered until the pressure is steady.", "Hold the cover"
-        return "Cover the pitot, then take.", "Cover the pitot"
+        return "Cover the pitot, then record.", "Cover the pitot"
 
     def _take(self) -> StepDraft | ActionFeedback:
         self._content = self._windy
@@ -261,7 +259,7 @@ class PressureProcedure(CalibrationProcedure):
                 return StepDraft(
                     kind="zero",
                     data={"rest": to_json_content(reading.rest), "lull": lull},
-                    message="zero of the pressures taken",
+                    message="pressure zeros recorded",
                 )
         return None
 

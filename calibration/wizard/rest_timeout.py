@@ -36,4 +36,4 @@ class RestTimeoutMonitor:
     @property
     def warnings(self) -> tuple[str, ...]:
         """Return what to say of it: nothing, or one sentence."""
-        return (f"it does not come to rest: {self._why}",) if self._why else ()
+        return (f"not steady: {self._why}",) if self._why else ()

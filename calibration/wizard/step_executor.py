@@ -61,7 +61,7 @@ class StepHistory:
         except (KeyError, IndexError, TypeError, ValueError) as error:
             raise CalibrationError(
                 f"the step '{step.kind}' of {step.stamp:%Y-%m-%d %H:%M:%S} does not follow from "
-                "those before it; the journal was written by another version, begin a new one"
+                "the steps before; the journal is from another version; start a new calibration"
             ) from error
 
 
@@ -202,7 +202,7 @@ class StepExecutor:
         except OSError as error:
             raise CalibrationError(
                 f"the certificates of {self._store.aircraft} cannot be written "
-                f"({error.strerror}); make room on the disk, the wizard tries again by itself"
+                f"({error.strerror}); free disk space; the wizard retries automatically"
             ) from error
         self._pending = None
 
@@ -300,20 +300,19 @@ def _checkable_plan(
     ]
     if not known:
         raise CalibrationError(
-            f"no surface or vane of {aircraft} has a certificate in force that could be checked; "
-            "calibrate first"
+            f"no surface or vane of {aircraft} has a certificate in force to check; calibrate first"
         )
     return plan.select_channels(known)
 
 
 def _parse_header(steps: Sequence[JournalStep], path: Path) -> JournalHeader:
     if not steps or steps[0].kind != _HEADER_KIND:
-        raise CalibrationError(f"{path} holds no calibration that could go on; begin a new one")
+        raise CalibrationError(f"{path} contains no unfinished calibration; start a new one")
     content: dict[str, Any] = dict(steps[0].data)
     try:
         content.pop("former")
         return JournalHeader(**{**content, "plan": plan_from_json(content["plan"])})
     except (KeyError, TypeError) as error:
         raise CalibrationError(
-            f"{path} was written by another version of the program; begin a new calibration"
+            f"{path} was written by another version of the program; start a new calibration"
         ) from error

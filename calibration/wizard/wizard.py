@@ -280,11 +280,11 @@ class CalibrationWizard:
         self._step("undo", undone.channel)
         self._held = True
         title = f" of {self.state.find_group(undone.channel).title}" if undone.channel else ""
-        self._say(f"taken back: {undone.kind.replace('_', ' ')}{title}", "")
+        self._say(f"undone: {undone.kind.replace('_', ' ')}{title}", "")
 
     def _abort(self) -> None:
         self._step("abort")
-        self._say("broken off: the certificates in force stay in force", "")
+        self._say("stopped: the certificates in force stay in force", "")
 
     # What is to be shown.
 
@@ -412,8 +412,8 @@ class CalibrationWizard:
 _PHASE_TEXT: Mapping[str, Mapping[str, str]] = {
     "begin": {"prompt": "Waiting for sensor voltages.", "spoken": "Waiting"},
     "aborted": {
-        "prompt": "Broken off: the certificates in force stay in force.",
-        "spoken": "Broken off",
+        "prompt": "Stopped: the certificates in force stay in force.",
+        "spoken": "Stopped",
     },
 }
 

@@ -17,11 +17,11 @@ def sign_prompt(instrument: InstrumentPlan, hint: PointHint, *, ask: bool) -> st
     """Return how to prove the sign; `ask` where it takes the crew's word."""
     if hint == "against":
         return (
-            f"The volts went the other way than expected: is it {instrument.positive} now? "
+            f"The voltage changed in the opposite direction: is it {instrument.positive} now? "
             "Confirm, or move it the right way."
         )
     if hint == "little":
-        return f"{instrument.positive_motion_text}, farther, and hold it there."
+        return f"{instrument.positive_motion_text}, further, and hold it there."
     if ask:
         return f"{instrument.positive_motion_text}, hold it there and confirm."
     return f"{instrument.positive_motion_text} and hold it there."
@@ -30,7 +30,7 @@ def sign_prompt(instrument: InstrumentPlan, hint: PointHint, *, ask: bool) -> st
 def sign_speech(instrument: InstrumentPlan, hint: PointHint) -> str:
     """Return the same in few words."""
     if hint == "against":
-        return f"The other way than expected. Is it {instrument.positive}?"
+        return f"Opposite direction. Is it {instrument.positive}?"
     return f"{instrument.title}, {instrument.positive}"
 
 
@@ -39,12 +39,12 @@ def point_prompt(instrument: InstrumentPlan, slot: ScheduledSetting, look: StepP
     goal = instrument.format_setting(slot.value)
     there, back = _direction_text(instrument, slot)
     if look.hint == "past":
-        return f"Past it: now come {back} to {goal} and hold."
+        return f"Past it: come {back} to {goal} and hold."
     if look.hint == "wrong_side" and not slot.is_turning_point:
         return f"Overshot: go back {there} past it, then {back} to {goal} and hold."
     if look.hint == "elsewhere" and look.value is not None:
         about = instrument.format_setting(round(look.value))
-        return f"It rests at about {about}: go on to {goal} and hold."
+        return f"Steady at about {about}: continue to {goal} and hold."
     if slot.direction == "single":
         return f"Set it to {goal} and hold."
     if slot.is_turning_point:
@@ -78,7 +78,7 @@ def recorded_point_text(
     if hint == "noisy":
         return f"{text}, noisy ({1e3 * data['std']:.0f} mV)"
     if hint == "unmoved":
-        return f"{text}, though it did not move since the last step"
+        return f"{text}, although it has not moved since the last step"
     if slot.direction not in ("single", data["direction"]):
         return f"{text}, while {DIRECTION_TEXT[data['direction']]}"
     return text
@@ -87,7 +87,7 @@ def recorded_point_text(
 def hint_text(hint: PointHint) -> str:
     """Return why a rest is not taken."""
     return {
-        "against": "the volts went the other way than they should",
+        "against": "the voltage changed in the wrong direction",
         "wrong_side": "reached from the wrong side",
     }[hint]
 
@@ -96,14 +96,14 @@ def fit_text(instrument: InstrumentPlan, outcome: CalibrationOutcome) -> tuple[s
     """Return what to do with a curve, and the same in few words."""
     title = instrument.title
     if not outcome.ready:
-        return f"{title}: there are too few points; add some or repeat them.", "Too few points"
+        return f"{title}: too few points; add some or repeat them.", "Too few points"
     if outcome.issues:
         if outcome.check_result is not None:
-            return f"{title}: calibrate it anew before the flight.", f"{title} has moved"
-        return f"{title}: mend the points, or accept it as it is.", "Look at the curve"
+            return f"{title}: calibrate it again before the flight.", f"{title} has moved"
+        return f"{title}: repeat these points, or accept it.", "Check the curve"
     if outcome.check_result is not None:
-        return f"{title} is as it was: accept it.", f"{title} holds"
-    return f"{title} is good: accept it.", f"{title} good"
+        return f"{title} has not moved: accept it.", f"{title} holds"
+    return f"{title} OK: accept it.", f"{title} good"
 
 
 def calibration_summary_text(plan: CalibrationPlan, accepted: Sequence[str]) -> dict[str, str]:
@@ -125,12 +125,12 @@ def check_summary_text(plan: CalibrationPlan, checks: Mapping[str, CheckResult])
     moved = [plan[name].title for name, one in checks.items() if not one.passed]
     if not moved:
         every = "All" if len(checks) == len(plan.instruments) else f"The {len(checks)} checked"
-        prompt = f"{every} certificates hold."
+        prompt = f"{every} certificates valid."
         return {"prompt": prompt, "spoken": prompt.rstrip(".")}
     names = ", ".join([moved[0], *(title.lower() for title in moved[1:])])
     have = "has" if len(moved) == 1 else "have"
     return {
-        "prompt": f"{names} {have} moved: calibrate anew before the flight.",
+        "prompt": f"{names} {have} moved: calibrate again before the flight.",
         "spoken": f"Done. {names} {have} moved",
     }
 

@@ -92,7 +92,7 @@ class MassProperties(StrictModel):
     @model_validator(mode="after")
     def _must_be_a_body(self) -> MassProperties:
         if self.ixz**2 >= self.ixx * self.izz:
-            raise ValueError("ixz^2 exceeds ixx*izz, which no body can have; check ixz")
+            raise ValueError("ixz^2 exceeds ixx*izz, which is physically impossible; check ixz")
         for name, one, two in (
             ("ixx", self.iyy, self.izz),
             ("iyy", self.ixx, self.izz),
@@ -100,8 +100,8 @@ class MassProperties(StrictModel):
         ):
             if getattr(self, name) > one + two:
                 raise ValueError(
-                    f"{name} exceeds the sum of the other two moments of inertia, "
-                    "which no body can have; check all three"
+                    f"{name} exceeds the sum of the other two moments of inertia, which is "
+                    "physically impossible; check all three"
                 )
         if not 0.0 <= self.fuel < self.mass:
             raise ValueError("fuel must be less than mass, which includes it; check both")
@@ -330,7 +330,7 @@ class Aircraft(StrictModel):
         if height > 0.1 * self.geometry.span:
             found.append(
                 f"ixx + iyy - izz says that the mass lies {height:.2f} m (rms) above and below "
-                "the CG, more than a fuselage holds: repeat the pendulum swings"
+                "the CG, more than a fuselage allows: repeat the pendulum swings"
             )
         weight = self.mass.mass * GRAVITY
         if 0.0 < self.propulsion.max_thrust < 0.1 * weight:

@@ -213,8 +213,8 @@ class Swings(StrictModel):
         swung = [one for one in (self.x, self.y, self.z, self.tilted) if one is not None]
         if self.cradle.weight.value > 0.0 and not all(one.cradle_times for one in swung):
             raise ValueError(
-                "the cradle weighs something but was not swung alone; add cradle_times to each "
-                "table, or leave [cradle] out"
+                "the cradle has mass but was not swung alone; add cradle_times to each table, "
+                "or remove [cradle]"
             )
         return self
 
@@ -363,15 +363,15 @@ def _warnings(
     mass: float,
 ) -> tuple[str, ...]:
     found = [
-        f"{name} comes out negative, which no body can have: check the distances from the pivot "
-        "and the weights"
+        f"{name} comes out negative, which is physically impossible: check the distances from "
+        "the pivot and the weights"
         for name in ("ixx", "iyy", "izz")
         if name in values and values[name].value <= 0.0
     ]
     if {"ixx", "iyy", "izz"} <= set(values):
         square = (values["ixx"].value + values["iyy"].value - values["izz"].value) / (2.0 * mass)
         if square < 0.0:
-            found.append("izz exceeds ixx + iyy, which no body can have: repeat the swings")
+            found.append("izz exceeds ixx + iyy, which is physically impossible: repeat the swings")
         elif values["izz"].value > 0.0:
             height = math.sqrt(square)
             depth = swings.aircraft.depth

@@ -75,8 +75,8 @@ class WeighingRecord(StrictModel):
         for name, load in value.items():
             if not load.value > 0.0:
                 raise ValueError(
-                    f"{name} carries nothing; an aircraft on its wheels loads every scale: read "
-                    "it again"
+                    f"{name} shows no load; every scale of an aircraft on its wheels is loaded: "
+                    "read it again"
                 )
         return value
 
@@ -270,8 +270,8 @@ def _check_supports(supports: tuple[Support, ...], axes: int) -> None:
         front, rear = supports
         if abs(front.position[0] - rear.position[0]) < _APART:
             raise FlightError(
-                f"the axles '{front.name}' and '{rear.name}' stand at the same place along x, so "
-                "their loads do not tell the CG; measure their places again"
+                f"the axles '{front.name}' and '{rear.name}' have the same x position; the CG "
+                "cannot be computed; measure their positions again"
             )
         return
     (x1, y1), (x2, y2), (x3, y3) = (one.position[:2] for one in supports)
@@ -283,6 +283,6 @@ def _check_supports(supports: tuple[Support, ...], axes: int) -> None:
     if twice_area < _APART * max(longest, _APART):
         names = ", ".join(one.name for one in supports)
         raise FlightError(
-            f"the wheels {names} stand in one line, so their loads do not tell the CG along both "
-            "axes; measure their places again, or weigh two axles"
+            f"the wheels {names} are in one line; the CG cannot be computed along both axes; "
+            "measure their positions again, or weigh two axles"
         )

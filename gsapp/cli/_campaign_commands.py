@@ -31,25 +31,23 @@ ManeuverList = Annotated[
     typer.Option(
         "--maneuver",
         metavar="START:STOP",
-        help="Seconds, in place of what would be found; K:START:STOP for the K-th flight; "
-        "repeatable",
+        help="Use this time window (s) instead of detected maneuvers; K:START:STOP for the "
+        "K-th flight; repeatable",
     ),
 ]
-AsFound = Annotated[
-    bool, typer.Option("--as-found", help="Leave out what was changed by hand in the review")
-]
+AsFound = Annotated[bool, typer.Option("--as-found", help="Ignore manual changes from the review")]
 EveryGrade = Annotated[
     bool,
-    typer.Option("--every-grade", help="Keep maneuvers graded unfit (D)"),
+    typer.Option("--every-grade", help="Include maneuvers graded unfit (D)"),
 ]
 Dated = Annotated[
     bool,
-    typer.Option("--date/--no-date", help="Say when it was written"),
+    typer.Option("--date/--no-date", help="Include the date"),
 ]
 CatalogFile = Annotated[
     Path | None,
     typer.Option(
-        "--catalog", readable=False, metavar="FILE", help="Keep the results in this catalog"
+        "--catalog", readable=False, metavar="FILE", help="Save the results in this catalog"
     ),
 ]
 
@@ -87,7 +85,7 @@ def debrief(
     flights: Annotated[
         list[Path] | None,
         typer.Argument(
-            metavar="FLIGHT", readable=False, help="Without any, the trends of the catalog"
+            metavar="FLIGHT", readable=False, help="Without a flight: trends of the catalog"
         ),
     ] = None,
     aircraft: AircraftName = None,
@@ -95,8 +93,8 @@ def debrief(
         str | None,
         typer.Option(
             metavar="FILE",
-            help="What is known of the aerodynamics: a model file, or the name of a shipped one; "
-            "by default the one shipped for the aircraft",
+            help="Prior model: a file, or the name of a shipped one; default: shipped for the "
+            "aircraft",
         ),
     ] = None,
     channel_map: MapName = None,
@@ -105,7 +103,10 @@ def debrief(
         str | None,
         typer.Option(
             metavar="FILE",
-            help="Test cards in place of the flight's own: a file, or the name of a shipped set",
+            help=(
+                "Test cards to use instead of those of the flight: a file, or the name of a "
+                "shipped set"
+            ),
         ),
     ] = None,
     catalog: CatalogFile = None,
@@ -170,7 +171,7 @@ def report(
         typer.Argument(
             metavar="FLIGHT|DIR",
             readable=False,
-            help="Flights, or folders that hold some",
+            help="Flights, or folders with flights",
             show_default=False,
         ),
     ],
@@ -179,8 +180,8 @@ def report(
         typer.Option(
             metavar="FILE",
             readable=False,
-            help="A .html or .pdf file; or a folder for both, all pictures, and the results as "
-            "CSV, MATLAB, JSON, model and linear models",
+            help=".html or .pdf file; or a folder for both plus figures and results (CSV, "
+            "MATLAB, JSON, models)",
         ),
     ],
     validate: Annotated[
@@ -188,7 +189,7 @@ def report(
         typer.Option(
             metavar="FLIGHT",
             readable=False,
-            help="One of the flights, to judge linear models on; repeatable; by default the last",
+            help="Flight to validate linear models on; repeatable; default: the last",
         ),
     ] = None,
     units: Units = "us",  # noqa: ARG001  acts in its callback
@@ -221,7 +222,7 @@ def compatibility(
         typer.Option(
             "--error",
             metavar="ID.KIND",
-            help="Estimate this error, too, such as q.scale or V.delay; repeatable",
+            help="Also estimate this error, such as q.scale or V.delay; repeatable",
         ),
     ] = None,
     free: Annotated[list[str] | None, typer.Option("--free", hidden=True)] = None,
@@ -257,7 +258,7 @@ def terms(
     aircraft: AircraftName = None,
     model: Annotated[
         str | None,
-        typer.Option(metavar="FILE", help="A model whose effects are taken as known"),
+        typer.Option(metavar="FILE", help="Model whose effects are known"),
     ] = None,
     maneuver: ManeuverList = None,
     channel_map: MapName = None,
@@ -296,7 +297,7 @@ def catalog(
         typer.Option(help="Shape of the input"),
     ] = None,
     worst_grade: Annotated[
-        Literal["A", "B", "C", "D"], typer.Option(help="Leave worse ones out")
+        Literal["A", "B", "C", "D"], typer.Option(help="Exclude worse grades")
     ] = "D",
     where: Annotated[
         list[str] | None,
@@ -306,7 +307,7 @@ def catalog(
     ] = None,
     note: Annotated[
         str | None,
-        typer.Option(help="Words that stand in the note"),
+        typer.Option(help="Text in the note"),
     ] = None,
     derivative: Annotated[
         str | None,
@@ -314,7 +315,7 @@ def catalog(
     ] = None,
     csv: Annotated[
         Path | None,
-        typer.Option(readable=False, metavar="FILE", help="Write what was found as a table"),
+        typer.Option(readable=False, metavar="FILE", help="Write the result as a table"),
     ] = None,
     units: Units = "us",  # noqa: ARG001  acts in its callback
     json: JsonFile = None,
@@ -337,7 +338,7 @@ def runs(
     ],
     what: Annotated[
         Literal["list", "show", "compare", "repeat", "report", "forget", "recall", "rename"],
-        typer.Argument(help="What to do with the runs in it"),
+        typer.Argument(help="Action"),
     ] = "list",
     rest: Annotated[
         list[str] | None,
@@ -390,25 +391,27 @@ def linear_models(
     flights: FlightPaths,
     validate: Annotated[
         Path,
-        typer.Option(readable=False, metavar="FLIGHT", help="Flight that the models are judged on"),
+        typer.Option(readable=False, metavar="FLIGHT", help="Flight to validate the models on"),
     ],
     aircraft: AircraftName = None,
     model: Annotated[
         str | None,
-        typer.Option(metavar="FILE", help="A model whose effects are taken as known"),
+        typer.Option(metavar="FILE", help="Model whose effects are known"),
     ] = None,
     order_lon: Annotated[
         str, typer.Option(metavar="N|auto", help="Order of the longitudinal subspace model")
     ] = "2",
     order_lat: Annotated[
-        str, typer.Option(metavar="N|auto", help="Order of the lateral-directional one")
+        str, typer.Option(metavar="N|auto", help="Order of the lateral-directional subspace model")
     ] = "4",
     channel_map: MapName = None,
     calibration: CalibrationName = None,
     as_found: AsFound = False,
     out: Annotated[
         Path | None,
-        typer.Option(readable=False, metavar="DIR", help="Write the models here, one file each"),
+        typer.Option(
+            readable=False, metavar="DIR", help=("Write the models to this folder, one file each")
+        ),
     ] = None,
     units: Units = "us",  # noqa: ARG001  acts in its callback
     json: JsonFile = None,
@@ -451,13 +454,11 @@ def discrepancy(
         str | None,
         typer.Option(
             metavar="FILE",
-            help="The model to be judged: a file, or the name of a shipped one; without it the "
-            "linear build-up is fitted",
+            help="Model to test: a file, or the name of a shipped one; default: fitted linear "
+            "build-up",
         ),
     ] = None,
-    list_: Annotated[
-        bool, typer.Option("--list", help="List the effects that can be named, and stop")
-    ] = False,
+    list_: Annotated[bool, typer.Option("--list", help="List the effects and exit")] = False,
     catalog: Annotated[bool, typer.Option("--catalog", hidden=True)] = False,
     maneuver: ManeuverList = None,
     every_grade: EveryGrade = False,
@@ -468,25 +469,24 @@ def discrepancy(
     ] = None,
     force: Annotated[
         list[str] | None,
-        typer.Option(metavar="ID", help="Put this effect in, whatever the evidence; repeatable"),
+        typer.Option(metavar="ID", help="Add this effect regardless of evidence; repeatable"),
     ] = None,
     held_out: Annotated[
         list[str] | None,
         typer.Option(
             metavar="MANEUVER",
-            help="Keep this maneuver out of naming and fitting; repeatable; by default one of each "
-            "kind, about a quarter",
+            help="Hold out this maneuver; repeatable; default: one of each kind, about a quarter",
         ),
     ] = None,
     most_effects: Annotated[
-        int, typer.Option(metavar="N", min=0, help="Stop after so many effects")
+        int, typer.Option(metavar="N", min=0, help="Maximum number of effects")
     ] = 4,
     draw: Annotated[
         list[str] | None,
         typer.Option(
             metavar="MANEUVER",
-            help="Draw this maneuver in full in the report; repeatable; by default the worst of "
-            "those kept out",
+            help="Plot all channels of this maneuver in the report; repeatable; default: worst "
+            "held-out maneuver",
         ),
     ] = None,
     units: Units = "us",  # noqa: ARG001  acts in its callback

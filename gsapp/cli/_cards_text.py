@@ -51,13 +51,12 @@ def print_card_status(
         )
     print_unwrapped(console, table)
     told = [
-        f"{one.card.id}: maneuver {attempt.maneuver.id} does not count: "
-        f"{'; '.join(attempt.reasons)}"
+        f"{one.card.id}: maneuver {attempt.maneuver.id} not counted: {'; '.join(attempt.reasons)}"
         for one in flown.cards
         for attempt in one.attempts
         if not attempt.is_counted
     ]
     if flown.unplanned:
-        told.append(f"on no card: {', '.join(one.id for one in flown.unplanned)}")
+        told.append(f"not on a card: {', '.join(one.id for one in flown.unplanned)}")
     for sentence in told:
         print_sentence(console, sentence)

@@ -209,9 +209,9 @@ def _plain(error: typer.BadParameter) -> str:
     if found["type"].startswith("float_") or str(value).strip().casefold() == "nan":
         return f"'{value}' is not a number"
     if found["type"] == "greater_than_equal":
-        return f"{value} is too little; give {limits['ge']:g} or more"
+        return f"{value} is too small; use {limits['ge']:g} or more"
     if found["type"] == "less_than_equal":
-        return f"{value} is too much; give {limits['le']:g} or less"
+        return f"{value} is too large; use {limits['le']:g} or less"
     if found["type"].startswith("int_"):
         return f"'{value}' is not a whole number"
     return error.message

@@ -91,7 +91,7 @@ def print_score(console: Console, cards: Sequence[CardScore], score: float | Non
             console,
             f"{card.card}: {card.good} of {card.requested} good, {card.flown} flown  {card.title}",
         )
-    console.print(f"score: {100.0 * score:z.0f} % of what the cards ask for", highlight=False)
+    console.print(f"score: {100.0 * score:z.0f} % of the card set", highlight=False)
 
 
 def print_trends(console: Console, found: Sequence[FlightTrend]) -> None:
@@ -119,7 +119,7 @@ def print_trends(console: Console, found: Sequence[FlightTrend]) -> None:
     print_unwrapped(console, table)
     for one in found:
         told = [f"{SURFACE_NAMES[name]} {share:z.2f}" for name, share in one.amplitudes.items()]
-        sizes = f"{', '.join(told)} of what was wanted" if told else "nothing wanted"
+        sizes = f"{', '.join(told)} of the target" if told else "no target"
         worst = max(one.trim_errors, key=lambda name: one.trim_errors[name], default="")
         off = (
             f"; began with {worst} {one.trim_errors[worst]:z.1f} of its tolerance" if worst else ""

@@ -65,7 +65,7 @@ def create_demo_campaign(flight: Path, out: Path, console: Console, *, seed: int
         derivatives=out / f"{flight.name}-derivatives.json",
         report=out / f"{flight.name}-report",
     )
-    console.print("5. The same aircraft on another day, six maneuvers, as fast as it goes:")
+    console.print("5. The same aircraft on another day, six maneuvers, at full speed:")
     write_folder(
         FlightSettings(plan=_PLAN, seed=seed), made.flights[0], truth=None, console=console
     )
@@ -74,10 +74,8 @@ def create_demo_campaign(flight: Path, out: Path, console: Console, *, seed: int
         flights=made.flights, json=made.derivatives, catalog=made.catalog, label=flight.name
     )
     number = _repeat(made.catalog)
-    console.print(
-        f"7. Run {number} is kept, and repeated it gives the same numbers to the last bit."
-    )
-    console.print("8. The report that a supervisor gets, with figures, files and linear models:")
+    console.print(f"7. Run {number} is saved; repeating it gives bit-identical results.")
+    console.print("8. The report with figures, files and linear models:")
     report.run(flights=made.flights, out=made.report, model="b777")
     return made
 
@@ -110,7 +108,7 @@ def show_review(campaign: DemoCampaign, out: Path, console: Console) -> None:
         flights=str(out), review_flights=tuple(str(path) for path in campaign.flights),
     )  # fmt: skip
     console.print(
-        "9. The window shows both flights in Review: correct their maneuvers (Alt+1), estimate "
-        "(Alt+2), look\n   at figures (Alt+3), sum up (Alt+4). Close it to end."
+        "9. The window shows both flights in Review: edit maneuvers (Alt+1), estimate (Alt+2), "
+        "figures\n   (Alt+3), summary (Alt+4). Close it to end."
     )
     run_window(settings=settings, place="review")

@@ -53,9 +53,9 @@ def _find(console: Console, found: DiscrepancyResult) -> None:
         print_sentence(console, disagreement_sentence(one))
     more = len(found.disagreements) - _PLACES
     if more > 0:
-        print_sentence(console, f"{more} more such places are in the report.")
+        print_sentence(console, f"{more} more are in the report.")
     if not found.disagreements:
-        print_sentence(console, "At no single place clearly beyond the noise.")
+        print_sentence(console, "No single disagreement exceeds the noise.")
 
 
 def _map(console: Console, found: DiscrepancyResult) -> None:
@@ -65,9 +65,7 @@ def _map(console: Console, found: DiscrepancyResult) -> None:
     from gsapp.quantities import channel
     from gsapp.report.discrepancy_text import residual_map
 
-    print_sentence(
-        console, "missing part of each coefficient, 1 = noise alone; * kept out", "italic"
-    )
+    print_sentence(console, "residual of each coefficient, 1 = noise floor; * held out", "italic")
     table = _table()
     table.add_column("maneuver", no_wrap=True)
     for name in (*found.coefficients, "worst channel"):
@@ -85,7 +83,7 @@ def _map(console: Console, found: DiscrepancyResult) -> None:
 def _name(console: Console, found: DiscrepancyResult) -> None:
     from gsapp.report.discrepancy_text import disturbance_text, effect_text
 
-    print_sentence(console, "\n2. Name: what is missing?", "bold")
+    print_sentence(console, "\n2. Name: which effect is missing?", "bold")
     for number, step in enumerate(found.steps, start=1):
         if step.ranking:
             last = step is found.steps[-1]
@@ -97,15 +95,15 @@ def _name(console: Console, found: DiscrepancyResult) -> None:
         if effect.runner_up:
             print_sentence(
                 console,
-                f"Next best was {effect.runner_up}, {effect.margin:z.1f} behind in log-likelihood.",
+                f"Second: {effect.runner_up}, {effect.margin:z.1f} lower.",
             )
     for other in found.alternatives:
         print_sentence(
-            console, f"These flights would look the same with {' and '.join(other.effects)}"
+            console, f"These flights cannot distinguish it from {' and '.join(other.effects)}"
         )
         print_sentence(console, f"  {other.title}: {other.why}")
         if other.fly:
-            print_sentence(console, f"  What would tell: {other.fly}")
+            print_sentence(console, f"  To distinguish, fly: {other.fly}")
     if disturbance_text(found):
         print_sentence(console, disturbance_text(found))
     if not found.effects and not found.alternatives:
@@ -153,7 +151,7 @@ def _add(console: Console, found: DiscrepancyResult) -> None:
         print_sentence(console, "values that moved beyond their bounds", "italic")
         console.print(_filled(headings, changed))
     if not rows and not found.values:
-        print_sentence(console, "Nothing was added.")
+        print_sentence(console, "No effect was added.")
 
 
 def _show(console: Console, found: DiscrepancyResult) -> None:
@@ -167,7 +165,7 @@ def _show(console: Console, found: DiscrepancyResult) -> None:
             headings = ("channel", "RMS", "noise")
             rows = [(row[0], row[1], row[3]) for row in rows]
         where = f"maneuver{'s' if len(found.gap.on) != 1 else ''} {', '.join(found.gap.on)}"
-        print_sentence(console, f"measured less computed, {where}", "italic")
+        print_sentence(console, f"residual, {where}", "italic")
         console.print(_filled(headings, rows))
     if len(found.steps) > 1:
         falls = ", ".join(
@@ -175,7 +173,8 @@ def _show(console: Console, found: DiscrepancyResult) -> None:
         )
         print_sentence(
             console,
-            f"Misfit of all channels, 1 = noise: {found.steps[0].misfit:z.2f} before, {falls}.",
+            f"Residual of all channels, 1 = noise floor: {found.steps[0].misfit:z.2f} before, "
+            f"{falls}.",
         )
     print_sentence(console, closed_gap_text(found))
 

@@ -17,14 +17,14 @@ _HEADINGS = {
     "propulsion": "Engines",
     "control": "Between command and surface",
     "sensor": "Instruments",
-    "mass": "Mass and balance",
-    "atmosphere": "Air: disturbances, never named as effects",
+    "mass": "Mass properties",
+    "atmosphere": "Disturbances (never named as effects)",
 }
 _WIDTH = 120
 _CLASSES = (
-    "A: seen in flight with the model's own derivatives free.  B: seen by kinematics, without any "
-    "aerodynamics.  C: no flight can show it; the measurement on the ground settles it.  "
-    "Angles in radians, p_hat = p b/2V, q_hat = q c/2V, r_hat = r b/2V, T thrust."
+    "A: observable in flight with all derivatives free.  B: observable from kinematics alone.  "
+    "C: not observable in flight; requires the ground measurement.  Angles in radians, p_hat = "
+    "p b/2V, q_hat = q c/2V, r_hat = r b/2V, T thrust."
 )
 
 
@@ -67,8 +67,8 @@ def print_catalog(console: Console, records: tuple[EffectRecord, ...]) -> None:
         )  # fmt: skip
         table.add_column("effect", no_wrap=True)
         table.add_column("")
-        table.add_column("what it is, how it enters, its usual size", ratio=1)
-        table.add_column("taken for; told apart by", ratio=1)
+        table.add_column("effect, equation, typical size", ratio=1)
+        table.add_column("mistaken for; distinguished by", ratio=1)
         for name, record in _rows([one for one in records if one.group == group]):
             title, equation = record.title, record.equation
             lines = [title, equation, _sizes(record)]

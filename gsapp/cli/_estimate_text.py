@@ -194,7 +194,6 @@ def _method_difference_text(one: ManeuverResult) -> tuple[str, ...]:
             "derivative",
         )
     return (
-        f"{_BY_EQUATIONS} lies more than {SIGNIFICANT_SIGMAS:z.0f} joint bounds apart in "
-        f"{', '.join(names)}; "
-        "believe the smaller bound",
+        f"{_BY_EQUATIONS} lies more than {SIGNIFICANT_SIGMAS:z.0f} joint bounds off in "
+        f"{', '.join(names)}; use the smaller bound",
     )

@@ -14,9 +14,9 @@ def demo(
     headless: Annotated[bool, typer.Option("--headless", help="Without a window")] = False,
     out: Annotated[
         Path,
-        typer.Option(readable=False, metavar="DIR", help="Where the flight and its pictures go"),
+        typer.Option(readable=False, metavar="DIR", help="Output folder"),
     ] = Path("demo-flight"),
-    seed: Annotated[int, typer.Option(min=0, help="Another seed is another flight")] = 1,
+    seed: Annotated[int, typer.Option(min=0, help="Random seed of the flight")] = 1,
     speed: Annotated[
         float | None,
         typer.Option(metavar="X", help="Times real time; 1 with a window, 4 without"),
@@ -37,34 +37,32 @@ def demo(
 def fly(
     to: Annotated[
         str | None,
-        typer.Option(metavar="LINK", help="Send over this link, as the aircraft's box would"),
+        typer.Option(metavar="LINK", help="Transmit over this link"),
     ] = None,
     out: Annotated[
         Path | None,
-        typer.Option(
-            readable=False, metavar="FLIGHT", help="Write a flight folder instead, without waiting"
-        ),
+        typer.Option(readable=False, metavar="FLIGHT", help="Write a flight folder at full speed"),
     ] = None,
     plan: Annotated[
         str, typer.Option(metavar="FILE", help="Plan: a file, or the name of a shipped one")
     ] = ("default"),
     hide: Annotated[
         list[str] | None,
-        typer.Option(
-            metavar="ID[:PARAM=VALUE,..]", help="Add an effect that the model lacks; repeatable"
-        ),
+        typer.Option(metavar="ID[:PARAM=VALUE,..]", help="Add a hidden effect; repeatable"),
     ] = None,
     fault: Annotated[
         list[str] | None,
         typer.Option(
             metavar="CHANNEL:KIND[:PARAM=VALUE,..]",
-            help="Break an instrument: dropout, stuck or clip; on the bench dead, reversed, "
+            help="Instrument fault: dropout, stuck or clip; on the bench dead, reversed, "
             "swapped:with=CHANNEL, noisy or clipped; repeatable",
         ),
     ] = None,
     seed: Annotated[int, typer.Option(min=0, help="Same seed, same flight")] = 0,
     speed: Annotated[float, typer.Option(metavar="X", help="Times real time")] = 1.0,
-    thin: Annotated[bool, typer.Option("--thin", help="Fit a 57,600-baud radio")] = False,
+    thin: Annotated[
+        bool, typer.Option("--thin", help=("Limit the data to a 57,600-baud radio"))
+    ] = False,
     aircraft: Annotated[
         str, typer.Option(metavar="FILE", help="Aircraft: a file, or the name of a shipped one")
     ] = "b777",
@@ -75,12 +73,14 @@ def fly(
         float | None,
         typer.Option(metavar="M/S", min=0.0, help="Standard deviation of the gusts"),
     ] = None,
-    attitude: Annotated[bool, typer.Option(help="Whether the box sends an attitude")] = True,
-    position: Annotated[bool, typer.Option(help="Whether the box sends a position")] = False,
+    attitude: Annotated[bool, typer.Option(help="Send attitude")] = True,
+    position: Annotated[bool, typer.Option(help="Send position")] = False,
     onboard: Annotated[
         Path | None,
         typer.Option(
-            readable=False, metavar="FILE", help="Where a thin flight keeps its full record"
+            readable=False,
+            metavar="FILE",
+            help=("File for the full on-board record of a thin flight"),
         ),
     ] = None,
     truth: Annotated[
@@ -88,14 +88,15 @@ def fly(
         typer.Option(readable=False, metavar="FILE", help="Write the true motion as a Flight CSV"),
     ] = None,
     bench: Annotated[
-        bool, typer.Option("--bench", help="Stay on the ground, to be calibrated; see --control")
+        bool,
+        typer.Option("--bench", help=("Bench mode on the ground, for calibration; see --control")),
     ] = False,
     control: Annotated[
         str | None,
         typer.Option(
             metavar="udpin:HOST:PORT|-",
-            help="On the bench, obey lines from this port, or as typed (-): 'elevator_left 10' "
-            "(deg), 'turn p 45', 'lie z_down', 'pitot covered', 'pitot blow', 'help'",
+            help="Bench commands from this port, or from standard input (-): 'elevator_left "
+            "10' (deg), 'turn p 45', 'lie z_down', 'pitot covered', 'pitot blow', 'help'",
         ),
     ] = None,
     sticks: Annotated[
@@ -177,7 +178,7 @@ def record(
     ] = None,
     heartbeat: Annotated[
         bool | None,
-        typer.Option(help="Send a sign of life every second; without it over udpout only"),
+        typer.Option(help="Send a heartbeat every second; default: over udpout only"),
     ] = None,
     speed: Annotated[
         float | None,
@@ -276,26 +277,30 @@ def onboard(
         typer.Option(
             readable=False,
             metavar="FILE",
-            help="Put this log in force: .tlog, .bin, .ulg, .csv, .mat or .parquet",
+            help="Use this on-board log: .tlog, .bin, .ulg, .csv, .mat or .parquet",
         ),
     ] = None,
     link: Annotated[
         str | None,
-        typer.Option(metavar="LINK", help="Fetch the log from the autopilot, landed and disarmed"),
+        typer.Option(
+            metavar="LINK", help=("Download the log from the autopilot, landed and disarmed")
+        ),
     ] = None,
     fetch: Annotated[
-        bool, typer.Option("--fetch", help="The same, over the link that records into FLIGHT")
+        bool, typer.Option("--fetch", help="Download over the link that records FLIGHT")
     ] = False,
     number: Annotated[
         int | None,
         typer.Option(
-            metavar="N", min=0, help="Of the autopilot's logs; by default the flight's, by date"
+            metavar="N",
+            min=0,
+            help=("Log number on the autopilot; default: by the date of the flight"),
         ),
     ] = None,
     list_: Annotated[bool, typer.Option("--list", help="List the autopilot's logs only")] = False,
     use: Annotated[
         str | None,
-        typer.Option(metavar="NAME|none", help="Put a log of the folder in force, or take it out"),
+        typer.Option(metavar="NAME|none", help="Use a log in the folder, or none"),
     ] = None,
     json: JsonFile = None,
 ) -> None:

@@ -86,7 +86,7 @@ def print_flight(console: Console, flight: Flight) -> None:
         )
         if frames.lines or frames.bad_lines:
             console.print(
-                f"lines: {frames.lines} good, {frames.bad_lines} left out", highlight=False
+                f"lines: {frames.lines} good, {frames.bad_lines} excluded", highlight=False
             )
     noticed = [event for event in flight.events if event.kind in NOTICE_KINDS]
     told = [
@@ -130,7 +130,7 @@ def check_catalog(catalog: Path | None, calibration: str | None) -> None:
 
     if catalog is not None and calibration is not None:
         raise CommandUsageError(
-            f"{catalog} keeps what the flights' own certificates give; leave out --catalog or "
+            f"{catalog} stores results with the certificates of the flights; omit --catalog or "
             "--calibration"
         )
 

@@ -16,25 +16,25 @@ def calibrate(
         typer.Argument(
             metavar="POINTS.csv",
             readable=False,
-            help="Columns: angle [deg], volts [V], direction (increasing or decreasing); "
-            "excitation [V] if known",
+            help="CSV with columns angle [deg], volts [V], direction (increasing or "
+            "decreasing), optional excitation [V]",
         ),
     ],
-    channel: Annotated[str, typer.Option(metavar="ID", help="Such as elevator_left")],
+    channel: Annotated[str, typer.Option(metavar="ID", help="Channel, such as elevator_left")],
     out: Annotated[Path, typer.Option(readable=False, metavar="FILE", help="Certificate to write")],
     degree: Annotated[
         int | None,
-        typer.Option(min=1, max=3, help="Of the curve; without it the points decide"),
+        typer.Option(min=1, max=3, help="Order of the fit; default: automatic"),
     ] = None,
     excitation: Annotated[
         float | None,
-        typer.Option(metavar="V", help="Supply of an instrument whose volts follow it"),
+        typer.Option(metavar="V", help="Supply voltage of a ratiometric instrument"),
     ] = None,
     travel: Annotated[
         str | None,
-        typer.Option(metavar="LOW:HIGH", help="Of the surface, in the unit of the points"),
+        typer.Option(metavar="LOW:HIGH", help="Travel of the surface, in the unit of the points"),
     ] = None,
-    who: Annotated[str, typer.Option(help="Who took the readings")] = "",
+    who: Annotated[str, typer.Option(help="Name of the person who took the readings")] = "",
     temperature: Annotated[
         float | None,
         typer.Option(metavar="DEGC", help="Of the surroundings"),
@@ -47,7 +47,7 @@ def calibrate(
     ] = None,
     report: Annotated[
         Path | None,
-        typer.Option(readable=False, metavar="FILE", help="Page with the curves: .html or .pdf"),
+        typer.Option(readable=False, metavar="FILE", help="Report with the curves: .html or .pdf"),
     ] = None,
     units: Units = "us",  # noqa: ARG001  acts in its callback
     json: JsonFile = None,
@@ -87,9 +87,7 @@ def certificates(
     ] = None,
     report: Annotated[
         Path | None,
-        typer.Option(
-            readable=False, metavar="DIR", help="Write a page with the curves of each one here"
-        ),
+        typer.Option(readable=False, metavar="DIR", help="Folder for a report of each certificate"),
     ] = None,
     page: Annotated[Literal["pdf", "html"], typer.Option("--format", help="Of the pages")] = "pdf",
     units: Units = "us",  # noqa: ARG001  acts in its callback
@@ -109,7 +107,7 @@ def inertia(
         Path,
         typer.Argument(metavar="SWINGS.toml", readable=False, help="Times and distances of swings"),
     ],
-    unit: Annotated[str, typer.Option(help="Of the values on the screen")] = "slug ft^2",
+    unit: Annotated[str, typer.Option(help="Units on the screen")] = "slug ft^2",
     json: JsonFile = None,
 ) -> None:
     """Find moments of inertia from pendulum swings.

@@ -54,5 +54,5 @@ def write_json(json: Path, text: str) -> None:
         write_atomically(json, text)
     except OSError as error:
         raise GroundStationError(
-            format_os_error(json, error, "choose a file in a folder where you may write")
+            format_os_error(json, error, "choose a folder with write permission")
         ) from error

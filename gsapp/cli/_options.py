@@ -26,7 +26,7 @@ JsonFile = Annotated[
         "--json",
         metavar="FILE",
         readable=False,
-        help="Write the result for programs; - for the screen",
+        help="Write the result as JSON; - for standard output",
     ),
 ]
 MapName = Annotated[
@@ -38,7 +38,7 @@ CalibrationName = Annotated[
     typer.Option(
         "--calibration",
         metavar="FOLDER|NAME",
-        help="Certificates in place of those kept with the flight: a folder, or a shipped set",
+        help="Certificates to use instead of those of the flight: a folder, or a shipped set",
     ),
 ]
 DISPLAY_UNITS: Final[ContextVar[Literal["US", "SI"]]] = ContextVar("units", default="US")

@@ -60,8 +60,7 @@ def check_output_paths(given: Mapping[str, object]) -> None:
             )
         if any(is_same_path(target, source) for source in sources):
             raise GroundStationError(
-                f"{option} {target} is what the command reads, and would be overwritten; choose "
-                "another name"
+                f"{option} {target} is an input of the command; choose another name"
             )
         if _belongs_to_flight(target):
             raise GroundStationError(
@@ -91,8 +90,7 @@ def _check_folder(folder: Path, sources: Iterable[Path], flights: Iterable[Path]
     for path in flights:
         if is_same_path(folder, path):
             raise GroundStationError(
-                f"--out {folder} is what the command reads, and results in it would be taken for "
-                "flights; choose another folder"
+                f"--out {folder} is an input of the command; choose another folder"
             )
 
 

@@ -77,12 +77,12 @@ def print_run(console: Console, one: StoredRun) -> None:
 
 def print_run_comparison(console: Console, found: RunComparison) -> None:
     """Print what differs between two runs, and their values beside each other."""
-    asked = _table("what was asked for")
+    asked = _table("request")
     for heading in ("", found.one, found.other):
         asked.add_column(heading, overflow="fold")
     for setting in found.settings:
         asked.add_row(setting.name, setting.one, setting.other)
-    console.print(asked if found.settings else "nothing differs in what was asked for")
+    console.print(asked if found.settings else "the requests are equal")
     for sentence in found.versions:
         print_sentence(console, sentence, "yellow")
     table = _table("per radian; difference in joint bounds")
@@ -95,7 +95,7 @@ def print_run_comparison(console: Console, found: RunComparison) -> None:
             *_cells(one.one),
             *_cells(one.other),
             "" if one.difference is None else f"{one.difference:+z.2g}",
-            "one only" if one.in_bounds is None else f"{one.in_bounds:+z.2f}",
+            "single value" if one.in_bounds is None else f"{one.in_bounds:+z.2f}",
             "differs" if one.in_bounds is not None and one.differs else "",
         )
     print_unwrapped(console, table)
@@ -105,9 +105,9 @@ def print_run_comparison(console: Console, found: RunComparison) -> None:
 def print_repeat_result(console: Console, number: int, found: RepeatedRun) -> None:
     """Print whether a run gave the same again, and what differs."""
     console.print(
-        f"run {number} gives the same to the last bit"
+        f"run {number} is reproduced to the last bit"
         if found.is_identical
-        else f"run {number} gives other values than then",
+        else f"run {number} gives different values",
         style="" if found.is_identical else "bold",
     )
     for sentence in found.differences:

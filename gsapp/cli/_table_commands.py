@@ -17,15 +17,15 @@ TableFile = Annotated[
 ]
 ChannelList = Annotated[
     str | None,
-    typer.Option(metavar="ID,ID,..", help="Keep these channels only, in this order"),
+    typer.Option(metavar="ID,ID,..", help="Keep only these channels, in this order"),
 ]
 WithoutList = Annotated[
     str | None,
-    typer.Option(metavar="ID,ID,..", help="Leave these channels out"),
+    typer.Option(metavar="ID,ID,..", help="Drop these channels"),
 ]
 RenameList = Annotated[
     list[str] | None,
-    typer.Option(metavar="OLD=NEW", help="Give a channel another id; repeatable"),
+    typer.Option(metavar="OLD=NEW", help="Rename a channel; repeatable"),
 ]
 
 
@@ -43,7 +43,7 @@ def cut(
     channels: ChannelList = None,
     without: WithoutList = None,
     rename: RenameList = None,
-    from_zero: Annotated[bool, typer.Option("--from-zero", help="Let times begin at 0")] = False,
+    from_zero: Annotated[bool, typer.Option("--from-zero", help="Start times at 0")] = False,
     units: FileUnits = "us",
     channel_map: MapName = None,
     calibration: CalibrationName = None,
@@ -73,11 +73,9 @@ def merge(
         list[Path], typer.Argument(metavar="FLIGHT", readable=False, help="Two or more")
     ],
     out: TableFile,
-    append: Annotated[
-        bool, typer.Option("--append", help="One after the other instead of beside each other")
-    ] = False,
+    append: Annotated[bool, typer.Option("--append", help="Append instead of merging")] = False,
     pause: Annotated[
-        float, typer.Option(metavar="S", min=0.0, help="Between them with --append")
+        float, typer.Option(metavar="S", min=0.0, help="Gap between them with --append")
     ] = 10.0,
     shift: Annotated[
         list[str] | None,
@@ -85,15 +83,15 @@ def merge(
     ] = None,
     align: Annotated[
         bool,
-        typer.Option("--align", help="Find how the clocks differ, from channels in common"),
+        typer.Option("--align", help="Estimate the clock offset from common channels"),
     ] = False,
     conflict: Annotated[
         Literal["first", "last", "both"],
-        typer.Option(help="Whose samples count where two have the same channel; both adds ID.2"),
+        typer.Option(help="Which samples to keep for a common channel; both adds ID.2"),
     ] = "first",
     rate: Annotated[
         float | None,
-        typer.Option(metavar="HZ", help="Of the result; by default that of the quickest"),
+        typer.Option(metavar="HZ", help="Sample rate of the result; default: the fastest"),
     ] = None,
     units: FileUnits = "us",
     channel_map: MapName = None,
@@ -122,7 +120,7 @@ def resample(
     out: TableFile,
     rate: Annotated[
         float | None,
-        typer.Option(metavar="HZ", help="Samples per second; without it the rate stays"),
+        typer.Option(metavar="HZ", help="Samples per second; default: unchanged"),
     ] = None,
     low_pass: Annotated[
         float | None,

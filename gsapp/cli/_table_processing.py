@@ -58,9 +58,7 @@ def parse_renames(rename: Iterable[str]) -> dict[str, str]:
     for text in rename:
         old, equals, new = (part.strip() for part in text.partition("="))
         if not equals or not old or not new:
-            raise CommandUsageError(
-                f"'{text}' does not rename anything; write OLD=NEW, such as q=q.2"
-            )
+            raise CommandUsageError(f"'{text}' is not a renaming; write OLD=NEW, such as q=q.2")
         with as_usage_error():
             channel(new)
         names[old] = new

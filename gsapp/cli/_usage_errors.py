@@ -25,7 +25,7 @@ def as_usage_error() -> Iterator[None]:
 def check_speed(speed: float | None) -> None:
     """Raise `CommandUsageError` where nothing can go at a speed, times real time."""
     if speed is not None and not speed > 0.0:
-        raise CommandUsageError(f"a speed of {speed:g} leads nowhere; choose one above 0")
+        raise CommandUsageError(f"a speed of {speed:g} is not possible; use a speed above 0")
 
 
 def check_windows(texts: Sequence[str], flights: Sequence[Path]) -> None:

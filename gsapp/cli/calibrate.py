@@ -108,12 +108,12 @@ def run(
     drifts = [(path, compute_drift(certificate, load_certificate(path))) for path in former]
     sentences = collect_remarks(made, taken.points, taken.unit)
     if not who:
-        sentences = (*sentences, "who took the readings is not said; add --who")
+        sentences = (*sentences, "the person who took the readings is missing; add --who")
     try:
         write_certificate(certificate, out)
     except OSError as error:
         raise GroundStationError(
-            format_os_error(out, error, "choose a file in a folder where you may write")
+            format_os_error(out, error, "choose a folder with write permission")
         ) from error
     if report is not None:
         _write_report(certificate, out, [load_certificate(path) for path in former], report)
@@ -216,7 +216,7 @@ def _print(
         losses = ", ".join(
             f"{_DEGREES[degree]} {loss:z.3f}" for degree, loss in made.losses.items()
         )
-        print_sentence(console, f"each setting predicted from the others, rms {unit}: {losses}")
+        print_sentence(console, f"cross-validation residual, rms {unit}: {losses}")
     if made.quality.coverage is not None:
         console.print(f"{100.0 * made.quality.coverage:z.0f} % of the travel covered",
                       highlight=False)  # fmt: skip
@@ -240,12 +240,12 @@ def _rows(made: Calibration) -> list[tuple[str, str]]:
     if quality.hysteresis_uncertainty is not None:
         width += f" +- {quality.hysteresis_uncertainty:z.3f}"
     return [
-        ("uncertainty, 95 %, at worst", shown(quality.uncertainty)),
+        ("uncertainty, 95 %, maximum", shown(quality.uncertainty)),
         ("hysteresis, width", width),
-        ("does not return to zero by", shown(quality.return_to_zero)),
-        ("linearity, off the best line", f"{quality.linearity:z.3f}"),
-        ("one setting scatters by, std", shown(quality.scatter)),
-        ("one count of the converter", f"{quality.resolution:z.3f}"),
+        ("return to zero", shown(quality.return_to_zero)),
+        ("linearity (from the best line)", f"{quality.linearity:z.3f}"),
+        ("repeatability, std", shown(quality.scatter)),
+        ("ADC resolution", f"{quality.resolution:z.3f}"),
         ("covered", f"{quality.covered[0]:g} to {quality.covered[1]:g}"),
     ]
 
@@ -254,7 +254,7 @@ def _points_table(made: Calibration, taken: PointsFile) -> Table:
     from calibration.points import DIRECTION_TEXT
 
     unit = taken.unit
-    table = Table("line", f"set, {unit}", "volts", "direction", f"off the curve, {unit}")
+    table = Table("line", f"set, {unit}", "volts", "direction", f"residual, {unit}")
     rows = zip(taken.lines, taken.points, made.fit.residuals, strict=True)
     for index, (line, point, residual) in enumerate(rows):
         table.add_row(

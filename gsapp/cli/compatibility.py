@@ -186,7 +186,7 @@ def _describe(console: Console, result: CompatibilityResult) -> None:
         print_unwrapped(console, table)
     open_signs = [name for name, sign in result.signs.items() if sign == "not-observable"]
     if open_signs:
-        print_sentence(console, f"signs that these maneuvers do not tell: {', '.join(open_signs)}")
+        print_sentence(console, f"signs not observable in these maneuvers: {', '.join(open_signs)}")
     for sentence in result.warnings:
         if sentence not in result.summary:
             print_sentence(console, sentence, "yellow")

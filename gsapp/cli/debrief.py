@@ -59,9 +59,9 @@ def run(
     from gsapp.flight.catalog import Catalog
 
     if not flights and catalog is None:
-        raise CommandUsageError("there is nothing to debrief; name a flight, or a --catalog")
+        raise CommandUsageError("nothing to debrief; name a flight, or a --catalog")
     if not flights and catalog is not None:
-        check_is_catalog(catalog, "name a flight, or one that has some")
+        check_is_catalog(catalog, "name a flight, or a catalog with flights")
     console = PlainConsole(stderr=is_stdout(json))
     check_catalog(catalog, calibration)
     debriefs: list[Debrief] = []
@@ -126,7 +126,7 @@ def _debrief_of(session: Session) -> Debrief:
 
     debrief = session.crew_cues.debrief()
     if debrief is None:
-        raise FlightError(f"{session.path} was replayed without cues; nothing was judged")
+        raise FlightError(f"{session.path} was replayed without cues; nothing to evaluate")
     return debrief
 
 

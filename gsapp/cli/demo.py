@@ -81,7 +81,7 @@ def run(
         try:
             require_display()
         except NoDisplayError as why:
-            console.print(f"{why}.\nThe demo goes on without a window.")
+            console.print(f"{why}.\nThe demo continues without a window.")
             headless = True
     folder = _unused(out / "flight")
     port = find_free_udp_port()
@@ -100,7 +100,7 @@ def run(
         else:
             from ui.app import run_window
 
-            console.print("3. The window shows it live; close it to go on.")
+            console.print("3. The window shows it live; close it to continue.")
             run_window(flight=folder)
             live = None
     finally:
@@ -182,8 +182,8 @@ def _replay(folder: Path, out: Path, live: Session | None, console: Console) -> 
         live.finish()
         compared = _same_as_live(live, session)
         console.print(
-            f"   {compared} channels are the same, to the last bit, as seen live, and so is all "
-            "that the crew was told\n   and every derivative that formed in the air."
+            f"   {compared} channels are bit-identical to the live view, and so are all cues\n  "
+            " and all in-flight derivatives."
         )
         live.close()
     picture = write_strip_figure(
@@ -214,8 +214,8 @@ def _same_as_live(live: Session, replayed: Session) -> int:
             raise FlightError(f"'{channel_id}' differs between the live view and the replay")
     told, again = live.crew_cues.debrief(), replayed.crew_cues.debrief()
     if told is not None and again is not None and told.cues_json() != again.cues_json():
-        raise FlightError("the replay tells the crew something else than the live view did")
+        raise FlightError("the replay gives different cues than the live view")
     formed, found = live.estimates, replayed.estimates
     if formed is not None and found is not None and formed.to_json() != found.to_json():
-        raise FlightError("the replay gives other derivatives than formed in the air")
+        raise FlightError("the replay gives different derivatives than in flight")
     return len(replayed.history.channels)

@@ -167,7 +167,7 @@ def _check_output_folder(out: Path) -> None:
         Path(tempfile.mkdtemp(prefix=".gsapp-", dir=there)).rmdir()
     except OSError as error:
         raise GroundStationError(
-            format_os_error(out, error, "choose a folder where you may write")
+            format_os_error(out, error, "choose a folder with write permission")
         ) from error
 
 

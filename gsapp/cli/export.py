@@ -54,7 +54,7 @@ def run(
     ending = out.suffix.casefold().lstrip(".")
     if ending in WRITERS and ending != to:
         raise CommandUsageError(
-            f"{out.name} ends as a file of another format than --to {to}; let the two agree"
+            f"{out.name} has the ending of another format than --to {to}; make them agree"
         )
     ColumnUnits.from_channels((), units)
     console = PlainConsole(stderr=is_stdout(json))

@@ -128,7 +128,7 @@ def run(
             settings, to, speed=speed, onboard=onboard, truth=truth, console=console
         )
     else:
-        raise CommandUsageError("nothing says where to fly to; give a link or a flight folder")
+        raise CommandUsageError("no destination; give a link or a flight folder")
     if json is not None:
         content = {"flight": None if out is None else str(out), "link": to}
         content |= {"truth": None if truth is None else str(truth)}

@@ -52,7 +52,7 @@ def run(*, swings: Path, json: Path | None = None, unit: str = "slug ft^2") -> N
         if is_stdout(json):
             return
     console = PlainConsole()
-    table = Table("", f"value, {unit}", "std", "std, %", "largest part of the uncertainty")
+    table = Table("", f"value, {unit}", "std", "std, %", "largest source of uncertainty")
     for name, one in result.values.items():
         share = result.shares[name]
         largest = max(share, key=lambda key: share[key]) if share else "none stated"
@@ -60,7 +60,7 @@ def run(*, swings: Path, json: Path | None = None, unit: str = "slug ft^2") -> N
         words = f"{largest} ({100.0 * share[largest]:z.0f} %)" if share else largest
         table.add_row(name, f"{one.value / scale:z.3f}", f"{one.std / scale:z.3f}", percent, words)
     print_unwrapped(console, table)
-    parts = Table("", "whole swing", "cradle", "to the CG, with air", title=f"Made of, {unit}")
+    parts = Table("", "full period", "cradle", "to the CG, with air", title=f"Made of, {unit}")
     for name, part in result.parts.items():
         title = "about the vertical, nose up" if name == "vertical" else name
         parts.add_row(

@@ -87,8 +87,8 @@ def run(
 
     if any(is_same_path(one, validate) for one in flights):
         raise CommandUsageError(
-            f"{validate} would be judged by models that are fitted to it; leave it out of the "
-            "flights, or judge on another one"
+            f"{validate} would validate models fitted to it; remove it from the flights, or "
+            "validate on another"
         )
     orders: dict[LinearAxis, int | None] = {"lon": _order(order_lon), "lat": _order(order_lat)}
     console = PlainConsole(stderr=is_stdout(json))
@@ -105,8 +105,8 @@ def run(
     other = every[-1]
     if not other.maneuvers:
         raise FlightError(
-            f"no maneuver to judge models on: {no_maneuvers_text(every[-1:])}; choose another "
-            "flight"
+            f"no maneuver to validate models on: {no_maneuvers_text(every[-1:])}; choose "
+            "another flight"
         )
     if not fitted:
         raise FlightError(f"no maneuver to fit models to: {no_maneuvers_text(every[:-1])}")
@@ -272,4 +272,4 @@ def _describe(
 def _shown(value: float | None) -> str:
     if value is None:
         return "none"
-    return f"{value:z.2f}" if math.isfinite(value) else "runs away"
+    return f"{value:z.2f}" if math.isfinite(value) else "diverges"

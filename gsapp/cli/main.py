@@ -179,10 +179,7 @@ def _error_message(error: Exception) -> str | None:
     if isinstance(error, GroundStationError):
         return str(error)
     if isinstance(error, UnicodeEncodeError) and error.reason == "surrogates not allowed":
-        return (
-            "the name of a file or folder among those of this call is not UTF-8, so that it cannot "
-            "be written down; rename it"
-        )
+        return "a file or folder name in this call is not UTF-8; rename it"
     if isinstance(error, OSError):
         from gsapp.foundation.os_error_text import os_error_remedy
 

@@ -82,7 +82,7 @@ def run(
         found = collect_maneuvers(loaded, flown, as_found=as_found)
     if found.maneuvers and not read_recorded_verdicts(loaded):
         with (
-            console.status("judging inputs"),
+            console.status("evaluating inputs"),
             closing(
                 replay_to_end(flight, aircraft, None, channel_map, calibration, None)
             ) as session,
@@ -163,7 +163,7 @@ def _describe(console: Console, flight: Flight, found: FlightManeuvers) -> None:
             _shown(one.alpha, DEGREE),
             Text.assemble(
                 (one.grade, _COLORS[one.grade]),
-                " by hand" if one.graded_by == GRADED_BY_CREW else "",
+                " (manual)" if one.graded_by == GRADED_BY_CREW else "",
             ),
         )
     print_unwrapped(console, table)
@@ -177,7 +177,7 @@ def _describe(console: Console, flight: Flight, found: FlightManeuvers) -> None:
             print_sentence(console, f"{one.id}: {'; '.join(one.reasons)}")
     told = [
         *(f"{grade}: {words}" for grade, words in GRADES.items() if found.maneuvers),
-        f"flying is judged by {found.airborne_criterion}; noise from {found.noise.source}",
+        f"airborne detection by {found.airborne_criterion}; noise from {found.noise.source}",
     ]
     for sentence in told:
         print_sentence(console, sentence, "dim")

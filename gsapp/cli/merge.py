@@ -64,12 +64,9 @@ def run(
 
     output_format(out)
     if len(flights) < 2:
-        raise CommandUsageError("one flight alone cannot be merged; name two or more")
+        raise CommandUsageError("merging needs two or more flights")
     if append and align:
-        raise CommandUsageError(
-            "records one after the other have no moments in common to align; give one of --append "
-            "and --align"
-        )
+        raise CommandUsageError("--append and --align exclude each other; give one")
     check_rate_option(rate)
     shifts = _shifts(shift, len(flights))
     loaded = [load_samples(path, channel_map, calibration) for path in flights]
@@ -100,7 +97,7 @@ def _shifts(texts: Sequence[str], count: int) -> dict[int, float]:
             colon = ""
         if not colon or not 1 <= int(number) <= count:
             raise CommandUsageError(
-                f"'{text}' shifts nothing; write K:SECONDS with K from 1 to {count}, such as "
+                f"'{text}' is not a shift; write K:SECONDS with K from 1 to {count}, such as "
                 "2:-0.35"
             )
     return found
@@ -120,8 +117,8 @@ def _aligned(blocks: Sequence[Block], flights: Sequence[Path], rate: float | Non
         found = estimate_record_lag(first, resample(block, common, corner=0.0), common)
         if found is None:
             raise FlightError(
-                f"{path} could not be aligned with {flights[0]}, since no channel of both moves "
-                "alike; give the difference with --shift"
+                f"{path} could not be aligned with {flights[0]}: no common channel correlates; "
+                "give the offset with --shift"
             )
         seconds = found.rows / common
         PlainConsole(stderr=True).print(

@@ -164,7 +164,7 @@ def _print_status(
             say(f"To go back: gsapp onboard {flight.path} --use {former or 'none'}")
         others = [name for name in logs if state is None or name != state.file]
         if others and former is None:
-            say(f"Also in the folder, not in force: {', '.join(others)}")
+            say(f"Also in the folder, not in use: {', '.join(others)}")
     if json is not None:
         write_json(
             json,

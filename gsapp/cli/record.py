@@ -106,9 +106,9 @@ def run(
         write_json(json, status.model_dump_json(indent=2) + "\n")
     if status.dropped_bytes:
         raise GroundStationError(
-            f"{status.unwritten_frames} of {status.frames} frames and {status.unwritten_lines} of "
-            f"{status.lines} lines ({status.dropped_bytes} bytes in all) were not written: the "
-            f"disk of {status.folder} did not take them, or the folder was removed"
+            f"{status.unwritten_frames} of {status.frames} frames and {status.unwritten_lines} "
+            f"of {status.lines} lines ({status.dropped_bytes} bytes) were not written: the disk "
+            f"of {status.folder} failed or the folder was removed"
         )
     if status.moved_from:
         raise GroundStationError(
@@ -126,7 +126,7 @@ def _check_other_flight(link: str, out: Path) -> None:
         played = Path(link)
         if out.samefile(played if played.is_dir() else played.parent) and played.exists():
             raise GroundStationError(
-                f"{out} is the flight that is to be played; record into another folder"
+                f"{out} is the flight being replayed; record into another folder"
             )
 
 

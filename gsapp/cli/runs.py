@@ -205,7 +205,7 @@ def _forget(console: Console, store: Catalog, rest: Sequence[str]) -> Any:
 
     forget_run(store, int(rest[0]))
     console.print(
-        f"run {rest[0]} is forgotten; 'gsapp runs {store.path} recall {rest[0]}' brings it back",
+        f"run {rest[0]} was deleted; 'gsapp runs {store.path} recall {rest[0]}' restores it",
         soft_wrap=True,
     )  # fmt: skip
     return _list_json(store)
@@ -215,7 +215,7 @@ def _recall(console: Console, store: Catalog, rest: Sequence[str]) -> Any:
     from gsapp.identification.runs.run_store import recall_run
 
     recall_run(store, int(rest[0]))
-    console.print(f"run {rest[0]} is back")
+    console.print(f"run {rest[0]} is restored")
     return _list_json(store)
 
 
@@ -223,7 +223,7 @@ def _rename(console: Console, store: Catalog, rest: Sequence[str]) -> Any:
     from gsapp.identification.runs.run_store import rename_run
 
     rename_run(store, int(rest[0]), rest[1])
-    console.print(f"run {rest[0]} is called '{rest[1].strip()}'", soft_wrap=True)
+    console.print(f"run {rest[0]} is named '{rest[1].strip()}'", soft_wrap=True)
     return _list_json(store)
 
 

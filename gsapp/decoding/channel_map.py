@@ -352,7 +352,7 @@ class _Reader:
         if unit not in scales:
             self._report(where, f"'{unit}' is not a unit of the clock", "use s, ms or us")
         elif self._text_time is not None:
-            self._report(where, "is a second column of time", 'write "" to pass it over')
+            self._report(where, "is a second column of time", 'write "" to skip it')
         else:
             self._text_time, self._text_scale = index, scales[unit]
 
@@ -438,7 +438,7 @@ class _Reader:
         texts = [source] if isinstance(source, str) else source
         if not texts or not all(text.strip() for text in texts):
             column = "a column of the table" if self._table else "a field as MESSAGE.field"
-            self._report(where, "is empty", f"name {column}, or take the channel out")
+            self._report(where, "is empty", f"name {column}, or remove the channel")
             return None
         if self._table:
             return TABLE, None, tuple(FieldRef(field=text) for text in texts)
@@ -464,7 +464,7 @@ class _Reader:
                 )
                 return None
         if len(set(found)) != 1:
-            self._report(where, "takes its numbers from different messages", "use one message")
+            self._report(where, "uses fields of different messages", "use one message")
             return None
         message, selector = found[0]
         return message, selector, tuple(inputs)
@@ -566,7 +566,7 @@ class _Reader:
         if not name:
             name = _selector_field(layout, number=value.isdigit())
         if not name or name not in layout.fields:
-            named = f"has no field '{name}'" if name else "has no field that tells senders apart"
+            named = f"has no field '{name}'" if name else "has no field that identifies the sender"
             self._report(
                 where, f"{layout.name} {named}", f"leave [{text}] out, or write [field=value]"
             )
@@ -588,7 +588,7 @@ class _Reader:
                     key,
                     f"'{entry.channel}' already has a source of priority {entry.priority}, "
                     f"in {first}",
-                    "give each source of a channel its own priority; lower goes first",
+                    "give each source of a channel its own priority; lower is first",
                 )
 
 

@@ -103,13 +103,13 @@ CONVERSIONS: dict[str, Conversion] = {
             name="mixed.mean",
             inputs=2,
             compute=_mean,
-            meaning="two halves of a V-tail, or elevons -> what they do alike, their mean",
+            meaning="two halves of a V-tail, or elevons -> symmetric part (mean)",
         ),
         Conversion(
             name="mixed.half_difference",
             inputs=2,
             compute=_half_difference,
-            meaning="two halves of a V-tail, or elevons -> what they do apart, (first - second)/2",
+            meaning="two halves of a V-tail, or elevons -> antisymmetric part, (first - second)/2",
         ),
     )
 }

@@ -194,12 +194,8 @@ class Decoder:
         """Return what of the data was left out so far, in words."""
         lines, samples = self.bad_lines, self.reordered
         return (
-            *([f"{lines} of {self.lines + lines} lines of text were left out"] if lines else []),
-            *(
-                [f"{samples} samples came after a later one of their message, and were left out"]
-                if samples
-                else []
-            ),
+            *([f"{lines} of {self.lines + lines} lines of text were skipped"] if lines else []),
+            *([f"{samples} samples arrived out of order and were skipped"] if samples else []),
         )
 
     @property
@@ -385,7 +381,7 @@ class Decoder:
         self._log.add_once(
             ("bad-line", 0, 0),
             host,
-            f"a line is left out, since {why}: '{shown}'; lines like it are counted",
+            f"line skipped: {why}: '{shown}'; similar lines are counted",
         )
 
 

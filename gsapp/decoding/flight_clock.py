@@ -293,8 +293,7 @@ class FlightClock:
         self._tell(
             "other-clock",
             expected,
-            f"component {component} counts time from another moment; its messages are placed "
-            "by their arrival",
+            f"component {component} has a different time origin; its messages are timed by arrival",
         )
         return expected - first.stamp
 
@@ -305,8 +304,8 @@ class FlightClock:
             self._tell(
                 "frozen-clock",
                 self.now,
-                f"the clock of component {component} stands still at {(line.last or 0) / 1e6:.3f} "
-                "s; its messages are placed by their arrival",
+                f"the clock of component {component} is stuck at {(line.last or 0) / 1e6:.3f} "
+                "s; its messages are timed by arrival",
             )
         return line.repeats >= CONFIRM_COUNT
 
@@ -348,18 +347,18 @@ class FlightClock:
             self._tell(
                 "step",
                 before,
-                f"the vehicle's clock went on by {step / 1e6:.1f} s while {passed / 1e6:.1f} s "
-                "passed here; taken as a pause of the link",
+                f"the vehicle's clock advanced by {step / 1e6:.1f} s while {passed / 1e6:.1f} s "
+                "passed here; treated as a link pause",
             )
         else:
             line.offset += last + max(passed, 1) - first.stamp
-            what = "restarted: its clock went back" if step < 0 else "set its clock ahead"
+            what = "restarted: its clock stepped back" if step < 0 else "set its clock ahead"
             self._tell(
                 "restart",
                 before,
                 f"the vehicle {what} from {last / 1e6:.1f} to {first.stamp / 1e6:.1f} s at "
-                f"{before / 1e6:.1f} s of the flight; flight time goes on by the time of arrival, "
-                "uncertain by the delay of the link",
+                f"{before / 1e6:.1f} s of the flight; flight time continues by arrival time, "
+                "uncertain by the link delay",
             )
         self._release(line)
 
@@ -386,9 +385,9 @@ class FlightClock:
             self._tell(
                 "outlier",
                 self.now,
-                f"{self.dropped} message{'s' if self.dropped > 1 else ''} with an impossible time "
-                f"(the last: {strange:.3f} s) left out; if more follow, two senders share one "
-                "number",
+                f"{self.dropped} message{'s' if self.dropped > 1 else ''} with an impossible "
+                f"time (the last: {strange:.3f} s) left out; if more follow, two senders share "
+                "one id",
             )
 
     def _observe(self, time: int, host: int) -> None:
@@ -410,7 +409,7 @@ class FlightClock:
             if len(self._above) >= 4 * CONFIRM_COUNT:
                 envelope = float(min(each.host - each.stamp for each in self._above))
                 if not _arrived_in_burst(self._above):
-                    text = "this computer's clock was set; delays begin anew"
+                    text = "the clock of this computer was set; delays restart"
                     self._tell("host-step", time, text)
                 self._above.clear()
         elif self._above:

@@ -52,7 +52,7 @@ class Grid:
 
     def __init__(self, rate: float) -> None:
         if not 0.01 <= rate <= 100_000.0:
-            raise ValueError(f"a grid of {rate} rows per second is not offered; use 0.01 to 1e5")
+            raise ValueError(f"grid rate of {rate} rows per second is not offered; use 0.01 to 1e5")
         exact = Fraction(rate).limit_denominator(1000)
         self.rate = float(exact)
         self.numerator = exact.numerator

@@ -333,10 +333,10 @@ class LinkHealth:
         since = (self.last_stamp or 0) - self._read_stamp
         if self._unread < _UNREADABLE_BYTES or since < _UNREADABLE_US:
             return ""
-        what = "What came last cannot be read" if self.good else "Nothing that arrives can be read"
+        what = "The latest data cannot be read" if self.good else "Received data cannot be read"
         return (
-            f"{what}: check the baud rate, the wiring and what the sender speaks; it is neither "
-            "MAVLink nor lines of text."
+            f"{what}: check the baud rate, the wiring and the protocol of the sender; the data "
+            "are neither MAVLink nor lines of text."
         )
 
     def _read_again(self) -> None:
@@ -576,14 +576,14 @@ class LinkHealth:
                 f"{aircraft[0]})."
             )
         found.extend(
-            f"System {key >> 8}, component {key & 0xFF} counts its frames in two sequences at "
-            "once: two aircraft seem to use the same number; give one of them another."
+            f"System {key >> 8}, component {key & 0xFF} sends two frame sequences: two aircraft "
+            "use the same system id; change one."
             for key, sender in sorted(self._senders.items())
             if sender.mixed
         )
         found.extend(
-            f"System {key >> 8}, component {key & 0xFF} gives its frames no running numbers: what "
-            "is lost on the way cannot be told."
+            f"System {key >> 8}, component {key & 0xFF} does not number its frames: losses are "
+            "unknown."
             for key, sender in sorted(self._senders.items())
             if sender.uncounted
         )
@@ -594,8 +594,8 @@ class LinkHealth:
             listed = ", ".join(names[number].msgname for number in foreign[:4])
             more = " and others" if len(foreign) > 4 else ""
             found.append(
-                f"No {listed}{more} has a checksum that fits: the sender speaks another dialect "
-                "of MAVLink, or the link damages each; they are recorded, not decoded."
+                f"No {listed}{more} has a valid checksum: another MAVLink dialect or a damaging "
+                "link; recorded, not decoded."
             )
         return tuple(found)
 

@@ -32,7 +32,7 @@ class TextLineParser:
     def parse(self, data: bytes) -> tuple[list[float], int | None] | str:
         """Return the numbers of a line and its stamp (us), or why it is left out."""
         if not self._mapped:
-            return f"the channel map '{self._map.name}' says nothing of its columns"
+            return f"the channel map '{self._map.name}' does not define its columns"
         cells = data.decode("utf-8", "replace").strip().split(self._map.delimiter)
         numbers = (
             parse_finite_number(cell) if place in self._used else math.nan

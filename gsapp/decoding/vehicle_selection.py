@@ -84,9 +84,9 @@ class VehicleSelector:
         self._log.add_once(
             ("other-system", system, 0),
             host,
-            f"another aircraft is on the link: messages of system {system} are ignored, because "
-            f"system {self.system} is flown; to fly system {system}, choose it on the LINK tile "
-            f"or write system = {system} in the channel map",
+            f"another aircraft is on the link: messages of system {system} are ignored: system "
+            f"{self.system} is flown; to fly system {system}, choose it on the LINK tile or "
+            f"write system = {system} in the channel map",
             system=system,
         )
         return False
@@ -138,7 +138,7 @@ class VehicleSelector:
         self._log.add_once(
             ("other-component", component, route.stream),
             host,
-            f"{route.message} of component {component} is left out: it is taken from component "
+            f"{route.message} of component {component} is ignored: taken from component "
             f"{chosen}; write component = {component} in the map to take it from there",
             system=system,
             component=component,

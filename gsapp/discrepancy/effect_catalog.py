@@ -91,7 +91,7 @@ TURBULENCE = EffectRecord(
     mistaken_for=("aero.CN.memory", "aero.Cm.alphadot", "sensor.alpha.lag"),
     separated_by="the same maneuver repeated: what gusts do does not repeat; fly at dawn",
     effect_class="A",
-    source="MIL-F-8785C, Dryden form; a disturbance of the flight, no lack of the model",
+    source="MIL-F-8785C, Dryden form; a disturbance of the flight, not of the model",
     disturbance=True,
 )
 """Always a disturbance, never an effect to name."""
@@ -204,7 +204,7 @@ def excluded_effects(
     for one in all_effects():
         why = _exclusion_reason(one, aircraft, channels, moving)
         if not why and one.variant_of and not variants:
-            why = f"looks like {one.variant_of}; tried once that is found"
+            why = f"looks like {one.variant_of}; tried after that is found"
         if why:
             found[one.id] = why
     return found
@@ -233,7 +233,7 @@ def _exclusion_reason(
     if one.disturbance:
         return "a disturbance of the flight, never an effect of the aircraft"
     if one.effect_class == "C":
-        return f"no flight can show it: {one.remedy}"
+        return f"not observable in flight: {one.remedy}"
     for channel in one.needs:
         stand_ins = (channel, *_SUBSTITUTE_CHANNELS.get(channel, ()))
         if not any(name in channels for name in stand_ins):
@@ -243,7 +243,7 @@ def _exclusion_reason(
             and channel in _INPUTS
             and not any(name in moving for name in stand_ins)
         ):
-            return f"needs {channel} to move, which it does not in these flights"
+            return f"needs {channel} to move, but it is constant in these flights"
     return _path_reason(one, aircraft, channels)
 
 
@@ -266,7 +266,7 @@ def _path_reason(one: EffectRecord, aircraft: Aircraft, channels: Collection[str
         if kind in _ALLOWED[measured]:
             return ""
         if measured == "position":
-            return f"{channel} is measured on the surface, behind servo and linkage"
+            return f"{channel} is measured on the surface, after servo and linkage"
         return f"{channel} is measured at the servo, which {kind} comes before"
     if name == "surfaces" and not _positions(aircraft, channels):
         return "no surface position is recorded, only commands"

@@ -176,7 +176,7 @@ class _Search:
         held = settings.held_out
         self._held_out = of.default_held_out if held is None else tuple(held)
         if len(self._held_out) >= len(of.maneuvers):
-            raise FlightError("all maneuvers are kept out; leave some to learn from")
+            raise FlightError("all maneuvers are held out; keep some for fitting")
         check_forced_effects(settings.forced, of.aircraft, of.maneuvers)
 
     def _tick(self, doing: str) -> None:
@@ -188,7 +188,7 @@ class _Search:
         if self._progress is not None and (
             self._progress(SearchProgress(share=self._done, activity=doing)) is False
         ):
-            raise SearchStoppedError("the search was stopped; nothing was changed")
+            raise SearchStoppedError("the search was stopped; no changes")
 
     # --- competitors ----------------------------------------------------------------------------
 
@@ -375,7 +375,7 @@ class _Search:
 
     def _answer(self, stages: list[SearchStage]) -> DiscrepancyResult:
         of, settings = self._of, self._settings
-        self._tick("looking at the maneuvers kept out")
+        self._tick("evaluating held-out maneuvers")
         kept, held = validate_on_held_out(
             stages,
             lambda chosen: HeldOutManeuvers(

@@ -41,8 +41,8 @@ def _cg_remarks(maneuvers: Sequence[Maneuver]) -> list[str]:
     apart = max(ahead) - min(ahead)
     if apart >= _SAME_CG:
         found.append(
-            f"the maneuvers were flown with CGs up to {apart:.0f} mm apart: what differs between "
-            "their moments may be that alone; search the flights of one loading by themselves"
+            f"the maneuvers were flown with CGs up to {apart:.0f} mm apart: this alone may "
+            "explain differences in moments; search flights of one loading separately"
         )
     return found
 
@@ -56,8 +56,8 @@ def _clipping_remarks(maneuvers: Sequence[Maneuver]) -> list[str]:
                 places.setdefault(name, []).append(f"{one.id} ({max(share, 0.01):.0%})")
     return [
         f"{channel(name).symbol} is clipped in maneuver{'s' if len(where) > 1 else ''} "
-        f"{', '.join(where)}: those samples do not count; smaller inputs, or an instrument of "
-        "wider range, would keep them"
+        f"{', '.join(where)}: those samples are ignored; use smaller inputs or a wider-range "
+        "instrument"
         for name, where in places.items()
     ]
 
@@ -71,7 +71,7 @@ def _missing_channel_remarks(maneuvers: Sequence[Maneuver], aircraft: Aircraft) 
         if reason.startswith(_NEEDS):
             effects.setdefault(reason, []).append(effect)
     return [
-        f"{format_names(names, _NAMED)} cannot be judged: "
+        f"{format_names(names, _NAMED)} cannot be evaluated: "
         f"{'each ' if len(names) > 1 else 'it '}{reason}"
         for reason, names in effects.items()
     ]

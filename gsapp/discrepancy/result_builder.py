@@ -293,14 +293,14 @@ def _stage_model(stage: SearchStage, effects: Sequence[FoundEffect], given: Mode
             return model
         return model.model_copy(
             update={
-                "name": f"{given.name}, fitted anew",
+                "name": f"{given.name}, refitted",
                 "parent": given.name,
-                "evidence": "all values are fitted anew; no effect is added",
+                "evidence": "all values are refitted; no effect is added",
             }
         )
     words = "; ".join(
         f"{one.effect} ({one.title}): "
-        + ("put in by hand" if one.forced else f"confidence {one.confidence:.0%}")
+        + ("forced" if one.forced else f"confidence {one.confidence:.0%}")
         + (f", or another of {', '.join(one.one_of)}" if one.one_of else "")
         for one in effects
     )

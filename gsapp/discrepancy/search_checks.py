@@ -89,15 +89,14 @@ def check_maneuvers(maneuvers: Sequence[Maneuver], aircraft: Aircraft) -> None:
     """
     if len(maneuvers) == 1:
         raise FlightError(
-            f"there is one maneuver only ({maneuvers[0].id} of '{maneuvers[0].flight}'): an "
-            "effect named from it could not be tested on any other; fly at least "
-            f"{MIN_MANEUVERS}, doublets on each surface, at two speeds"
+            f"only one maneuver ({maneuvers[0].id} of '{maneuvers[0].flight}'): an effect could "
+            f"not be validated on another; fly at least {MIN_MANEUVERS}, doublets on each "
+            "surface, at two speeds"
         )
     if len(maneuvers) < MIN_MANEUVERS:
         raise FlightError(
-            f"{len(maneuvers)} maneuvers are too few to keep any out of naming and fitting; fly "
-            f"at least {MIN_MANEUVERS}, better 16: doublets on each surface, small and large, at "
-            "two "
+            f"{len(maneuvers)} maneuvers are too few to hold any out; fly at least "
+            f"{MIN_MANEUVERS}, better 16: doublets on each surface, small and large, at two "
             "speeds"
         )
     for one in maneuvers:
@@ -105,8 +104,8 @@ def check_maneuvers(maneuvers: Sequence[Maneuver], aircraft: Aircraft) -> None:
         lacking = [name for name in _NEEDED if not one.has(name)]
         if lacking:
             raise FlightError(
-                f"maneuver {one.id} of '{one.flight}' has no {', '.join(lacking)}; record "
-                "flow angles, rates and accelerations, or leave the maneuver out"
+                f"maneuver {one.id} of '{one.flight}' has no {', '.join(lacking)}; record flow "
+                "angles, rates and accelerations, or exclude the maneuver"
             )
         if one.aircraft.name != aircraft.name:
             raise FlightError(
@@ -153,6 +152,6 @@ def check_forced_effects(
         wanted = find_effect(effect)
         if effect in reasons:
             raise FlightError(
-                f"'{effect}' ({wanted.title}) cannot be judged: {reasons[effect]}; "
+                f"'{effect}' ({wanted.title}) cannot be evaluated: {reasons[effect]}; "
                 f"{wanted.remedy or wanted.separated_by}"
             )

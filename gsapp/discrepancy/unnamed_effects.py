@@ -117,7 +117,7 @@ def _unnamed_candidate(place: str, words: str, make: ColumnBuilder) -> Candidate
     """Return the competitor for what the catalog does not hold."""
     return CandidateEffect(
         id=f"unnamed.{place}",
-        title=f"{words}; no effect of the catalog does that",
+        title=f"{words}; no catalog effect does that",
         named=False,
         parameter="",
         plausible_size=1.0,
@@ -157,7 +157,7 @@ def _structural_mode_candidate(channel: str, frequency: float) -> CandidateEffec
         history = _mode_response(felt - felt[0], frequency, found.record.dt)
         return (SensitivityEntry(target=f"channel.{channel}", history=history),)
 
-    words = f"{channel} rings at about {frequency:g} Hz, as on a structure that bends"
+    words = f"{channel} rings at about {frequency:g} Hz, like a flexible structure"
     return _unnamed_candidate(f"{channel}.mode{frequency:g}", words, make)
 
 

@@ -30,7 +30,7 @@ def find_alternatives(
             Alternative(
                 effects=(one.id,),
                 title=one.title,
-                why="explains the same samples about as well",
+                why="explains the same samples equally well",
                 fly=find_effect(one.id).separated_by if one.named else "",
             )
             for one in decision.alternatives
@@ -93,48 +93,48 @@ def explain_verdict(found: DiscrepancyResult, decision: EffectDecision) -> str:
     sentences = []
     for one in found.effects:
         if one.forced:
-            sentences.append(f"{one.title}: put into the model by hand.")
+            sentences.append(f"{one.title}: forced into the model.")
             continue
         if one.one_of:
             sentences.append(
-                f"These flights cannot tell apart: {', '.join(one.one_of)}. The model goes on with "
-                f"the first ({one.title}), which explains as much as any."
+                f"These flights cannot distinguish: {', '.join(one.one_of)}. The model uses the "
+                f"first ({one.title}), which explains the most."
             )
             continue
         sentences.append(
             f"{one.title}: {one.confidence:.0%} sure"
             + (
-                f"; the next best explanation, {one.runner_up}, is {one.margin:.0f} log units "
-                "behind."
+                f"; the next best explanation, {one.runner_up}, is {one.margin:.0f} lower in "
+                "log-likelihood."
                 if one.runner_up
                 else "."
             )
         )
     if decision.kind == "ambiguous":
         names = ", ".join(one.id for one in decision.alternatives)
-        sentences.append(f"These flights cannot tell apart: {names}.")
+        sentences.append(f"These flights cannot distinguish: {names}.")
     if found.verdict == "unexplained" or (found.effects and decision.kind == "unexplained"):
         best = decision.best
         sentences.append(
-            "Something is missing that no effect of the catalog explains"
-            + (f"; nearest is: {best.title}." if best is not None else ".")
+            "An effect is missing that is not in the catalog"
+            + (f"; nearest: {best.title}." if best is not None else ".")
         )
     if found.verdict == "values-wrong":
         sentences.append(
-            "The structure of the model holds; "
-            f"{', '.join(found.values)} differ from the model by more than their bounds."
+            f"The model structure is adequate; {', '.join(found.values)} differ from the model "
+            "by more than their bounds."
         )
     if found.verdict == "model-adequate":
-        sentences.append("The model explains these flights down to the noise.")
+        sentences.append("The model explains these flights to the noise level.")
     if found.verdict == "not-observable":
         sentences.append(
-            "Nothing was found, but these maneuvers could not have shown it: hardly any effect of "
-            "a usual size would stand out of the noise. Fly larger doublets on every surface, at "
-            "two speeds at least."
+            "Nothing found, but these maneuvers cannot show it: few effects of typical size "
+            "would exceed the noise. Fly larger doublets on every surface, at two or more "
+            "speeds."
         )
     if found.disturbance:
         sentences.append(
-            f"Turbulence of about {found.disturbance['gust']:.1f} m/s disturbed the flights; it "
-            "is no lack of the model."
+            f"Turbulence of about {found.disturbance['gust']:.1f} m/s disturbed the flights; "
+            "not a model error."
         )
     return " ".join(sentences)

@@ -95,7 +95,7 @@ class Model(StrictModel):
         ids = [effect.id for effect in value]
         twice = sorted({name for name in ids if ids.count(name) > 1})
         if twice:
-            raise ValueError(f"{', '.join(twice)} stands here twice; keep one of them")
+            raise ValueError(f"{', '.join(twice)} appears twice; keep one")
         return value
 
     def derivative(self, name: str) -> float:

@@ -350,8 +350,8 @@ class Delay(SignalTerm):
     def begin(self, signal: float, dt: float, parameters: tuple[float, ...]) -> list[float]:
         if parameters[0] < 0.0:
             raise FlightError(
-                f"the effect '{self.id}' has a delay of {parameters[0]:g} s, but nothing can show "
-                "what is yet to come; give zero or more (or make the other instruments late)"
+                f"the effect '{self.id}' has a delay of {parameters[0]:g} s, which must not be "
+                "negative; give zero or more (or delay the other instruments)"
             )
         return [signal] * (math.ceil(parameters[0] / dt) + 2)
 

@@ -332,8 +332,9 @@ class Simulator:
         moved[6:10] = [x / length for x in moved[6:10]] if length > 0.0 else [math.nan] * 4
         if not all(map(math.isfinite, moved)) or abs(moved[0]) > 1e4:
             raise FlightError(
-                f"the simulated motion grew beyond all bounds at {self.time:.2f} s; the model "
-                f"'{self.model.model.name}' is unstable there: check the signs of its derivatives"
+                f"the simulated motion diverged at {self.time:.2f} s; the model "
+                f"'{self.model.model.name}' is unstable there: check the signs of its "
+                "derivatives"
             )
         self._state = moved
         self._drive = after
@@ -717,7 +718,7 @@ def input_columns(
     unknown = [name for name in inputs if name not in MODEL_INPUTS]
     if unknown:
         raise FlightError(
-            f"{', '.join(unknown)} is no input of the equations; they take "
+            f"{', '.join(unknown)} is not an input of the equations; inputs are "
             f"{', '.join(MODEL_INPUTS)}"
         )
     arrays = {name: np.atleast_1d(np.asarray(x, dtype=float)) for name, x in inputs.items()}

@@ -144,7 +144,7 @@ def find_unflyable_reasons(aircraft: Aircraft, model: Model) -> list[str]:
     """
     found = []
     if aircraft.propulsion.max_thrust <= 0.0:
-        found.append("there is no thrust (set propulsion.max_thrust in the aircraft file)")
+        found.append("no thrust (set propulsion.max_thrust in the aircraft file)")
     rules = (
         ("CN_alpha", 1, "the wing must lift more with more angle of attack"),
         ("Cm_de", -1, "elevator trailing edge down must pitch the nose down"),
@@ -159,7 +159,7 @@ def find_unflyable_reasons(aircraft: Aircraft, model: Model) -> list[str]:
             found.append(f"{name} is zero or missing ({why})")
         elif value * sign < 0.0:
             found.append(
-                f"{name} = {value:g} looks reversed ({why}, so it is "
+                f"{name} = {value:g} appears reversed ({why}, so it is "
                 f"{'positive' if sign > 0 else 'negative'})"
             )
     return found
@@ -179,7 +179,7 @@ def find_suspect_signs(model: Model) -> list[str]:
         ("CY_beta", -1, "sideslip pushes into the wind"),
     )
     return [
-        f"{name} = {model.derivative(name):g} looks reversed: {what}"
+        f"{name} = {model.derivative(name):g} appears reversed: {what}"
         for name, sign, what in rules
         if model.derivative(name) * sign < 0.0
     ]
@@ -189,8 +189,8 @@ def _no_solution(model: FlightModel, V: float, worst: float) -> str:
     doubts = find_suspect_signs(model.model)
     hint = f"; {doubts[0]}" if doubts else "; check the derivatives and the speed"
     return (
-        f"no steady flight was found for '{model.model.name}' at {V:.1f} m/s "
-        f"(an acceleration of {worst:.2g} is left){hint}"
+        f"no steady flight was found for '{model.model.name}' at {V:.1f} m/s (an acceleration "
+        f"of {worst:.2g} remains){hint}"
     )
 
 
@@ -211,8 +211,8 @@ def _check_limits(model: FlightModel, state: Sequence[float], inputs: Sequence[f
         )
     elif throttle < 0.0:
         found.append(
-            f"it needs less than no throttle ({100.0 * throttle:.0f} %): the descent is too "
-            "steep, or CA is too small"
+            f"it needs negative throttle ({100.0 * throttle:.0f} %): the descent is too steep, "
+            "or CA is too small"
         )
     for name, surface in SURFACE_NAMES.items():
         low, high = getattr(aircraft.controls, name).travel

@@ -24,7 +24,7 @@ def atomic_flight_file(path: Path | str) -> Iterator[Path]:
     target = Path(path)
     try:
         if target.is_dir():
-            raise FlightError(f"{target} is a folder, where a file is meant; name a file")
+            raise FlightError(f"{target} is a folder; name a file")
         with files.atomic_write(target) as temporary:
             yield temporary
     except OSError as error:
@@ -54,7 +54,7 @@ def atomic_flight_folder(folder: Path | str) -> Iterator[Path]:
         beside = made == target or str(made) in str(error) or _disk_is_full(error)
         if not isinstance(refused, OSError) or not beside:
             raise
-        place = "choose a place where you may write, with space on its disk"
+        place = "choose a folder with write permission and disk space"
         raise FlightError(
             format_os_error(f"the flight folder {target}", refused, place, verb="made")
         ) from error

@@ -50,21 +50,21 @@ class AppliedCertificates:
             return ""
         head = f"read with the certificates of '{self.override_source}' instead of"
         if self.recorded is None:
-            return f"{head} those that its channel map names: none are kept with the flight"
+            return f"{head} those named by its channel map: the flight has none"
         changed = self.differing_channels
         if not changed:
-            return f"{head} those kept with the flight, which are the same"
+            return f"{head} those of the flight, which are identical"
         gone = [name for name in changed if name not in self.applied]
         other = [name for name in changed if name in self.applied]
         parts = [
             words
             for words in (
                 f"they differ for {', '.join(other)}" if other else "",
-                f"they lack {', '.join(gone)}" if gone else "",
+                f"missing: {', '.join(gone)}" if gone else "",
             )
             if words
         ]
-        return f"{head} those kept with the flight; {' and '.join(parts)}"
+        return f"{head} those of the flight; {' and '.join(parts)}"
 
     def to_json(self) -> dict[str, Any]:
         """Return this for programs."""
@@ -102,7 +102,7 @@ def calibration_remarks(
         The whole flight, for which channels left the range that was calibrated.
     """
     listed = ", ".join(uncalibrated_channels(sources))
-    lacking = f"uncalibrated, for want of a certificate, so that there are only volts: {listed}"
+    lacking = f"uncalibrated (no certificate), volts only: {listed}"
     beyond = "" if block is None else _out_of_range_text(used, sources, block)
     return tuple(
         words for words in (used.override_text, lacking if listed else "", beyond) if words
@@ -185,10 +185,7 @@ def _out_of_range_text(
         f"{name} {max(100.0 * count / np.count_nonzero(np.isfinite(block[name])), 0.1):.1f} %"
         for name, count in sorted(counts.items())
     )
-    return (
-        "beyond the range that was calibrated, where the curve goes on straight: share of the "
-        f"samples of {shares}"
-    )
+    return f"outside the calibrated range (linear extrapolation), share of samples: {shares}"
 
 
 def uncalibrated_columns(columns: Sequence[str]) -> dict[str, str]:

@@ -268,7 +268,7 @@ class EventLog:
             line = json.dumps(event.to_json(), ensure_ascii=False, allow_nan=False)
         except (TypeError, ValueError) as error:
             raise FlightError(
-                f"the event '{event.text or event.kind}' holds what JSON cannot ({error}); "
+                f"the event '{event.text or event.kind}' cannot be written as JSON ({error}); "
                 "put numbers, texts, lists and tables in its data, and null for NaN"
             ) from error
         self.write_line(event, line)

@@ -100,7 +100,7 @@ def load_flight(
     """
     path = Path(name_or_path)
     if rate is not None and not 0.0 < rate <= 10_000.0:
-        raise FlightError(f"a grid of {rate:g} samples per second cannot be; give 1 to 10000")
+        raise FlightError(f"grid rate of {rate:g} Hz is out of range (1 to 10,000 Hz)")
     folder = FlightFolder.open(path) if path.is_dir() else None
     setting = FlightReadSettings.load(
         path,
@@ -191,7 +191,7 @@ def _load_folder(
 def damaged_events_text(count: int) -> str:
     """Return the sentence for damaged lines of ``events.jsonl``."""
     lines = "1 line" if count == 1 else f"{count} lines"
-    return f"{EVENTS_FILE}: {lines} of marks and notes could not be read and were left out."
+    return f"{EVENTS_FILE}: {lines} of marks and notes could not be read and were skipped."
 
 
 def _decode_folder(
@@ -210,7 +210,7 @@ def _decode_folder(
         return DecodedFlight(
             block=Block(channels=(), times=np.empty(0), values=np.empty((0, 0))),
             sources={},
-            remarks=("nothing was recorded in this flight",),
+            remarks=("this flight contains no record",),
         )
     files = [*raw, *(file for file in (onboard,) if file is not None)]
     key = _cache_key(files, setting)
@@ -287,8 +287,8 @@ def _decode_file(path: Path, setting: FlightReadSettings) -> DecodedFlight:
         return _decode_log(log, channel_map, setting)
     if ending not in _TABLES:
         raise FlightError(
-            f"{path} has an ending that is not known; flights are folders, .csv, .tlog, .bin, "
-            ".ulg, .mat and .parquet"
+            f"{path} has an unknown file ending; flights are folders, .csv, .tlog, .bin, .ulg, "
+            ".mat and .parquet"
         )
     if setting.channel_map is not None:
         log = read_table(path, setting.channel_map)
@@ -326,8 +326,8 @@ def _read_native_columns(path: Path, read: Callable[[Path], Any]) -> ColumnFligh
         raise FlightError(f"{path} holds no arrays of numbers; export the flight again")
     if not units and not any("[" in name for name in arrays):
         raise UnmappedError(
-            f"{path} does not say which variable is which channel in which unit; give a channel "
-            f"map of format 'table' with --map. Its variables are: {format_names(list(arrays), 12)}"
+            f"{path} does not assign variables to channels and units; give a channel map of "
+            f"format 'table' with --map. Variables: {format_names(list(arrays), 12)}"
         )
     return build_flight_from_columns(path, arrays, units)
 
@@ -345,7 +345,9 @@ def _decode_columns(path: Path, flight: ColumnFlight, rate: float | None) -> Dec
     else:
         chosen = rate or _nearest_rate(1.0 / median_step(block.times))
         if rate is None:
-            remarks.append(f"the times are uneven; laid on a grid of {chosen:g} samples per second")
+            remarks.append(
+                f"the times are uneven; resampled to a grid of {chosen:g} samples per second"
+            )
         block = resample_to_grid(path, block, chosen)
     units = {column.id: column.unit for column in flight.columns}
     lacking = uncalibrated_columns(block.channels)
@@ -479,18 +481,18 @@ def guess_channel_map(records: Sequence[RawRecord], path: Path) -> ChannelMap:
     ]
     named = f"name one with --map: {', '.join(fitting)}, or a file"
     if kinds["frame"]:
-        raise UnmappedError(f"{path} does not tell which channel map fits it; {named}")
+        raise UnmappedError(f"{path} matches no single channel map; {named}")
     if kinds["line"]:
         raise UnmappedError(
-            f"{path} holds lines of text; name with --map a file of your own that says which "
-            "channel is line[0], line[1] and so on"
+            f"{path} contains lines of text; give a channel map with --map that assigns "
+            "line[0], line[1] and so on"
         )
     if kinds["residue"]:
         raise UnmappedError(
-            f"{path} holds no whole MAVLink frame, only bytes that cannot be read; check the baud "
-            f"rate, the wiring and what the sender speaks, or {named}"
+            f"{path} contains no complete MAVLink frame; check the baud rate, the wiring and "
+            f"the protocol of the sender, or {named}"
         )
-    raise FlightError(f"{path} holds no record that can be read")
+    raise FlightError(f"{path} contains no readable record")
 
 
 def _message(frame: bytes) -> tuple[int, bytes]:

@@ -151,15 +151,15 @@ def _weighed_mass_and_cg(
     )
     where = f"{_offset_text((x, y, z))} of the aircraft file's"
     if math.hypot(x, y, z) < _CG_TOLERANCE:
-        where = "where the aircraft file has it"
+        where = "as in the aircraft file"
     return mass, (x, y, z), f"CG by weighing {where} ({sure})"
 
 
 def _check_mass(mass: float, fuel: float, by: str) -> None:
     if not mass > fuel >= 0.0:
         raise FlightError(
-            f"by {by} the aircraft has {mass:.2f} kg at take-off with {fuel:.2f} kg of fuel, which "
-            "cannot be; correct weights, fuel and loading in flight.toml"
+            f"by {by} the aircraft has {mass:.2f} kg at take-off with {fuel:.2f} kg of fuel, "
+            "which is impossible; correct weights, fuel and loading in flight.toml"
         )
 
 
@@ -169,8 +169,8 @@ def _add_loads(
     """Return mass properties with parts added, about their CG; see the module's text."""
     if not mass > 0.0:
         raise FlightError(
-            f"the loading on the card takes out more than there is and leaves {mass:.2f} kg; "
-            "correct it in flight.toml"
+            f"the loading on the card removes more than the aircraft has and leaves {mass:.2f} "
+            "kg; correct it in flight.toml"
         )
     about = np.diag([properties.ixx, properties.iyy, properties.izz])
     about[0, 2] = about[2, 0] = -properties.ixz
@@ -181,7 +181,7 @@ def _add_loads(
     moments = {name: float(about[row, column]) for name, (row, column) in _NAMES.items()}
     if min(moments.values()) <= 0.0:
         raise FlightError(
-            "the loading on the card takes out more inertia than the aircraft file has; correct "
+            "the loading on the card removes more inertia than the aircraft file has; correct "
             "masses and positions in flight.toml"
         )
     x, y, z = center.tolist()
@@ -252,8 +252,8 @@ def _reference_point_text(center: Position, aircraft: Aircraft) -> str:
     x, _, _ = center
     geometry = aircraft.geometry
     return (
-        "sensors and engines count from the CG as flown; moments about the aircraft file's are "
-        f"those about it with {x / geometry.chord:+.3f} C_N in pitch and "
+        "positions of sensors and engines are relative to the CG as flown; moments about the "
+        f"aircraft file's CG differ by {x / geometry.chord:+.3f} C_N in pitch and "
         f"{x / geometry.span:+.4f} C_Y in yaw"
     )
 

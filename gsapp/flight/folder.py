@@ -102,7 +102,7 @@ class FlightFolder:
         except OSError as error:
             what = f"the flight folder {folder.path}"
             raise FlightError(
-                format_os_error(what, error, "choose a place where you may write", verb="made")
+                format_os_error(what, error, "choose a folder with write permission", verb="made")
             ) from error
         _check_writable(folder.path)
         folder._write_new_info(info)
@@ -250,8 +250,8 @@ class FlightFolder:
         path = self.path / info.onboard_log
         if not path.is_file():
             raise FlightError(
-                f"{self.info_file} names the on-board log '{info.onboard_log}', but it is not in "
-                "the folder; copy it there or take onboard_log out"
+                f"{self.info_file} names the on-board log '{info.onboard_log}', but it is not "
+                "in the folder; copy it there or remove onboard_log"
             )
         return path
 
@@ -268,10 +268,7 @@ class FlightFolder:
         sources = [Path(path) for path in paths]
         contents = {source.name: self._content(source) for source in sources}
         if len(contents) != len(sources):
-            raise FlightError(
-                "two calibration certificates have the same file name, so that one would "
-                "replace the other in the flight folder; rename one"
-            )
+            raise FlightError("two calibration certificates have the same file name; rename one")
         kept = tuple(
             write_flight_file(self.calibration_folder / name, content)
             for name, content in contents.items()
@@ -377,7 +374,7 @@ def _check_plain_files(folder: Path) -> None:
 
 def _check_not_file(path: Path) -> None:
     if path.exists() and not path.is_dir():
-        raise FlightError(f"{path} is a file, where a flight folder is meant; name a folder")
+        raise FlightError(f"{path} is a file; name a flight folder")
 
 
 def _check_writable(path: Path) -> None:

@@ -113,6 +113,6 @@ def _kept_copy_text(folder: FlightFolder, what: str, asked: str) -> str:
     began = {"aircraft": known.aircraft, "channel map": known.channel_map} if known else {}
     name = f" '{began[what]}'" if began.get(what) and began[what] != asked else ""
     return (
-        f"{folder.path} keeps the {what}{name} that the flight began with: '{asked}' differs from "
-        "it and is not used; record into a new folder to read the flight with it"
+        f"{folder.path} keeps the {what}{name} of its start: '{asked}' differs and is ignored; "
+        "record into a new folder to use it"
     )

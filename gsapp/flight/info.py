@@ -63,7 +63,7 @@ class Mixer(StrictModel):
     @model_validator(mode="after")
     def _must_make_sense(self) -> Mixer:
         if self.source == self.target:
-            raise ValueError("mixes a lever into itself; name another target")
+            raise ValueError("mixes a lever with itself; name another target")
         if not abs(self.share) <= MAX_THROW:
             raise ValueError('share is beyond 150 %; write for example "15 %"')
         return self

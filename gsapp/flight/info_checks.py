@@ -146,7 +146,7 @@ def _fuel(info: FlightInfo, aircraft: Aircraft | None, units: _Units) -> _Warnin
             most = _MOST_OF_FUEL * aircraft.mass.fuel
             yield (
                 field,
-                f"{_format_value(value, 'mass', units)} of fuel do not fit into tanks for "
+                f"{_format_value(value, 'mass', units)} of fuel exceed the tank capacity of "
                 f"{_format_value(aircraft.mass.fuel, 'mass', units)}"
                 f"{_unit_suggestion(value, 'mass', 0.0, most)}",
             )
@@ -177,9 +177,9 @@ def _scales(info: FlightInfo, aircraft: Aircraft | None, units: _Units) -> _Warn
     if aircraft is not None and abs(found.cg[0]) > 0.25 * aircraft.geometry.chord:
         yield (
             "weighing",
-            f"the scales put the CG {_format_cg_offset(found.cg[0], units)} of the aircraft "
-            "file's, more than a "
-            "quarter of the chord; check which reading belongs to which wheel",
+            f"the scales give a CG {_format_cg_offset(found.cg[0], units)} of the aircraft "
+            "file's, more than a quarter of the chord; check the assignment of readings to "
+            "wheels",
         )
 
 

@@ -165,7 +165,7 @@ def assumed_aircraft_text(flight: str, card: FlightInfo | None) -> str:
     if card is not None and card.aircraft.lower() == DEFAULT_AIRCRAFT:
         return ""
     return (
-        f"no aircraft file was named and none lies with '{flight}': geometry, mass, inertia and "
-        f"limits of the {DEFAULT_AIRCRAFT.upper()} are taken; name the file of the one that flew "
+        f"no aircraft file given and none in '{flight}': using geometry, mass, inertia and "
+        f"limits of the {DEFAULT_AIRCRAFT.upper()}; name the file of the flown aircraft "
         "(--aircraft FILE)"
     )

@@ -131,8 +131,8 @@ class TomlDocument(ABC, Generic[Model]):
         if not self.is_saved:
             if self._folder_is_gone:
                 raise FlightError(
-                    f"{self.path.name} cannot be written: the folder {self.path.parent} is not "
-                    "there any more; bring back its disk, or the name that it had"
+                    f"{self.path.name} cannot be written: the folder {self.path.parent} no "
+                    "longer exists; reconnect its disk, or restore its name"
                 )
             self._store(self.content, self._saved)
             self._saved = self.content

@@ -77,7 +77,7 @@ class FileLock:
             except OSError as error:
                 raise FlightError(
                     f"{self.path} cannot be locked ({error.strerror or error}); some network "
-                    "drives offer no locks: choose a folder on a disk of this computer"
+                    "drives do not support locks: choose a local folder"
                 ) from error
             if time.monotonic() >= deadline:
                 return False
@@ -149,7 +149,7 @@ if sys.platform == "win32":
         # The system's own waiting looks once a second.
         while not _lock(descriptor, shared=False):
             if time.monotonic() >= deadline:
-                raise OSError(errno.EDEADLK, "another process does not let go of it")
+                raise OSError(errno.EDEADLK, "locked by another process")
             time.sleep(_PAUSE)
         try:
             yield

@@ -81,7 +81,7 @@ def list_names(folder: Path) -> list[str]:
     except OSError as error:
         if isinstance(error, FileNotFoundError) and folder.is_symlink():
             raise GroundStationError(
-                f"{folder} is a link to a folder that is not there; mend the link or remove it"
+                f"{folder} is a link to a folder that is not there; correct or remove the link"
             ) from error
         raise GroundStationError(
             f"the folder {folder} cannot be read ({error.strerror}); check its permissions"

@@ -9,12 +9,12 @@ DISK_FULL_ERRNOS: Final = frozenset({errno.ENOSPC, getattr(errno, "EDQUOT", errn
 """What a system says where the disk is full, or the share of it that a user may have."""
 
 _REMEDIES = {
-    **dict.fromkeys(DISK_FULL_ERRNOS, "make room on the disk"),
-    errno.EFBIG: "choose a disk that takes files of that size",
-    errno.EROFS: "choose a place where you may write",
+    **dict.fromkeys(DISK_FULL_ERRNOS, "free disk space"),
+    errno.EFBIG: "choose a disk that allows files of that size",
+    errno.EROFS: "choose a folder with write permission",
     errno.ENAMETOOLONG: "choose a shorter name",
     errno.ENOENT: "check the path",
-    errno.ENOTDIR: "check the path, of which a part is a file and no folder",
+    errno.ENOTDIR: "check the path: part of it is a file",
     errno.EISDIR: "name a file, not a folder",
 }
 

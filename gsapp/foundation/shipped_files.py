@@ -39,6 +39,6 @@ class ShippedFiles:
             return self.folder / f"{text}.toml"
         hint = did_you_mean(text, self.names(), most=1)
         raise UnknownNameError(
-            f"there is no {self.kind} file '{text}', and none of that name comes with the "
-            f"program; {hint + ' ' if hint else ''}shipped are: {', '.join(self.names())}"
+            f"there is no {self.kind} file '{text}', and no shipped one has that name; "
+            f"{hint + ' ' if hint else ''}shipped are: {', '.join(self.names())}"
         )

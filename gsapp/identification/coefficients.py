@@ -303,7 +303,7 @@ def reconstruct_coefficients(
 
 
 _ASSUMED_SPEED_TEXT = (
-    "the airspeed is a guess: coefficients go with its square, and no bound holds its error"
+    "the airspeed is assumed: coefficients scale with its square, and no bound includes its error"
 )
 _INTEGRATED_FROM = {"alpha": "CN", "beta": "CY"}
 _CHANNELS_INTEGRATED = {"alpha": ("q", "an"), "beta": ("p", "r", "ay")}
@@ -434,7 +434,7 @@ def _missing_text(needs: Sequence[str], measured: AbstractSet[str], maneuver: Ma
         shown = maneuver.samples(name)
         shown = shown[np.isfinite(shown)]
         if shown.size > 1 and not np.ptp(shown):
-            return f"{name} does not change at all: the instrument is stuck"
+            return f"{name} is constant: the instrument is stuck"
     return ""
 
 

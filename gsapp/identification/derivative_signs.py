@@ -77,7 +77,7 @@ def suspicious_signs(estimate: Estimate) -> tuple[str, ...]:
             channels = channels[:1]
         numbers = " and ".join(f"{name} = {values[name]:.3g}" for name in turned)
         found.append(
-            f"the sign of {' or of '.join(channels)} looks wrong: {numbers} "
+            f"the sign of {' or of '.join(channels)} appears wrong: {numbers} "
             f"{'has' if len(turned) == 1 else 'have'} the opposite sign on every usual aircraft"
         )
         wrong -= set(turned)

@@ -183,7 +183,7 @@ class FitSettings(SettingsModel):
         {}, "A-priori values", "A-priori value of a derivative with its standard deviation (W2).",
         option="--prior", metavar="NAME=VALUE:STD", is_repeatable=True)
     states: OptionalNames = _setting(
-        None, "States", "Active states; the others come from measurement.",
+        None, "States", "Integrated states; the others are measured.",
         option="--states", metavar="ID,..", default_text=_OF_AXIS)
     responses: OptionalNames = _setting(
         None, "Responses",
@@ -270,9 +270,7 @@ class FitSettings(SettingsModel):
     ) -> Mapping[str, tuple[float, float]]:
         for name, (_, std) in priors.items():
             if not std > 0.0:
-                raise FlightError(
-                    f"the a-priori value of {name} needs a standard deviation above zero"
-                )
+                raise FlightError(f"the prior of {name} needs a standard deviation above zero")
         return priors
 
 
@@ -292,7 +290,7 @@ class EstimateSettings(FitSettings):
         "Use maneuvers of one axis only; both: each by the surfaces that it moved. Choose one "
         "axis to select its responses.",
         option="--axis",
-        choices=(("both", "By the surfaces moved"), ("lon", "Longitudinal only"),
+        choices=(("both", "By moved surfaces"), ("lon", "Longitudinal only"),
                  ("lat", "Lateral only")))
     six_degrees: bool = _setting(
         False, "Six degrees of freedom",
@@ -300,8 +298,8 @@ class EstimateSettings(FitSettings):
         "together, or sideslip couples into pitch.",
         option="--six-degrees")
     joint: bool = _setting(
-        False, "All maneuvers together",
-        "Fit all maneuvers of an axis together, too. Takes longer; helps where single maneuvers "
+        False, "All maneuvers jointly",
+        "Also fit all maneuvers of an axis jointly. Takes longer; helps where single maneuvers "
         "are weak.",
         option="--joint")
     weights: str = _setting(
@@ -311,28 +309,28 @@ class EstimateSettings(FitSettings):
         option="--weights", metavar="FILE", default_text="from the residuals")
     model: str = _setting(
         "", "Model",
-        "Model: its effects are known, its values held where not free. Without a model, the means "
-        "of the campaign are held.",
+        "Model: its effects apply, its values are held where not free. Without a model, the "
+        "means of the campaign are held.",
         option="--model", metavar="FILE")
     maneuver_windows: Names = _setting(
         (), "Maneuver windows",
         "Seconds, in place of what would be found; K:START:STOP for the K-th flight.",
         option="--maneuver", metavar="START:STOP", is_repeatable=True)
     every_grade: bool = _setting(
-        False, "Every grade", "Keep maneuvers graded unfit (D).", option="--every-grade")
+        False, "Every grade", "Include maneuvers graded unfit (D).", option="--every-grade")
     as_found: bool = _setting(
-        False, "As found", "Leave out what was changed by hand in the review.",
+        False, "As found", "Ignore manual changes from the review.",
         option="--as-found")
     channel_map: str = _setting(
         "", "Channel map", "Channel map: a file, or the name of a shipped one.",
         option="--map", metavar="MAP", default_text=_OF_FLIGHT)
     calibration: str = _setting(
         "", "Certificates",
-        "Certificates in place of those kept with the flight: a folder, or a shipped set. Choose "
-        "others after a calibration that was found wrong.",
+        "Certificates to use instead of those of the flight: a folder, or a shipped set. "
+        "Choose others after a calibration that was found wrong.",
         option="--calibration", metavar="FOLDER|NAME", default_text="those of each flight")
     label: str = _setting(
-        "", "Name of the run", "What the run is called in the catalog.",
+        "", "Name of the run", "Name of the run in the catalog.",
         option="--label", metavar="TEXT")
     # fmt: on
 

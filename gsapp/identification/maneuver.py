@@ -257,7 +257,7 @@ def _servo_text(block: Block, aircraft: Aircraft) -> tuple[str, ...]:
     named = ", ".join(names)
     sections = ", ".join(f"[controls.{name}]" for name in names)
     return (
-        f"{named}: what was recorded is the command, and the aircraft file says nothing of the "
-        "servo; its lateness falls upon damping and control derivatives, by tens of percent on a "
+        f"{named}: the recorded signal is the command, and the aircraft file does not describe "
+        "the servo; its lag biases damping and control derivatives, by tens of percent on a "
         f"light aircraft: measure it and write lag and delay under {sections}",
     )

@@ -208,7 +208,7 @@ def cut_flight_maneuvers(
     if not every_grade:
         alone = len(found) == 1
         remarks += [
-            f"maneuver {one.id} is left out: {_exclusion_reason(one)}"
+            f"maneuver {one.id} is not used: {_exclusion_reason(one)}"
             for one in found
             if not one.is_used(alone=alone)
         ]

@@ -124,7 +124,7 @@ def widen_bounds(
             derivatives[name] = DerivativeEstimate(
                 value=None,
                 status="unknown",
-                why="it was not earned with another value of what stands in for a missing channel",
+                why="not estimable with another value of the substituted channel",
             )
         else:
             kept.append(place)
@@ -136,8 +136,8 @@ def widen_bounds(
     for place, name in enumerate(names):
         derivatives[name] = replace(derivatives[name], std=float(np.sqrt(covariance[place, place])))
     said = (
-        f"the bounds allow for {_std_text(name, one)} of error in the {name_in_text(name)} "
-        "that stands in"
+        f"the bounds allow for {_std_text(name, one)} of error in the {name_in_text(name)} used "
+        "instead"
         for name, one in assumed.items()
     )
     return replace(

@@ -47,8 +47,8 @@ def common_cg_shift(maneuvers: Sequence[Maneuver]) -> Position:
     apart = float(np.ptp(shifts[:, ::2], axis=0).max())
     if apart > _CG_TOLERANCE:
         raise FlightError(
-            f"the maneuvers were flown with CGs {1e3 * apart:.0f} mm apart, and one fit has one "
-            "reference for moments; fit them one by one, their means are about the aircraft file's"
+            f"the maneuvers were flown with CGs {1e3 * apart:.0f} mm apart, but a joint fit has "
+            "one moment reference; fit them separately"
         )
     x, y, z = shifts.mean(axis=0).tolist()
     return x, y, z
@@ -125,8 +125,8 @@ def estimate_about_file_cg(estimate: Estimate, shift: Position, geometry: Geomet
     if left:
         warnings = (
             *warnings,
-            f"{', '.join(left)} stay about the CG as flown: the forces that would move them to the "
-            "aircraft file's were not earned",
+            f"{', '.join(left)} are about the CG as flown: the forces needed to transfer them "
+            "were not estimated",
         )
     return replace(estimate, derivatives=derivatives, covariance=covariance, warnings=warnings)
 

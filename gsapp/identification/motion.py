@@ -154,8 +154,7 @@ class _MotionBuilder:
         constant = self.stand_ins.get(name, otherwise)
         if name in ("alpha", "beta", "p", "q", "r", "de", "da", "dr") or constant != otherwise:
             self.remarks.append(
-                f"{name} was not measured; the constant {constant:.4g} stands in and is taken as "
-                "exact"
+                f"{name} was not measured; the constant {constant:.4g} is used and assumed exact"
             )
         return np.full(self.count, constant)
 
@@ -176,9 +175,9 @@ class _MotionBuilder:
             usual = float(np.nanmedian(samples))
             if usual < max(_MIN_SPEED_OVER_STALL * stall, 1.0):
                 raise FlightError(
-                    f"maneuver {self.maneuver.id} of '{self.maneuver.flight}' was not flown: its "
-                    f"airspeed of {usual:.1f} m/s is far below the stall speed; if the pitot is at "
-                    "fault, leave its channels out (gsapp cut --without) and a constant stands in"
+                    f"maneuver {self.maneuver.id} of '{self.maneuver.flight}' was not flown: "
+                    f"its airspeed of {usual:.1f} m/s is far below the stall speed; if the "
+                    "pitot is faulty, drop its channels (gsapp cut --without) to use a constant"
                 )
             return np.maximum(self._fill("V", samples), 1.0)
         constant = self.stand_ins.get("V", CRUISE_OVER_STALL * stall)
@@ -188,8 +187,8 @@ class _MotionBuilder:
                 "the aircraft file no stall_speed to guess one from; give a constant for V"
             )
         self.remarks.append(
-            f"airspeed was not measured; the constant {constant:.1f} m/s stands in and is taken "
-            "as exact: coefficients go with its square"
+            f"airspeed was not measured; the constant {constant:.1f} m/s is used and assumed "
+            "exact: coefficients scale with its square"
         )
         return np.full(self.count, constant)
 
@@ -214,7 +213,7 @@ class _MotionBuilder:
         rolled, pitched = given.get("phi", rolled), given.get("theta", pitched)
         self.remarks.append(
             f"{' and '.join(missing)} not measured; gravity at the start and integrated rates "
-            "stand in"
+            "are used"
         )
         return rolled, pitched, psi
 
@@ -272,8 +271,8 @@ class _MotionBuilder:
             constant = self.stand_ins.get("throttle", 0.0)
             if aircraft.propulsion.max_thrust > 0.0:
                 self.remarks.append(
-                    f"neither throttle nor thrust was measured; throttle {constant:g} stands in: "
-                    "CA_0 then holds the thrust"
+                    f"neither throttle nor thrust was measured; throttle {constant:g} is used: "
+                    "CA_0 then includes the thrust"
                 )
             lever = np.full(self.count, constant)
         lag = aircraft.propulsion.lag

@@ -84,8 +84,8 @@ def unmeasured_surfaces_text(unseen: Mapping[str, str], evidence: str = "") -> s
     name, words = next(iter(unseen.items()))
     said = f"{words}, {evidence}" if evidence else words
     return (
-        f"{said}: if it moved, every value is wrong; repair the record, or answer for its rest "
-        f"with a constant (--stand-in {name}=0)"
+        f"{said}: if it moved, all values are wrong; repair the record, or state that it rested "
+        f"(--stand-in {name}=0)"
     )
 
 
@@ -152,8 +152,7 @@ def without_stuck_channels(maneuver: Maneuver, axis: Axis) -> tuple[Maneuver, tu
     kept = block.select([name for name in block.channels if name not in stuck])
     said = tuple(
         f"{name} stays at {_constant_value(maneuver, name):g} throughout: its instrument is "
-        "stuck and "
-        "counts as not there"
+        "stuck and is ignored"
         for name in stuck
     )
     return replace(maneuver, block=kept), said

@@ -103,7 +103,7 @@ class Block:
         """Join blocks of the same channels, in the order given."""
         parts = list(blocks)
         if not parts:
-            raise ValueError("there is no block to join")
+            raise ValueError("no block to join")
         if any(part.channels != parts[0].channels for part in parts):
             raise ValueError("blocks of different channels cannot be joined")
         return Block(

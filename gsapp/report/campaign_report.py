@@ -76,7 +76,7 @@ def write_campaign_report(
     shelf = FlightCache() if flights is None else flights
     if ftr_histories is None:
         tell = _scaled_progress(_FTR_SHARE, progress)
-        tell(0.0, "listening to whole flights")
+        tell(0.0, "computing FTR over the flights")
         ftr_histories = _flight_ftr_histories(outcome, shelf, tell)
     if linear is None:
         tell = _scaled_progress(_LINEAR_SHARE, progress)
@@ -101,7 +101,7 @@ def _flight_ftr_histories(
     for number, opening in enumerate(openings):
         tell(number / len(openings), f"reading {opening.path.name}")
         one = shelf.open(opening).opened
-        tell((number + 0.5) / len(openings), f"listening to {one.flight.name}")
+        tell((number + 0.5) / len(openings), f"computing FTR over {one.flight.name}")
         found += compute_ftr_histories([(one.flight, one.aircraft)])
     return tuple(found)
 

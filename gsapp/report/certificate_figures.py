@@ -77,7 +77,7 @@ def _draw_curve(axes: Axes, standing: CertificateStatus) -> None:
             [point.volts for point in taken], [point.value for point in taken],
             linestyle="none", marker=marker, markersize=4.0, color=color, fillstyle=fill,
         )  # fmt: skip
-    axes.set_title("Set against read", loc="left")
+    axes.set_title("Set and measured values", loc="left")
     axes.set_ylabel(_label("set to", certificate.unit))
 
 
@@ -106,7 +106,7 @@ def _draw_residuals(axes: Axes, standing: CertificateStatus) -> None:
                 label=DIRECTION_TEXT[direction] or "points",
             )  # fmt: skip
     _ring_outliers(axes, certificate, quality)
-    axes.set_title("Points less the curve", loc="left")
+    axes.set_title("Residuals", loc="left")
     axes.set_ylabel(_label("off the curve", certificate.unit))
     low, high = axes.get_ylim()
     # The legend stands above the traces, not on them.

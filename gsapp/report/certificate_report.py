@@ -73,16 +73,14 @@ def write_certificate_report(
         return write_atomically(path, content)
     except OSError as error:
         raise GroundStationError(
-            format_os_error(path, error, "choose a file in a folder where you may write")
+            format_os_error(path, error, "choose a folder with write permission")
         ) from error
 
 
 def check_report_suffix(path: Path) -> None:
     """Raise `GroundStationError` where the name of a page does not say what it is to be."""
     if path.suffix.casefold() not in (".html", ".pdf"):
-        raise GroundStationError(
-            f"{path.name} does not say what the report is to be; end the name in .html or .pdf"
-        )
+        raise GroundStationError(f"{path.name} has no report ending; end the name in .html or .pdf")
 
 
 def certificate_document(
@@ -107,7 +105,7 @@ def certificate_document(
         draw=lambda container: draw_certificate(container, standing),
     )
     worth = DocumentSection(
-        title="What it is worth",
+        title="Quality",
         parts=(*_summary_text(standing), picture, _quality_table(standing)),
     )
     points = DocumentSection(
@@ -127,7 +125,7 @@ def _facts(certificate: Certificate, units: str) -> tuple[tuple[str, str], ...]:
     ends = evaluate_polynomial(certificate.coefficients, np.array(certificate.range))
     low, high = (_number(value, _decimals(certificate)) for value in sorted(ends.tolist()))
     supply = certificate.excitation_voltage
-    follows = "followed by the volts" if certificate.ratiometric else "not followed by the volts"
+    follows = "ratiometric" if certificate.ratiometric else "not ratiometric"
     found = {
         "Instrument": certificate.instrument,
         "Channel": f"{certificate.channel}. {channel(certificate.channel).description}",
@@ -163,29 +161,29 @@ def _summary_text(standing: CertificateStatus) -> tuple[Paragraph, Paragraph]:
     certificate, quality = standing.certificate, standing.quality
     unit, places = certificate.unit, _decimals(certificate) + 1
     if quality is None or quality.uncertainty is None:
-        first = "How uncertain it is cannot be told from its points."
+        first = "The points do not allow an uncertainty estimate."
     else:
         width = f"{quality.uncertainty:.{places}f} {unit}".rstrip()
-        first = f"At its worst place 95 of 100 readings are within {width} of the truth."
+        first = f"The 95 % uncertainty is at most {width}."
     if standing.drift is not None:
         second = f"{standing.drift.sentence[:1].upper()}{standing.drift.sentence[1:]}."
     elif standing.former is not None:
-        second = "The certificate before cannot be compared with this one."
+        second = "The previous certificate cannot be compared with this one."
     else:
-        second = "No certificate before it is at hand."
+        second = "No previous certificate."
     return Paragraph(text=first, kind="lead"), Paragraph(text=second)
 
 
 def _caption(standing: CertificateStatus) -> str:
     directions = {point.direction for point in standing.certificate.points}
     loop = (
-        "The distance between the increasing and the decreasing points is the hysteresis; the "
-        "curve runs midway."
+        "The hysteresis is the distance between increasing and decreasing points; the curve is "
+        "the mean."
         if {"up", "down"} <= directions
-        else "Points were taken in one direction only, so that hysteresis was not measured."
+        else "Points were taken in one direction only: hysteresis not measured."
     )
-    former = " Dashed: the certificate before." if standing.former is not None else ""
-    return f"{loop} Shaded: where 95 of 100 readings lie.{former}"
+    former = " Dashed: previous certificate." if standing.former is not None else ""
+    return f"{loop} Shaded: 95 % band.{former}"
 
 
 def _quality_table(standing: CertificateStatus) -> DocumentTable:
@@ -212,8 +210,8 @@ def quality_rows(
         return "not known" if value is None else f"{value:.{places}f} {unit}".rstrip()
 
     off = (
-        ("points off the curve, rms", shown(certificate.rms_residual)),
-        ("points off the curve, most", shown(certificate.max_residual)),
+        ("residuals, rms", shown(certificate.rms_residual)),
+        ("residuals, maximum", shown(certificate.max_residual)),
     )
     if quality is None:
         return (*off, ("hysteresis", shown(certificate.hysteresis)))
@@ -224,15 +222,15 @@ def quality_rows(
         "travel not known" if quality.coverage is None else f"{100.0 * quality.coverage:.0f} %"
     )
     return (
-        ("uncertainty, 95 %, at worst", shown(quality.uncertainty)),
+        ("uncertainty, 95 %, maximum", shown(quality.uncertainty)),
         ("hysteresis, width of the loop", width),
-        ("does not return to zero by", shown(quality.return_to_zero)),
-        ("off the best straight line by", shown(quality.linearity)),
-        ("one setting scatters by, std", shown(quality.scatter)),
+        ("return to zero", shown(quality.return_to_zero)),
+        ("linearity", shown(quality.linearity)),
+        ("repeatability, std", shown(quality.scatter)),
         *off,
-        ("one count of the converter", shown(quality.resolution)),
+        ("ADC resolution", shown(quality.resolution)),
         ("of the travel covered", covered),
-        ("points that do not fit", str(len(quality.outliers))),
+        ("outliers", str(len(quality.outliers))),
     )
 
 
@@ -251,7 +249,7 @@ def _points_table(certificate: Certificate) -> DocumentTable:
         columns=heads,
         rows=tuple(rows),
         numeric=frozenset(range(len(heads))),
-        caption=f"Set to, and off the curve, in {certificate.unit or '1'}; read in V",
+        caption=f"Setting and residual, in {certificate.unit or '1'}; measured in V",
     )
 
 

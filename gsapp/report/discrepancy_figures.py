@@ -64,8 +64,8 @@ def coefficient_map_figure(found: DiscrepancyResult) -> DocumentFigure:
         "map",
         tuple(map(symbol_mathtext, found.coefficients)),
         (found.steps[0].coefficient_map, found.steps[-1].coefficient_map),
-        "Missing part of each coefficient in each maneuver, in units of the noise floor: 1 is "
-        "nothing but noise. Maneuvers marked * were kept out of naming and fitting.",
+        "Residual of each coefficient in each maneuver, in units of the noise floor (1 = "
+        "noise). Maneuvers marked * are held out.",
     )
 
 
@@ -76,8 +76,7 @@ def residual_map_figure(found: DiscrepancyResult) -> DocumentFigure:
         "map-channels",
         tuple(symbol_mathtext(channel(name).symbol) for name in found.channels),
         (residual_map(found, 0), residual_map(found, -1)),
-        "Measured less computed of each channel when the model is flown through each maneuver "
-        "from its first sample, in units of that channel's noise.",
+        "Residual of each channel in the simulation of each maneuver, in units of its noise.",
     )
 
 
@@ -178,8 +177,8 @@ def missing_history_figure(
 
     return DocumentFigure(
         name=f"missing-{coefficient}-time",
-        caption=f"The part of the {coefficient_label(coefficient)} that the model lacks, "
-        "over time, slow parts only.",
+        caption=f"The residual of the {coefficient_label(coefficient)} over time, low-pass "
+        "filtered.",
         height=min(MAX_FIGURE_HEIGHT, 0.8 + 1.3 * len(views)),
         draw=draw,
     )
@@ -238,8 +237,8 @@ def missing_by_condition_figure(
     bold = f" It grows most with {channel(marked).title.lower()}." if marked in known else ""
     return DocumentFigure(
         name=f"missing-{coefficient}-region",
-        caption=f"The same part of the {coefficient_label(coefficient)} over the conditions of "
-        f"all maneuvers: median and middle half of the samples in bins.{bold}",
+        caption=f"The residual of the {coefficient_label(coefficient)} over the flight "
+        f"condition: median and quartiles in bins.{bold}",
         height=0.95 + 1.75 * rows,
         draw=draw,
     )
@@ -307,7 +306,7 @@ def ranking_figure(step: ModelStep, number: int, *, last: bool = False) -> Docum
         chart.set_yticks(places, [f"{one.effect}\n{_short(one.title)}" for one in best])
         chart.invert_yaxis()
         _plain_axes(chart)
-        chart.set_xlabel("gain in log-likelihood, less the cost of the parameters", color=INK)
+        chart.set_xlabel("log-likelihood gain, penalized", color=INK)
         chart.axvline(0.0, color=INK, linewidth=0.6)
         for place, one in zip(places, best, strict=True):
             chart.annotate(
@@ -316,14 +315,13 @@ def ranking_figure(step: ModelStep, number: int, *, last: bool = False) -> Docum
                 xycoords=("axes fraction", "data"), va="center", fontsize=7.0, color=INK,
                 annotation_clip=False,
             )  # fmt: skip
-        chart.set_title("evidence, gain on data left out", loc="right", x=1.36, fontsize=7.0)
+        chart.set_title("probability, held-out gain", loc="right", x=1.36, fontsize=7.0)
 
     return DocumentFigure(
         name=f"ranking-{number}",
-        caption=f"Round {number}: the candidates for what is missing, best first"
-        + (", none of which was added" if last else "")
-        + ". On the right the probability of each among all, and what it gains on maneuvers left "
-        "out of the fit.",
+        caption=f"Round {number}: candidate effects, best first"
+        + (", none added" if last else "")
+        + ". Right: probability among all candidates, and gain on held-out maneuvers.",
         height=0.9 + 0.42 * len(best),
         draw=draw,
     )
@@ -366,15 +364,15 @@ def response_overlay_figure(view: ManeuverHistories, units: str = "US") -> Docum
             _clip_axis(right, low - high, high - low)
             label_channel(left, name, units, PRINT_PALETTE)
             format_clock_axis(left, right)
-        charts[0, 1].set_title("measured less computed", loc="left", color=INK, fontsize=7.5)
+        charts[0, 1].set_title("residual", loc="left", color=INK, fontsize=7.5)
         for chart in charts[-1]:
             label_flight_time(chart, PRINT_PALETTE)
             chart.set_xlim(float(view.times[0]), float(view.times[-1]))
         _legend_above(container, charts[0, 0], charts[0, 1])
 
     kept = (
-        " It was kept out of naming and fitting." if view.held_out
-        else " It was among those that the model was fitted on."
+        " It is held out." if view.held_out
+        else " It was used in the fit."
     )  # fmt: skip
     return DocumentFigure(
         name=f"overlay-{view.id.replace(':', '-')}",
@@ -420,8 +418,8 @@ def gap_figure(found: DiscrepancyResult) -> DocumentFigure:
 
     return DocumentFigure(
         name="channels",
-        caption="Measured less computed, RMS on the maneuvers kept out, in units of each "
-        "channel's noise floor.",
+        caption="RMS of the residuals on the held-out maneuvers, in units of each channel's "
+        "noise floor.",
         height=2.6,
         draw=draw,
     )
@@ -463,14 +461,13 @@ def misfit_waterfall_figure(found: DiscrepancyResult) -> DocumentFigure:
         )  # fmt: skip
         labels = [*names, "model after"]
         chart.set_xticks(places, [_broken(label) for label in labels])
-        chart.set_ylabel("misfit, noise = 1", color=INK)
+        chart.set_ylabel("residual, noise = 1", color=INK)
         chart.margins(y=0.12)
         _plain_axes(chart)
 
     return DocumentFigure(
         name="waterfall",
-        caption="All channels together on the maneuvers kept out: what each step took away. 1 is "
-        "as good as the noise allows.",
+        caption="All channels on the held-out maneuvers, by step. 1 is the noise floor.",
         height=2.5,
         draw=draw,
     )

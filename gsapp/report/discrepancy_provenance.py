@@ -58,7 +58,7 @@ def search_provenance(
         inputs=(
             *(hash_input_file("flight", path) for path in flights),
             *(
-                hash_input_file("changes by hand", events_path(path))
+                hash_input_file("manual changes", events_path(path))
                 for path in flights
                 if not (as_found or path.is_dir()) and events_path(path).is_file()
             ),
@@ -74,14 +74,14 @@ def search_provenance(
         ),
         settings={
             "maneuvers": ", ".join(maneuvers)
-            or f"found by the program{'' if as_found else ', with the changes by hand'}",
+            or f"found by the program{'' if as_found else ', with manual changes'}",
             "certificates": f"those of '{calibration}' in place of the flights' own"
             if calibration
-            else "those kept with the flights",
+            else "certificates of the flights",
             "model before": model or "fitted on these flights",
-            "kept out": ", ".join(settings.held_out or ()) or "chosen by the program",
+            "held out": ", ".join(settings.held_out or ()) or "automatic",
             "refused": ", ".join(settings.refused) or "none",
-            "put in by hand": ", ".join(settings.forced) or "none",
+            "forced": ", ".join(settings.forced) or "none",
             "most effects": str(settings.most_effects),
             "chance of a false name": f"{settings.false_alarm:g}",
         },

@@ -55,7 +55,7 @@ from gsapp.report.provenance import Provenance, provenance_section
 
 DiscrepancyReportUnits = Literal["US", "SI"]
 
-_NO_DISAGREEMENT_TEXT = "At no single place do model and flight disagree clearly beyond the noise."
+_NO_DISAGREEMENT_TEXT = "No disagreement between model and flight exceeds the noise."
 _OPPOSITE = {"CN": "CZ", "CA": "CX"}
 _MIN_CLEAR_SIGMA = 5.0
 """Standard deviations from which an effect cannot be overlooked."""
@@ -147,9 +147,9 @@ def _facts(found: DiscrepancyResult, aircraft: str) -> tuple[tuple[str, str], ..
         *((("Aircraft", aircraft),) if aircraft else ()),
         ("Flights", ", ".join(flights)),
         ("Maneuvers", f"{len(found.maneuvers)}, {samples} samples"),
-        ("Kept out of naming and fitting", ", ".join(kept) or "none"),
-        ("Model before", found.steps[0].model.parent or found.steps[0].model.name),
-        ("Model after", found.model.name),
+        ("Held out", ", ".join(kept) or "none"),
+        ("Previous model", found.steps[0].model.parent or found.steps[0].model.name),
+        ("Next model", found.model.name),
     )
 
 
@@ -166,7 +166,7 @@ def _in_short(found: DiscrepancyResult, units: DiscrepancyReportUnits) -> Docume
     if disturbance_text(found):
         parts.append(Paragraph(text=disturbance_text(found)))
     parts += [Paragraph(text=f"Note: {sentence}", kind="note") for sentence in found.warnings]
-    return DocumentSection(title="In short", parts=tuple(parts))
+    return DocumentSection(title="Summary", parts=tuple(parts))
 
 
 def _find(found: DiscrepancyResult, units: DiscrepancyReportUnits) -> DocumentSection:
@@ -185,7 +185,9 @@ def _find(found: DiscrepancyResult, units: DiscrepancyReportUnits) -> DocumentSe
     parts += [residual_map_figure(found), coefficient_map_figure(found)]
     if found.disagreements:
         parts += [
-            Paragraph(text=f"Worst place: {disagreement_sentence(found.disagreements[0])}"),
+            Paragraph(
+                text=(f"Largest disagreement: {disagreement_sentence(found.disagreements[0])}")
+            ),
             _disagreements(found),
         ]
     else:
@@ -202,7 +204,7 @@ def _disagreements(found: DiscrepancyResult) -> DocumentTable:
     shown = found.disagreements[:_MOST_ROWS]
     more = len(found.disagreements) - len(shown)
     return DocumentTable(
-        caption="Places beyond the noise, most certain first"
+        caption="Disagreements beyond the noise, most significant first"
         + (f" ({more} more are in the JSON)" if more else ""),
         columns=("what", "most in", "maneuver", "from", "to", "times noise", "chance",
                  "where"),
@@ -232,7 +234,7 @@ def _name(found: DiscrepancyResult) -> DocumentSection:
         )
     ]
     if not any(step.ranking for step in found.steps):
-        parts.append(Paragraph(text="There was nothing to name."))
+        parts.append(Paragraph(text="No effect to name."))
     parts += [
         ranking_figure(step, number, last=step is found.steps[-1])
         for number, step in enumerate(found.steps, start=1)
@@ -260,15 +262,15 @@ def _name(found: DiscrepancyResult) -> DocumentSection:
     if found.alternatives:
         parts.append(
             DocumentTable(
-                caption="What these flights would look the same with",
-                columns=("effect", "in words", "why", "what would tell"),
+                caption="Indistinguishable effects",
+                columns=("effect", "in words", "why", "distinguished by"),
                 rows=tuple(
                     (" and ".join(one.effects), one.title, one.why, one.fly)
                     for one in found.alternatives
                 ),
             )
         )
-    return DocumentSection(title="2. Name: what is missing?", parts=tuple(parts))
+    return DocumentSection(title="2. Name: which effect is missing?", parts=tuple(parts))
 
 
 def _add(found: DiscrepancyResult, units: DiscrepancyReportUnits) -> DocumentSection:
@@ -309,7 +311,7 @@ def _add(found: DiscrepancyResult, units: DiscrepancyReportUnits) -> DocumentSec
             )
         )
     if not parts:
-        parts.append(Paragraph(text="Nothing was added to the model."))
+        parts.append(Paragraph(text="No effect was added."))
     model = found.model
     if model.parent:
         evidence = f" {model.evidence}" if model.evidence else ""
@@ -354,7 +356,7 @@ def _channels(found: DiscrepancyResult, units: DiscrepancyReportUnits) -> Docume
         columns = ("channel", "RMS", "noise", "over range [%]", "Theil", "within 3 x noise [%]")
         rows = [tuple(row[place] for place in kept) for row in rows]
     return DocumentTable(
-        caption="Measured less computed on the maneuvers kept out",
+        caption="Residuals on the held-out maneuvers",
         columns=columns,
         rows=tuple(rows),
         numeric=frozenset(range(1, len(columns))),
@@ -376,7 +378,7 @@ def _observable(found: DiscrepancyResult) -> DocumentSection:
         parts.append(
             DocumentTable(
                 caption=f"Would show clearly: {_MIN_CLEAR_SIGMA:g} standard deviations or more",
-                columns=("effect", "class", "standard deviations", "looks most like"),
+                columns=("effect", "class", "standard deviations", "most similar to"),
                 rows=tuple(
                     (
                         one.effect,
@@ -410,26 +412,24 @@ def _observable(found: DiscrepancyResult) -> DocumentSection:
                 kind="note",
             )
         )
-    return DocumentSection(title="What these flights could show", parts=tuple(parts))
+    return DocumentSection(title="Observability", parts=tuple(parts))
 
 
 def _terms() -> DocumentSection:
     return DocumentSection(
-        title="Words used here",
+        title="Terms",
         parts=tuple(
             Paragraph(text=text)
             for text in (
-                "Noise floor: what would be left even with a perfect model, estimated from the "
-                "flight data themselves.",
-                "Kept out: maneuvers that had no part in naming the effect nor in fitting its "
-                "size. A model that has learned the noise by heart fails on them.",
-                "Gap that a model can close: what is left of measured less computed beyond the "
-                "noise floor.",
-                "Chance: how probable so large a disagreement would be from noise alone, with "
-                "all the places that were looked at taken into account.",
-                "Confidence: of those names that are given with 90 %, nine in ten are right.",
-                "Theil's coefficient: 0 is a perfect match, 1 the worst; below about 0.3 a "
-                "simulation is usually called good.",
+                "Noise floor: residual of a perfect model, estimated from the flight data.",
+                "Held out: maneuvers used neither to name the effect nor to fit its size. An "
+                "overfitted model fails on them.",
+                "Gap: residual beyond the noise floor, which a model can close.",
+                "Chance: probability of so large a disagreement from noise alone, corrected "
+                "for the number of tests.",
+                "Confidence: of names given with 90 %, nine in ten are right.",
+                "Theil's coefficient: 0 is a perfect match, 1 the worst; below about 0.3 is "
+                "usually called good.",
             )
         ),
     )

@@ -21,12 +21,12 @@ from gsapp.foundation import UnknownNameError
 from gsapp.quantities import FloatArray, channel, clock_text, convert_value_and_std, from_si
 
 HEADLINES = {
-    "effects-found": "The model lacks something, and it has a name.",
-    "values-wrong": "The model has the right terms with wrong values; refitting them is enough.",
-    "model-adequate": "The model is adequate: what is left is noise.",
-    "ambiguous": "The model lacks something that these flights cannot tell apart.",
-    "unexplained": "The model lacks something that no effect of the catalog explains.",
-    "not-observable": "These flights cannot show whether the model lacks anything.",
+    "effects-found": "The model lacks a named effect.",
+    "values-wrong": "The model structure is adequate with wrong values; refit them.",
+    "model-adequate": "The model is adequate: residuals are noise.",
+    "ambiguous": "The model lacks an effect that these flights cannot distinguish.",
+    "unexplained": "The model lacks an effect that is not in the catalog.",
+    "not-observable": "These flights cannot show whether the model lacks an effect.",
 }
 """What each verdict means, as a sentence."""
 
@@ -53,15 +53,15 @@ def closed_gap_text(found: DiscrepancyResult) -> str:
     gap = found.gap
     where = f"maneuver{'s' if len(gap.on) != 1 else ''} {', '.join(gap.on)}"
     if not gap.on:
-        return "No maneuver was kept out, so nothing shows how the model does on new data."
+        return "No maneuver was held out: the model is not validated on new data."
     if gap.closed is None:
-        return f"On {where}, kept out of naming and fitting, there was no gap to close."
+        return f"On {where} (held out) there was no gap to close."
     spread = "" if gap.closed_std is None else f" ± {100.0 * gap.closed_std:.0f}"
     if gap.closed < 0.0:
-        return f"On {where}, kept out of naming and fitting, the gap has not shrunk."
+        return f"On {where} (held out) the gap has not shrunk."
     return (
-        f"On {where}, kept out of naming and fitting, {100.0 * gap.closed:.0f}{spread} % of the "
-        "gap that a model can close was closed."
+        f"On {where} (held out) {100.0 * gap.closed:.0f}{spread} % of the gap that a model can "
+        "close was closed."
     )
 
 
@@ -72,7 +72,10 @@ def disturbance_text(found: DiscrepancyResult) -> str:
         return ""
     std = found.disturbance.get("gust_std")
     spread = "" if std is None else f" ± {std:.2f}"
-    return f"The air was not calm: gusts of {gust:.2f}{spread} m/s (rms). They are no model effect."
+    return (
+        f"The air was not calm: gusts of {gust:.2f}{spread} m/s (rms). They are a disturbance, "
+        "not a model effect."
+    )
 
 
 def disagreement_sentence(one: Disagreement) -> str:
@@ -115,7 +118,7 @@ def _others(one: FoundEffect) -> list[str]:
 def format_confidence(one: FoundEffect) -> str:
     """Return the confidence in an effect, in percent; never a certainty."""
     if one.forced:
-        return "put in by hand"
+        return "forced"
     alone = f"{100.0 * one.confidence:.0f} %"
     return f"{alone}; cannot be told from {', '.join(_others(one))}" if one.one_of else alone
 

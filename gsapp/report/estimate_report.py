@@ -75,11 +75,11 @@ _HOW_TO_READ: Final = (
     "deviation from maneuver to maneuver; over the bounds of single maneuvers it is near 1 where "
     "these are consistent. Before: known before; n: maneuvers that count."
 )
-_ORDER_TEXT: Final = "Of these {drawn}, the one fitted worst first."
-_NO_TREND: Final = "No derivative changes provably with speed, angle of attack or sideslip."
+_ORDER_TEXT: Final = "{drawn}, worst fit first."
+_NO_TREND: Final = "No significant trend with speed, angle of attack or sideslip."
 _NOT_TESTED: Final = (
-    "Whether derivatives change with speed, angle of attack or sideslip was not tested: it takes "
-    "more maneuvers, or conditions further apart."
+    "Trends with speed, angle of attack or sideslip were not tested: more maneuvers or a wider "
+    "range of conditions are needed."
 )
 _ONLINE: Final = {
     "lon": ("Cm_alpha", "Cm_q", "Cm_de", "CN_alpha"),
@@ -183,8 +183,8 @@ def _results_section(reported: CampaignReportData) -> DocumentSection:
     if joint:
         parts.append(
             DocumentTable(
-                caption="All maneuvers of an axis fitted together, beside the means; both come "
-                "from the same maneuvers, so that more than 1 joint bound is much",
+                caption="Joint fit of all maneuvers of an axis and the means; both use the "
+                "same maneuvers, so a difference above 1 joint bound is large",
                 columns=JOINT_COLUMNS,
                 rows=joint,
                 numeric=frozenset(range(1, len(JOINT_COLUMNS))),
@@ -194,7 +194,7 @@ def _results_section(reported: CampaignReportData) -> DocumentSection:
     if unknown:
         parts.append(
             DocumentTable(
-                caption="Not earned", columns=("derivative", "status", "why"), rows=unknown
+                caption="Not estimated", columns=("derivative", "status", "why"), rows=unknown
             )
         )
     return DocumentSection(title="Results", parts=tuple(parts))
@@ -216,7 +216,7 @@ def _trust_section(reported: CampaignReportData, units: ReportUnits) -> Document
     if rows:
         parts.append(
             DocumentTable(
-                caption="Values left out of the means: farther off than bounds and chance allow",
+                caption="Values excluded from the means (outliers)",
                 columns=("derivative", "maneuver", "value", "standard deviations off", "why"),
                 rows=rows,
                 numeric=frozenset({2, 3}),
@@ -228,7 +228,7 @@ def _trust_section(reported: CampaignReportData, units: ReportUnits) -> Document
         tested = any(one.trends for one in summary.derivatives.values())
         parts.append(Paragraph(text=_NO_TREND if tested else _NOT_TESTED))
     unheard = (
-        f"{one.flight}: FTR did not listen: {one.why}" for one in reported.ftr_histories if one.why
+        f"{one.flight}: FTR not computed: {one.why}" for one in reported.ftr_histories if one.why
     )
     said = dict.fromkeys((*reported.outcome.remarks, *unheard, *reported.result.remarks))
     parts += [Paragraph(text=text, kind="note") for text in said]
@@ -247,7 +247,7 @@ def _values_section(reported: CampaignReportData, units: ReportUnits) -> Documen
     parts: list[DocumentPart] = []
     for name in (*over, "number"):
         parts += value_figures(summary, name, units=units, known=known)
-    return DocumentSection(title="Each value, maneuver by maneuver", parts=tuple(parts))
+    return DocumentSection(title="Values by maneuver", parts=tuple(parts))
 
 
 def _online_section(reported: CampaignReportData) -> DocumentSection:
@@ -293,7 +293,7 @@ def _maneuvers_section(result: CampaignResult, units: ReportUnits) -> DocumentSe
     columns = maneuver_columns(units)
     parts: list[DocumentPart] = [
         DocumentTable(
-            caption="Maneuvers, and the response that each fit follows worst",
+            caption="Maneuvers, and the worst-fitted response of each",
             columns=columns,
             rows=maneuver_rows(result.results, units),
             numeric=frozenset({4, 5}),

@@ -36,7 +36,7 @@ def estimate_headline(summary: CampaignSummary, result: CampaignResult) -> str:
     if summary.outlying_maneuvers:
         said += (
             f" {_count(len(summary.outlying_maneuvers), 'maneuver')} "
-            f"{'is' if len(summary.outlying_maneuvers) == 1 else 'are'} wild and to be looked at."
+            f"{'is' if len(summary.outlying_maneuvers) == 1 else 'are'} outlying."
         )
     return said
 
@@ -52,7 +52,8 @@ def exclusion_text(summary: CampaignSummary) -> tuple[str, ...]:
     if not summary.excluded_maneuvers:
         return ()
     return (
-        f"Left out of all means by hand: {_count(len(summary.excluded_maneuvers), 'maneuver')} "
+        "Excluded from all means manually: "
+        f"{_count(len(summary.excluded_maneuvers), 'maneuver')} "
         f"({', '.join(sorted(summary.excluded_maneuvers))}).",
     )
 
@@ -76,25 +77,19 @@ def bound_consistency_text(summary: CampaignSummary) -> str:
     """Return whether the bounds can be believed."""
     ratio = summary.bounds_ratio
     if ratio is None:
-        return (
-            "Nothing was flown three times or more: whether the bounds are honest cannot be told "
-            "from scatter."
-        )
+        return "Nothing was flown three times: scatter cannot check the bounds."
     low, high = _CONSISTENT_RATIO_RANGE
     if ratio > high:
         return (
-            f"Values scatter from maneuver to maneuver {ratio:.1f} times as much as their bounds "
-            "promise: something that differs between maneuvers (air, speed, slop, clipped "
-            "sensors) is not in the bounds of single values. The bounds of the means hold it."
+            f"The scatter between maneuvers is {ratio:.1f} times their bounds: differences "
+            "between maneuvers (air, speed, play, clipped sensors) are not in the bounds of "
+            "single values; the bounds of the means include them."
         )
     if ratio < low:
-        return (
-            f"Values scatter {ratio:.1f} times as much as their bounds promise: the bounds are "
-            "careful."
-        )
+        return f"The scatter is {ratio:.1f} times their bounds: the bounds are conservative."
     return (
-        f"Values scatter from maneuver to maneuver {ratio:.1f} times as much as their bounds "
-        "promise: the bounds are honest."
+        f"The scatter between maneuvers is {ratio:.1f} times their bounds: the bounds are "
+        "consistent."
     )
 
 
@@ -156,7 +151,7 @@ def unknown_rows(result: CampaignResult) -> tuple[tuple[str, str, str], ...]:
     return tuple((name, *why[name]) for name in names)
 
 
-JOINT_COLUMNS: Final = ("derivative", "together", "bound", "mean", "apart, in joint bounds")
+JOINT_COLUMNS: Final = ("derivative", "together", "bound", "mean", "difference, in joint bounds")
 
 
 def joint_rows(result: CampaignResult, summary: CampaignSummary) -> tuple[tuple[str, ...], ...]:
@@ -194,9 +189,8 @@ def outlier_rows(summary: CampaignSummary) -> tuple[tuple[str, ...], ...]:
 def outlier_maneuver_text(summary: CampaignSummary) -> tuple[str, ...]:
     """Return a sentence for each maneuver whose values are wild."""
     return tuple(
-        f"Maneuver {one.maneuver} is wild: {len(one.derivatives)} of its {one.derivative_count} "
-        "derivatives "
-        f"({', '.join(one.derivatives)}) lie far off"
+        f"Maneuver {one.maneuver} is an outlier: {len(one.derivatives)} of its "
+        f"{one.derivative_count} derivatives ({', '.join(one.derivatives)}) are outliers"
         + (", though its responses are fitted well" if one.fits_well else "")
         + f". {_capital('; '.join(one.reasons))}."
         for one in summary.outlying_maneuvers

@@ -42,13 +42,12 @@ def export_figure(picture: DocumentFigure, ending: str) -> bytes:
     if ending in _SEPARATORS:
         if picture.numbers is None:
             raise GroundStationError(
-                f"the picture '{picture.name}' has no numbers to write; save it as .png, .pdf or "
-                ".svg"
+                f"the picture '{picture.name}' has no numbers; save it as .png, .pdf or .svg"
             )
         return format_delimited_table(picture.numbers(), _SEPARATORS[ending]).encode("utf-8")
     if ending not in _METADATA:
         raise GroundStationError(
-            f"a picture cannot be written as '{ending}'; give a name that ends in .png, .pdf, "
+            f"a figure cannot be written as '{ending}'; give a name that ends in .png, .pdf, "
             ".svg, or .csv for its numbers"
         )
     with figure_style():

@@ -98,7 +98,7 @@ def correlation_figure(
         [f"{one} and {other} ({value:+.2f})" for one, other, value in pairs], _NAMED
     )
     said = (
-        f"Framed are pairs that it can hardly tell apart: {told}."
+        f"Framed: highly correlated pairs: {told}."
         if pairs
         else f"No pair is closer than {HIGH_CORRELATION:g}."
     )
@@ -213,9 +213,8 @@ def bounds_figure(
 
     return DocumentFigure(
         name="bounds",
-        caption=f"Bounds of the fit of {subject}: hollow circles as if the residuals were white, "
-        "squares corrected for what the residuals repeat. The longer the line between, the less "
-        "white they are.",
+        caption=f"Bounds of the fit of {subject}: circles Cramer-Rao, squares corrected for "
+        "colored residuals.",
         height=min(MAX_FIGURE_HEIGHT, 0.9 + _ROW * max(len(found), 4)),
         draw=draw,
         numbers=lambda: DocumentTable(

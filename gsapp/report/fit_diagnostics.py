@@ -30,8 +30,8 @@ def fit_diagnostics_section(result: CampaignResult) -> DocumentSection:
     if residuals:
         parts.append(
             DocumentTable(
-                caption="Residuals: in how many fits they may be white noise, and the share of "
-                "their power where the aircraft moves (median over the fits)",
+                caption="Residuals: number of fits with white residuals, and power share in "
+                "the band of the aircraft motion (median)",
                 columns=RESIDUAL_COLUMNS,
                 rows=residuals,
                 numeric=frozenset(range(1, len(RESIDUAL_COLUMNS))),
@@ -41,8 +41,8 @@ def fit_diagnostics_section(result: CampaignResult) -> DocumentSection:
     if rows:
         parts.append(
             DocumentTable(
-                caption="Derivatives that a single maneuver can hardly tell apart: correlations "
-                f"beyond {HIGH_CORRELATION} in size"
+                caption=f"Highly correlated derivatives: correlations beyond {HIGH_CORRELATION} "
+                "in size"
                 + (f", the {_MOST_PAIRS} found most often" if len(rows) > _MOST_PAIRS else ""),
                 columns=("one", "other", "in how many fits", "correlation there"),
                 rows=rows[:_MOST_PAIRS],
@@ -61,7 +61,7 @@ def _typical_fits(result: CampaignResult) -> list[tuple[Estimate, str]]:
     """Return the fit of all maneuvers together, or the best single one, of each axis."""
     if result.joint:
         return [
-            (one, f"{len(one.maneuvers)} maneuvers together ({AXIS_TITLES[one.axis]})")
+            (one, f"{len(one.maneuvers)} maneuvers jointly ({AXIS_TITLES[one.axis]})")
             for one in result.joint
         ]
     best: dict[str, tuple[float, Estimate, str]] = {}

@@ -88,7 +88,7 @@ def fit_figure(
 
     return DocumentFigure(
         name=_named("fit", result),
-        caption=f"Maneuver {maneuver.id} of {maneuver.flight}: what was moved, and "
+        caption=f"Maneuver {maneuver.id} of {maneuver.flight}: inputs, and "
         f"{estimation_method(estimate.method).comparison_text}",
         height=min(MAX_FIGURE_HEIGHT, 0.8 + _ROW_HEIGHT * rows),
         draw=draw,
@@ -183,8 +183,8 @@ def residual_figure(
 
     return DocumentFigure(
         name=_named("residuals", result),
-        caption=f"Maneuver {maneuver.id} of {maneuver.flight}: measured less computed, and the "
-        "autocorrelation; white noise stays within the band.",
+        caption=f"Maneuver {maneuver.id} of {maneuver.flight}: residuals and autocorrelation; "
+        "white noise stays within the band.",
         height=min(MAX_FIGURE_HEIGHT, 0.8 + _ROW_HEIGHT * rows),
         draw=draw,
         numbers=lambda: _numbers(result, [], history, units),

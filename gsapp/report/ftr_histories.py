@@ -55,7 +55,7 @@ def compute_ftr_histories(
     found = []
     for flight, aircraft in flights[:most]:
         if doing is not None:
-            doing(f"listening to {flight.name}")
+            doing(f"computing FTR over {flight.name}")
         try:
             ftr = compute_ftr_history(flight, aircraft)
         except FlightError as error:

@@ -17,7 +17,7 @@ from gsapp.report.document import DocumentTable
 from gsapp.report.estimate_text import decimals_for_std
 
 _COLUMNS: Final = (
-    "derivative", "ML", "bound", "equation error", "bound", "apart, in joint bounds",
+    "derivative", "ML", "bound", "equation error", "bound", "difference, in joint bounds",
 )  # fmt: skip
 
 
@@ -29,8 +29,9 @@ def gusty_maneuvers_text(result: CampaignResult) -> tuple[str, ...]:
     return (
         f"The residuals of {len(ids)} maneuver{'' if len(ids) == 1 else 's'} ({', '.join(ids)}) "
         "show gusts, which values and bounds of maximum likelihood suffer from. Equation error "
-        "takes the air as the vanes felt it and stands beside: where the two lie more than "
-        f"{SIGNIFICANT_SIGMAS:.0f} joint bounds apart, believe the one with the smaller bound.",
+        "takes the air as the vanes felt it and stands beside: where the two differ by more "
+        f"than {SIGNIFICANT_SIGMAS:.0f} joint bounds apart, believe the one with the smaller "
+        "bound.",
     )
 
 

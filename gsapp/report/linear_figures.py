@@ -90,9 +90,8 @@ def linear_model_figure(
 
     return DocumentFigure(
         name=f"linear-{one.axis}",
-        caption=f"{AXIS_TITLES[one.axis].capitalize()} models on maneuvers that none of them was "
-        "fitted on: what was moved, and each variable as measured (solid) and as computed from the "
-        "inputs alone (dashed).",
+        caption=f"{AXIS_TITLES[one.axis].capitalize()} models on held-out maneuvers: inputs, "
+        "and each variable measured (solid) and computed from the inputs (dashed).",
         height=min(MAX_FIGURE_HEIGHT, 1.1 + 0.86 * len(names)),
         draw=draw,
         numbers=lambda: _numbers(one, drawn, units),

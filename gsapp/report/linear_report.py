@@ -29,7 +29,7 @@ def error_table(one: AxisValidation, method: str) -> DocumentTable:
     Over the maneuvers kept out, then over the whole of the flights where flights were.
     """
     rows = error_rows(one.outputs, one.errors)
-    over = "each maneuver kept out, from a start of its own"
+    over = "each held-out maneuver, with its own initial state"
     if one.whole_flight_errors:
         whole = error_rows(one.outputs, one.whole_flight_errors)
         rows += tuple((f"{name}, whole flight", *errors) for name, *errors in whole)

@@ -88,14 +88,11 @@ def validation_flight_numbers(
     unknown = [path.name for path in validate if path.absolute() not in known]
     if unknown:
         raise FlightError(
-            f"linear models cannot be judged on {', '.join(unknown)}, which is not among the "
+            f"linear models cannot be validated on {', '.join(unknown)}, which is not among the "
             "flights of this report; name one of these"
         )
     if wanted and wanted == set(known):
-        raise FlightError(
-            "all flights are to judge the linear models and none is left to fit them on; name "
-            "fewer of them"
-        )
+        raise FlightError("all flights are for validation and none is left to fit; name fewer")
     return tuple(str(number) for number, path in enumerate(known, start=1) if path in wanted)
 
 
@@ -108,9 +105,8 @@ def validation_text(one: AxisValidation) -> str:
     )
     return (
         f"The {AXIS_TITLES[one.axis]} models were fitted on {_count(one.fitted_maneuvers)} and "
-        "judged on "
-        f"{judged} that none of them saw: driven by the measured inputs alone, each maneuver with "
-        "a level and a start of its own."
+        f"validated on {judged} not used in the fit: driven by the measured inputs, with an "
+        "initial state and offsets for each maneuver."
     )
 
 
@@ -141,7 +137,7 @@ def error_rows(
 
 def _error(value: float, least: float) -> str:
     if not math.isfinite(value):
-        return "runs away"
+        return "diverges"
     return f"{value:.2f} *" if value == least else f"{value:.2f}"
 
 

@@ -47,9 +47,8 @@ def modes_figure(
 
     return DocumentFigure(
         name="modes",
-        caption="Poles of the linear models made from the means, with 95 % of what the bounds of "
-        "the derivatives leave open; the lines are of equal damping ratio. Right of zero a motion "
-        "grows.",
+        caption="Poles of the linear models from the means, with 95 % regions; lines of equal "
+        "damping ratio. Poles right of zero are unstable.",
         height=3.3,
         draw=draw,
         numbers=lambda: _numbers(modes),
@@ -104,7 +103,7 @@ def modes_table(modes: Mapping[str, Sequence[ModeUncertainty]], units: str) -> D
     spec = channel("V")
     unit = spec.display_unit(units)
     return DocumentTable(
-        caption="Modes of the linear models made from the means, with their bounds",
+        caption="Modes of the linear models from the means, with bounds",
         columns=(
             "axis",
             f"V [{unit}]",

@@ -90,10 +90,9 @@ def online_estimates_figure(
 
     return DocumentFigure(
         name=f"online-{number}",
-        caption=f"{flight}: derivatives as FTR formed them in the air (line, with 95 % of "
-        "its bound), what each maneuver gave on the ground (points, with 95 % of their bounds) "
-        "and the mean of the campaign (dashed, with its band). Nothing is drawn where too little "
-        "was excited.",
+        caption=f"{flight}: in-flight FTR estimates (line, 95 % band), post-flight values of "
+        "each maneuver (points, 95 %) and campaign mean (dashed, with band). Gaps: not "
+        "excited.",
         height=0.8 + 1.45 * rows,
         draw=draw,
         numbers=lambda: _numbers(drawn),
@@ -102,10 +101,10 @@ def online_estimates_figure(
 
 def _handles(palette: Palette) -> list[Line2D]:
     return [
-        Line2D([], [], color=palette.ink, label="FTR in the air"),
+        Line2D([], [], color=palette.ink, label="FTR in flight"),
         Line2D(
             [], [], color=palette.ink, linestyle="none", marker="s", markersize=3.5,
-            label="each maneuver on the ground",
+            label="post-flight, each maneuver",
         ),
         Line2D([], [], color=palette.ink, linestyle="--", label="mean of the campaign"),
     ]  # fmt: skip
@@ -147,7 +146,7 @@ def _draw_history(
     earned = np.isfinite(one.values)
     if not earned.any():
         chart.text(
-            0.5, 0.9, "unknown: too little excited", transform=chart.transAxes, ha="center",
+            0.5, 0.9, "unknown: not excited", transform=chart.transAxes, ha="center",
             va="top", color=palette.secondary_ink,
         )  # fmt: skip
         return

@@ -108,7 +108,7 @@ def render_pdf(document: Document, *, tell: ReportProgress | None = None) -> byt
         for label, value in document.facts:
             flow.text(f"{label}: {value}", _BODY)
         for number, section in enumerate(document.sections):
-            said(_TYPESETTING_SHARE * number / len(document.sections), "setting the pages")
+            said(_TYPESETTING_SHARE * number / len(document.sections), "laying out the pages")
             first = section.parts[0] if section.parts else None
             flow.heading(
                 section.title, before=first.height if isinstance(first, DocumentFigure) else 0.0
@@ -124,7 +124,7 @@ def render_pdf(document: Document, *, tell: ReportProgress | None = None) -> byt
         return flow.finish(
             document.title,
             lambda share: said(
-                _TYPESETTING_SHARE + (1.0 - _TYPESETTING_SHARE) * share, "printing the pages"
+                _TYPESETTING_SHARE + (1.0 - _TYPESETTING_SHARE) * share, "writing the PDF"
             ),
         )
 

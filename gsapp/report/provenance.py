@@ -22,7 +22,7 @@ def provenance_section(provenance: Provenance) -> DocumentSection:
     """Return the last section of a report: enough to make it again, and to check that it is it."""
     parts: list[DocumentPart] = [
         Paragraph(
-            text="The same files, settings and versions give the same report, but for the date.",
+            text="The same files, settings and versions give the same report except for the date.",
             kind="note",
         )
     ]
@@ -38,4 +38,4 @@ def provenance_section(provenance: Provenance) -> DocumentSection:
         if content:
             rows = tuple((name, value) for name, value in content.items())
             parts.append(DocumentTable(caption=caption, columns=("", ""), rows=rows))
-    return DocumentSection(title="What this report was made from", parts=tuple(parts))
+    return DocumentSection(title="Provenance", parts=tuple(parts))

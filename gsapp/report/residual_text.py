@@ -62,7 +62,7 @@ def _median(values: Iterable[float]) -> float:
     return float(np.median(np.array(list(values))))
 
 
-RESIDUAL_COLUMNS = ("response", "fits", "white", "power below 2 Hz", "were they white")
+RESIDUAL_COLUMNS = ("response", "fits", "white", "power below 2 Hz", "if white")
 
 
 def residual_rows(result: CampaignResult) -> tuple[tuple[str, ...], ...]:
@@ -92,8 +92,8 @@ def residual_text(result: CampaignResult) -> tuple[str, ...]:
         return ()
     factor = result.settings.bound_factor
     if factor is not None and "bound_factor" in estimation_method(result.settings.method).settings:
-        return (f"The bounds are the plain Cramer-Rao bounds times {factor:g}, as was asked for.",)
+        return (f"The bounds are the plain Cramer-Rao bounds times {factor:g}, as requested.",)
     return (
-        "The bounds allow for residuals that are not white noise: they are "
-        f"{np.median(ratios):.1f} times the plain Cramer-Rao bounds (median over all values).",
+        f"The bounds account for colored residuals: they are {np.median(ratios):.1f} times the "
+        "plain Cramer-Rao bounds (median over all values).",
     )

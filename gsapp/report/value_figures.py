@@ -187,16 +187,16 @@ def value_figure(
         )  # fmt: skip
 
     rows = -(-len(chosen) // across)
-    told = "maneuver by maneuver" if over == "number" else f"over {column_title(over, units)}"
+    told = "by maneuver" if over == "number" else f"over {column_title(over, units)}"
     subject = f"{names[0]}, per radian," if len(chosen) == 1 else "Each derivative, per radian,"
     there = any(name in drawn.known for name in names)
-    dotted = ", the dotted line what was known before" if there else ""
+    dotted = ", dotted line: prior" if there else ""
     out = any(one.outliers or one.excluded or one.nonconverged_points for one in chosen)
-    gray = " Gray marks were left out of the mean." if out else ""
+    gray = " Gray marks are excluded from the mean." if out else ""
     return DocumentFigure(
         name=f"values-{over}-{number}",
-        caption=f"{subject} {told}: bars are 95 % of its own bound, the band is "
-        f"the mean over all with 95 % of its error{dotted}.{gray}{_not_drawn(chosen, over)}",
+        caption=f"{subject} {told}: bars: 95 % bounds; band: mean with 95 % "
+        f"error{dotted}.{gray}{_not_drawn(chosen, over)}",
         height=0.9 + 1.65 * rows if len(chosen) > 1 else 3.6,
         draw=draw,
         numbers=lambda: _numbers(chosen, units),
@@ -298,7 +298,7 @@ def _handles(chosen: Sequence[DerivativeSummary], drawn: _ChartStyle) -> list[Li
     ]  # fmt: skip
     gray = {
         _OUTLIER: ("outlier", any(one.outliers for one in chosen)),
-        _BY_HAND: ("left out by hand", any(one.excluded for one in chosen)),
+        _BY_HAND: ("excluded manually", any(one.excluded for one in chosen)),
         _UNFIT: ("fit did not converge", any(one.nonconverged_points for one in chosen)),
     }
     handles += [
@@ -307,7 +307,7 @@ def _handles(chosen: Sequence[DerivativeSummary], drawn: _ChartStyle) -> list[Li
         if there
     ]
     if any(one.name in drawn.known for one in chosen):
-        handles.append(Line2D([], [], color=palette.previous, linestyle=":", label="known before"))
+        handles.append(Line2D([], [], color=palette.previous, linestyle=":", label="prior"))
     return handles
 
 

@@ -73,7 +73,7 @@ class CueMonitor:
         # A fault in a cue must stop neither charts nor alarms.
         self._guard = FailureGuard(
             "cues",
-            "there are no cues any more",
+            "cues stopped",
             Severity.CAUTION,
             board,
             lambda: cueing.snapshot().time,
@@ -125,9 +125,9 @@ class CueMonitor:
             cues = replace(cues, trim=None, input_in_progress=None, guidance="")
         doubts = [failure] if failure else []
         if uncalibrated:
-            doubts.append(f"not calibrated, so not judged by: {_titles(uncalibrated)}")
+            doubts.append(f"not calibrated, ignored: {_titles(uncalibrated)}")
         if beyond:
-            doubts.append(f"beyond calibration, so less certain: {_titles(beyond)}")
+            doubts.append(f"outside calibration, less certain: {_titles(beyond)}")
         dangers = sorted((*cues.alerts, *self._troubles), key=lambda one: -one.level)
         return replace(cues, alerts=tuple(dangers), limitations=(*doubts, *cues.limitations))
 
@@ -179,7 +179,7 @@ class CueMonitor:
         time = self.cueing.select_card(card_id)
         self._chosen.add((time, card_id))
         if self._live:
-            words = f"the crew flies card {card_id}" if card_id else "the program picks the card"
+            words = f"the crew flies card {card_id}" if card_id else "automatic card selection"
             self._book.write(
                 Event(kind=CARD_SELECTION_EVENT, text=words, time=time, data={"card": card_id})
             )

@@ -41,7 +41,7 @@ _MUCH_LOSS = 0.1
 _FEW_FRAMES = 50
 _LITTLE_TIME, _LITTLE_ROOM = 1800.0, 500e6
 _NO_TIME, _NO_ROOM = 600.0, 50e6
-STUCK_DISK_TEXT = "the disk does not respond: what is recorded is not shown until it does"
+STUCK_DISK_TEXT = "the disk does not respond: the display is stopped until it does"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -357,8 +357,7 @@ class EquipmentMonitor:
             return (
                 "dead",
                 Severity.WARNING,
-                "the recorder has died: nothing is recorded; start it again, it goes on in this "
-                "flight",
+                "the recorder has died: not recording; start it again, it continues this flight",
             )
         if not self._facts.is_folder_reachable:
             return (
@@ -373,8 +372,7 @@ class EquipmentMonitor:
             return (
                 "hangs",
                 Severity.WARNING,
-                "the recorder has not spoken for more than 5 s: the computer is overloaded or "
-                "its disk hangs",
+                "no recorder status for more than 5 s: computer overloaded or disk stalled",
             )
         if status.error:
             words = "on failing disk" if status.unconfirmed else "not writing"
@@ -505,8 +503,8 @@ def _clock_set_back_text(ahead_us: int) -> str:
     seconds = ahead_us / 1e6
     much = f"{seconds:.0f} s" if seconds < 120.0 else f"{seconds / 60.0:.0f} min"
     return (
-        f"the computer's clock was set back: it is {much} behind the record, which goes on without "
-        "a step; check the date and time"
+        f"the computer's clock was set back: it is {much} behind the record, whose time "
+        "continues; check the date and time"
     )
 
 

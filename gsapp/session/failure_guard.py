@@ -94,7 +94,7 @@ class RetriedSteps:
             self._next_attempt[name] = now + _RETRY_AFTER
             words = str(error)
             if not isinstance(error, GroundStationError):
-                words = f"a step of the program failed ({error!r}); the log has more"
+                words = f"internal error ({error!r}); the log has more"
             if words != self.failures.get(name):
                 self.failures[name] = words
                 log.error("a live flight cannot be followed", exc_info=error)

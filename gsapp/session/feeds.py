@@ -69,9 +69,8 @@ def parse_speed(text: str | float) -> float:
         speed = math.nan
     if speed != UNLIMITED_SPEED and not MIN_REPLAY_SPEED <= speed <= MAX_REPLAY_SPEED:
         raise FlightError(
-            f"a replay does not run at speed '{text}'; give {MIN_REPLAY_SPEED:g} to "
-            f"{MAX_REPLAY_SPEED:g} times real "
-            "time, or max"
+            f"invalid replay speed '{text}'; give {MIN_REPLAY_SPEED:g} to {MAX_REPLAY_SPEED:g} "
+            "times real time, or max"
         )
     return speed
 
@@ -390,7 +389,7 @@ class ReplayFeed:
     @speed.setter
     def speed(self, value: float) -> None:
         if not value > 0.0:
-            raise ValueError(f"a replay runs at a positive speed, not {value}; pause it instead")
+            raise ValueError(f"a replay speed must be positive, not {value}; pause it instead")
         self._speed = (
             value
             if value == UNLIMITED_SPEED

@@ -124,7 +124,7 @@ class FileWorker:
 
 def _log_failure(future: Future[object]) -> None:
     if (error := future.exception()) is not None:
-        log.error("a file of the flight was not written", exc_info=error)
+        log.error("a flight file was not written", exc_info=error)
 
 
 class _Task:
@@ -142,7 +142,7 @@ class _Task:
             self._function()
         except Exception:
             self._due = now + _RETRY_SECONDS
-            log.exception("a file of the flight cannot be read")
+            log.exception("a flight file cannot be read")
 
 
 class RecordBuffer:

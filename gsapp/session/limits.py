@@ -118,7 +118,7 @@ class LimitEntry(StrictModel):
         ]
         given = [value for value in values if value is not None]
         if self.off and given:
-            raise ValueError("limits are given and switched off; take off = true away, or them")
+            raise ValueError("limits are given and switched off; remove off = true or the limits")
         if not given and not self.off:
             raise ValueError("no limit is given; write low_caution, high_warning, ...")
         if any(one >= other for one, other in pairwise(given)):

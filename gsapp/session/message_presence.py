@@ -120,7 +120,7 @@ class MessagePresenceMonitor:
             key = f"{name}:silent"
             tick = int(came[place - self._count]) if place >= self._count else self._judged
             if silent:
-                words = f"{name} stays away, while others come: check what sends it"
+                words = f"{name} is missing while others arrive: check its sender"
                 self._board.raise_(key, Severity.CAUTION, (tick + 1) * self.TICK, words)
             else:
                 self._board.clear(key, tick * self.TICK)

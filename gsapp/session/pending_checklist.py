@@ -14,7 +14,7 @@ from gsapp.foundation import UnknownNameError
 from gsapp.session.checklist import Checklist, ChecklistContext, ChecklistFile, EvaluatedItem
 from gsapp.session.checklist.session_checklist import RESTART_EVENT, TICK_EVENT, UNTICK_EVENT
 
-_RESTARTED: Final = "checklist begun anew"
+_RESTARTED: Final = "checklist reset"
 
 
 class PendingChecklist:

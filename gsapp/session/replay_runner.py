@@ -19,7 +19,7 @@ def run_replay(session: Session, tell: Callable[[float], None] = lambda _: None)
     """
     feed = session.replay_feed
     if feed is None:
-        raise ValueError("only a replay has an end to run to")
+        raise ValueError("only a replay has an end")
     while True:
         session.update(0.1)
         if feed.complete and (feed.now is None or (feed.at_end and feed.caught_up)):

@@ -68,10 +68,10 @@ class AlarmMonitor:
         self._board.reset()
 
 
-_LIMITS = "limits and missing messages are watched no more"
-_ESTIMATES = "there are no estimates any more"
-_LANDING = "the landing is not recognized"
-_FURTHER = "not everything that watches the samples works"
+_LIMITS = "limits and missing messages are no longer monitored"
+_ESTIMATES = "estimates stopped"
+_LANDING = "landing detection stopped"
+_FURTHER = "a monitor failed"
 
 
 class SessionMonitors:

@@ -155,7 +155,7 @@ def _find_fence(path: Path) -> tuple[Geofence | None, tuple[str, ...]]:
     try:
         return load_geofence(own), ()
     except FileProblemsError as error:
-        return None, (f"the usual fence stands, not the flight's own: {error}",)
+        return None, (f"using the default geofence, not the flight's: {error}",)
 
 
 def _find_limits(path: Path, aircraft: Aircraft | None) -> NameOrPath | None:

@@ -67,8 +67,8 @@ class UserLimitStore:
                 self._path.replace(kept)
             log.warning("typed limits not used: %s", error)
             self.error_text = (
-                f"The limits typed before could not be read ({error.problems[0]}): those of the "
-                f"aircraft count, the old file is kept as {kept.name}."
+                f"The limits typed before could not be read ({error.problems[0]}): using those "
+                f"of the aircraft; the old file is {kept.name}."
             )
 
     @property
@@ -104,8 +104,8 @@ class UserLimitStore:
             write_toml(self._path, {"limits": content})
         except OSError as error:
             raise FlightError(
-                f"the limits cannot be written to {self._path} ({error.strerror}); they stay as "
-                "they were"
+                f"the limits cannot be written to {self._path} ({error.strerror}); they are "
+                "unchanged"
             ) from error
         self._entries = entries
         self._stamp = file_stamp(self._path)

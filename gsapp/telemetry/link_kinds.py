@@ -173,15 +173,12 @@ class NetworkLink(LinkKind):
 
     def caution(self, address: LinkAddress, ports: Iterable[str]) -> str:
         if self.listens and address.host == "0.0.0.0":  # noqa: S104
-            return "Listens to the whole network: anybody on it can send."
+            return "Listens on the whole network: anyone on it can send."
         return ""
 
     def description(self, address: LinkAddress) -> str:
         if self.listens and _is_loopback(address):
-            return (
-                "Listens to this computer only; 0.0.0.0 in place of the address listens to the "
-                "network."
-            )
+            return "Listens on this computer only; address 0.0.0.0 listens on the network."
         return self.help
 
 
@@ -238,7 +235,7 @@ class SerialLink(LinkKind):
         # Not every port is listed: a name that the system's rules give it is a link to it.
         if any(is_same_port(address.path, port) for port in ports) or Path(address.path).exists():
             return ""
-        return f"{address.path} is not there now; it is opened as soon as it is plugged in."
+        return f"{address.path} is not connected; it opens as soon as it is plugged in."
 
 
 BUILT_IN_KINDS: Final[tuple[LinkKind, ...]] = (
@@ -258,7 +255,7 @@ BUILT_IN_KINDS: Final[tuple[LinkKind, ...]] = (
         name="tcp", fields=(HOST, TCP_PORT), protocol="TCP",
         source="gsapp.telemetry.sources.tcp:TcpSource",
         title="TCP: connect to it",
-        help="Connects, and connects again whenever the link is lost.",
+        help="Connects, and reconnects when the link is lost.",
     ),
     NetworkLink(
         name="tcpin", fields=(HOST, TCP_PORT), protocol="TCP", listens=True,
@@ -269,13 +266,12 @@ BUILT_IN_KINDS: Final[tuple[LinkKind, ...]] = (
     SerialLink(
         name="serial",
         title="Serial port, MAVLink",
-        help="MAVLink over the serial port; found again after it was unplugged.",
+        help="MAVLink over the serial port; reconnects after it was unplugged.",
     ),
     SerialLink(
         name="text", framing="text",
         title="Serial port, lines of text",
-        help="Lines of comma-separated text over the serial port; a channel map of your own says "
-        "what their columns are.",
+        help="Comma-separated text over the serial port; your channel map assigns its columns.",
     ),
     LinkKind(
         name="virtual", fields=(), is_physical=False,

@@ -314,27 +314,27 @@ class Recorder:
         written = self.writer.state
         if written.lost_bytes:
             return (
-                f"The disk of {self.writer.folder} did not take the last {written.lost_records} "
-                f"records, nor could {written.dropped_records} before them be kept."
+                f"The disk of {self.writer.folder} rejected the last {written.lost_records} "
+                f"records, nor could {written.dropped_records} before them were lost."
                 if written.dropped_bytes
-                else f"The disk of {self.writer.folder} did not take the last "
+                else f"The disk of {self.writer.folder} rejected the last "
                 f"{written.lost_records} records."
             )
         sentences = [self._folder_error or written.error]
         if written.dropped_bytes:
             sentences = [
                 written.error or "The disk was full for long.",
-                f"{written.dropped_records} of the oldest records could not be kept.",
+                f"{written.dropped_records} of the oldest records were lost.",
             ]
         if self._ended.is_set() and self._folder_error:
             sentences.append(
-                "The record has ended, and waits for a folder; asked to end now, the recorder "
-                "gives up what it holds."
+                "The recording ended but has no folder; stopping the recorder now discards "
+                "unwritten data."
             )
         elif self._ended.is_set() and written.waiting_bytes:
             sentences.append(
-                f"The record has ended, and {written.waiting_bytes / 1e3:.0f} kB wait for room; "
-                "asked to end now, the recorder gives them up."
+                f"The record has ended, and {written.waiting_bytes / 1e3:.0f} kB are unwritten; "
+                "stopping the recorder now discards them."
             )
         return " ".join(filter(None, sentences)) or written.sync_error
 
@@ -343,7 +343,7 @@ class Recorder:
         if free is None or (free >= _WARN_BYTES and (seconds is None or seconds >= _WARN_SECONDS)):
             return []
         lasts = f", enough for about {seconds / 60.0:.0f} minutes" if seconds is not None else ""
-        return [f"The disk has only {free / 1e6:.0f} MB left{lasts}; make room."]
+        return [f"The disk has only {free / 1e6:.0f} MB left{lasts}; free disk space."]
 
     def _flush_streams(self) -> None:
         for stream in self._streams.values():
@@ -442,7 +442,7 @@ class Recorder:
             try:
                 chunks = self.source.read(_READ_SECONDS)
             except Exception as error:  # a fault of a driver must not end the record
-                self.source.state = f"{self.source.address}: {error}; trying again"
+                self.source.state = f"{self.source.address}: {error}; retrying"
                 self._ended.wait(_RETRY_SECONDS)
                 continue
             if chunks:

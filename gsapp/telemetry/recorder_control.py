@@ -143,8 +143,8 @@ def start_recorder(
     child.kill()
     child.wait()
     raise LinkError(
-        f"the recorder of {link} did not begin within {_START_SECONDS:g} s: this computer is too "
-        f"busy, or its disk too slow; close other programs and try again, or see {place / LOG_FILE}"
+        f"the recorder of {link} did not start within {_START_SECONDS:g} s: the computer or "
+        f"disk is too slow; close other programs and try again, or see {place / LOG_FILE}"
     )
 
 
@@ -187,8 +187,8 @@ def _describe_port_conflict(link: str, place: Path) -> str:
             taken = None if status is None else parse_link(status.link)
             if taken and kind_of(address).conflicts_with(address, kind_of(taken), taken):
                 return (
-                    f"{address}: it is recorded into {other.folder} already; end that recording, "
-                    "or name that flight to watch it"
+                    f"{address}: already recorded into {other.folder}; stop that recording, or "
+                    "name that flight to watch it"
                 )
     return ""
 

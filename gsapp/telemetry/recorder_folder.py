@@ -151,8 +151,8 @@ def _lock(place: Path) -> FileLock:
         pid = lock_holder(place / LOCK_FILE)
         what = f" {status.link}" if status else ""
         raise FlightError(
-            f"{place} is being recorded into already:{what} by process {pid}; stop that, or "
-            "record into another folder"
+            f"{place} is already being recorded:{what} by process {pid}; stop it, or record "
+            "into another folder"
         )
     return lock
 

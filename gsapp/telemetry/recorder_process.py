@@ -173,7 +173,7 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("folder", type=Path)
     parser.add_argument("--heartbeat", action=argparse.BooleanOptionalAction)
     parser.add_argument("--speed", type=float, help="of a recorded flight")
-    parser.add_argument("--while-held", type=Path, help="end once nobody holds this lock")
+    parser.add_argument("--while-held", type=Path, help="end when this lock is released")
     given = parser.parse_args(arguments)
     stop, give_up = threading.Event(), threading.Event()
     if given.while_held is not None:

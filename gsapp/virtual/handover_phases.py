@@ -4,5 +4,5 @@ from __future__ import annotations
 
 from typing import Final
 
-TRAINEE_PHASE: Final = "you have it"
-RECOVERY_PHASE: Final = "I have it"
+TRAINEE_PHASE: Final = "you have control"
+RECOVERY_PHASE: Final = "I have control"

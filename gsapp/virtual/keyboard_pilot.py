@@ -256,7 +256,7 @@ class KeyboardPilot:
         if self._mission.trainee_flies:
             self._silence += self._dt
             if self._silence > KEY_TIMEOUT:
-                self.hand_back(f"nothing from the keys for {KEY_TIMEOUT:g} s")
+                self.hand_back(f"no key for {KEY_TIMEOUT:g} s")
             elif situation.height + _LOOK_AHEAD * situation.climb_rate < _LOWEST:
                 self.hand_back("too low")
         own = self._pilot.move(situation)

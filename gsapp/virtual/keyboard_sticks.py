@@ -135,5 +135,5 @@ def step_toward(now: float, wanted: float, step: float) -> float:
 
 def _limit_travel(value: float, low: float) -> float:
     if not math.isfinite(value):
-        raise FlightError(f"'{value}' is no stick position; give a number from {low:g} to 1")
+        raise FlightError(f"'{value}' is not a stick position; give a number from {low:g} to 1")
     return min(max(value, low), 1.0)

@@ -68,10 +68,9 @@ def compute_handling(model: FlightModel, speed: float, density: float) -> Aircra
     roll_rate = _steady_rate(model, level, ("p",), "da") * controls.da.full_stick_high
     if not (pitch_rate > 0.05 and roll_rate > 0.05):
         raise FlightError(
-            "the aircraft does not answer the sticks the right way round "
-            f"(full pull {math.degrees(pitch_rate):.0f} deg/s, full right "
-            f"{math.degrees(roll_rate):.0f} deg/s); check Cm_de, Cl_da, and full_stick in the "
-            "aircraft file"
+            "the aircraft responds to the sticks in the wrong direction (full pull "
+            f"{math.degrees(pitch_rate):.0f} deg/s, full right {math.degrees(roll_rate):.0f} "
+            "deg/s); check Cm_de, Cl_da, and full_stick in the aircraft file"
         )
     pull = (turn.controls["de"] - now["de"]) / (1.0 / math.cos(_BANK) - 1.0)
     return AircraftHandling(

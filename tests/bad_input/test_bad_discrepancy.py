@@ -67,7 +67,7 @@ def told(
 def test_one_maneuver_is_not_enough(write: Write, tmp_path: Path) -> None:
     write()
     call = ("discrepancy", "flight.csv", "--out", "answer", "--maneuver", "40:45")
-    refused(call, "one maneuver only", "fly at least 4", cwd=tmp_path)
+    refused(call, "only one maneuver", "fly at least 4", cwd=tmp_path)
 
 
 def test_too_few_to_keep_any_out(write: Write) -> None:
@@ -153,7 +153,7 @@ def test_what_is_clipped_or_lacks_is_told_with_the_answer(write: Write) -> None:
     clipped, *lacking = record_remarks(ends, aircraft)
     assert clipped.startswith("q is clipped")
     assert "2 (" in clipped
-    assert "do not count" in clipped
+    assert "are ignored" in clipped
     (throttle,) = (one for one in lacking if "needs throttle" in one)
     assert throttle.startswith("propulsion.")
     assert "not recorded" in throttle

@@ -326,7 +326,7 @@ def refused_blind(call: tuple[str, ...], *words: str, cwd: Path) -> None:
     ids=["export", "import", "record", "json"],
 )
 def test_a_medium_without_rights(guarded: Path, call: tuple[str, ...], words: str) -> None:
-    refused_blind(call, words, "Permission denied", "where you may write" if call[0] != "export"
+    refused_blind(call, words, "Permission denied", "with write permission" if call[0] != "export"
                   else "check the path, the permissions", cwd=guarded)  # fmt: skip
     assert everything_in(guarded / "media") == {}
 
@@ -337,7 +337,7 @@ def test_a_medium_without_rights(guarded: Path, call: tuple[str, ...], words: st
 @LINUX
 @pytest.mark.parametrize(
     ("display", "words"),
-    [(None, "There is no display"), (":9123", "The X display ':9123' does not answer")],
+    [(None, "No display"), (":9123", "The X display ':9123' does not answer")],
 )
 def test_no_display(tmp_path: Path, display: str | None, words: str) -> None:
     """Qt would abort the process; the command ends with a sentence and code 1 instead."""

@@ -62,7 +62,7 @@ def test_a_recording_in_which_nothing_arrived_opens(
         prepare_flight_folder(tmp_path / "silent", channel_map="b777").path
     )
     until(qtbot, lambda: window.flight_controller.is_loaded)
-    until(qtbot, lambda: told(window, "othing was recorded in this flight"))
+    until(qtbot, lambda: told(window, "his flight contains no record"))
     picture = window.crew.view_state()
     assert "no samples" in picture.empty_text
 

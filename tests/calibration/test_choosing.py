@@ -136,7 +136,7 @@ def test_hysteresis_is_not_known_from_one_direction() -> None:
     assert made.quality.hysteresis is None
     assert made.fit.hysteresis == 0.0
     assert any(
-        "upward and downward" in sentence for sentence in collect_remarks(made, points, "deg")
+        "in both directions" in sentence for sentence in collect_remarks(made, points, "deg")
     )
 
 
@@ -147,7 +147,7 @@ def test_up_and_down_noted_the_wrong_way_round_is_remarked() -> None:
         for one in points_on((-50.0, 20.0))
     ]
     made = fit_calibration(points)
-    assert any("wrong way round" in sentence for sentence in collect_remarks(made, points, "deg"))
+    assert any("in reverse" in sentence for sentence in collect_remarks(made, points, "deg"))
     assert not collect_remarks(fit_calibration(points_on((-50.0, 20.0))), points, "deg")
 
 

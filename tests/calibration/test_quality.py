@@ -128,7 +128,12 @@ def test_older_files_load_and_claim_nothing() -> None:
         ('"-25.0 deg"', '"-25.0 psi"', "quality.travel[0]", "psi"),
         ("linearity", "linearty", "quality.linearty", "linearity"),
         ("half_width = [", 'half_width = ["1 V", ', "quality.uncertainty.half_width[0]", "deg"),
-        ("half_width = [", 'half_width = ["1 deg", ', "quality.uncertainty", "as many"),
+        (
+            "half_width = [",
+            'half_width = ["1 deg", ',
+            "quality.uncertainty",
+            "number of half widths",
+        ),
         ("resolution", "# resolution", "quality.resolution", "missing"),
     ],
 )

@@ -124,7 +124,7 @@ def test_directions_are_read_as_pages_and_certificates_write_them(tmp_path: Path
         ("angle [deg],volts [psi]\n", "line 1", "psi", "V"),
         ("angle [deg],angle [deg],volts [V]\n", "line 1", "two columns", "keep one"),
         ("angle [deg],direction\n", "line 1", "volts [V]", "heading"),
-        (f"{HEADING}\n-20,1.5,up\n", "line 2", "1 points", "two at least"),
+        (f"{HEADING}\n-20,1.5,up\n", "line 2", "1 points", "at least two"),
         (f"{HEADING}\n-20,1.5,up\n\n20,x,up\n", "line 4", "'x'", "decimal point"),
         (f"{HEADING}\n-20,1.5,up\n20,nan,up\n", "line 3", "'nan'", "decimal point"),
         (f"{HEADING}\n-20,1.5,up\n20,3500,up\n", "line 3", "3500 V", "unit"),

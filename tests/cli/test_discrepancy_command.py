@@ -108,7 +108,7 @@ def test_the_story_is_told_and_everything_written(
         "Cm_q -23 -19.40 ± 0.60",
         "gusts of 1.0 ± 0.13 ft/s",
         "94 ± 3 % of the gap",
-        "The model lacks something, and it has a name.",
+        "The model lacks a named effect.",
         "q was clipped",
     ):
         assert words in said, words

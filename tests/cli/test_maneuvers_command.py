@@ -80,7 +80,7 @@ def test_an_aircraft_of_ones_own(folder, tmp_path, capsys):
 
 
 @pytest.mark.parametrize(
-    ("name", "words"), [("blind.csv", "no sample of a surface"), ("absent.csv", "absent.csv")]
+    ("name", "words"), [("blind.csv", "no samples of a surface"), ("absent.csv", "absent.csv")]
 )
 def test_what_cannot_be_searched_says_why(folder, tmp_path, name, words):
     catalog = tmp_path / "c.sqlite"

@@ -78,7 +78,7 @@ def test_two_runs_are_compared(campaign: Path) -> None:
     """What was asked for otherwise, and each value with the difference in joint bounds."""
     said = gsapp("runs", campaign, "compare", 1, 2)
     assert "from the residuals" in said
-    assert "one only" in said
+    assert "single value" in said
     content = json.loads(gsapp("runs", campaign, "compare", 1, 2, "--json", "-"))
     assert [one["name"] for one in content["settings"]] == ["held", "weights"]
     values = {one["name"]: one for one in content["values"]}
@@ -140,6 +140,6 @@ def test_what_is_not_there_is_told(campaign: Path, tmp_path: Path) -> None:
 def test_what_cannot_be_kept_is_told_before_the_work(campaign: Path, tmp_path: Path) -> None:
     notes = tmp_path / "notes.txt"
     notes.write_text("no catalog " * 100, encoding="utf-8")
-    for place, words in ((notes, "no catalog at all"), (tmp_path / "x" / "c.sqlite", "no folder")):
+    for place, words in ((notes, "not a catalog"), (tmp_path / "x" / "c.sqlite", "no folder")):
         with pytest.raises(FlightError, match=words):
             gsapp("estimate", tmp_path / "none.csv", "--catalog", place)

@@ -95,7 +95,7 @@ def test_a_map_is_read(cases: SimpleNamespace, tmp_path: Path) -> None:
         ("data[3]", "data[58]", "channels[1].source", "0 to 57"),
         ("data[3]", "data", "channels[1].source", "data[0]"),
         ("data[3]", "name", "channels[1].source", "text"),
-        ("ATTITUDE.p", "ATTITUDE[1].p", "channels[0].source", "tells senders apart"),
+        ("ATTITUDE.p", "ATTITUDE[1].p", "channels[0].source", "identifies the sender"),
         ("[index=0]", "[indx=0]", "channels[3].source", "indx"),
         ("[index=0]", "[left]", "channels[3].source", "number"),
         ("ATTITUDE.p", "ATTITUDE p", "channels[0].source", "MESSAGE.field"),

@@ -128,7 +128,7 @@ def test_two_aircraft_of_the_same_number_are_noticed() -> None:
         (attitude(number), attitude(number + 90, boot_ms=number * 10 + 7)) for number in range(600)
     )
     (sentence,) = fed(records(both)).warnings()
-    assert "same number" in sentence
+    assert "same system id" in sentence
 
 
 def test_a_sender_that_does_not_count_is_neither_two_aircraft_nor_a_storm_of_losses() -> None:

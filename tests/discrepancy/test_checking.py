@@ -39,7 +39,7 @@ def test_good_flights_pass(flown: list[Maneuver]) -> None:
 def test_each_lack_has_its_own_sentence(flown: list[Maneuver]) -> None:
     other = replace(flown[2], aircraft=AIRCRAFT.model_copy(update={"name": "glider"}))
     cases = {
-        "one maneuver only": flown[:1],
+        "only one maneuver": flown[:1],
         "3 maneuvers are too few": flown[:3],
         "has no alpha;": [*flown[:3], without(flown[3], "alpha")],
         "has no q;": [*flown[:3], without(flown[3], "q")],
@@ -56,7 +56,7 @@ def test_each_lack_has_its_own_sentence(flown: list[Maneuver]) -> None:
     # The maneuver is named, and what to do about it.
     assert "maneuver 4 of 'virtual'" in sentences["has no q;"]
     assert "maneuver 3 of 'virtual'" in sentences["was flown by 'glider'"]
-    for words in ("one maneuver only", "3 maneuvers are too few"):
+    for words in ("only one maneuver", "3 maneuvers are too few"):
         assert "fly" in sentences[words]
 
 
@@ -108,7 +108,7 @@ def test_effects_that_cannot_be_judged(
     assert words in str(caught.value)
     # The same from a search, before anything is fitted.
     calls = []
-    with pytest.raises(FlightError, match="cannot be judged"):
+    with pytest.raises(FlightError, match="cannot be evaluated"):
         Investigation(given, AIRCRAFT).run(
             DiscrepancySettings(forced=(effect,)), progress=calls.append
         )

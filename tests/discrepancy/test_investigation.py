@@ -237,7 +237,7 @@ def test_what_is_forced_comes_first(search: Investigation) -> None:
     ((value, std),) = found.effects[0].parameters.values()
     assert abs(value) < 4.0 * std
     assert found.effects[0].confidence == 0.0
-    assert "by hand" in found.why
+    assert "forced" in found.why
     assert [step.added for step in found.steps] == ["", forced, EFFECT]
 
 

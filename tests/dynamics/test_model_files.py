@@ -58,7 +58,7 @@ def test_a_file_as_in_the_design(tmp_path: Path, aircraft: Aircraft) -> None:
             '[[effects]]\nid = "aero.Cm.alpha2"\n[effects.parameters]\nCm_alpha2 = inf',
             "not a finite number",
         ),
-        ('[[effects]]\nid = "aero.Cm.alpha2"\n' * 2, "stands here twice"),
+        ('[[effects]]\nid = "aero.Cm.alpha2"\n' * 2, "appears twice"),
         ("[derivatives", "not valid TOML"),
     ],
 )

@@ -86,10 +86,10 @@ def test_states_of_effects_are_settled(aircraft: Aircraft, model: Model) -> None
 @pytest.mark.parametrize(
     ("change", "says"),
     [
-        ({"Cm_de": 1.1}, "Cm_de = 1.1 looks reversed"),
+        ({"Cm_de": 1.1}, "Cm_de = 1.1 appears reversed"),
         ({"Cm_de": 0.0}, "Cm_de is zero or missing"),
         ({"CN_alpha": -4.4}, "the wing must lift more"),
-        ({"Cl_da": -0.4}, "Cl_da = -0.4 looks reversed"),
+        ({"Cl_da": -0.4}, "Cl_da = -0.4 appears reversed"),
         ({"Cn_dr": 0.07}, "rudder trailing edge left"),
         ({"Cn_dr": 0.0}, "Cn_dr is zero or missing"),
         ({"CA_0": 0.2}, "thrust is too small or CA too large"),

@@ -112,7 +112,7 @@ def test_an_instrument_that_is_not_believed_is_not_shown() -> None:
     snapshot = cues.snapshot()
     assert snapshot.alpha is None
     assert snapshot.speed is not None
-    assert any(words.startswith("not believed: ") for words in snapshot.limitations)
+    assert any(words.startswith("ignored: ") for words in snapshot.limitations)
 
 
 @pytest.mark.parametrize(

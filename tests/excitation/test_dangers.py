@@ -294,7 +294,7 @@ def test_the_fence_of_a_flight_lies_in_its_folder(tmp_path: Path) -> None:
     place.write_text('radius = "minus"\n')
     found = find_session_setting(tmp_path)
     assert found.fence is None
-    assert "usual fence" in found.remarks[0]
+    assert "default geofence" in found.remarks[0]
 
 
 def test_a_floor_counts_until_the_flaps_are_out() -> None:

@@ -312,7 +312,7 @@ def test_a_request_goes_to_another_process_and_back() -> None:
     assert two.seconds == pytest.approx(2.0 * one.seconds)
     after = [{gain.name: gain.bound_after for gain in each.reductions} for each in (one, two)]
     assert all(after[1][name] < bound for name, bound in after[0].items())
-    assert "A9 cannot be judged" in reply.remarks[0]
+    assert "A9 cannot be evaluated" in reply.remarks[0]
 
 
 def test_words_of_a_prospect() -> None:

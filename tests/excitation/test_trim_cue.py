@@ -130,7 +130,7 @@ def test_the_spotter_hears_what_is_off_and_which_way(bank: float, speed: float, 
 def test_without_attitude_the_wing_is_named_without_degrees() -> None:
     cue = at(cues(drawn(np.full(900, 9.0 * DEGREE), attitude=False)), 8.5)
     assert cue.worst.format_text() == "right wing low"
-    words = "turn rate, rate of roll, lateral acceleration and beta, for want of attitude"
+    words = "turn rate, rate of roll, lateral acceleration and beta (no attitude)"
     assert f"wings: {words}" in cue.judged_by
 
 
@@ -176,7 +176,7 @@ def test_blind_without_rates() -> None:
 @pytest.mark.parametrize(
     ("gone", "named"),
     [
-        (("alpha", "beta"), "the speed stands for it"),
+        (("alpha", "beta"), "from the speed"),
         (("altitude",), "no height"),
         (("phi", "theta", "psi", "r"), "neither attitude nor yaw rate"),
         (("ax", "ay"), ""),

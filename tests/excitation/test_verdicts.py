@@ -172,7 +172,7 @@ def _without(block: Block, *names: str) -> Block:
     [
         (("alpha", "beta"), "good", "angle of attack is not measured"),
         (("q", "an", "alpha"), "unclear", ""),
-        (("phi", "theta", "psi"), "good", "for want of attitude"),
+        (("phi", "theta", "psi"), "good", "no attitude"),
         (("elevator_left", "elevator_right", "de"), None, ""),
     ],
 )

@@ -238,7 +238,7 @@ def test_a_card_is_clipped_by_what_sensors_and_model_allow() -> None:
     assert "beta leaves" in clipped.why_high
     wild = asked("30 deg")
     assert wild.best < 15.0 * DEGREE
-    assert "the card asks" in wild.why_high
+    assert "the card requests" in wild.why_high
     faint = asked("1.7 deg")
     assert faint.best == pytest.approx(1.7 * DEGREE)
     assert faint.low > 0.65 * 1.7 * DEGREE

@@ -296,7 +296,7 @@ def refused(path: Path, words: str) -> None:
 def test_a_file_of_another_kind_is_refused_and_left_alone(tmp_path):
     text = tmp_path / "notes.txt"
     text.write_text("these are notes and no catalog " * 40)
-    refused(text, "damaged or no catalog at all")
+    refused(text, "damaged or not a catalog")
     foreign = tmp_path / "photos.sqlite"
     connection = sqlite3.connect(foreign)
     connection.execute("CREATE TABLE photos (id INTEGER)")

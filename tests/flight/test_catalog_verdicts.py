@@ -36,7 +36,7 @@ def verdict(number: int, time: float, result: str = "good", **facts: object) -> 
     return replace(
         StoredVerdict(
             name=f"M{number}", t_input=time, t_end=time + 4.0, surfaces=("da", "dr"),
-            kind="doublet", V=30.5, result=result, advice=f"{result}: once more", card="C1",
+            kind="doublet", V=30.5, result=result, advice=f"{result}: again", card="C1",
             is_counted=result == "good", record={"curves": {"times": [0.0, 0.04]}},
         ),
         **facts,

@@ -197,7 +197,7 @@ def test_a_folder_without_rights():
     assert len(lines) == 4, done.stderr
     assert "cannot be read" in lines[0]
     assert "written" in lines[1]
-    assert "cannot be made" in lines[2]
+    assert "cannot be created" in lines[2]
     assert "cannot be written" in lines[3]
 
 

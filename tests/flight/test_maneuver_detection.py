@@ -114,7 +114,7 @@ def test_nothing_but_surfaces_still_gives_maneuvers():
     detector = run_detector(bare, AIRCRAFT)
     (found,) = detector.finish()
     assert found.grade == "D"
-    assert "what de does" in found.reasons[0]
+    assert "no response to de" in found.reasons[0]
     assert detector.airborne_criterion == "nothing"
 
 
@@ -248,7 +248,7 @@ def test_a_flight_of_nothing_but_nan_says_so():
 
 def test_an_empty_flight_says_so():
     flight = flight_of({"de": np.empty(0)}, np.empty(0))
-    with pytest.raises(FlightError, match="holds no samples"):
+    with pytest.raises(FlightError, match="contains no samples"):
         detect_maneuvers(flight, AIRCRAFT)
 
 

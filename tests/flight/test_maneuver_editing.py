@@ -82,7 +82,7 @@ def test_names_and_notes():
         (lambda: BOOK.add(ASSESS, 400.0, 410.0), "runs from"),
         (lambda: BOOK.rename("1", "2"), "is taken"),
         (lambda: BOOK.rename("1", " "), "empty"),
-        (lambda: BOOK.merge(["1"], ASSESS), "two maneuvers or more"),
+        (lambda: BOOK.merge(["1"], ASSESS), "two or more maneuvers"),
         (lambda: BOOK.remove("9"), "no maneuver '9'; there are 1, 2, 3, 4, 5"),
     ],
 )
@@ -176,9 +176,9 @@ def test_two_windows_share_one_list(tmp_path):
     two.record(two.maneuver_list.undo())
     one.poll()
     assert records(one.maneuver_list) == records(two.maneuver_list) == records(BOOK)
-    with pytest.raises(FlightError, match="meanwhile"):
+    with pytest.raises(FlightError, match="review and try again"):
         one.record(one.maneuver_list.remove("2").remove("3"))
-    with pytest.raises(FlightError, match="meanwhile"):
+    with pytest.raises(FlightError, match="review and try again"):
         ManeuverEditLog(EventLog(tmp_path / "none.jsonl"), FOUND).record(BOOK)
 
 
@@ -206,7 +206,7 @@ def test_a_record_comes_back_whole():
     short = DetectedManeuver.from_record(FOUND[0].to_json())
     assert (short.id, short.inputs, short.grade) == ("1", ("de",), FOUND[0].grade)
     for wrong in (3, {}, {**FOUND[0].to_json(), "grade": "Z"}, {**FOUND[0].to_json(), "t_end": 0}):
-        with pytest.raises(FlightError, match="find the maneuvers"):
+        with pytest.raises(FlightError, match="detect the maneuvers"):
             DetectedManeuver.from_record(wrong)
 
 

@@ -61,7 +61,7 @@ def test_other_certificates_change_the_numbers_and_are_said(
     assert "flap" not in read.block.channels
     assert not [words for words in own.remarks if "certificate" in words]
     assert f"'{other}'" in read.remarks[0]
-    assert read.remarks[1].endswith("only volts: flap")
+    assert read.remarks[1].endswith("volts only: flap")
     said = summarize_flight(read)["calibration"]
     assert (said["given"], said["instead_of_own"]) == (str(other), ["alpha", "flap"])
     assert said["uncalibrated"] == ["flap"]
@@ -208,7 +208,7 @@ def test_uncalibrated_is_told_by_replay_export_and_cut_and_survives_a_table(
     summary, table = tmp_path / "summary.json", tmp_path / "out.csv"
     replay_command.run(flight=flight.path, json=summary, calibration=str(other))
     screen = capsys.readouterr().out
-    assert "only volts: flap" in screen
+    assert "volts only: flap" in screen
     assert any("flap_volts" in line and "uncal" in line for line in screen.splitlines())
     told = json.loads(summary.read_text())
     assert told["calibration"]["uncalibrated"] == ["flap"]
@@ -216,12 +216,12 @@ def test_uncalibrated_is_told_by_replay_export_and_cut_and_survives_a_table(
     assert (beside["flap_volts"], beside["alpha"], beside["alpha_volts"]) == (False, True, None)
 
     export.run(flight=flight.path, to="csv", out=table, calibration=str(other), json=summary)
-    assert "only volts: flap" in capsys.readouterr().out
+    assert "volts only: flap" in capsys.readouterr().out
     assert json.loads(summary.read_text())["calibration"]["uncalibrated"] == ["flap"]
     assert load_flight(table).uncalibrated_channels == ("flap",)
 
     cut.run(flight=flight.path, windows=["10:11"], out=table, calibration=str(other), json=summary)
-    assert "only volts: flap" in capsys.readouterr().err
+    assert "volts only: flap" in capsys.readouterr().err
     (cut_from,) = json.loads(summary.read_text())["calibration"]
     assert cut_from["given"] == str(other)
 

@@ -132,7 +132,7 @@ def test_a_switch_stays_a_switch_at_any_rate(rate: float, kind: Interpolation) -
     ("rate", "corner", "told"),
     [
         (1e6 - 1, None, "would make 6000 million numbers of this flight; choose a lower rate"),
-        (20.0, 30.0, "30 Hz lets through what 20 samples per second cannot hold; choose 8 Hz"),
+        (20.0, 30.0, "30 Hz passes more than 20 samples per second can represent; choose 8 Hz"),
     ],
 )
 def test_a_rate_that_fits_neither_memory_nor_filter_is_refused(
@@ -226,7 +226,7 @@ def test_commands_do_the_same_from_outside(tmp_path: Path) -> None:
         (("cut", "a.csv", "--out", "b.txt"), 2, "does not say the format"),
         (("cut", "a.csv", "--window", "50:60", "--out", "b.csv"), 1, "covers 0 to 10 s"),
         (("cut", "a.csv", "--channels", "qq", "--out", "b.csv"), 1, "no channel 'qq'"),
-        (("cut", "a.csv", "--rename", "q=", "--out", "b.csv"), 2, "does not rename anything"),
+        (("cut", "a.csv", "--rename", "q=", "--out", "b.csv"), 2, "is not a renaming"),
         (("resample", "a.csv", "--out", "b.csv"), 2, "nothing to do"),
         (("resample", "a.csv", "--rate", "-5", "--out", "b.csv"), 2, "not possible"),
         (("resample", "a.csv", "--low-pass", "80", "--out", "b.csv"), 1, "does not suit"),

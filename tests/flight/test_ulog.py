@@ -79,7 +79,7 @@ def test_damage_and_a_time_that_cannot_be_cost_their_samples_and_are_told(tmp_pa
     assert len(rows) == ROWS
     log[rows[50] + 5 : rows[50] + 13] = struct.pack("<Q", 3_600_000_000)
     flight = load_flight(written(tmp_path, bytes(log)))
-    told = "left out for a time that cannot be: 1 sample of sensor_combined[0]"
+    told = "skipped for impossible times: 1 sample of sensor_combined[0]"
     assert flight.remarks == (told,)
     assert flight.block["q"] == pytest.approx(0.01 * np.arange(ROWS), abs=1e-6)
     log[rows[150] : rows[150] + 3] = b"\xff\xff\xff"

@@ -65,7 +65,7 @@ def test_where_there_are_no_locks_nobody_is_said_to_hold_one(
 
     monkeypatch.setattr(fcntl, "flock", refuse)
     assert locking.lock_holder(path) is None
-    with pytest.raises(FlightError, match="no locks"):
+    with pytest.raises(FlightError, match="do not support locks"):
         locking.FileLock(path).acquire()
 
 

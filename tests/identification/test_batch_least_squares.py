@@ -88,5 +88,5 @@ def test_inputs_that_move_alike_are_told() -> None:
                 input_names=("da", "dr"))
         for one in stretches("lateral", 1, noise=0.001)
     ]  # fmt: skip
-    with pytest.raises(FlightError, match="move alike"):
+    with pytest.raises(FlightError, match="move together"):
         batch_least_squares(alike)

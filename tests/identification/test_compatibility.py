@@ -90,7 +90,7 @@ def test_a_reversed_axis_is_found(name: str) -> None:
     verdict = next(one for one in found.verdicts if one.kind == "reversed")
     assert verdict.channels == (name,)
     assert verdict.after < verdict.before
-    assert "looks reversed" in verdict.sentence
+    assert "appears reversed" in verdict.sentence
 
 
 def test_exchanged_gyros_are_found() -> None:

@@ -67,7 +67,7 @@ def test_all_nan_and_ten_samples(good: Maneuver) -> None:
             channels=block.channels, times=block.times, values=np.full(block.values.shape, np.nan)
         ),
     )
-    assert "nothing to contradict" in check_compatibility([empty]).summary
+    assert "nothing to compare" in check_compatibility([empty]).summary
     short = replace(good, block=block.between(block.times[0], block.times[10] - 1e-6))
     assert "10 samples; too few" in check_compatibility([short]).summary
 
@@ -113,7 +113,7 @@ def test_airspeed_against_dynamic_pressure(good: Maneuver) -> None:
 def test_a_pitch_rate_in_another_unit_is_not_called_consistent(good: Maneuver) -> None:
     found = check_compatibility([with_channels(good, q=good.block["q"] * DEGREE)])
     assert not found.consistent
-    assert "two different motions" in found.summary
+    assert "different motions" in found.summary
 
 
 def test_a_vane_in_another_unit_is_not_called_consistent(good: Maneuver) -> None:

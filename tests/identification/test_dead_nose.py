@@ -66,7 +66,7 @@ def test_a_blocked_pitot_is_no_airspeed() -> None:
     )
     found = cut(blocked)
     assert not set(AIRSPEED) & set(found.block.channels)
-    assert found.remarks[0].startswith("airspeed was dead")
+    assert found.remarks[0].startswith("airspeed was faulty")
 
 
 def test_means_of_the_others_stand_in_and_the_bounds_hold_their_error() -> None:
@@ -127,7 +127,7 @@ def test_a_vane_stuck_on_a_flickering_count_is_as_good_as_none(method: Literal["
     block = fly(2, "lat", model=MODEL).maneuver.block
     stuck = cut(changed(block, beta=flickering(block["beta"], 0.025 * DEGREE)))
     assert "beta" not in stuck.block.channels
-    assert stuck.remarks[0].startswith("beta was dead")
+    assert stuck.remarks[0].startswith("beta was faulty")
     none = cut(block.select([name for name in block.channels if name != "beta"]))
     found, usual = (
         run_campaign([one], CampaignSettings(method=method)).results[0].estimate
@@ -144,7 +144,7 @@ def test_a_surface_of_which_one_half_is_stuck_is_not_measured() -> None:
     half = changed(block, elevator_left=stuck, elevator_right=moved, de=0.5 * (stuck + moved))
     lost = cut(half, ("de",))
     assert not {"de", "elevator_left"} & set(lost.block.channels)
-    assert lost.remarks[0].startswith("elevator_left was dead")
+    assert lost.remarks[0].startswith("elevator_left was faulty")
     whole = cut(changed(block, elevator_left=moved, elevator_right=moved), ("de",))
     assert {"de", "elevator_left"} <= set(whole.block.channels)
 

@@ -195,10 +195,10 @@ def test_windows_do_not_depend_on_when_they_became_known() -> None:
 
 
 def test_windows_out_of_order_are_refused() -> None:
-    with pytest.raises(FlightError, match="listens always"):
+    with pytest.raises(FlightError, match="gate is 'always'"):
         FTR(AIRCRAFT, rate=RATE).begin_window(1.0)
     ftr = FTR(AIRCRAFT, FTRSettings(gate="maneuvers", lookback=5.0), rate=RATE, aligned=True)
-    with pytest.raises(FlightError, match="begin one first"):
+    with pytest.raises(FlightError, match="start one first"):
         ftr.end_window(3.0)
     feed(ftr, flight(), [])
     with pytest.raises(FlightError, match="raise lookback"):

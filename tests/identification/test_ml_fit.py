@@ -156,7 +156,7 @@ def test_an_a_priori_value_pulls_as_hard_as_it_is_sure(lon):
 def test_an_a_priori_value_of_something_held_is_pointed_out(lon):
     settings = MLSettings(axis="lon", held={"CA_q": 0.0}, priors={"CA_q": (0.0, 1.0)})
     found = estimate([lon.maneuver], settings)
-    assert any("CA_q" in warning and "no use" in warning for warning in found.warnings)
+    assert any("CA_q" in warning and "is not used" in warning for warning in found.warnings)
 
 
 def test_the_source_factor_takes_the_place_of_the_correction(lon):

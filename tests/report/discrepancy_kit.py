@@ -83,7 +83,9 @@ def answer(*, maneuvers: int = 6, samples: int = 600) -> DiscrepancyResult:
                 margin=41.0, held_out=33.0,
             ),
             FoundEffect(
-                effect="aero.Cm.alpha2", title="pitching moment curves with angle of attack",
+                effect="aero.Cm.alpha2", title=(
+                    "pitching moment varies nonlinearly with angle of attack"
+                ),
                 equation="Cm += Cm_alpha2 alpha^2", parameters={"Cm_alpha2": (-1.9, 0.4)},
                 confidence=0.8, forced=True,
             ),

@@ -124,9 +124,9 @@ def test_the_story_has_four_steps_and_says_what_was_found(small: Document) -> No
         "4. Show",
     ]
     for words in (
-        "The model lacks something, and it has a name.",
+        "The model lacks a named effect.",
         "arm = 0.1617 ± 0.0069 ft; confidence 97 %",
-        "put in by hand",
+        "forced",
         "94 ± 3 % of the gap that a model can close was closed",
         "gusts of 1.0 ± 0.13 ft/s",
         "a_y reads 0.02 g high",
@@ -149,7 +149,7 @@ def test_every_verdict_is_told_in_words(verdict: DiscrepancyVerdict) -> None:
 
 
 def test_what_could_not_show_stands_apart_with_what_to_fly(small: Document) -> None:
-    (section,) = (one for one in small.sections if one.title == "What these flights could show")
+    (section,) = (one for one in small.sections if one.title == "Observability")
     clear, faint = (part for part in section.parts if isinstance(part, DocumentTable))
     assert clear.rows == (("propulsion.Cm.throttle", "A", "22", "aero.Cm.speed (0.71)"),)
     assert faint.rows == (("aero.Cm.flap (A)", "an elevator doublet with the flap at 20 deg"),)
@@ -160,7 +160,7 @@ def test_nothing_found_is_a_whole_report_too(tmp_path: Path) -> None:
     (path,) = write_discrepancy_report(found, tmp_path / "a.html", overlays=[])
     page = Page(path.read_text(encoding="utf-8"))
     assert "adequate" in page.text
-    assert "after" not in page.text.partition("4. Show")[2].partition("What these flights")[0]
+    assert "after" not in page.text.partition("4. Show")[2].partition("Observability")[0]
     assert "no gap" in page.text
     assert "None" not in page.text
     assert "nan" not in page.text

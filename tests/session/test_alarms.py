@@ -514,7 +514,7 @@ def test_typed_limits_are_kept_in_a_file_with_units(tmp_path: Path) -> None:
     assert set(UserLimitStore(path).limits) == {"q"}
     path.write_text('[[limits]]\nchannel = "alfa"\n', encoding="utf-8")
     damaged = UserLimitStore(path)
-    assert "kept as limits.damaged.toml" in damaged.error_text
+    assert "the old file is limits.damaged.toml" in damaged.error_text
     assert not damaged.limits
     assert (tmp_path / "settings" / "limits.damaged.toml").exists()
 

@@ -128,7 +128,7 @@ def test_a_danger_is_an_alarm_and_said_until_it_is_over(tmp_path: Path) -> None:
         cues = session.cues
         stuck = [danger for danger in cues.alerts if "alpha" in danger.channels]
         assert stuck
-        assert any(words.startswith("not believed: ") for words in cues.limitations)
+        assert any(words.startswith("ignored: ") for words in cues.limitations)
         alarm = session.alarm_registry.get(f"danger:{stuck[0].key}")
         assert alarm.active
         assert alarm.message == stuck[0].text
@@ -276,7 +276,7 @@ def test_what_reads_beyond_its_calibration_is_said(
     record.close()
     with opened(replayed(folder, _UNMODELED)) as session:
         cues = session.cues
-        assert not [words for words in cues.limitations if "beyond calibration" in words]
+        assert not [words for words in cues.limitations if "outside calibration" in words]
         used = dict(session.metadata.certificates)
         # Of the whole range only the two degrees next to its lower end were calibrated.
         low, _ = used["alpha"].range

@@ -169,7 +169,7 @@ def test_what_was_lost_is_fetched_in_no_more_time_than_all(rate, delay):
 def test_a_link_that_dies_and_an_armed_aircraft_are_told():
     silent = converse(Air(b"x" * 500, 1.0, 1), bytearray(500))
     assert silent.phase == "failed"
-    assert "answers the request" in silent.state(0.0).why
+    assert "log list request" in silent.state(0.0).why
     air = Air(b"x" * 50_000, 0.0, 1)
     talk = LogDownloadProtocol(lambda _, __: None)
     talk.fetch(LogEntry(id=5, size=50_000, time_utc=0), MissingRanges(50_000))

@@ -183,7 +183,7 @@ def test_a_long_file_goes_on_where_it_was_torn(tmp_path: Path, frames, name: str
     os.truncate(path, path.stat().st_size - 5)
     writer = RawWriter(tmp_path)
     assert writer.last_stamp == STAMP + count - 2
-    assert "was cut off" in writer.state.notes[0]
+    assert "was removed" in writer.state.notes[0]
     writer.append(STAMP + count - 1, item)
     writer.close()
     assert all_of(tmp_path) == whole

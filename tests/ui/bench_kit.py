@@ -162,7 +162,7 @@ def work_through(window: BenchWindow, stop: str = "", most: int = 400) -> None:
         if view.phase in ("done", "aborted", stop) or (stop and name == stop):
             return
         if instrument is None or view.phase == "fit":
-            if "mend the points" in view.prompt:
+            if "repeat these points" in view.prompt:
                 # This crew looks at the curve and takes it as it is.
                 window.press(Qt.Key.Key_Space)
             window.desk.pass_time(_TICK)

@@ -224,7 +224,7 @@ class Day:
         """Estimate derivatives, and write the report for a browser and for print."""
         review = self.window.review_page
         person.keys("alt+2")
-        page = person.find(EstimatePage, lambda _it: True, "the page Estimate")
+        page = person.find(EstimatePage, lambda _it: True, "the Estimate page")
         person.until(lambda: page.can_run, "the settings")
         person.keys("ctrl+Return")
         person.until(lambda: review.outcome is not None and not review.work.running, "a run", 120.0)
@@ -271,7 +271,7 @@ def again(person: XDriver, day: Day) -> None:
     person.click(one)
     person.until(
         lambda: window.flight_controller.is_loaded and window.flight_controller.name == name,
-        "it is open",
+        "it opens",
     )
 
 

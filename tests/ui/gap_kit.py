@@ -36,8 +36,8 @@ THROTTLE, BACKLASH, ALPHA2 = "propulsion.Cm.throttle", "control.elevator.backlas
 TITLES = {
     THROTTLE: "Throttle pitches the aircraft",
     BACKLASH: "Slop in the elevator linkage",
-    ALPHA2: "Pitching moment curves with angle of attack",
-    "aero.Cm.alphadot": "Downwash reaches the tail late",
+    ALPHA2: "Pitching moment varies nonlinearly with angle of attack",
+    "aero.Cm.alphadot": "Downwash lag at the tail",
     "aero.Cm.speed": "Pitching moment changes with speed",
 }
 FLOOR = {"alpha": 0.002, "q": 0.004, "an": 0.15, "beta": 0.002, "p": 0.006, "r": 0.004, "ay": 0.12}

@@ -20,7 +20,7 @@ from ui.widgets.analysis_plot import FLIGHT_TIME_LABEL, AnalysisPlot, PlotCurve
 @pytest.mark.parametrize(("scale", "width"), [(100, 280), (100, 700), (200, 560), (200, 900)])
 def test_points_at_the_ends_are_not_cut(qtbot: QtBot, scale: int, width: int) -> None:
     look = DisplayStyle(scale=scale)
-    chart = AnalysisPlot(look, "Points off the curve")
+    chart = AnalysisPlot(look, "Residuals")
     qtbot.addWidget(chart)
     chart.resize(width, 3 * scale)
     points = PlotCurve(

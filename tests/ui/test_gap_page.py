@@ -235,8 +235,8 @@ def test_a_search_goes_on_behind_other_places_and_its_result_is_kept(
 @pytest.mark.parametrize(
     ("error", "words"),
     [
-        (GroundStationError("one maneuver only: fly one more of each kind"), "one maneuver only"),
-        (ValueError("shapes differ"), "A step of the program failed"),
+        (GroundStationError("only one maneuver: fly one more of each kind"), "only one maneuver"),
+        (ValueError("shapes differ"), "Internal error"),
     ],
 )
 def test_what_fails_is_told_in_a_sentence(
@@ -411,7 +411,7 @@ def test_the_ranking_shows_evidence_and_what_is_known_of_each(
     assert view.effect.text() == TITLES["aero.Cm.speed"]
     headings = [heading for heading, _ in view.about._shown]
     assert "Mistaken for" in headings
-    assert any("tell it apart" in heading for heading in headings)
+    assert any("tells it apart" in heading for heading in headings)
 
 
 def test_what_stands_for_a_set_names_the_others(story: MainWindow, qtbot: QtBot) -> None:
@@ -449,7 +449,7 @@ def test_after_the_last_effect_nothing_more_is_proven(story: MainWindow, qtbot: 
     press(qtbot, Qt.Key.Key_2, ALT)
     press(qtbot, Qt.Key.Key_Right, ALT, times=2)
     view = story.gap_page.story.chapters["name"]
-    assert "Nothing more" in view.winner.text()
+    assert "No further effect" in view.winner.text()
     assert not story.commands.actions["gap_accept"].isEnabled()
 
 
@@ -640,8 +640,8 @@ def test_a_model_without_a_gap_is_told_so(
     qtbot.keyClick(window, Qt.Key.Key_F5)
     until(qtbot, lambda: window.gap_page.is_result_shown)
     story = window.gap_page.story
-    assert "Nothing is missing" in story.verdict.text()
-    assert "what remains" in story.chapters["find"].none.text()
+    assert "No effect is missing" in story.verdict.text()
+    assert "residuals are at" in story.chapters["find"].none.text()
     for number, chapter in enumerate(("find", "name", "add", "show"), start=1):
         press(qtbot, getattr(Qt.Key, f"Key_{number}"), ALT)
         assert story.chapter == chapter

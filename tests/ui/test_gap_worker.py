@@ -223,7 +223,7 @@ def test_a_process_that_dies_while_it_starts_is_missed(tmp_path: Path) -> None:
         if engine.pid is not None:
             os.kill(engine.pid, KILL)
 
-    with pytest.raises(JobError, match="ended without a word"):
+    with pytest.raises(JobError, match="ended without a message"):
         engine.do(job(flight=str(tmp_path / "nowhere")), kill)
     assert engine.pid is None
     engine.close()
@@ -345,9 +345,9 @@ def test_numbers_in_words() -> None:
     ("verdict", "state", "words"),
     [("effects-found", "caution", "Two effects are missing"),
      ("values-wrong", "caution", "1 value must change"),
-     ("model-adequate", "good", "Nothing is missing"),
-     ("ambiguous", "unknown", "cannot tell what"),
-     ("unexplained", "warning", "no name in the catalog"),
+     ("model-adequate", "good", "No effect is missing"),
+     ("ambiguous", "unknown", "cannot tell which"),
+     ("unexplained", "warning", "not in the catalog"),
      ("not-observable", "unknown", "cannot show")],
 )  # fmt: skip
 def test_every_verdict_has_a_headline_and_a_state(verdict: str, state: str, words: str) -> None:
@@ -362,7 +362,7 @@ def test_what_only_the_ground_can_settle_is_said_so() -> None:
     )
     found = replace(make_discrepancy(maneuvers=2), observability=(seen,))
     line = build_observability_rows(replace(make_answer(), discrepancy=found), hidden_only=True)[0]
-    assert line.cells[1:] == ("on the ground only", "weigh the aircraft")
+    assert line.cells[1:] == ("ground measurement only", "weigh the aircraft")
 
 
 def test_nothing_is_ever_called_certain() -> None:

@@ -55,7 +55,7 @@ def test_a_maneuver_is_told_with_verdict_reason_and_what_was_wanted() -> None:
     assert said[0] == "rudder doublet too small: half again"
     assert "4.9 ° (wanted 7.0 °" in said[2]
     assert said[3].startswith("begun 1.2 s")
-    assert "begun without GO" in list_verdict_reasons(judged(go=False), "US")[3]
+    assert "started without GO" in list_verdict_reasons(judged(go=False), "US")[3]
 
 
 def test_flights_in_a_row_come_newest_first() -> None:
@@ -74,7 +74,7 @@ def test_keys_go_through_the_maneuvers(page: DebriefPage, qtbot: QtBot) -> None:
     assert page.headline.text().startswith("2026-05-12 flight 2")
     press(qtbot, Qt.Key.Key_Down)
     assert page.title.text() == "M2  aileron and rudder doublet: too small"
-    assert "half again" in page.why.text()
+    assert "50 % larger" in page.why.text()
     press(qtbot, Qt.Key.Key_Return)
     assert page.scroll.hasFocus()
     press(qtbot, Qt.Key.Key_PageDown)
@@ -211,7 +211,7 @@ def test_ctrl_s_keeps_the_open_flight(
     press(qtbot, Qt.Key.Key_2, ALT)
     press(qtbot, Qt.Key.Key_S, CONTROL)
     catalog = catalog_path(window.store.current)
-    until(qtbot, lambda: any("is kept in" in text for text in window.banners.texts()))
+    until(qtbot, lambda: any("saved in" in text for text in window.banners.texts()))
     assert catalog.is_file()
     page = window.pilot_page.debrief.page
     rows = [widget.text() for widget in page.trends.findChildren(QLabel) if _stands(widget, page)]

@@ -257,7 +257,7 @@ def test_letters_grow_with_the_size_of_text(
         assert all(size >= 0.11 * scale for size in titles.values())
         assert all(titles[words] >= size for words, size in former.items()), scale
         former = titles
-        judged = [size for words, size in used.items() if words.startswith("Not judged")]
+        judged = [size for words, size in used.items() if words.startswith("Not evaluated")]
         assert all(size >= 0.11 * scale for size in judged)
 
 
@@ -292,7 +292,7 @@ def test_a_long_small_line_ends_in_an_ellipsis_and_is_whole_for_those_who_hear_i
     )
     box = page.compute_regions().footer
     words = elide_text(page.display.footer, box, 11)
-    assert words.startswith("Not judged")
+    assert words.startswith("Not evaluated")
     assert words.endswith("…")
     assert len(words) < len(page.display.footer)
     assert missing[-1] in page.accessibleDescription()
@@ -356,7 +356,7 @@ def test_cards_are_chosen_by_keys(window: MainWindow, flown: Flown, qtbot: QtBot
     ids = [card.id for card in CARDS.cards]
     after = ids[(ids.index("C1") + 1) % len(ids)]
     press(qtbot, Qt.Key.Key_PageDown)
-    assert page.display.card.heading.startswith(f"LOOKING AT {after}")
+    assert page.display.card.heading.startswith(f"SHOWING {after}")
     assert not flown.chosen
     press(qtbot, Qt.Key.Key_PageUp)
     assert page.display.card.heading.startswith("NEXT C1")

@@ -228,7 +228,7 @@ def test_the_next_card_says_what_it_brings_and_what_time_there_is() -> None:
 
 
 def test_the_small_line_says_what_cannot_be_judged() -> None:
-    assert sheet("fly").footer.startswith("Not judged")
+    assert sheet("fly").footer.startswith("Not evaluated")
 
 
 def test_without_a_flight_or_cues_the_page_says_so() -> None:
@@ -328,7 +328,7 @@ def test_a_card_that_is_looked_at_is_told_from_that_to_be_flown() -> None:
     card = build_cue_display(
         CueDisplayInput(cues=BASE, is_flight_open=True, browsed_card=browsed)
     ).card
-    assert card.heading == f"LOOKING AT {browsed.id} · Enter flies it"
+    assert card.heading == f"SHOWING {browsed.id} · Enter flies it"
     assert card.text == browsed.display_title
 
 
@@ -345,7 +345,7 @@ def test_go_without_air_data_leaves_the_speed_to_the_eye() -> None:
     blind = replace(STATES["go"], speed=None, alpha=None)
     told = build_cue_display(CueDisplayInput(cues=blind, is_flight_open=True))
     assert told.status_text == "GO"
-    assert "speed by eye" in told.hints[-1].text
+    assert "judge by eye" in told.hints[-1].text
     seen = build_cue_display(CueDisplayInput(cues=STATES["go"], is_flight_open=True))
     assert len(seen.hints) == 1
 

@@ -115,7 +115,7 @@ def test_a_trainee_takes_the_aircraft_flies_a_doublet_and_gives_it_back(
     assert window.store.current.muted is not muted
     qtbot.keyClick(QApplication.focusWidget(), Qt.Key.Key_H)
     until(qtbot, lambda: pilot.training.trainee_has_control, _PATIENCE_MS)
-    assert pilot.help.text().startswith("You have it")
+    assert pilot.help.text().startswith("You have control")
     qtbot.keyClick(QApplication.focusWidget(), Qt.Key.Key_S)
     assert window.store.current.muted is not muted
     qtbot.keyClick(QApplication.focusWidget(), Qt.Key.Key_M, Qt.KeyboardModifier.ControlModifier)

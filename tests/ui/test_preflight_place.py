@@ -683,7 +683,7 @@ def test_a_card_says_what_will_not_do(window: MainWindow, qtbot: QtBot) -> None:
     for name, text, words in (
         ("id", page.book.cards.cards[1].id, "two cards have the id"),
         ("repeats", "two", "not a whole number"),
-        ("speed", "900", "no speed of a model"),
+        ("speed", "900", "not a plausible speed"),
     ):
         type_into(qtbot, fields[name], text)
         assert words in fields[name].sentence.text()
@@ -725,7 +725,7 @@ def test_cards_are_saved_for_others_and_taken_from_a_file(
     press(qtbot, Qt.Key.Key_O, CONTROL | ALT)
     assert page.title.text() == "Monday: 1 maneuver"
     press(qtbot, Qt.Key.Key_Delete)
-    assert "last card stays" in page.said.text()
+    assert "last card cannot be removed" in page.said.text()
     press(qtbot, Qt.Key.Key_Z, CONTROL)
     assert page.title.text().startswith("B777")
     path.write_text("cards = 3", encoding="utf-8")

@@ -120,7 +120,7 @@ def test_a_crew_calibrates_by_one_key_and_checks_it(at_bench: Open) -> None:
     assert window.bench.time - began < 60.0
     assert window.view.check_result.passed
     cue = window.page.work.cue.cue
-    assert cue.side_text == "the certificate holds"
+    assert cue.side_text == "certificate valid"
 
     # Broken off: what was in force stays in force.
     window.press(KEY.Key_Escape)
@@ -495,7 +495,7 @@ def test_no_point_is_taken_of_volts_that_no_longer_come(
         let_no_volts_come(silence)
         window.press(KEY.Key_Space)
         assert len(window.view.points) == taken
-        assert window.view.message == "there are no volts of it"
+        assert window.view.message == "no voltage"
     # They come again: it goes on where it was.
     work_through(window)
     assert len(window.view.certificates["elevator_left"].points) == 10
@@ -593,7 +593,7 @@ def test_controls_are_for_gloves_and_the_cue_is_never_cut(
     assert (window.width(), window.height()) == size, "the page asks for more room than there is"
     bar, cue = window.page.actions_bar, window.page.work.cue
     buttons = [one for one in bar.findChildren(QPushButton) if one.isVisible()]
-    assert any(one.text().startswith("It did move so") for one in buttons)
+    assert any(one.text().startswith("Direction correct") for one in buttons)
     for button in buttons:
         assert button.height() >= 44 * scale // 100
         assert button.width() >= button.sizeHint().width()

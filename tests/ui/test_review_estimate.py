@@ -1,4 +1,4 @@
-"""The chapter Estimate, driven by keys: settings, runs kept, compared, repeated, stopped."""
+"""The chapter Estimate, driven by keys: settings, saved runs, compared, repeated, stopped."""
 
 import math
 import shutil
@@ -115,7 +115,7 @@ def test_what_stands_beside_is_the_run_that_ended_last(
     assert page.runs.current_run.number == first.number  # type: ignore[union-attr]
     # As after a start of the program: none is looked at, and these are there.
     page.show_outcome(None)
-    assert page.state.text == f"{len(page.book.runs)} runs kept"
+    assert page.state.text == f"{len(page.book.runs)} saved runs"
     page.show_outcome(outcome)
 
 
@@ -125,7 +125,7 @@ def test_a_derivative_is_held_by_keys_taken_back_and_explained(
     """Typed over the value it is held; without a number the field says so and nothing runs."""
     table = page.panel.derivatives
     table.setFocus()
-    assert "Hold one at a value" in page.head.explained.text()
+    assert "Hold one at" in page.head.explained.text()
     cells = [table.row_model.index(row, NAME_COLUMN) for row in range(table.row_model.rowCount())]
     assert max(table.sizeHintForIndex(cell).width() for cell in cells) <= table.columnWidth(
         NAME_COLUMN
@@ -220,7 +220,7 @@ def test_runs_are_compared_named_repeated_forgotten_and_their_settings_used_agai
     assert f"those of run {before}" in page.sentence.text()
     runs.setFocus()
     press(qtbot, Qt.Key.Key_Return)
-    until(qtbot, lambda: "same to the last bit" in page.sentence.text(), 30000)
+    until(qtbot, lambda: "dentical to the last bit" in page.sentence.text(), 30000)
     count = len(page.book.runs)
     runs.select_row(newest)
     press(qtbot, Qt.Key.Key_Delete)
@@ -266,7 +266,7 @@ def test_runs_that_cannot_be_read_are_not_called_none(
         if kept is not None:
             path.write_bytes(kept)
     page.book.reload()
-    until(qtbot, lambda: page.runs.empty.text().startswith("None yet"))
+    until(qtbot, lambda: page.runs.empty.text().startswith("No runs yet"))
 
 
 def test_what_is_typed_while_a_run_ends_stays(
@@ -333,7 +333,7 @@ def test_a_run_that_is_stopped_leaves_nothing(
     press(qtbot, Qt.Key.Key_Period, CONTROL)
     until(qtbot, lambda: not made.review_page.work.running)
     assert not made.review_page.strip.isVisible()
-    until(qtbot, lambda: "Stopped; nothing was kept." in page.sentence.text())
+    until(qtbot, lambda: "Stopped; nothing was saved." in page.sentence.text())
     assert made.review_page.outcome is before
     assert len(page.book.runs) == count
     engine.hold.set()

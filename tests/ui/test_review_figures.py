@@ -229,7 +229,7 @@ def test_a_maneuver_is_left_out_by_a_key_grayed_and_taken_back(bench: Bench) -> 
     bench.commands.actions["review_exclude"].trigger()
     bench.settle()
     assert told[-1].summary.excluded_maneuvers == {"1:M2"}
-    assert bench.page.state.text == "trial, 1 left out"
+    assert bench.page.state.text == "trial, 1 excluded"
     one = point("Cm_alpha", "1:M2")
     at = bench.place("Cm_alpha", one.number, one.value)
     assert near(bench.color(at), THEMES["daylight"].previous)
@@ -260,7 +260,7 @@ def test_the_wild_maneuver_is_gray_in_sight_and_says_why(bench: Bench) -> None:
     around = [bench.color(at + QPoint(x, y)) for x in (-2, -1, 0, 1, 2) for y in (-2, -1, 0, 1, 2)]
     assert any(near(one, THEMES["daylight"].previous) for one in around)
     words = bench.page.view.canvas.text_at(QPointF(spot.x, spot.y))
-    assert "Left out" in words
+    assert "Excluded" in words
     assert "sigma" in words
 
 

@@ -149,7 +149,7 @@ def test_edges_are_moved_by_keys_and_taken_back(window, qtbot, tmp_path):
     # What cannot be is said, and changes nothing.
     press(qtbot, Qt.Key.Key_PageDown, ALT, times=4)
     press(qtbot, Qt.Key.Key_J, CONTROL)
-    assert "merging takes two" in page.details.said.text()
+    assert "merging needs two" in page.details.said.text()
     assert len(written(page)) == 11
 
 

@@ -121,7 +121,7 @@ def test_no_log_is_asked_for_where_nobody_can_be_asked(tmp_path, qtbot, monkeypa
     qtbot.addWidget(dialog)
     dialog.origin.setCurrentIndex(1)
     assert not dialog.button.isEnabled()
-    assert "asked for a log" in dialog.link.sentence.text()
+    assert "log can be requested" in dialog.link.sentence.text()
 
 
 def test_a_log_is_fetched_stopped_killed_and_taken_back(reviewed, qtbot, tmp_path):
@@ -166,7 +166,7 @@ def test_a_log_is_fetched_stopped_killed_and_taken_back(reviewed, qtbot, tmp_pat
         qtbot.waitUntil(lambda: not desk.work.running, timeout=40_000)
         # An error is told a moment after the work has ended.
         qtbot.waitUntil(
-            lambda: any("what came of a log is kept" in words for words in banners(window))
+            lambda: any("received part of the log is kept" in words for words in banners(window))
         )
         assert folder.info_file.read_bytes() == card
         served.kill()

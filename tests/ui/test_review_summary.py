@@ -128,7 +128,7 @@ def test_what_was_not_earned_has_no_number_but_a_reason(room: Room) -> None:
 
 @pytest.mark.parametrize(
     ("count", "why"),
-    [(2, "Fewer than 3 values stand"), (4, "Its bound holds the zero of an instrument")],
+    [(2, "Fewer than 3 values stand"), (4, "Its bound includes an instrument zero")],
 )
 def test_it_is_said_why_scatter_tells_nothing_of_a_bound(count: int, why: str) -> None:
     words = describe_derivative(regressed(count), "CN_0")
@@ -256,7 +256,7 @@ def test_linear_models_are_compared_on_demand(room: Room, qtbot: QtBot) -> None:
 def test_what_is_left_out_by_hand_is_shown(room: Room) -> None:
     room.page.show_outcome(exclude_maneuvers(outcome(), [WILD]))
     last = room.page.attention.row_model.rows[-1]
-    assert last.cells[:2] == (WILD, "left out by hand")
+    assert last.cells[:2] == (WILD, "excluded manually")
     assert f"({WILD})" in room.page.trust.text()
     assert room.cells("Cm_de")["n"] == "5"
     room.page.show_outcome(None)

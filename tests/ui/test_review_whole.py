@@ -64,7 +64,7 @@ def test_a_whole_review_by_keys(
     until(qtbot, lambda: engine.pid is not None)
     os.kill(engine.pid, KILL)
     until(qtbot, lambda: not window.review_page.work.running, 20000)
-    until(qtbot, lambda: any("without a word" in text for text in window.banners.texts()))
+    until(qtbot, lambda: any("without a message" in text for text in window.banners.texts()))
     assert kept(page) == []
     window.banners.dismiss()
     # Stopped in the midst: nothing is kept, and nothing stands half done.
@@ -72,7 +72,7 @@ def test_a_whole_review_by_keys(
     until(qtbot, window.review_page.strip.isVisible)
     press(qtbot, Qt.Key.Key_Period, CONTROL)
     until(qtbot, lambda: not window.review_page.work.running)
-    until(qtbot, lambda: "Stopped; nothing was kept." in page.sentence.text())
+    until(qtbot, lambda: "Stopped; nothing was saved." in page.sentence.text())
     assert kept(page) == []
     press(qtbot, Qt.Key.Key_Return)
     until(qtbot, lambda: window.review_page.outcome is not None, 120000)

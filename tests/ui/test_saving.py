@@ -8,7 +8,7 @@ from PySide6.QtWidgets import QFileDialog
 
 from ui.dialogs.save_dialog import ask_save_file
 
-PAGE, PAPER = "Page for a browser (*.html)", "Pages for print (*.pdf)"
+PAGE, PAPER = "HTML (*.html)", "PDF (*.pdf)"
 
 
 @pytest.fixture

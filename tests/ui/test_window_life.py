@@ -136,10 +136,10 @@ def test_what_arrives_and_is_in_no_channel_is_not_called_nothing(
         return window.crew.view_state().empty_text
 
     until(qtbot, lambda: window.flight_controller.is_open)
-    assert "Nothing has arrived" in said()
+    assert "Nothing received" in said()
     with Aircraft(port):
-        until(qtbot, lambda: said() != "Nothing has arrived yet")
-    assert said() == "Nothing of what has arrived is in the channel map bench"
+        until(qtbot, lambda: said() != "Nothing received yet")
+    assert said() == "No received message is in the channel map bench"
     window.flight_controller.recorders.stop_recording_and_wait()
 
 

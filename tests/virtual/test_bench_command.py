@@ -109,7 +109,7 @@ def test_the_end_of_what_is_typed_ends_it(tmp_path: Path) -> None:
     assert process.returncode == 0
     assert b"lie POSITION" in words
     assert b"rudder is at" in words
-    assert b"'foo' is not understood" in words
+    assert b"'foo' is unknown" in words
 
 
 def test_lines_over_a_port_are_obeyed_and_answered(ground: Ground) -> None:

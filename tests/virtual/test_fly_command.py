@@ -47,7 +47,7 @@ def test_a_flight_folder_is_as_if_recorded(tmp_path: Path) -> None:
     assert np.nanstd(airspeed[true["V"][:count] > 20.0]) < 1.0
     assert not list(tmp_path.glob(".flight*")), "nothing half written is left"
     assert _announcements(out / "raw.tlog") == [
-        "Box on, recording", "Engines running", "Range check", "Take-off run", "Airborne",
+        "Telemetry on, recording", "Engines running", "Range check", "Take-off run", "Airborne",
         "In the pattern", "Approach", "Landed", "Engines off",
     ]  # fmt: skip
 
@@ -119,7 +119,7 @@ def test_a_place_that_is_taken_is_not_touched(tmp_path: Path) -> None:
     ("to", "speed", "words"),
     [
         ("virtual", 1.0, "cannot send"),
-        ("udpout:127.0.0.1:14550", 0.0, "leads nowhere"),
+        ("udpout:127.0.0.1:14550", 0.0, "is not possible"),
         ("upd:127.0.0.1:14550", 1.0, "neither a link"),
     ],
 )

@@ -129,7 +129,7 @@ def test_a_clipped_gyro(plain) -> None:
 
 
 def test_what_comes_early_cannot_be_flown() -> None:
-    with pytest.raises(FlightError, match="yet to come"):
+    with pytest.raises(FlightError, match="must not be negative"):
         ride("sensor.airdata.delay:delay=-0.1")
 
 

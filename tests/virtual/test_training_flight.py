@@ -169,9 +169,9 @@ def test_the_end_of_the_lines_ends_the_flight() -> None:
     while not stream.finished:
         assert time.monotonic() < deadline
         list(stream.advance(4))
-    assert said[0] == "you have it"
+    assert said[0] == "you have control"
     assert "50 %" in said[1]
-    assert "not understood" in said[2]
+    assert "is unknown" in said[2]
 
 
 def test_a_trainee_over_a_real_link_is_in_the_record(tmp_path: Path) -> None:

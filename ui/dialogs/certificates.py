@@ -38,9 +38,9 @@ class CertificatesDialog(FormDialog):
     ) -> None:
         super().__init__(
             "Other certificates",
-            "The volts on record are turned into angles, rates and pressures anew. The flight "
-            "keeps its own certificates.",
-            "Read the flight",
+            "Converts the recorded volts again. The certificates in the flight folder do not "
+            "change.",
+            "Apply",
             look,
             parent,
         )
@@ -49,7 +49,7 @@ class CertificatesDialog(FormDialog):
             "Certificates",
             shipped,
             used.override_source,
-            none="Those kept with the flight",
+            none="Certificates of the flight",
             folder=True,
         )
         self.sentence = FieldMessage()
@@ -63,9 +63,9 @@ class CertificatesDialog(FormDialog):
         usable = True
         if not given:
             kept = len(self._own or {})
-            words = f"{count_text(kept, 'certificate')} kept with the flight."
+            words = f"{count_text(kept, 'certificate')} in the flight folder."
             self.sentence.set_message(
-                words if kept else "Those that its channel map names.", "good"
+                words if kept else "Certificates named by the channel map.", "good"
             )
         elif may_block(given):
             usable = False

@@ -80,7 +80,7 @@ class LinkTestField(QWidget):
         self.systems.addItem("Automatic", None)
         self.systems.setToolTip("Automatic: the system in the channel map, or the first autopilot")
         self.button = QPushButton("Test link")
-        self.button.setToolTip("Listen on the link without recording: what comes, and who sends")
+        self.button.setToolTip("Listen without recording: shows what arrives and who sends it")
         self.button.clicked.connect(self._toggle)
         row.addWidget(self.systems, 1)
         row.addWidget(self.button)
@@ -166,7 +166,7 @@ class ConnectDialog(RecordingDialog):
     ) -> None:
         super().__init__(
             "Connect an aircraft",
-            "Recording begins at once, in a process of its own: it goes on if this window closes.",
+            "Recording starts at once, in a separate process. It continues if this window closes.",
             "Connect",
             look,
             parent,
@@ -185,7 +185,7 @@ class ConnectDialog(RecordingDialog):
             "Calibration",
             choices.calibrations,
             settings.calibration,
-            none="as the channel map says",
+            none="from the channel map",
             folder=True,
         )
         self.add_row("Calibration", self.calibration)

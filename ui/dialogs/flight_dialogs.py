@@ -118,11 +118,11 @@ class RangeDialog(FormDialog):
         if not any(texts):
             self.sentence.set_message("The range follows the trace.", "good")
         elif usable:
-            self.sentence.set_message("The range stays as it is typed. Y changes back.", "good")
+            self.sentence.set_message("The range stays fixed. Y returns to automatic.", "good")
         elif any(parse_number(text) is None for text in texts):
             self.sentence.set_message("Write two numbers, such as 5 and -2.5.", "warning")
         else:
-            self.sentence.set_message("The highest must lie above the lowest.", "warning")
+            self.sentence.set_message("The maximum must be above the minimum.", "warning")
         self.button.setEnabled(usable)
 
     @property
@@ -200,7 +200,7 @@ class ChannelMapDialog(FormDialog):
     ) -> None:
         super().__init__(
             "Which channel map?",
-            f"{path.name} holds messages; a channel map says which of them are which channel.",
+            f"{path.name} contains messages; a channel map assigns them to channels.",
             "Open",
             look,
             parent,
@@ -230,12 +230,12 @@ def ask_closing(
         sentences.append(f"{' and '.join(flights)} {'is' if len(flights) == 1 else 'are'} being "
                          "recorded.")  # fmt: skip
         consequences.append(
-            "A recorder runs in a process of its own. Left running, it goes on without this "
-            "window, and the next window finds it again."
+            "The recorder is a separate process. If left running, it continues without this "
+            "window, and the next window finds it."
         )
     if works:
         sentences.append(f"Not done yet: {', '.join(works)}.")
-        consequences.append("What is not done is given up, and nothing of it is kept.")
+        consequences.append("Unfinished work is discarded.")
     box = QMessageBox(parent)
     box.setWindowTitle("Recording" if flights else "Not done")
     box.setIcon(QMessageBox.Icon.NoIcon)

@@ -123,7 +123,7 @@ def check_link(text: str, parse: Callable[[str], LinkAddress], ports: Iterable[s
     except GroundStationError as error:
         return InputCheck(message=str(error), state="warning")
     except ValueError as error:
-        return InputCheck(message=f"This is not a link: {error}.", state="warning")
+        return InputCheck(message=f"Invalid link: {error}.", state="warning")
     kind = kind_of(address)
     if caution := kind.caution(address, ports):
         return InputCheck(message=caution, state="caution")
@@ -146,11 +146,11 @@ def check_folder(parent: str, name: str) -> InputCheck:
         return InputCheck(message="The flight needs a name.", state="warning")
     if sanitize_file_name(name) != name.strip():
         return InputCheck(
-            message=f"A folder cannot be called that; {sanitize_file_name(name)!r} would do.",
+            message=f"Invalid folder name; use {sanitize_file_name(name)!r} would do.",
             state="warning",
         )
     if not parent.strip():
-        return InputCheck(message="Choose the folder in which flights are kept.", state="warning")
+        return InputCheck(message="Choose the folder for flights.", state="warning")
     place = Path(parent).expanduser()
     if why := unwritable_reason(place):
         return InputCheck(message=f"{why} Choose another folder.", state="warning")

@@ -50,8 +50,8 @@ class LimitsDialog(FormDialog):
         shown = f" in {unit_text(self._unit)}" if self._unit else ""
         super().__init__(
             "Limits",
-            f"{spec.title}{shown}. An empty field is no limit. They count in every flight on "
-            "this computer until they are reset.",
+            f"{spec.title}{shown}. Leave a field empty for no limit. These limits apply to all "
+            "flights on this computer until reset.",
             "Set",
             look,
             parent,
@@ -65,7 +65,7 @@ class LimitsDialog(FormDialog):
             self.add_row(words, self.edits[name], below)
             self.edits[name].textChanged.connect(self._judge)
         self.reset = self.buttons.addButton(
-            "Reset to those of the aircraft", QDialogButtonBox.ButtonRole.ResetRole
+            "Reset to the aircraft file", QDialogButtonBox.ButtonRole.ResetRole
         )
         self.reset.setEnabled(typed)
         self.reset.clicked.connect(self._take_back)
@@ -136,7 +136,7 @@ def check_limits(
     low, high = ends
     if any(not low <= to_inside(number) <= high for number in known):
         return InputCheck(
-            message="One of them lies beyond what the instrument shows: it is never reached.",
+            message="One limit is outside the instrument range: it is never reached.",
             state="caution",
         )
-    return InputCheck(message="Bands on the chart and alarms follow at once.", state="good")
+    return InputCheck(message="Chart bands and alarms change at once.", state="good")

@@ -68,7 +68,7 @@ class LinkField(QWidget):
         self.text = QComboBox()
         self.text.setEditable(True)
         self.text.setAccessibleName("LINK")
-        self.text.setToolTip("The link as one text; those used before are in the list")
+        self.text.setToolTip("Link address; the list holds recent ones")
         self.text.setInsertPolicy(QComboBox.InsertPolicy.NoInsert)
         self.text.addItems(list(links))
         self.text.editTextChanged.connect(self._typed)

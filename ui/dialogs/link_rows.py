@@ -17,7 +17,7 @@ def describe_senders(report: LinkReport) -> tuple[str, ...]:
     if report.lines:
         found.append(f"{count_text(report.lines, 'line')} of text.")
     if report.residue_bytes:
-        found.append(f"{count_text(report.residue_bytes, 'byte')} that belong to no frame.")
+        found.append(f"{count_text(report.residue_bytes, 'byte')} outside any frame.")
     return tuple(found)
 
 
@@ -28,11 +28,11 @@ def _describe_sender(sender: SenderHealth) -> str:
         f"{percent_text(sender.lost / whole if whole else 0.0)} lost",
     ]
     if sender.duplicates:
-        parts.append(f"{sender.duplicates} came twice")
+        parts.append(f"{sender.duplicates} received twice")
     if sender.reordered:
-        parts.append(f"{sender.reordered} came late")
+        parts.append(f"{sender.reordered} received late")
     if sender.unknown:
-        parts.append(f"{sender.unknown} of unknown messages")
+        parts.append(f"{sender.unknown} with unknown messages")
     return f"System {sender.system}, component {sender.component}: {', '.join(parts)}."
 
 

@@ -22,7 +22,7 @@ from ui.widgets.row_model import TableRowModel
 from ui.widgets.table_view import TableRowView
 
 _DELAY = (
-    "Delay: by how much the last one came later, by its own stamp, than the quickest of the last "
+    "Delay: of the last message, by its own time stamp, relative to the fastest of the last "
     "minutes."
 )
 
@@ -63,7 +63,7 @@ class MavlinkInspector(SelfDeletingDialog):
         view = TableRowView(model, look, "Messages", stretch=0, widths=widths, wrap=False)
         for place in () if live else LIVE_ONLY_COLUMNS:
             view.setColumnHidden(place, True)
-        self.messages = ListPanel(view, look, "No frame has come yet.")
+        self.messages = ListPanel(view, look, "No frames received yet.")
         column.addWidget(self.messages, 1)
         column.addWidget(create_label(_DELAY, "hint", wrap=True))
         buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Close)

@@ -37,7 +37,7 @@ class SettingsDialog(FormDialog):
         choices: ConnectionOptions,
         parent: QWidget | None = None,
     ) -> None:
-        super().__init__("Settings", "Remembered from one start to the next.", "Save", look, parent)
+        super().__init__("Settings", "Saved for the next start.", "Save", look, parent)
         self.theme = self._choice([(name, theme_title(name)) for name in THEMES])
         self.add_row("Theme", self.theme)
         self.scale = self._choice([(percent, f"{percent} %") for percent in SCALE_STEPS])
@@ -59,7 +59,7 @@ class SettingsDialog(FormDialog):
         self.add_row("Channel map", self.channel_map)
         self.calibration = ShippedFileField(
             "Calibration", choices.calibrations, settings.calibration,
-            none="As the channel map says", folder=True,
+            none="From the channel map", folder=True,
         )  # fmt: skip
         self.add_row("Calibration", self.calibration)
         restore = self.buttons.addButton("Restore defaults", QDialogButtonBox.ButtonRole.ResetRole)

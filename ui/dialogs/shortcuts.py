@@ -20,14 +20,14 @@ from ui.widgets.flow_layout import FlowLayout
 from ui.widgets.labels import create_label
 
 _MOUSE_ACTIONS = (
-    ("Press on the charts", "Cursor with all values at that time"),
-    ("Double press", "Enlarge one chart, or show all again"),
+    ("Click on the charts", "Cursor with all values at that time"),
+    ("Double-click", "Enlarge one chart, or show all again"),
     ("Wheel", "Zoom in or out in time"),
     ("Shift and wheel", "Scroll in time"),
     ("Wheel over a value axis, or Ctrl and wheel", "Scale the values of that chart"),
     ("Drag a value axis", "Shift the values of that chart"),
-    ("Double press on a value axis", "Autoscale that chart"),
-    ("Right press on charts and tables", "Menu: copy, limits, range, marks, export"),
+    ("Double-click on a value axis", "Autoscale that chart"),
+    ("Right-click on charts and tables", "Menu: copy, limits, range, marks, export"),
 )
 
 
@@ -43,7 +43,7 @@ class ShortcutsDialog(SelfDeletingDialog):
         column.setContentsMargins(look.px(24), look.px(16), look.px(24), look.px(16))
         column.setSpacing(look.px(8))
         self.search = QLineEdit()
-        self.search.setPlaceholderText("Search for a key or for what it does")
+        self.search.setPlaceholderText("Search keys or actions")
         self.search.setAccessibleName("Search the keys")
         self.search.setClearButtonEnabled(True)
         column.addWidget(self.search)

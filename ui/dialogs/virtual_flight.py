@@ -56,7 +56,7 @@ class VirtualFlightDialog(RecordingDialog):
         super().__init__(
             "Fly the virtual aircraft",
             "Engine start, pulses, take-off, doublets, landing: sent over a real link on this "
-            "machine and recorded like any flight.",
+            "computer and recorded like any flight.",
             "Fly",
             look,
             parent,
@@ -70,9 +70,9 @@ class VirtualFlightDialog(RecordingDialog):
             self.speed.addItem("real time" if speed == 1.0 else f"{speed:g} times", speed)
         self.add_row("Speed", self.speed)
         self.seed = IntegerField(0, 999_999, 1)
-        self.seed.setToolTip("The same seed flies the same gusts, noise and pilot")
+        self.seed.setToolTip("The same seed gives the same gusts, noise and pilot")
         self.add_row("Seed", self.seed)
-        self.thin = QCheckBox("Only what a 57,600-baud radio carries")
+        self.thin = QCheckBox("Limited to a 57,600-baud radio")
         self.add_row("Radio", self.thin)
         self.search = QLineEdit()
         self.search.setPlaceholderText("Search the effects")
@@ -113,9 +113,7 @@ class VirtualFlightDialog(RecordingDialog):
             item.setFlags(item.flags() | Qt.ItemFlag.ItemIsUserCheckable)
             item.setCheckState(Qt.CheckState.Unchecked)
             self.effects.addItem(item)
-        self.note.set_message(
-            "Hidden effects make the aircraft differ from its model; find them later."
-        )
+        self.note.set_message("Hidden effects make the aircraft differ from its model.")
         self._narrow(self.search.text())
 
     def _narrow(self, words: str) -> None:

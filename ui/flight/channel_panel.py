@@ -166,7 +166,7 @@ class ChannelPanel(QWidget):
     def _channel_table(self) -> list[tuple[str, ...]]:
         specs = [channel(leaf.data(0, _ID)) for leaf in self._leaves()]
         return [
-            ("Group", "Symbol", "Channel", "In the charts"),
+            ("Group", "Symbol", "Channel", "Show in charts"),
             *(
                 (one.group, symbol_text(one.symbol), one.title,
                  "yes" if one.id in self._charts.channels else "no")
@@ -217,7 +217,7 @@ class ChannelPanel(QWidget):
         self.layouts.clear()
         self.layouts.addItems([*SHIPPED_LAYOUT_NAMES, *saved])
         self.layouts.setCurrentIndex(self.layouts.findText(current) if current else -1)
-        self.layouts.setPlaceholderText("Own choice")
+        self.layouts.setPlaceholderText("Custom")
         self.delete.setEnabled(current in saved)
         self.delete.setToolTip("" if current in saved else "Only saved layouts can be deleted")
 
@@ -342,7 +342,7 @@ class ChannelPanel(QWidget):
         self._set(build_layout(self._charts, order))
 
     def _add_heading(self) -> None:
-        name, agreed = QInputDialog.getText(self, "Add heading", "Words of the heading")
+        name, agreed = QInputDialog.getText(self, "Add heading", "Heading text")
         if agreed and name.strip():
             order = list(list_layout_rows(self._charts))
             order.insert(max(self.order.currentRow(), 0), name.strip())

@@ -399,8 +399,8 @@ class EstimatesPanel(QWidget):
         self._pile.setCurrentIndex(1 if rows else 0)
         if not rows:
             self._empty.setText(
-                "Derivatives form here as maneuvers are flown. It takes an aircraft file, and "
-                "surfaces and rates that are measured."
+                "Derivatives appear here as maneuvers are flown. Requires an aircraft file and "
+                "measured surfaces and rates."
             )
         # The stub lacks None, which Qt takes.
         self.setFocusProxy(self.list if rows else None)  # type: ignore[arg-type]
@@ -412,7 +412,7 @@ def fit_status_text(fitted: int, pending: int, failures: dict[str, str]) -> str:
     if fitted:
         parts.append(f"{fitted} maneuver{'' if fitted == 1 else 's'} fitted")
     if pending:
-        parts.append(f"{pending} being fitted")
+        parts.append(f"{pending} in progress")
     if failures:
         last = next(reversed(failures))
         parts.append(f"{last} not fitted: {failures[last]}")

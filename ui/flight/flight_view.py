@@ -378,7 +378,7 @@ class FlightView(QWidget):
 def _no_alarms_text(watched: float) -> str:
     """Return what is said in the place of alarms while there are none."""
     if watched < 1.0:
-        return f"Catching up, {floor_percent(watched)} %: the flight so far is looked through."
+        return f"Catching up, {floor_percent(watched)} %: reading the flight so far."
     return "No alarms."
 
 

@@ -132,10 +132,10 @@ class FlightViewStateBuilder:
         if snapshot.link.problem:
             return snapshot.link.problem
         if heard == "unreadable":
-            return "What arrives cannot be read"
+            return "Received data cannot be read"
         if heard in _RECEIVED_STATES and snapshot.channel_map:
-            return f"Nothing of what has arrived is in the channel map {snapshot.channel_map}"
-        return "Nothing has arrived yet"
+            return f"No received message is in the channel map {snapshot.channel_map}"
+        return "Nothing received yet"
 
     def _look_at_alarms(self, snapshot: SessionSnapshot, units: str) -> None:
         log, playhead = self.session.alarm_log, snapshot.playhead

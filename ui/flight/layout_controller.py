@@ -17,7 +17,7 @@ from ui.settings import SettingsStore
 from ui.strips.strip_chart import StripChart
 from ui.strips.strip_layout import StripLayout
 
-_OWN_CHOICE = "Own choice"
+_OWN_CHOICE = "Custom"
 
 
 class LayoutController(QObject):

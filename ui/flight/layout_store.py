@@ -61,7 +61,7 @@ class LayoutStore:
         try:
             return self._layouts[name][1]
         except KeyError:
-            raise UnknownNameError(f"no layout of the name '{name}' was saved") from None
+            raise UnknownNameError(f"no layout named '{name}' was saved") from None
 
     def save(self, layout: StripLayout, name: str) -> None:
         """Keep a layout under a name.

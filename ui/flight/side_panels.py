@@ -110,7 +110,7 @@ class ValuesPanel(ListPanel):
             wrap=False,
         )
         super().__init__(
-            view, look, "No cursor is set. Point at the charts, or press C; A and B hold two times."
+            view, look, "No cursor. Point at the charts or press C; A and B set two times."
         )
         self.times = QLabel()
         self.times.setProperty("role", "label")
@@ -159,11 +159,11 @@ class MarksPanel(ListPanel):
         model.edited.connect(self.edited)
         view.opened.connect(self.jump_requested)
         view.itemDelegate().closeEditor.connect(lambda *_: self.edit_ended.emit())
-        go = self.add_button("Go to", "Go to the chosen mark (Enter)", _NO_MARK_TEXT)
+        go = self.add_button("Go to", "Go to the selected mark (Enter)", _NO_MARK_TEXT)
         go.clicked.connect(lambda: self._with_current(self.jump_requested.emit))
-        edit = self.add_button("Edit text", "Edit the text of the chosen mark", _NO_MARK_TEXT)
+        edit = self.add_button("Edit text", "Edit the text of the selected mark", _NO_MARK_TEXT)
         edit.clicked.connect(lambda: self._with_current(self.begin_edit))
-        tip = f"Delete the chosen mark (Delete); {shortcut_text('Ctrl+Z')} brings it back"
+        tip = f"Delete the selected mark (Delete); {shortcut_text('Ctrl+Z')} restores it"
         delete = self.add_button("Delete", tip, _NO_MARK_TEXT)
         delete.clicked.connect(lambda: self._with_current(self.deleted.emit))
         view.deleted.connect(self.deleted)
@@ -201,7 +201,9 @@ class AlarmsPanel(ListPanel):
         )
         super().__init__(view, look, "No alarms.")
         # To find them ahead takes a whole pass through the cues, minutes for a flight of an hour.
-        self.cues_note = create_label("Cue alarms appear as they are played.", "hint", wrap=True)
+        self.cues_note = create_label(
+            ("In a replay, cue alarms appear as they are reached."), "hint", wrap=True
+        )
         self.cues_note.setContentsMargins(8, 8, 8, 4)
         self.cues_note.hide()
         self.head.addWidget(self.cues_note)
@@ -209,7 +211,7 @@ class AlarmsPanel(ListPanel):
         self._acknowledge = self.add_button("Acknowledge (K)", "")
         self._acknowledge.clicked.connect(self.acknowledged)
         self.set_unacknowledged_count(0)
-        go = self.add_button("Go to", "Go to the chosen alarm (Enter)", "Choose an alarm first")
+        go = self.add_button("Go to", "Go to the selected alarm (Enter)", "Choose an alarm first")
         go.clicked.connect(self._go)
 
     def set_unacknowledged_count(self, count: int) -> None:
@@ -232,9 +234,7 @@ class MessagesPanel(ListPanel):
 
     def __init__(self, look: DisplayStyle) -> None:
         model = TableRowModel(look, ("Time", "Message"), right=frozenset({0}))
-        view = TableRowView(
-            model, look, "Messages of the aircraft", stretch=1, widths={0: WIDEST_TIME_TEXT}
-        )
-        super().__init__(view, look, "The aircraft has sent no messages.")
+        view = TableRowView(model, look, "Status messages", stretch=1, widths={0: WIDEST_TIME_TEXT})
+        super().__init__(view, look, "No status messages received.")
         view.opened.connect(self.jump_requested)
         view.menu.add_command("Go to", lambda: self.jump_requested.emit(view.current_key()))

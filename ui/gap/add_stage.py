@@ -42,7 +42,7 @@ class AddStage(StageView):
         self.column.addWidget(pair, 1)
         pair.left.addWidget(create_label("Effects", "heading"))
         self.effects = FittedTableView(
-            look, "Effects: in the model, next, refused", ("Step", "Effect", "State"),
+            look, "Effects: in the model, next, rejected", ("Step", "Effect", "State"),
             stretch=1, widths={0: 52, 2: 150}, least=3,
         )  # fmt: skip
         pair.left.addWidget(self.effects, 30)
@@ -97,9 +97,9 @@ class AddStage(StageView):
         last = step == len(answer.discrepancy.steps) - 1
         self.none.setVisible(last)
         self.none.setText(
-            "Every proven effect is in the model. Force another to try what it would do."
+            "All proven effects are in the model. Force another to see its effect."
             if any(one.step for one in states)
-            else "No effect is proven. Force one to try what it would do."
+            else "No effect is proven. Force one to see its effect."
         )
         values = build_changed_value_rows(answer)
         self.values.show_rows(values)
@@ -108,7 +108,7 @@ class AddStage(StageView):
         gust = answer.discrepancy.disturbance.get("gust")
         sentences = [] if values else ["All other values stay within their bounds."]
         if gust:
-            sentences.append(f"Turbulence of {gust:.2f} m/s (rms) is no effect.")
+            sentences.append(f"Turbulence of {gust:.2f} m/s (rms) is a disturbance, not an effect.")
         self.settled.setText(" ".join(sentences))
         self.settled.setVisible(bool(sentences))
         self.remarks.setText("\n".join((*answer.discrepancy.warnings, *answer.remarks)))
@@ -126,7 +126,7 @@ class AddStage(StageView):
         self.equation.setVisible(bool(equation))
         self.parameters.show_rows(build_parameter_rows(answer, effect, self.look.units))
         if found is None:
-            self.sentences.setText("Refused: the search leaves it out." if effect else "")
+            self.sentences.setText("Rejected: excluded from the search." if effect else "")
             return
         said = [
             "Forced by the crew." if found.forced else f"{effect_confidence_text(answer, found)}."
@@ -134,7 +134,7 @@ class AddStage(StageView):
         said[0] = said[0][:1].upper() + said[0][1:]
         said.append(describe_runner_up(answer, found))
         said.append(
-            f"On the maneuvers kept out it gains {signed_number_text(found.held_out, 1)} in "
-            "log-likelihood."
+            "Log-likelihood gain on the held-out maneuvers: "
+            f"{signed_number_text(found.held_out, 1)}."
         )
         self.sentences.setText("\n".join(said))

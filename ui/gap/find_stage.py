@@ -37,9 +37,7 @@ class FindStage(StageView):
         self.map = DisagreementMapView(look)
         pair.left.addWidget(self.map, 30)
         pair.left.addWidget(DisagreementMapLegend(look))
-        pair.left.addWidget(
-            create_label("A corner marks what is more than chance.", "hint", wrap=True)
-        )
+        pair.left.addWidget(create_label("A corner marks significant cells.", "hint", wrap=True))
         self.heading = create_label("Disagreements", "heading")
         pair.left.addWidget(self.heading)
         self.lines = FittedTableView(
@@ -52,11 +50,11 @@ class FindStage(StageView):
         self.detail = create_label("", "hint", wrap=True)
         pair.left.addWidget(self.detail)
         pair.left.addStretch(1)
-        self.trace = AnalysisPlot(look, "Missing coefficient over time")
+        self.trace = AnalysisPlot(look, "Coefficient residual over time")
         pair.right.addWidget(self.trace, 1)
         self.variable = LabeledComboBox(look, "Against", letters=18)
         pair.right.addWidget(self.variable, 0, Qt.AlignmentFlag.AlignLeft)
-        self.cloud = AnalysisPlot(look, "Missing coefficient against the region")
+        self.cloud = AnalysisPlot(look, "Coefficient residual over the region")
         pair.right.addWidget(self.cloud, 1)
         self.map.cell_selected.connect(self._cell)
         self.lines.opened.connect(self._open)
@@ -87,7 +85,7 @@ class FindStage(StageView):
         self.lines.setVisible(bool(lines))
         self._show_detail()
         instruments = list_instrument_texts(answer)
-        sentences = [] if lines else ["None: what remains is noise in every maneuver."]
+        sentences = [] if lines else ["None: residuals are at the noise floor in all maneuvers."]
         sentences += [f"Instruments: {words}" for words in instruments]
         self.none.setText("\n".join(sentences))
         self.none.setVisible(bool(sentences))
@@ -110,7 +108,7 @@ class FindStage(StageView):
         curves = []
         missing, name = picture.before, "missing"
         if picture.after is not None:
-            missing, name = picture.after, "missing now"
+            missing, name = picture.after, "residual"
             curves.append(
                 PlotCurve(x=picture.times, y=picture.before, color="previous", name="baseline",
                       dashed=True)
@@ -158,7 +156,7 @@ class FindStage(StageView):
         bands = [PlotBand(low=-picture.floor, high=picture.floor)]
         if picture.region is not None:
             low, high = picture.region
-            bands.append(PlotBand(low=low, high=high, name="most here", is_horizontal=False))
+            bands.append(PlotBand(low=low, high=high, name="largest here", is_horizontal=False))
         unit = f", {picture.unit}" if picture.unit else ""
         self.cloud.draw(
             curves,

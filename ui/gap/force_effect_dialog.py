@@ -37,8 +37,7 @@ class ForceEffectDialog(FormDialog):
     ) -> None:
         super().__init__(
             "Force another effect",
-            "It is put into the model whatever its evidence, and everything is fitted anew. Undo "
-            "takes it back.",
+            "Adds the effect regardless of its evidence and refits all values. Undo removes it.",
             "Force",
             look,
             parent,
@@ -87,9 +86,9 @@ class ForceEffectDialog(FormDialog):
         chosen = self.selected_effect
         self.button.setEnabled(chosen is not None)
         if chosen is None:
-            self.note.set_message("No effect is called that.", "warning")
+            self.note.set_message("No such effect.", "warning")
         else:
-            self.note.set_message(chosen.reason or "It did not compete here.")
+            self.note.set_message(chosen.reason or "Not a candidate here.")
 
     @property
     def selected_effect(self) -> ForceableEffect | None:

@@ -115,7 +115,7 @@ class MisfitWaterfall(_PaintedWidget):
     """How the misfit of all channels fell, effect by effect, towards the noise floor."""
 
     def __init__(self, look: DisplayStyle) -> None:
-        super().__init__(look, "Misfit over the steps")
+        super().__init__(look, "Residual by step")
         self._falls: tuple[WaterfallStep, ...] = ()
         self._titles: tuple[str, ...] = ()
         self._current = 0
@@ -200,7 +200,7 @@ class StepSlider(ArrowKeyNavigation, QSlider):
         super().__init__(Qt.Orientation.Horizontal)
         self._look = look
         self._names: tuple[str, ...] = ("Baseline",)
-        self.setAccessibleName("Model on the way from the baseline to the last effect")
+        self.setAccessibleName("Model from the baseline to the last effect")
         back, on = shortcut_text("Alt+Left"), shortcut_text("Alt+Right")
         self.setToolTip(f"Left and Right, or {back} and {on} from anywhere on this page")
         self.setPageStep(1)

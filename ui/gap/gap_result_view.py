@@ -122,7 +122,7 @@ class GapResultView(QScrollArea):
         self.setFocusPolicy(Qt.FocusPolicy.NoFocus)
         self.setWidgetResizable(True)
         self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
-        self.setAccessibleName("The search's answer")
+        self.setAccessibleName("Search result")
         page = _ScrollContent(look)
         self.setWidget(page)
         self._column = QVBoxLayout(page)

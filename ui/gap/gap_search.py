@@ -19,7 +19,7 @@ _RESULT_CACHE_SIZE = 8
 
 def create_search_job_runner() -> ProcessJobRunner:
     """Return the process that searches; it begins with its first job."""
-    return ProcessJobRunner(serve_gap_jobs, name="search", remedy="try fewer flights at once")
+    return ProcessJobRunner(serve_gap_jobs, name="search", remedy="use fewer flights")
 
 
 class GapSearch(QObject):

@@ -17,6 +17,6 @@ class GapStage:
 GAP_STAGES = (
     GapStage(id="find", title="Find", question="Where do simulation and flight disagree?"),
     GapStage(id="name", title="Name", question="Which effect is missing?"),
-    GapStage(id="add", title="Add", question="What does the model become?"),
-    GapStage(id="show", title="Show", question="How far does the gap shrink?"),
+    GapStage(id="add", title="Add", question="What is the revised model?"),
+    GapStage(id="show", title="Show", question="How much does the gap shrink?"),
 )

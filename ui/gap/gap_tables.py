@@ -66,7 +66,7 @@ class DisagreementMapView(FittedTableView):
 
     def __init__(self, look: DisplayStyle) -> None:
         super().__init__(
-            look, "Map of disagreement: maneuvers down, coefficients across", (), stretch=None,
+            look, "Disagreement map: maneuvers by coefficients", (), stretch=None,
             least=4, most=16, wrap=False, row_height=_ROW,
         )  # fmt: skip
         self.setItemDelegate(_MapCellDelegate(look, self))
@@ -128,8 +128,8 @@ class DisagreementMapLegend(QWidget):
         bounds = [f"{bound:g}" for bound in MAP_LEVELS]
         self._words = ("noise", *(f"from {bound}" for bound in bounds))
         self.setAccessibleName(
-            f"Colors: noise, then from {', '.join(bounds)} times the noise floor; "
-            "a corner marks what is more than chance"
+            f"Colors: noise, then from {', '.join(bounds)} times the noise floor; a corner "
+            "marks significant cells"
         )
         look.changed.connect(self._restyle)
         self._restyle()
@@ -197,9 +197,9 @@ class RankingView(FittedTableView):
             row_height=_ROW,
             title_details={
                 1: "Probability among all candidates",
-                2: "Gain of the log-likelihood, less what its parameters cost",
-                3: "Gain of the log-likelihood on maneuvers left out of the fit",
-                4: "Size over its standard deviation",
+                2: "Log-likelihood gain, minus the penalty for its parameters",
+                3: "Log-likelihood gain on held-out maneuvers",
+                4: "Size / standard deviation",
             },
         )
         self.setItemDelegateForColumn(1, _EvidenceBarDelegate(look, self))

@@ -78,11 +78,12 @@ def verdict_text(answer: SearchResult) -> str:
         return f"One effect is missing: {titles[0]}"
     headlines = {
         "effects-found": f"{_count_text(len(titles))} effects are missing",
-        "values-wrong": f"Nothing is missing; {count_text(len(found.values), 'value')} must change",
-        "model-adequate": "Nothing is missing: model and flight agree to the noise",
-        "ambiguous": "Something is missing, and these flights cannot tell what",
-        "unexplained": "Something is missing that has no name in the catalog",
-        "not-observable": "These flights cannot show what is missing",
+        "values-wrong": f"No effect is missing; {count_text(len(found.values), 'value')} must "
+        "change",
+        "model-adequate": "No effect is missing: model and flight agree within the noise",
+        "ambiguous": "An effect is missing; these flights cannot tell which",
+        "unexplained": "An effect is missing that is not in the catalog",
+        "not-observable": "These flights cannot show the missing effect",
     }
     return headlines.get(found.verdict, found.verdict)
 
@@ -191,7 +192,7 @@ def maneuver_text(answer: SearchResult, view: ManeuverHistories, *, clock: bool 
         parts.append(clock_text(float(view.times[0]), decimals=1))
     if view.held_out:
         # Where there is no room for everything, this matters more than the kind.
-        parts.insert(len(parts) if clock else 1, "kept out")
+        parts.insert(len(parts) if clock else 1, "held out")
     return " · ".join(parts)
 
 
@@ -216,7 +217,7 @@ def p_value_text(p_value: float) -> str:
 def gap_closed_text(closed: float | None, std: float | None) -> str:
     """Return ``94 ± 3 % of the gap is closed``."""
     if closed is None:
-        return "There was no gap to close"
+        return "No gap to close"
     if std is None:
         return f"{number_text(100 * closed, 0)} % of the gap is closed"
     decimals = 0 if 100 * std >= 0.95 else 1

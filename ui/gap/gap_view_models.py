@@ -94,8 +94,8 @@ def build_map_rows(answer: SearchResult, step: int) -> tuple[TableRow, ...]:
         texts = tuple(noise_ratio_text(cell.ratio) for cell in cells)
         formats = {
             column: CellFormat(
-                detail=f"{COEFFICIENT_TITLES.get(name, name)} of maneuver {heading}: {text} times "
-                f"the noise floor{', more than chance' if cell.proven else ''}"
+                detail=f"{COEFFICIENT_TITLES.get(name, name)} of maneuver {heading}: {text} "
+                f"times the noise floor{', significant' if cell.proven else ''}"
             )
             for column, (name, text, cell) in enumerate(
                 zip(found.coefficients, texts, cells, strict=True)
@@ -186,8 +186,8 @@ def build_disagreement_rows(answer: SearchResult, system: str) -> tuple[TableRow
     for place, one in enumerate(answer.discrepancy.disagreements):
         when = f"{clock_text(one.t_start, decimals=1)} to {clock_text(one.t_end, decimals=1)}"
         detail = (
-            f"Maneuver {one.maneuver}, {when}, seen most in {channel_text(one.channel)}; "
-            f"{p_value_text(one.p_value)} that noise alone did it."
+            f"Maneuver {one.maneuver}, {when}, largest in {channel_text(one.channel)}; "
+            f"{p_value_text(one.p_value)} that it is noise alone."
         )
         lines.append(
             TableRow(
@@ -238,12 +238,12 @@ def describe_ranking(answer: SearchResult, step: int) -> str:
     found = answer.discrepancy
     rows = found.steps[step].ranking if found.steps else ()
     if not rows:
-        return "Nothing competes here: this model leaves no gap that an effect could close."
+        return "No candidate: this model leaves no gap for an effect to close."
     effect = find_step_effect(answer, step + 1)
     if effect is None:
         best = rows[0]
         return (
-            f"Nothing more is proven. The best of the rest is “{best.title}” with "
+            f"No further effect is proven. Best remaining candidate: “{best.title}”, with "
             f"{percent_text(best.evidence)} of the evidence."
         )
     return f"“{effect.title}” – {effect_confidence_text(answer, effect)}."
@@ -252,9 +252,9 @@ def describe_ranking(answer: SearchResult, step: int) -> str:
 def describe_runner_up(answer: SearchResult, effect: FoundEffect) -> str:
     """Return the runner-up of an effect and the margin over it."""
     if not effect.runner_up:
-        return "No other effect comes near."
+        return "No other candidate is close."
     margin = number_text(effect.margin, 1)
-    return f"Runner-up: “{answer.title(effect.runner_up)}”, behind by {margin} in log-likelihood."
+    return f"Second: “{answer.title(effect.runner_up)}”, behind by {margin}."
 
 
 def find_step_effect(answer: SearchResult, step: int) -> FoundEffect | None:
@@ -283,7 +283,7 @@ def describe_effect(answer: SearchResult, effect: str) -> EffectDescription:
     alike = [f"{answer.title(name)} ({percent_text(abs(cosine))} alike here)"
              for name, cosine in (seen.aliases if seen is not None else ())]  # fmt: skip
     if alike:
-        paragraphs.append(("In these flights it looks like", join_with_and(alike)))
+        paragraphs.append(("Looks the same in these flights as", join_with_and(alike)))
     if note is not None and note.mistaken_for:
         others = join_with_and(answer.title(name) for name in note.mistaken_for)
         paragraphs.append(("Mistaken for", others))
@@ -291,13 +291,13 @@ def describe_effect(answer: SearchResult, effect: str) -> EffectDescription:
     if note is not None and note.distinguished_by and note.distinguished_by != told:
         told = f"{told}; {note.distinguished_by}" if told else note.distinguished_by
     if told:
-        paragraphs.append(("What would tell it apart", told))
+        paragraphs.append(("Maneuver that tells it apart", told))
     if note is not None and note.remedy:
-        paragraphs.append(("Settled on the ground by", note.remedy))
+        paragraphs.append(("Ground measurement", note.remedy))
     if seen is not None:
         paragraphs.append(
             (
-                "Could these flights show it?",
+                "Observable in these flights?",
                 f"A plausible size shows {observability_text(seen.sigma)}",
             )
         )

@@ -170,7 +170,7 @@ class GapJobHandler:
             names = ", ".join(path.name for path in request.flights)
             raise GroundStationError(
                 f"no maneuvers were found in {names}: fly doublets of elevator, aileron and "
-                "rudder from trim, each left alone for two seconds or more"
+                "rudder from trim, each followed by two seconds hands off"
             )
         several = len(flown) > 1
         self._remarks = tuple(

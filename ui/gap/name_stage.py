@@ -28,19 +28,19 @@ class NameStage(StageView):
         super().__init__(look)
         pair = StackingColumns(look, (6, 5))
         self.column.addWidget(pair, 1)
-        pair.left.addWidget(create_label("What competes", "heading"))
+        pair.left.addWidget(create_label("Candidate effects", "heading"))
         self.winner = create_label("", "strong", wrap=True)
         pair.left.addWidget(self.winner)
         self.margin = create_label("", "muted", wrap=True)
         pair.left.addWidget(self.margin)
         self.ranking = RankingView(look)
         pair.left.addWidget(self.ranking, 30)
-        pair.left.addWidget(create_label("What these flights could show", "heading"))
-        self.hidden_only = QCheckBox("Only what they could not show")
-        self.hidden_only.setAccessibleName("Only the effects that these flights could not show")
+        pair.left.addWidget(create_label("Observability", "heading"))
+        self.hidden_only = QCheckBox("Unobservable only")
+        self.hidden_only.setAccessibleName("Only effects that these flights cannot show")
         pair.left.addWidget(self.hidden_only)
         self.observability = FittedTableView(
-            look, "What these flights could show of each effect",
+            look, "Observability of each effect",
             ("Effect", "A plausible size shows", "To see it, fly"),
             stretch=2, widths={0: 190, 1: 150}, least=3,
         )  # fmt: skip
@@ -52,7 +52,7 @@ class NameStage(StageView):
         pair.right.addWidget(self.equation)
         self.about = HeadedParagraphs(look)
         pair.right.addWidget(self.about)
-        self.same = create_label("What would look the same", "heading")
+        self.same = create_label("Indistinguishable", "heading")
         pair.right.addWidget(self.same)
         self.alternatives = HeadedParagraphs(look)
         pair.right.addWidget(self.alternatives)

@@ -30,9 +30,9 @@ from ui.widgets.table_view import BoxedListView
 
 _STAGE_DESCRIPTIONS = {
     "find": "Where simulation and flight disagree: coefficient, maneuver, region.",
-    "name": "Which effect is missing, how sure that is, what would tell it from others.",
-    "add": "The effect in the model, all values fitted anew; refuse it, or force another.",
-    "show": "Before and after on maneuvers that were kept out.",
+    "name": "The missing effect, its confidence, and the maneuver that tells it from others.",
+    "add": "The effect in the model, all values refitted; reject it, or force another.",
+    "show": "Before and after, on held-out maneuvers.",
 }
 
 
@@ -66,7 +66,7 @@ class SearchSetupPage(CenteredPage):
         self.column.addWidget(create_label("Model gap", "title"))
         self.column.addWidget(
             create_label(
-                "Where simulation and measurement disagree: find out which effect the model lacks.",
+                "Find where simulation and measurement disagree, and which effect the model lacks.",
                 "muted",
                 wrap=True,
             )
@@ -82,7 +82,7 @@ class SearchSetupPage(CenteredPage):
         self.add_open = self._button("Add the open flight", self._add_open)
         self.add_file = self._button("Add a file…", self._add_file)
         self.add_folder = self._button("Add a folder…", self._add_folder)
-        self.remove = self._button("Take out", self._remove)
+        self.remove = self._button("Remove", self._remove)
         self.column.addWidget(
             create_button_row(look, self.add_open, self.add_file, self.add_folder, self.remove)
         )
@@ -94,7 +94,7 @@ class SearchSetupPage(CenteredPage):
         grid.setVerticalSpacing(look.px(8))
         grid.setColumnStretch(1, 1)
         self.aircraft = ShippedFileField(
-            "Aircraft", shipped_aircraft(), settings.gap_aircraft, none="As each flight says"
+            "Aircraft", shipped_aircraft(), settings.gap_aircraft, none="From each flight"
         )
         self.model = ShippedFileField(
             "Current model", tuple(filter(None, (settings.gap_model,))), settings.gap_model,
@@ -110,12 +110,12 @@ class SearchSetupPage(CenteredPage):
         self.search = self._button("Search", self.request_search)
         self.search.setProperty("role", "primary")
         self.search.setMinimumHeight(look.px(44))
-        self.back = self._button("Back to the answer", self.back_requested.emit)
+        self.back = self._button("Back to the result", self.back_requested.emit)
         self.back.setMinimumHeight(look.px(44))
         self.back.hide()
         self.column.addWidget(create_button_row(look, self.search, self.back))
         self.column.addSpacing(look.px(8))
-        self.other = create_label("No flight at hand?", "heading")
+        self.other = create_label("No flight available?", "heading")
         self.column.addWidget(self.other)
         self.open = self._button("Open a flight…", lambda: self.command_requested.emit("open_file"))
         self.virtual = self._button(
@@ -125,8 +125,8 @@ class SearchSetupPage(CenteredPage):
             "Try a flight with a hidden effect", self.virtual_flight_requested.emit
         )
         self.trial.setToolTip(
-            "The virtual aircraft flies with throttle pitching the nose, half a minute or so; "
-            "then that flight is searched with the model that does not know of it"
+            "Simulates a flight whose throttle pitches the nose (about half a minute), then "
+            "searches it with a model without that effect"
         )
         self.column.addWidget(create_button_row(look, self.open, self.virtual, self.trial))
         for path in settings.gap_flights:
@@ -253,18 +253,18 @@ class SearchSetupPage(CenteredPage):
         self.trial.setToolTip(busy)
         gone = [path.name for path in paths if path_kind(path) == "missing"]
         if gone:
-            self.sentence.set_message(f"{gone[0]} is not there any more; take it out.", "warning")
+            self.sentence.set_message(f"{gone[0]} no longer exists; remove it.", "warning")
         elif not paths:
             self.sentence.set_message(
-                "No flight yet. Add one with doublets of every surface, or try the flight with a "
+                "No flight. Add one with doublets of every surface, or try a flight with a "
                 "hidden effect below.",
                 "caution",
             )
         elif self._busy:
-            self.sentence.set_message("What is changed here counts for the next search.")
+            self.sentence.set_message("Changes apply to the next search.")
         elif len(paths) == 1:
             self.sentence.set_message(
-                "One flight. Several flights with the same maneuvers make names surer."
+                "One flight. Several flights with the same maneuvers give more certain names."
             )
         else:
             self.sentence.set_message(f"{len(paths)} flights, searched together.", "good")

@@ -41,9 +41,9 @@ class ShowStage(StageView):
             "gap_save": ActionButton(actions["gap_save"], "Save the model…", look),
         }
         pair.left.addWidget(create_button_row(look, self.maneuver, self.channel))
-        self.overlay = AnalysisPlot(look, "Measured and computed")
+        self.overlay = AnalysisPlot(look, "Measured and simulated")
         pair.left.addWidget(self.overlay, 3)
-        self.rest = AnalysisPlot(look, "Measured minus computed", high=132)
+        self.rest = AnalysisPlot(look, "Residual", high=132)
         pair.left.addWidget(self.rest, 2)
         self.closed = create_label("", "heading", wrap=True)
         pair.right.addWidget(self.closed)
@@ -54,7 +54,7 @@ class ShowStage(StageView):
         )
         self.bars = ChannelGapBars(look)
         pair.right.addWidget(self.bars)
-        pair.right.addWidget(create_label("All channels, step by step", "strong"))
+        pair.right.addWidget(create_label("All channels by step", "strong"))
         self.falls = MisfitWaterfall(look)
         pair.right.addWidget(self.falls)
         pair.right.addWidget(create_button_row(look, *self.buttons.values()))
@@ -63,7 +63,7 @@ class ShowStage(StageView):
         self.column.addWidget(self.numbers_heading)
         self.numbers = FittedTableView(
             look, "Numbers of each channel",
-            ("Channel", "RMS", "Noise", "Of range", "Theil", "In 3 floors"),
+            ("Channel", "RMS", "Noise", "of range", "Theil", "In 3 floors"),
             stretch=0, widths={1: 140, 2: 68, 3: 104, 4: 120, 5: 112},
             right=frozenset({1, 2, 3, 4, 5}), least=5, most=12,
         )  # fmt: skip
@@ -103,9 +103,9 @@ class ShowStage(StageView):
         self._draw_overlay()
         gap = found.gap
         self.closed.setText(f"{gap_closed_text(gap.closed, gap.closed_std)}.")
-        kept = "No maneuver could be kept out: fly one more of each kind."
+        kept = "No held-out maneuver: fly one more of each kind."
         if gap.on:
-            kept = f"Judged on maneuvers {join_with_and(gap.on)}, kept out of naming and fitting."
+            kept = f"Validated on maneuvers {join_with_and(gap.on)}, held out of the search."
         self.on.setText(f"From the baseline to the last effect. {kept}")
         self.bars.show_pairs(channel_gaps(found, selection.step))
         self.falls.show_steps(waterfall_steps(found), list_model_names(answer), selection.step)
@@ -113,7 +113,7 @@ class ShowStage(StageView):
         self.numbers.setMaximumWidth(self.look.px(760))
         self.numbers.show_rows(lines)
         self.numbers.setVisible(bool(lines))
-        self.numbers_heading.setText("Baseline → last effect, on the maneuvers kept out")
+        self.numbers_heading.setText("Baseline → last effect, held-out maneuvers")
         self.numbers_heading.setVisible(bool(lines))
 
     def _draw_overlay(self) -> None:
@@ -128,7 +128,7 @@ class ShowStage(StageView):
         name = list_model_names(answer)[selection.step]
         axis, unit = channel_text(selection.channel), axis_unit(selection.channel, self.look.units)
         left = f"{axis.split(', ')[0]}{f', {unit}' if unit else ''}"
-        kept = "kept out of naming and fitting" if view.held_out else "used for naming and fitting"
+        kept = "held out" if view.held_out else "used in the search"
         color = trace_color(selection.channel)
         curves = [
             PlotCurve(x=picture.times, y=picture.before, color="previous", name="baseline",
@@ -152,7 +152,7 @@ class ShowStage(StageView):
         self.rest.draw(
             rests,
             [PlotBand(low=-picture.floor, high=picture.floor, name="noise floor")],
-            title=f"Measured minus computed: {axis}",
+            title=f"Residual: {axis}",
             bottom=FLIGHT_TIME_LABEL,
             left=left,
         )

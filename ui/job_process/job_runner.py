@@ -102,8 +102,8 @@ class ProcessJobRunner:
             except (EOFError, OSError) as error:
                 code = self._ended()
                 raise JobError(
-                    f"the {self._name} ended without a word (exit code {code}): most likely the "
-                    f"memory was full; {self._remedy}"
+                    f"the {self._name} ended without a message (exit code {code}): probably out "
+                    f"of memory; {self._remedy}"
                 ) from error
 
     def _begin(self) -> Connection:

@@ -101,7 +101,7 @@ def build_cue_display(reading: CueDisplayInput) -> CueDisplay:
         hints = (Hint(text=f"connect with {connect}, or train with {train}"),)
         return CueDisplay(status_text="NO FLIGHT", sign="unknown", tone="unknown", hints=hints)
     if cues is None:
-        hints = (Hint(text="this flight is opened without cues"),)
+        hints = (Hint(text="this flight was opened without cues"),)
         return CueDisplay(status_text="NO CUE", sign="unknown", tone="unknown", hints=hints)
     head = _build_status(reading, cues)
     gauges = (
@@ -144,7 +144,7 @@ def _build_status(reading: CueDisplayInput, cues: CueSnapshot) -> _StatusDisplay
             gauges=(Gauge(title="SPEED", number=DASH),),
         )
     if reading.monitored_fraction < 1.0:
-        words = f"catching up with the flight: {floor_percent(reading.monitored_fraction)} %"
+        words = f"catching up: {floor_percent(reading.monitored_fraction)} %"
         return _StatusDisplay(
             word="NO CUE",
             sign="unknown",
@@ -215,7 +215,7 @@ def _build_input(under_way: InputInProgress, cues: CueSnapshot, units: str) -> _
         tone="strong",
         ring=min(max(left / total, 0.0), 1.0) if total > 0.0 else 0.0,
         count=f"{max(math.ceil(left), 0)}",
-        hints=(Hint(text="let it swing", sign="hand"),),
+        hints=(Hint(text="hands off, let it oscillate", sign="hand"),),
         gauges=gauges,
     )
 
@@ -259,15 +259,15 @@ def _build_trim(trim: TrimCue | None, cues: CueSnapshot, units: str) -> _StatusD
         sign = hints[0].sign or sign if hints else sign
     elif trim.state == "hold":
         ring = min(max(trim.progress, 0.0), 1.0)
-        hints = (Hint(text="keep it there"),)
+        hints = (Hint(text="hold it"),)
     elif trim.state == "go":
-        hints = (Hint(text=wanted or "make the input"),)
+        hints = (Hint(text=wanted or "fly the input"),)
         unseen = [name for name in _next_surfaces(cues) if name in cues.unmeasured_surfaces]
         if unseen:
             words = f"no verdict: {surfaces_text(unseen)} not measured"
             hints += (Hint(text=words, sign="unknown", tone="caution"),)
         if cues.card is not None and cues.speed is None and cues.alpha is None:
-            hints += (Hint(text="speed by eye: nothing measures it"),)
+            hints += (Hint(text="speed not measured: judge by eye"),)
     elif trim.state == "gusty":
         hints = (Hint(text="gusty: wait for calmer air"),)
     elif trim.state == "turn":
@@ -305,7 +305,7 @@ def _build_card(cues: CueSnapshot, browsed: TestCard | None) -> CardDisplay:
     prospects = {one.card: one.text for one in outlook.forecasts} if outlook is not None else {}
     if browsed is not None:
         return CardDisplay(
-            heading=f"LOOKING AT {browsed.id} · Enter flies it",
+            heading=f"SHOWING {browsed.id} · Enter flies it",
             text=browsed.display_title,
             benefit_text=prospects.get(browsed.id, browsed.remarks),
             time_left_text=time,
@@ -339,7 +339,7 @@ def _footer_text(cues: CueSnapshot) -> str:
     """Return what can and cannot be judged, the gaps first."""
     missing = cues.limitations or (cues.trim.limitations if cues.trim is not None else ())
     judged = cues.judged_by or (cues.trim.judged_by if cues.trim is not None else ())
-    told = [f"Not judged: {'; '.join(missing)}"] if missing else []
+    told = [f"Not evaluated: {'; '.join(missing)}"] if missing else []
     if judged:
         told.append(f"Judged: {'; '.join(judged)}")
     return STATEMENT_SEPARATOR.join(told)

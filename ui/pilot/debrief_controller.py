@@ -112,13 +112,13 @@ class DebriefController(QObject):
         catalog, path = catalog_path(self._store.current), session.path
         aircraft = "" if session.aircraft is None else session.aircraft.name
         work = BackgroundJob(
-            "Keeping the debrief",
+            "Saving the debrief",
             lambda _tell: save_debrief(path, debrief, catalog, aircraft),
             self,
         )
         work.done.connect(lambda _catalog: self.read_trends())
         work.failed.connect(self._faults.report)
-        self._desk.job_started.emit(work, f"The debrief of {session.name} is kept in {catalog}.")
+        self._desk.job_started.emit(work, f"Debrief of {session.name} is in {catalog}.")
         work.start()
 
     def show_in_charts(self) -> None:

@@ -118,7 +118,7 @@ class DebriefPage(QWidget):
         self._shown = state
         self.headline.setText(debrief_headline(debrief))
         self.list.set_items([build_maneuver_item(one, self._look.units) for one in maneuvers])
-        self.cards.show_rows(build_card_rows(debrief), "No test cards belong to this flight.")
+        self.cards.show_rows(build_card_rows(debrief), "This flight has no test cards.")
         self._show_maneuver()
         self.changed.emit()
 
@@ -126,7 +126,7 @@ class DebriefPage(QWidget):
         """Show flights in a row."""
         self.trends.show_rows(
             build_trend_rows(trends),
-            f"No flight is kept in the catalog yet. {shortcut_text('Ctrl+S')} keeps this one.",
+            f"No flight in the catalog. {shortcut_text('Ctrl+S')} saves this one.",
         )
 
     @property
@@ -141,7 +141,7 @@ class DebriefPage(QWidget):
         self.charts.setVisible(judged is not None)
         self.why.setVisible(judged is not None)
         if judged is None:
-            self.title.setText("Every input is listed here once it is flown")
+            self.title.setText("Inputs are listed here as they are flown")
             return
         line = build_maneuver_item(judged, self._look.units)
         self.title.setText(f"{line.text}: {line.state_text}")

@@ -34,7 +34,7 @@ def debrief_headline(debrief: Debrief | None) -> str:
     good = f"{debrief.good} of {count_text(flown, 'input')} good" if flown else "no inputs yet"
     words = f"{debrief.flight}: {good}"
     if debrief.score is not None:
-        words += f" · {percent_text(debrief.score)} of what the cards ask for"
+        words += f" · {percent_text(debrief.score)} of the card set"
     return words
 
 
@@ -56,12 +56,12 @@ def build_maneuver_item(judged: EvaluatedManeuver, units: str) -> StatusListItem
 def list_verdict_reasons(judged: EvaluatedManeuver, units: str) -> tuple[str, ...]:
     """Return why a maneuver got its verdict, and what was measured of it, as sentences."""
     verdict = judged.verdict
-    said = [finding.words for finding in verdict.findings] or ["nothing speaks against it"]
+    said = [finding.words for finding in verdict.findings] or ["no objection"]
     said += [_input_shape_text(judged, name, units) for name in verdict.surfaces]
     moved = [f"{SURFACE_NAMES.get(name, name)} {_angle_text(name, size, units)}"
              for name, size in verdict.cross.items()]  # fmt: skip
     if moved:
-        said.append(f"moved beside it: {', '.join(moved)}")
+        said.append(f"also moved: {', '.join(moved)}")
     said.append(_input_start_text(judged))
     said += verdict.judged_by
     return tuple(said)
@@ -81,9 +81,9 @@ def _input_shape_text(judged: EvaluatedManeuver, name: str, units: str) -> str:
     if halves:
         words += f", steps of {', '.join(number_text(step, 2) for step in halves)} s"
     if name in verdict.symmetry:
-        words += f", halves alike to {percent_text(verdict.symmetry[name])}"
+        words += f", halves symmetric to {percent_text(verdict.symmetry[name])}"
     if name in verdict.left_over:
-        words += f", {percent_text(verdict.left_over[name])} left over"
+        words += f", {percent_text(verdict.left_over[name])} residual"
     return words
 
 
@@ -95,9 +95,9 @@ def _input_start_text(judged: EvaluatedManeuver) -> str:
     """Return how it began: with GO or without, and what was off."""
     go = judged.go_at
     begun = judged.verdict.t_input
-    words = "begun without GO" if go is None else f"begun {duration_text(begun - go)} after GO"
+    words = "started without GO" if go is None else f"begun {duration_text(begun - go)} after GO"
     off = [f"{name} {number_text(share, 1)}" for name, share in judged.trim_deviations.items()]
-    return f"{words}; off in tolerances: {', '.join(off)}" if off else words
+    return f"{words}; deviations in tolerances: {', '.join(off)}" if off else words
 
 
 CARD_COLUMN_TITLES: Final = ("Card", "", "Good", "Flown", "Wanted")
@@ -112,7 +112,7 @@ def build_card_rows(debrief: Debrief | None) -> tuple[tuple[str, ...], ...]:
 
 
 TREND_COLUMN_TITLES: Final = (
-    "Flight", "Good", "Cards", "Size flown over wanted", "Off at the start", "Apart",
+    "Flight", "Good", "Cards", "Size flown / target", "Trim deviation at start", "Apart",
 )  # fmt: skip
 
 

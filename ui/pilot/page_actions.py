@@ -11,18 +11,18 @@ from ui.commands import shortcut_text
 from ui.widgets.action_bar import ActionItem
 
 _ACTION_LABELS: Final[Mapping[str, str]] = {
-    "pilot_dismiss": "Verdict away",
-    "pilot_previous_card": "Card before",
+    "pilot_dismiss": "Dismiss",
+    "pilot_previous_card": "Previous card",
     "pilot_next_card": "Next card",
     "pilot_fly_card": "Fly this card",
-    "pilot_repeat": "Last card again",
+    "pilot_repeat": "Repeat card",
     "pilot_any_card": "Best card",
     "pilot_sticks": "Sticks",
-    "pilot_charts": "In the charts",
+    "pilot_charts": "Show in charts",
     "pilot_keep": "Keep",
     "pilot_debrief": "Debrief",
     "pilot_page": "In flight",
-    "pilot_window": "Own window",
+    "pilot_window": "Separate window",
     "pilot_train": "Train",
     "mute": "Sound",
 }

@@ -204,7 +204,7 @@ class PilotPage(WindowPage):
     def _sticks_words(self) -> str:
         if not self.training.running:
             return ""
-        return "Give it back" if self.training.trainee_has_control else "I have it"
+        return "You have control" if self.training.trainee_has_control else "I have control"
 
     # Speech
 

@@ -41,7 +41,9 @@ class TrainingStatusLine(QLabel):
     def show_status(self, training: TrainingFlight) -> None:
         """Say who has it, and the keys."""
         if training.trainee_has_control:
-            self.setText(f"You have it ({training.settings_text}) · {_KEYS_TEXT} · H: give it back")
+            self.setText(
+                f"You have control ({training.settings_text}) · {_KEYS_TEXT} · H: give it back"
+            )
         else:
-            self.setText("The built-in pilot flies the pattern · H: you have it")
+            self.setText("The built-in pilot flies the pattern · H: take control")
         self.setVisible(training.running)

@@ -44,8 +44,8 @@ class CalibrationCharts(QWidget):
         row = QHBoxLayout(self)
         row.setContentsMargins(0, 0, 0, 0)
         row.setSpacing(look.px(8))
-        self.curve = AnalysisPlot(look, "The curve", high=170)
-        self.residuals = AnalysisPlot(look, "Points off the curve", high=170)
+        self.curve = AnalysisPlot(look, "Calibration curve", high=170)
+        self.residuals = AnalysisPlot(look, "Residuals", high=170)
         row.addWidget(self.curve, 1)
         row.addWidget(self.residuals, 1)
         self._here = pyqtgraph.InfiniteLine(angle=90, movable=False)
@@ -74,7 +74,7 @@ class CalibrationCharts(QWidget):
         curves = [
             PlotCurve(
                 x=x, y=y, color=color, points=True, symbol=symbol,
-                name=DIRECTION_TEXT[way] or "either way",
+                name=DIRECTION_TEXT[way] or "both directions",
             )
             for (x, y), (way, symbol) in zip(points, _DIRECTION_SYMBOLS, strict=True)
             if x.size
@@ -89,10 +89,10 @@ class CalibrationCharts(QWidget):
             off = self._residuals(view, places, color)
         words = f"{len(view.points)} points"
         self.curve.draw(
-            curves, title="The curve", bottom="Volts", left=f"Angle [{unit}]", words=words
+            curves, title="Calibration curve", bottom="Volts", left=f"Angle [{unit}]", words=words
         )
         self.residuals.draw(
-            off, title="Points off the curve", bottom="Volts", left=f"Off [{unit}]", words=words
+            off, title="Residuals", bottom="Volts", left=f"Off [{unit}]", words=words
         )
 
     def _residuals(self, view: WizardView, places: FloatArray, color: str) -> list[PlotCurve]:

@@ -14,7 +14,7 @@ from ui.icons import paint_indicator
 
 _ROW, _HEAD = 26, 24
 _ALIGN = Qt.AlignmentFlag
-_TITLES = ("Set to", "Volts", "Off the curve")
+_TITLES = ("Set to", "Volts", "Residual")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -52,7 +52,7 @@ class CalibrationPointRow:
         """Return the row in words."""
         way = DIRECTION_TEXT[self.direction]
         if self.index is None:
-            parts = (self.value, way, "now" if self.current else "to come")
+            parts = (self.value, way, "now" if self.current else "pending")
         else:
             parts = (self.value, way, self.volts, self.residual, self.remark)
         return ", ".join(part for part in parts if part)

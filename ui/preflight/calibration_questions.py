@@ -48,10 +48,10 @@ class CalibrationQuestions:
     def _skip(self, run: WizardController) -> None:
         full = run.view.mode == "full"
         self._bar.ask(
-            f"Leave this instrument {'uncalibrated' if full else 'unchecked'}? Say why.",
+            f"Leave this instrument {'uncalibrated' if full else 'unchecked'}? Give the reason.",
             lambda reason: run.perform(WizardAction(kind="skip", reason=reason)),
             typed=True,
-            yes="Skip it",
+            yes="Skip",
             text="not calibrated today" if full else "not today",
         )
 
@@ -66,17 +66,17 @@ class CalibrationQuestions:
                 run.perform(WizardAction(kind="add", value=value))
 
         question = f"Which further setting, in {instrument.unit}?"
-        self._bar.ask(question, add, typed=True, yes="Add it", wrong=_no_number)
+        self._bar.ask(question, add, typed=True, yes="Add", wrong=_no_number)
 
     def _abort(self, run: WizardController) -> None:
         full = run.view.mode == "full"
         self._bar.ask(
-            "Break the calibration off? What was accepted stays in force."
+            "Stop the calibration? Accepted certificates stay in force."
             if full
-            else "Break the check off? The certificates stay in force.",
+            else "Stop the check? The certificates stay in force.",
             lambda _: run.perform(WizardAction(kind="abort")),
             typed=False,
-            yes="Break off",
+            yes="Stop",
         )
 
     def _air(self, run: WizardController) -> None:
@@ -92,7 +92,7 @@ class CalibrationQuestions:
                 f"Temperature of the air in the shade, in {unit_text(degrees)}?",
                 lambda typed: self._air_entered(run, pressure, typed, degrees),
                 typed=True,
-                yes="Enter it",
+                yes="Enter",
                 wrong=_no_number,
             )
 
@@ -111,14 +111,14 @@ class CalibrationQuestions:
             if text in _FIT_ORDERS:
                 run.perform(WizardAction(kind="choose_degree", degree=_FIT_ORDERS[text]))
 
-        question = "1 straight line, 2 quadratic, 3 cubic, 0 lets the points decide:"
+        question = "Fit order: 1, 2, 3, or 0 for automatic"
         self._bar.ask(
             question,
             choose,
             typed=True,
-            yes="Take it",
+            yes="Apply",
             text="0",
-            wrong=lambda text: "" if text in _FIT_ORDERS else f"'{text}' is none of these.",
+            wrong=lambda text: "" if text in _FIT_ORDERS else f"'{text}' is not a choice.",
         )
 
 

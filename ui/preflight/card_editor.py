@@ -34,7 +34,7 @@ class CardEditor(FormPart[CardSet]):
         self.area = FormColumns(look, 2)
         self._column.addWidget(self.area)
         point, maneuver = FormSection(look, "Test point"), FormSection(look, "Maneuver")
-        allowed = FormSection(look, "Still counts within")
+        allowed = FormSection(look, "Tolerance")
         plain = {value.key[-1]: value for value in create_card_fields(0)}
         for name in ("id", "title", "speed", "alpha", "height", "flap"):
             point.add(self._field(name, plain[name]))
@@ -100,9 +100,7 @@ class CardEditor(FormPart[CardSet]):
             return
         for name, value in self._values(editor.file.model.cards[self._row]).items():
             problem = editor.problems.get(value.key, "")
-            self.fields[name].show_message(
-                f"Not on the card: {problem}" if problem else "", "warning"
-            )
+            self.fields[name].show_message(f"Not saved: {problem}" if problem else "", "warning")
 
     def _typed(self, name: str, text: str) -> None:
         editor = self._editor

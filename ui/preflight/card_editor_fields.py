@@ -37,7 +37,7 @@ def create_card_fields(row: int) -> tuple[CardField, ...]:
     """Return the values of a card, but for its surfaces and their amplitudes."""
     kinds = tuple((name, _KIND_TITLES[name]) for name in get_args(CardInputKind))
     return (
-        CardField(key=_key(row, "id"), name="Said over the radio"),
+        CardField(key=_key(row, "id"), name="Radio call"),
         CardField(key=_key(row, "title"), name="Title"),
         _number(row, "speed", "Speed", "speed", "ft/s", "m/s", 1),
         _number(row, "alpha", "Angle of attack", "angle", "deg", "deg", 1),
@@ -45,7 +45,7 @@ def create_card_fields(row: int) -> tuple[CardField, ...]:
         _number(row, "flap", "Flap", "angle", "deg", "deg", 1),
         CardField(key=_key(row, "kind"), name="Input", kind="choice", choices=kinds),
         _number(row, "width", "Width of a step", "time", "s", "s", 2),
-        CardField(key=_key(row, "repeats"), name="Good ones wanted", kind="whole"),
+        CardField(key=_key(row, "repeats"), name="Good repeats required", kind="whole"),
         CardField(key=_key(row, "remarks"), name="For the pilot", kind="lines"),
     )
 
@@ -143,7 +143,7 @@ def find_cards_state(
         words = f"{count_text(len(problems), 'value')} wrong"
         return StepStatus(state="warning", text=words, detail=". ".join(problems))
     if flies and not own:
-        return StepStatus(text="none in this flight", detail=f"{count} as shipped to choose from")
+        return StepStatus(text="none in this flight", detail=f"{count} shipped sets to choose from")
     if flown is None:
         repeats = sum(card.repeats for card in cards.cards)
         return StepStatus(
@@ -155,5 +155,5 @@ def find_cards_state(
     return StepStatus(
         state="good" if flown.is_complete else "plain",
         text=f"{done} of {count} done",
-        detail=f"{count_text(len(flown.unplanned), 'maneuver')} beside the cards",
+        detail=f"{count_text(len(flown.unplanned), 'maneuver')} not on a card",
     )

@@ -29,7 +29,7 @@ class PayloadForm(FormPart[FlightInfo]):
     def __init__(self, look: DisplayStyle) -> None:
         super().__init__(look)
         self._column.addWidget(
-            create_label("Ballast, cameras, what was taken out (negative)", "hint", wrap=True)
+            create_label("Ballast, cameras; negative for removed items", "hint", wrap=True)
         )
         self.rows = GrowingFieldGrid(
             look,
@@ -82,7 +82,7 @@ class PayloadForm(FormPart[FlightInfo]):
         items, problem = [], ""
         for row in self.rows.rows:
             if not all(row):
-                problem = "Not on the card yet: write what, mass, and how far ahead of the CG."
+                problem = "Incomplete: enter item, mass and distance ahead of the CG."
                 continue
             try:
                 items.append(self._item(row, known))

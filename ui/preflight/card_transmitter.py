@@ -102,7 +102,7 @@ class TransmitterForm(FormPart[FlightInfo]):
         problem = ""
         for source, target, share in self.mixers.rows:
             if not (source and target and share):
-                problem = "Not on the card yet: a mixer needs from, to and share."
+                problem = "Incomplete: a mixer needs from, to and share."
                 continue
             try:
                 written = parse_field(create_mixer_field(), share, self._look.units)

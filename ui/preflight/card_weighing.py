@@ -41,8 +41,8 @@ class WeighingForm(FormPart[FlightInfo]):
             self._add(value.key[-1], value)
         self.weight = create_label("", "title")
         self.words = create_label("", wrap=True)
-        self.take = QPushButton("Take it as take-off weight")
-        self.take.setAccessibleName("Take the weighed weight as take-off weight")
+        self.take = QPushButton("Use as take-off weight")
+        self.take.setAccessibleName("Use the measured weight as take-off weight")
         set_touch_height(self.take)
         self.take.clicked.connect(self._take)
         self.doubts = FieldMessage()
@@ -108,7 +108,7 @@ class WeighingForm(FormPart[FlightInfo]):
             return "", ""
         asked = [self.fields[name][1] for name in self._scales(self._way)]
         if any(not one.text.strip() for one in asked):
-            return "Not on the card yet: read the other scales too.", "caution"
+            return "Incomplete: read the other scales too.", "caution"
         return problem, "warning"
 
     def show_warning(self, words: str) -> None:

@@ -215,19 +215,17 @@ class CardsPage(PreflightStepPage):
         if book is None or book.editor is None:
             self.said.set_message("" if book is None else book.read_error, "warning")
         elif book.editor.problems:
-            self.said.set_message("Saved but for what is marked.", "warning")
+            self.said.set_message("Saved, except the marked fields.", "warning")
         elif not book.editor.file.is_saved:
             if self._later.isActive():
                 self.said.set_message("Saving…")
             else:
                 self.said.set_message("Not saved", "warning")
         elif not book.editor.file.path.exists():
-            self.said.set_message(
-                "The cards that come with the program; a change makes them yours."
-            )
+            self.said.set_message("Shipped cards; a change makes a copy of your own.")
         elif book.flown is not None and book.flown.unplanned:
             beside = count_text(len(book.flown.unplanned), "maneuver")
-            self.said.set_message(f"Flown beside the cards: {beside}.")
+            self.said.set_message(f"Flown outside the cards: {beside}.")
         else:
             self.said.set_message("Saved", "good")
 
@@ -322,7 +320,7 @@ class CardsPage(PreflightStepPage):
         if self.book.remove(row):
             self._after(row)
         else:
-            self.said.set_message("The last card stays: a plan needs one.", "caution")
+            self.said.set_message("The last card cannot be removed: a set needs one.", "caution")
 
     def move(self, steps: int) -> None:
         """Move the card up or down."""
@@ -332,9 +330,7 @@ class CardsPage(PreflightStepPage):
     def open(self) -> None:
         """Ask for a file, and take its cards in place of these; Ctrl+Z takes that back."""
         start = str(initial_dialog_folder(self._store.current))
-        path, _kind = QFileDialog.getOpenFileName(
-            self, "Take other test cards", start, _CARD_FILE_FILTER
-        )
+        path, _kind = QFileDialog.getOpenFileName(self, "Open test cards", start, _CARD_FILE_FILTER)
         if not path or self.book is None:
             return
         try:

@@ -42,8 +42,7 @@ class CertificatePrinter:
         folder = shelf.store.in_force_folder.parent
         if not shelf.store.in_force():
             raise FlightError(
-                f"nothing was calibrated on the {shelf.aircraft} yet: there is no certificate to "
-                "print"
+                f"no instrument was calibrated on the {shelf.aircraft}; no certificate to print"
             )
         work = BackgroundJob(
             "Writing the certificates",
@@ -59,7 +58,7 @@ class CertificatePrinter:
     def _written(self, pages: tuple[Path, ...]) -> None:
         count = "1 page is" if len(pages) == 1 else f"{len(pages)} pages are"
         self._desk.message_posted.emit(
-            "note", f"{count} written, one for each certificate: {pages[0].parent}."
+            "note", f"{count} written, one per certificate: {pages[0].parent}."
         )
 
 

@@ -156,9 +156,9 @@ class ChecklistModel:
         at = datetime.fromtimestamp(event.host_time_us / 1e6).astimezone()
         left = sum(len(event.data.get(state, ())) for state in ("red", "amber", "open"))
         if not left:
-            return f"Flight started at {at:%H:%M}, everything green. That is recorded."
+            return f"Flight started at {at:%H:%M}, all green. Recorded."
         items = count_text(left, "item")
-        return f"Flight started at {at:%H:%M} all the same, {items} not green. That is recorded."
+        return f"Flight started at {at:%H:%M} anyway, {items} not green. Recorded."
 
     @property
     def state(self) -> StepStatus:

@@ -74,7 +74,7 @@ class _Summary(QWidget):
 
 
 _STATE_TEXTS: Mapping[str, tuple[IndicatorState, str]] = {
-    "red": ("warning", "Not right"),
+    "red": ("warning", "Not OK"),
     "amber": ("caution", "Look"),
     "open": ("unknown", "To do"),
     "green": ("good", "Done"),
@@ -210,13 +210,11 @@ class ChecklistPage(PreflightStepPage):
         self.red.setText("; ".join(names))
         self.red.setVisible(bool(left) and book.accepts_ticks)
         if book.own_list_error:
-            self.said.set_message(f"The list from before counts: {book.own_list_error}", "warning")
+            self.said.set_message(f"The previous list applies: {book.own_list_error}", "warning")
         elif book.started_text:
             self.said.set_message(book.started_text)
         elif not book.accepts_ticks:
-            self.said.set_message(
-                "A replay: the checklist as telemetry shows it; nothing is ticked."
-            )
+            self.said.set_message("Replay: checklist from telemetry; items cannot be ticked.")
         self.said.setVisible(bool(self.said.text()))
 
     def begin(self) -> None:
@@ -251,7 +249,7 @@ class ChecklistPage(PreflightStepPage):
         self.said.set_message("")
         self._do(lambda book: done.append(book.toggle(item_id)))
         if done == [False]:
-            who = "Telemetry says so itself" if book.accepts_ticks else "This is a replay"
+            who = "Checked by telemetry" if book.accepts_ticks else "This is a replay"
             self.said.set_message(f"{who}: “{item.text}” cannot be ticked.", "caution")
             self.said.show()
         elif item.state != "green":
@@ -276,7 +274,7 @@ class ChecklistPage(PreflightStepPage):
         self._watch()
         opened = QDesktopServices.openUrl(QUrl.fromLocalFile(str(path)))
         words = "is open in the editor" if opened else "is the file to edit"
-        self.said.set_message(f"{path} {words}; what is saved there counts here at once.", "good")
+        self.said.set_message(f"{path} {words}; saved changes apply at once.", "good")
         self.said.show()
 
     @property

@@ -86,7 +86,7 @@ class FlightCardPage(PreflightStepPage):
         weights = self._section("Weight and fuel", WEIGHT_FIELDS)
         wheels = FormSection(self.display_style, "On the scales")
         wheels.add(self.weighing)
-        board = FormSection(self.display_style, "On board beside the aircraft file")
+        board = FormSection(self.display_style, "Payload not in the aircraft file")
         board.add(self.loading)
         weather = self._section("Weather at the field", WEATHER_FIELDS)
         sticks = self._section("Transmitter", TRANSMITTER_FIELDS)
@@ -166,7 +166,7 @@ class FlightCardPage(PreflightStepPage):
             doubts.setdefault(doubt.field, []).append(doubt.text)
         for name, (value, field) in self.fields.items():
             if value.key in editor.problems:
-                field.show_message(f"Not on the card: {editor.problems[value.key]}", "warning")
+                field.show_message(f"Not saved: {editor.problems[value.key]}", "warning")
             else:
                 field.show_message(" ".join(doubts.get(name, ())), "caution")
         self.weighing.show_warning(" ".join(doubts.get("weighing", ())))
@@ -177,7 +177,7 @@ class FlightCardPage(PreflightStepPage):
         if editor is None:
             return
         if editor.problems:
-            self.saved.set_message("Saved but for what is marked", "warning")
+            self.saved.set_message("Saved, except the marked fields", "warning")
         elif editor.file.is_saved:
             self.saved.set_message("Saved", "good")
         elif self._later.isActive():

@@ -104,10 +104,10 @@ def describe_card_owner(
     if not next_flight:
         date = "" if info.date is None else f", {info.date.day} {info.date:%B %Y %H:%M}"
         aircraft = f", {info.aircraft}" if info.aircraft else ""
-        return f"Card of {name}{date}{aircraft}: kept in its flight.toml."
-    goes = "it goes into the flight's folder when recording starts"
+        return f"Card of {name}{date}{aircraft}: saved in its flight.toml."
+    goes = "copied to the flight folder when recording starts"
     if file_name:
-        return f"{file_name} has no card. This is that of the next flight: {goes}."
+        return f"{file_name} has no card. Showing the card of the next flight: {goes}."
     return f"Card of the next flight: {goes}."
 
 

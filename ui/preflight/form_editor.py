@@ -181,5 +181,5 @@ class FormEditor(Generic[Model]):
             If the disk refuses, or does not respond.
         """
         if may_block(self.file.path):
-            raise FlightError(f"{self.file.path} does not respond; it is not saved yet")
+            raise FlightError(f"{self.file.path} does not respond; not saved yet")
         self.file.save()

@@ -96,8 +96,8 @@ class PreflightModel:
             )
         except GroundStationError:
             self.card_owner_text = (
-                f"The card {folder.info_file} cannot be read; mend or remove that file, then "
-                "come back."
+                f"The card {folder.info_file} cannot be read; correct or remove that file, then "
+                "return."
             )
             raise
         finally:

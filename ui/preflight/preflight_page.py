@@ -201,6 +201,6 @@ class PreflightPage(MultiStepPage):
         else:
             self._banners.show_banner(
                 "note",
-                "There is no flight to start: connect the aircraft first "
-                f"({shortcut_text('Ctrl+L')}). The card and what was ticked go into its folder.",
+                f"No flight to start: connect the aircraft first ({shortcut_text('Ctrl+L')}). "
+                "The card and the checklist go into its folder.",
             )

@@ -69,7 +69,7 @@ class SurfaceFigure:
     def accessible_text(self) -> str:
         """Return the picture in a sentence, for those who hear it."""
         if self.angle is None:
-            return f"{self.title}: its angle is not known yet"
+            return f"{self.title}: angle unknown"
         return f"{self.title}: trailing edge {self.trailing_edge_side}"
 
     @property

@@ -264,7 +264,7 @@ class WizardPage(QWidget):
         except GroundStationError as error:
             self.start.show_statuses(())
             self.start.resume.hide()
-            self.start.sentence.set_message(f"{error}\nMend it, then come back.", "warning")
+            self.start.sentence.set_message(f"{error}\nCorrect it, then return.", "warning")
             self.actions_bar.show_actions((PRACTICE_ACTION,))
             return
         self.start.show_statuses(standings)
@@ -272,7 +272,7 @@ class WizardPage(QWidget):
         self.start.show_connection(self._desk.session)
         self._left, self._made = has_unfinished_calibration(shelf.journal), made
         self.start.resume.setVisible(self._left)
-        self.start.resume.set_message("A calibration was not finished: every step of it is kept.")
+        self.start.resume.set_message("Unfinished calibration: all steps are saved.")
         self._show_start_offers()
 
     def _show_start_offers(self) -> None:
@@ -292,7 +292,7 @@ class WizardPage(QWidget):
             self._in_force.reload_flight()
             plan = self.folder.load_plan_in_use()
             what = "Calibration" if view.mode == "full" else "Check"
-            title = f"{what} done" if view.phase == "done" else f"{what} broken off"
+            title = f"{what} done" if view.phase == "done" else f"{what} stopped"
             self.summary.show_outcomes(title, view.prompt, list_outcomes(view, plan))
             self.pages.setCurrentWidget(self.summary)
             closing = ActionItem(id="leave", text="Done", key="Space", is_default=True)
@@ -310,7 +310,7 @@ class WizardPage(QWidget):
         self.pages.setCurrentWidget(self.work)
         catching_up = self.run is not None and self.run.catching_up
         self.work.show_view(view, self._choice, catching_up=catching_up)
-        helping = (ActionItem(id="help", text="Helper: set it", key="H"),)
+        helping = (ActionItem(id="help", text="Practice: set angle", key="H"),)
         self.actions_bar.show_actions(
             (
                 *build_wizard_actions(view)[:1],

@@ -58,7 +58,7 @@ def list_instrument_statuses(
         if name in left:
             words = f"uncalibrated: {left[name].reason}"
         elif name in known and name not in held and known[name].who != SHIPPED_EXAMPLE:
-            words = f"not calibrated here: that of {words} applies"
+            words = f"not calibrated: the certificate of {words} applies"
         if check is not None:
             day = day_text(check.stamp.astimezone(), current_local_time())
             words += f"; check {day} {check.stamp:%H:%M}: {_check_text(check.result, instrument)}"
@@ -137,16 +137,16 @@ def build_quality_rows(view: WizardView) -> tuple[tuple[str, str], ...]:
     if instrument is None or calibration is None or view.phase != "fit":
         return ()
     quality = calibration.quality
-    chosen = ", chosen by hand" if view.degree else ""
+    chosen = ", set manually" if view.degree else ""
     lines = [
         ("Curve", f"{fit_order_text(calibration.degree)}{chosen}"),
         ("Hysteresis", error_text(quality.hysteresis, instrument)),
         ("Return to zero", error_text(quality.return_to_zero, instrument)),
-        ("Off a straight line", error_text(quality.linearity, instrument)),
-        ("One count of the converter", error_text(quality.resolution, instrument)),
+        ("Linearity", error_text(quality.linearity, instrument)),
+        ("ADC resolution", error_text(quality.resolution, instrument)),
     ]
     if quality.coverage is not None:
-        lines.append(("Range of the travel covered", f"{100 * quality.coverage:.0f} %"))
+        lines.append(("Calibrated range", f"{100 * quality.coverage:.0f} %"))
     return tuple((name, value) for name, value in lines if DASH not in value)
 
 

@@ -178,7 +178,7 @@ class WizardStartPanel(CenteredPage):
         self.who = QLineEdit()
         self.temperature = QLineEdit()
         for column, (name, field) in enumerate(
-            (("Who calibrates", self.who), ("Ground temperature", self.temperature))
+            (("Calibrated by", self.who), ("Ground temperature", self.temperature))
         ):
             title = create_label(name, "label")
             grid.addWidget(title, 0, column)
@@ -260,7 +260,7 @@ class WizardStartPanel(CenteredPage):
         if session is None:
             self.sentence.set_message(f"No aircraft is connected: {connects}", "caution")
         elif session.replay_feed is not None:
-            words = f"This is a replay, and no aircraft to calibrate: {connects}"
+            words = f"This is a replay: no aircraft to calibrate. {connects}"
             self.sentence.set_message(words, "caution")
         else:
             self.sentence.set_message(

@@ -23,7 +23,7 @@ _READING_STATES: dict[str, tuple[IndicatorState, str]] = {
     "moving": ("caution", "Moving"),
     "steady": ("good", "Steady"),
     "noisy": ("warning", "Noisy"),
-    "clipped": ("warning", "Off the scale"),
+    "clipped": ("warning", "Signal clipped"),
 }
 _STATIONARY_PHASES = frozenset({"gyro_still", "accel_position", "pressure_zero"})
 """Phases in which something is to be left alone for a while."""
@@ -210,11 +210,11 @@ def _prompt_state(view: WizardView) -> tuple[IndicatorState, str]:
     if instrument is not None and instrument.is_angle_sensor:
         return describe_reading(view.reading)
     if view.phase in _STATIONARY_PHASES:
-        return ("good", "Still") if view.amount else ("caution", "Not still yet")
+        return ("good", "Still") if view.amount else ("caution", "Not steady")
     if view.phase == "gyro_turn":
         return ("caution", "Turning") if view.amount else ("good", "Ready")
     if view.phase == "fit":
-        return ("caution", "Look at it") if view.problems else ("good", "Good")
+        return ("caution", "Check direction") if view.problems else ("good", "Good")
     return "unknown", "Waiting"
 
 
@@ -236,51 +236,51 @@ def _main_texts(view: WizardView, instrument: InstrumentPlan) -> tuple[str, str,
         return "", DASH, "", False
     side = instrument.positive if view.target > 0.0 else instrument.negative
     shown = quantity_text(view.target, instrument.unit)
-    return "Set it to", shown, side if view.target else "neutral", True
+    return "Set to", shown, side if view.target else "neutral", True
 
 
 def _result_texts(view: WizardView, instrument: InstrumentPlan) -> tuple[str, str, str, bool]:
     check, calibration = view.check_result, view.calibration
     if check is not None:
-        holds = "the certificate holds" if check.passed else "calibrate it anew"
+        holds = "certificate valid" if check.passed else "calibrate again"
         what, size = describe_shift(check, instrument)
         return f"The {what} has moved by", size, holds, False
     if calibration is None:
         return "", "Look" if view.problems else "Good", "", False
     width = calibration.quality.uncertainty
     text = "no bound" if width is None else f"±{error_text(width, instrument)}"
-    return "Any angle within (95 %)", text, fit_order_text(calibration.degree), False
+    return "Uncertainty (95 %)", text, fit_order_text(calibration.degree), False
 
 
 # Actions
 
 _WIZARD_ACTIONS: tuple[tuple[str, str, str], ...] = (
-    ("confirm_sign", "It did move so", "Space"),
-    ("take", "Take it now", "Space"),
+    ("confirm_sign", "Direction correct", "Space"),
+    ("take", "Record now", "Space"),
     ("accept", "Accept", "Space"),
     ("undo", "Undo", "Backspace"),
     ("repeat", "Repeat {what}", "R"),
     ("delete", "Delete {what}", "Delete"),
     ("add", "Add a setting", "A"),
-    ("choose_degree", "Curve 1, 2, 3; 0 finds out", "D"),
-    ("enter", "Air at the field", "E"),
-    ("next", "Leave this for later", "PgDown"),
-    ("back", "Instrument before", "PgUp"),
+    ("choose_degree", "Fit order: auto, 1, 2, 3", "D"),
+    ("enter", "Field air", "E"),
+    ("next", "Later", "PgDown"),
+    ("back", "Previous instrument", "PgUp"),
     ("skip", "Skip: uncalibrated", "X"),
-    ("abort", "Break off", "Esc"),
+    ("abort", "Stop", "Esc"),
 )
 _ACTION_OBJECTS: Mapping[str, str] = {
     "gyro": "the turn",
     "accelerometer": "the position",
-    "pressure": "from the zero on",
+    "pressure": "from zero",
 }
 _PHASE_ACTION_TEXTS: Mapping[tuple[str, str], str] = {
-    ("begin", "next"): "Begin at once",
-    ("points", "next"): "Leave this setting out",
-    ("gyro_turn", "next"): "Leave this turn out",
+    ("begin", "next"): "Start now",
+    ("points", "next"): "Skip this setting",
+    ("gyro_turn", "next"): "Skip this turn",
     ("pressure_blow", "next"): "Without a breath",
-    ("pressure_zero", "take"): "It is covered",
-    ("accel_position", "take"): "It lies as asked",
+    ("pressure_zero", "take"): "Covered",
+    ("accel_position", "take"): "In position",
 }
 """Words of an action in a phase where they are others."""
 
@@ -346,5 +346,5 @@ def build_wizard_actions(view: WizardView) -> tuple[ActionItem, ...]:
         text = _PHASE_ACTION_TEXTS.get((view.phase, name), words).format(what=what)
         found.append(ActionItem(id=name, text=text, key=key, is_default=key == "Space"))
         if name == "confirm_sign":
-            found.append(ActionItem(id="deny_sign", text="It moved otherwise", key="N"))
+            found.append(ActionItem(id="deny_sign", text="Direction reversed", key="N"))
     return tuple(found)

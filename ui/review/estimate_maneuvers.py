@@ -47,11 +47,11 @@ def describe_selection(maneuvers: tuple[SelectedManeuver, ...]) -> str:
 
 def describe_empty_selection(wishes: EstimateForm, review: Review) -> str:
     """Return why a run would take nothing, and what to do."""
-    there = f"under Maneuvers ({plain_shortcut_text('Alt+1')})"
+    there = f"on the Maneuvers page ({plain_shortcut_text('Alt+1')})"
     if wishes.maneuvers == "chosen":
-        return f"No maneuver is chosen: choose one {there} or in a figure."
+        return f"No maneuver selected: select one {there} or in a figure."
     if not review.rows():
-        return f"These flights have no maneuvers: add them {there}."
+        return f"These flights have no maneuvers: add some {there}."
     if wishes.axis != "both":
         return "No maneuver in use moved a surface of this axis: choose another axis."
     return f"No maneuver is in use: check some {there}."

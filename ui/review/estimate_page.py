@@ -253,7 +253,7 @@ class EstimatePage(ReviewStepPage):
             self._report_error(error)
             return
         self._replace(wishes)
-        rest = f", but for what this page does not hold: {', '.join(lost)}" if lost else ""
+        rest = f", except what this page does not show: {', '.join(lost)}" if lost else ""
         self._told = f"The settings are those of {run.name}{rest}."
         self.refresh()
 
@@ -306,10 +306,10 @@ class EstimatePage(ReviewStepPage):
         """Return what stands beside the button, and its state."""
         if not self._review.flights:
             keys = shortcut_text("Alt+1")
-            words = f"There is no flight under review: add one under Maneuvers ({keys})."
+            words = f"No flight under review: add one on the Maneuvers page ({keys})."
             return words, "caution"
         if not self._checker.ready:
-            return "Loading what runs are made with …", ""
+            return "Loading …", ""
         if self._checker.problem is not None:
             return join_sentences((str(self._checker.problem),)), "warning"
         if self._runner.running:

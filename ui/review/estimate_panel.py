@@ -190,16 +190,14 @@ class EstimatePanel(QWidget):
         self.channels = FitChannelTable(self._look)
         self.channels.edited.connect(self._taken)
         self._row(grid, "channels", self.channels, wide=True)
-        self.stand_ins = self._line(grid, "stand_ins", "for what was not measured: V=30")
+        self.stand_ins = self._line(grid, "stand_ins", "for channels not measured: V=30")
 
     def _sources(self) -> None:
         _, grid = self._section("files", "Model, aircraft, certificates")
-        self.model = self._file(grid, "model", (), "None: the campaign's own means")
-        self.aircraft = self._file(
-            grid, "aircraft", tuple(shipped_aircraft()), "As each flight says"
-        )
+        self.model = self._file(grid, "model", (), "None: campaign means")
+        self.aircraft = self._file(grid, "aircraft", tuple(shipped_aircraft()), "From each flight")
         self.calibration = self._file(
-            grid, "calibration", _SHIPPED_SETS, "Those kept with each flight", folder=True
+            grid, "calibration", _SHIPPED_SETS, "Certificates of each flight", folder=True
         )
 
     # What is wished
@@ -291,7 +289,7 @@ class EstimatePanel(QWidget):
                 return f"{short_method_title(wishes.method)} compares no responses."
             if wishes.axis == "both" and not wishes.six_degrees:
                 return (
-                    "Each maneuver has the responses and states of its own axis; choose one axis "
+                    "Each maneuver uses the responses and states of its axis; choose one axis "
                     "above to change them."
                 )
         return ""

@@ -50,7 +50,7 @@ def parse_derivative_settings(form: EstimateForm) -> dict[str, Any]:
         entry = form.derivative(name)
         if entry.treated == "held":
             if not entry.value:
-                raise SettingError("held", f"{name} is held: type the value that it is held at")
+                raise SettingError("held", f"{name} is held: enter its value")
             held[name] = _number("held", name, entry.value)
             continue
         if entry.treated == "free":
@@ -104,10 +104,10 @@ def load_effect_parameters(model: str, aircraft: Aircraft) -> dict[str, float]:
 def _prior(name: str, entry: DerivativeEntry) -> tuple[float, float]:
     if not entry.prior or not entry.deviation:
         missing = "a value" if not entry.prior else "a deviation"
-        raise SettingError("priors", f"the a-priori value of {name} needs {missing}, too")
+        raise SettingError("priors", f"the prior of {name} needs {missing}")
     return (
-        _number("priors", f"the a-priori value of {name}", entry.prior),
-        _number("priors", f"the a-priori deviation of {name}", entry.deviation),
+        _number("priors", f"the prior of {name}", entry.prior),
+        _number("priors", f"the prior standard deviation of {name}", entry.deviation),
     )
 
 

@@ -34,10 +34,10 @@ _FIELDS: Final = {
     DEVIATION_COLUMN: "deviation",
 }
 _COLUMN_DESCRIPTIONS: Final = {
-    VALUE_COLUMN: "value that it is held at",
+    VALUE_COLUMN: "held value",
     START_COLUMN: "start value",
-    PRIOR_COLUMN: "a-priori value",
-    DEVIATION_COLUMN: "deviation of the a-priori value",
+    PRIOR_COLUMN: "prior",
+    DEVIATION_COLUMN: "standard deviation of the prior",
 }
 _MOST_ROWS: Final = 12
 _PADDING: Final = 14

@@ -28,9 +28,9 @@ class FieldHelp:
 
 
 MANEUVER_CHOICES: FieldChoices = (
-    ("used", "Those in use"),
-    ("chosen", "Only the chosen one"),
-    ("all", "All, unfit ones too"),
+    ("used", "Maneuvers in use"),
+    ("chosen", "Selected maneuver only"),
+    ("all", "All, unfit included"),
 )
 _METHODS = estimation_methods().values()
 SETTING_CHOICES: Mapping[str, FieldChoices] = {
@@ -55,14 +55,14 @@ FIELD_HELP: Mapping[str, FieldHelp] = {
     ),
     "maneuvers": FieldHelp(
         title="Maneuvers",
-        help_text="Those checked under Maneuvers. Take only the chosen one to try settings, all "
-        "to see what unfit ones would give.",
+        help_text="The maneuvers checked on the Maneuvers page. Use the selected one to try "
+        "settings, or all to include unfit ones.",
     ),
     "derivatives": FieldHelp(
         title="Derivatives",
-        help_text="By the tables, what a maneuver's surfaces can show is free. Hold one at a value "
-        "known better from elsewhere, give a start or what is known beforehand with its "
-        "deviation. Where some are marked free, these alone are estimated.",
+        help_text="By default, the derivatives that the moved surfaces excite are free. Hold "
+        "one at a known value, or give a start value or a prior with its standard "
+        "deviation. If some are marked free, only these are estimated.",
     ),
     "channels": FieldHelp(
         title="Channels",
@@ -72,13 +72,13 @@ FIELD_HELP: Mapping[str, FieldHelp] = {
     ),
     "run": FieldHelp(
         title="Estimate",
-        help_text="Uses the settings shown; the defaults suit most flights. Every run is kept "
+        help_text="Uses the settings shown; the defaults suit most flights. Each run is saved "
         "with its settings and can be repeated exactly.",
     ),
     "runs": FieldHelp(
-        title="Kept runs",
-        help_text="Every run with its settings. Space marks one; the run with the keyboard is "
-        "then set beside it. Enter does a run again, exactly, and shows it in the figures.",
+        title="Saved runs",
+        help_text="All runs with their settings. Space marks one for comparison with the "
+        "selected run. Enter repeats a run exactly and shows it in the figures.",
     ),
 }
 """By field of the panel."""

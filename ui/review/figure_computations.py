@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 _PROGRESS_TEXTS = {
     "ftr_histories": "Computing FTR over the flights, from take-off…",
-    "comparison": "Linear models are being fitted, and judged on maneuvers that they never saw…",
+    "comparison": "Fitting linear models and validating them on held-out maneuvers…",
 }
 
 
@@ -96,5 +96,5 @@ class FigureComputations(QObject):
     def _failed(self, what: str, run: RunOutcome | None, error: BaseException) -> None:
         if run is self._outcome:
             why = "stopped" if isinstance(error, JobCanceledError) else str(error)
-            self._refused[what] = f"Not worked out: {why}. Choose this figure again to try it."
+            self._refused[what] = f"Not computed: {why}. Choose this figure again to retry."
             self.changed.emit()

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from gsapp.identification.summary.linear_model_validation import LinearModelValidation
     from gsapp.report.ftr_histories import FlightEstimateHistory
 
-_EXCLUDED_TEXT = "Left out of the means by hand."
+_EXCLUDED_TEXT = "Excluded from the means manually."
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -132,9 +132,9 @@ def _describe_exclusion(summary: DerivativeSummary, maneuver: str) -> list[str]:
     if any(one.maneuver == maneuver for one in summary.excluded):
         return [_EXCLUDED_TEXT]
     if any(one.maneuver == maneuver for one in summary.nonconverged_points):
-        return ["Left out of the mean: the fit did not converge."]
+        return ["Excluded from the mean: the fit did not converge."]
     return [
-        f"Left out of the mean, {one.sigmas:+.1f} sigma off: {'; '.join(one.reasons)}."
+        f"Excluded from the mean, {one.sigmas:+.1f} sigma off: {'; '.join(one.reasons)}."
         for one in summary.outliers
         if one.point.maneuver == maneuver
     ]

@@ -44,16 +44,16 @@ _MIN_CHART_WIDTH = 2.3
 """Inches that a small chart of a value takes at least."""
 _HISTORY_HEIGHT = 3.2
 """Inches of a history over a flight."""
-_NO_ESTIMATE_TEXT = "{method} earned no derivative in maneuver {maneuver}: {why}."
+_NO_ESTIMATE_TEXT = "{method} found no derivative in maneuver {maneuver}: {why}."
 _MAX_REASONS = 3
 """Reasons that a sentence holds."""
 _NO_COEFFICIENTS_TEXT = (
-    "Maneuver {maneuver} has no force and moment coefficients to compare: they take airspeed and "
-    "rates that were measured."
+    "Maneuver {maneuver} has no force and moment coefficients to compare: they require "
+    "measured airspeed and rates."
 )
 _NO_RESIDUALS_TEXT = (
-    "{method} compares smoothed coefficients, and what smoothing leaves over is never white. The "
-    "figure Fit shows how well they are followed; maximum likelihood has residuals to look at."
+    "{method} compares smoothed coefficients, whose residuals are never white. The Fit figure "
+    "shows their fit; for residuals use maximum likelihood."
 )
 
 
@@ -115,7 +115,7 @@ def _build_values(material: FigureData, palette: Palette, room: FigureSize) -> D
         material, selected_choice(material, derivative_group_option(material))
     )
     if not names:
-        return "No maneuver of this run earned a derivative; the page Summary says why."
+        return "This run estimated no derivative; the Summary page gives the reasons."
     return value_figure(
         material.outcome.summary, names, selected_choice(material, abscissa_option(material)),
         units=material.units,
@@ -179,7 +179,7 @@ def _selected_fit(material: FigureData) -> tuple[Estimate | None, str]:
     key = selected_choice(material, fit_option(material))
     if key.startswith(JOINT_PREFIX):
         one = material.outcome.result.joint[int(key.removeprefix(JOINT_PREFIX))]
-        return one, f"{len(one.maneuvers)} {axis_text(one)} maneuvers together"
+        return one, f"{len(one.maneuvers)} {axis_text(one)} maneuvers jointly"
     looked_at = material.current_maneuver
     return looked_at.estimate, f"maneuver {looked_at.maneuver.id} of {looked_at.maneuver.flight}"
 
@@ -193,7 +193,7 @@ def _build_correlations(
     if estimate is None:
         return _missing_fit_text(material)
     picture = correlation_figure(estimate, subject, palette=palette)
-    return picture or f"The fit of {subject} freed fewer than two derivatives."
+    return picture or f"The fit of {subject} has fewer than two free derivatives."
 
 
 def _build_bounds(
@@ -205,7 +205,7 @@ def _build_bounds(
     if estimate is None:
         return _missing_fit_text(material)
     return bounds_figure(estimate, subject, palette=palette) or (
-        f"The fit of {subject} earned no derivative."
+        f"The fit of {subject} estimated no derivative."
     )
 
 
@@ -222,7 +222,7 @@ def _build_ftr_history(
     one = next((one for one in flights if one.flight == name), None)
     if one is None or not one.histories:
         why = f" ({one.why})" if one is not None and one.why else ""
-        return f"FTR did not listen to this flight{why}."
+        return f"FTR was not computed for this flight{why}."
     lon = selected_choice(material, ftr_axis_option(material)) == "lon"
     histories = [
         history
@@ -249,7 +249,7 @@ def _build_linear(material: FigureData, palette: Palette, room: FigureSize) -> D
     axis = selected_choice(material, linear_model_axis_option(material))
     if comparison is None or not axis:
         remarks = () if comparison is None else comparison.remarks
-        return "There are no linear models to compare" + "".join(f": {one}" for one in remarks)
+        return "No linear models to compare" + "".join(f": {one}" for one in remarks)
     one, name = comparison.axes[axis], selected_choice(material, held_out_option(material))
     traces = tuple(trace for trace in one.traces if trace.maneuver == name)
     traces = traces or select_traces(one)[: max(1, int(room.width / _MIN_CHART_WIDTH))]
@@ -283,7 +283,7 @@ def _build_modes(material: FigureData, palette: Palette, _room: FigureSize) -> D
         from gsapp.identification.summary.campaign_linear_models import NO_LINEAR_MODEL_PREFIX
 
         why = [one for one in material.outcome.remarks if one.startswith(NO_LINEAR_MODEL_PREFIX)]
-        return "There is no linear model" + "".join(f": {one}" for one in why) + "."
+        return "No linear model" + "".join(f": {one}" for one in why) + "."
     return modes_figure(_modes_with_spread(material), palette=palette)
 
 
@@ -298,44 +298,44 @@ def _build_mode_table(material: FigureData) -> DocumentTable | None:
 FIGURE_KINDS = (
     FigureKind(
         id="values", title="Values",
-        description="Each derivative, maneuver by maneuver, with bounds and mean.",
+        description="Each derivative by maneuver, with bounds and mean.",
         options=lambda material: (derivative_group_option(material), abscissa_option(material)),
         build=_build_values,
     ),
     FigureKind(
         id="fit", title="Fit",
-        description="What was moved, and measured against computed responses or coefficients.",
+        description="Inputs, and measured and computed responses or coefficients.",
         options=lambda material: (maneuver_option(material), comparison_run_option(material)),
         build=_build_fit,
         table=_methods_figure_data,
     ),
     FigureKind(
         id="residuals", title="Residuals",
-        description="What the fit leaves over, and whether it is white.",
+        description="Residuals of the fit and their whiteness.",
         options=lambda material: (maneuver_option(material),), build=_build_residuals,
     ),
     FigureKind(
         id="online", title="In flight",
-        description="Derivatives as FTR formed them, against the points on the ground.",
+        description="FTR estimates over the flight, with the post-flight values.",
         options=lambda material: (flight_option(material), ftr_axis_option(material)),
         build=_build_ftr_history,
         needs="ftr_histories",
     ),
     FigureKind(
         id="linear", title="Linear models",
-        description="Linear models on maneuvers that they never saw.",
+        description="Linear models on held-out maneuvers.",
         options=lambda material: (linear_model_axis_option(material), held_out_option(material)),
         build=_build_linear,
         needs="comparison", table=_build_error_table,
     ),
     FigureKind(
         id="correlations", title="Correlations",
-        description="What a fit cannot tell apart.",
+        description="Correlation of the estimates.",
         options=lambda material: (fit_option(material),), build=_build_correlations,
     ),
     FigureKind(
         id="bounds", title="Bounds",
-        description="Bounds in percent, as white noise would have them and corrected.",
+        description="Bounds in percent: Cramer-Rao and corrected.",
         options=lambda material: (fit_option(material),), build=_build_bounds,
     ),
     FigureKind(

@@ -136,7 +136,7 @@ def _computed_channels(result: ManeuverResult) -> frozenset[str]:
 def fit_option(material: FigureData) -> FigureOption:
     """Return the fits of the run: of each maneuver, and of several together."""
     joint = tuple(
-        (f"{JOINT_PREFIX}{place}", f"{len(one.maneuvers)} maneuvers together, {axis_text(one)}")
+        (f"{JOINT_PREFIX}{place}", f"{len(one.maneuvers)} maneuvers jointly, {axis_text(one)}")
         for place, one in enumerate(material.outcome.result.joint)
     )
     single = maneuver_option(material)

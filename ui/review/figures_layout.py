@@ -77,7 +77,7 @@ class FiguresLayout(QWidget):
         self._column.addWidget(self.view, 1)
         self.buttons = create_button_row(
             look,
-            ActionButton(actions["review_exclude"], "Leave out or take in", look),
+            ActionButton(actions["review_exclude"], "Exclude / Include", look),
             ActionButton(actions["review_open_fit"], "Its fit", look),
             ActionButton(actions["review_figure_copy"], "Copy picture", look),
             ActionButton(actions["review_figure_copy_numbers"], "Copy numbers", look),

@@ -42,7 +42,7 @@ if TYPE_CHECKING:
 
 log = logging.getLogger(__name__)
 
-_NO_RUN_FIGURES_TEXT = f"{NO_RUN_TEXT} the figures of the run come here."
+_NO_RUN_FIGURES_TEXT = f"{NO_RUN_TEXT} the figures of the run appear here."
 
 
 class FiguresPage(ReviewStepPage):
@@ -150,7 +150,7 @@ class FiguresPage(ReviewStepPage):
             return StepStatus(state="unknown")
         outcome = self._material.outcome
         out = len(outcome.summary.excluded_maneuvers)
-        words = f"{format_run_name(outcome)}, {out} left out" if out else format_run_name(outcome)
+        words = f"{format_run_name(outcome)}, {out} excluded" if out else format_run_name(outcome)
         return StepStatus(state="plain", text=words)
 
     def begin(self) -> None:

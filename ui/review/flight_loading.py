@@ -128,7 +128,7 @@ class CatalogWriter(QObject):
             self._work = None
             return
         write = self._waiting.pop(next(iter(self._waiting)))
-        self._work = BackgroundJob("Keeping the maneuvers", lambda _progress: write(), self)
+        self._work = BackgroundJob("Saving the maneuvers", lambda _progress: write(), self)
         self._work.done.connect(lambda _result: self._next())
         self._work.failed.connect(self._missed)
         self._work.start()

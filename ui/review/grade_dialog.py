@@ -29,9 +29,9 @@ class GradeDialog(FormDialog):
         parent: QWidget | None = None,
     ) -> None:
         super().__init__(
-            "Grade by hand",
-            f"Maneuver {name} has grade {maneuver.grade}. A grade given by hand stays when "
-            "edges are moved; unfit (D) keeps it out of every estimate.",
+            "Set the grade",
+            f"Maneuver {name} has grade {maneuver.grade}. A manual grade stays when the edges "
+            "move; unfit (D) excludes it from estimates.",
             "Grade",
             look,
             parent,
@@ -40,7 +40,7 @@ class GradeDialog(FormDialog):
         self.choice.setAccessibleName("Grade")
         for grade, words in GRADES.items():
             self.choice.addItem(f"{grade}  {words.partition(':')[0]}", grade)
-        self.choice.addItem("As the samples show it", "")
+        self.choice.addItem("Automatic grade", "")
         self.choice.setCurrentIndex(list(GRADES).index(maneuver.grade))
         self.reason = QLineEdit(
             "; ".join(maneuver.reasons) if maneuver.graded_by == GRADED_BY_CREW else ""

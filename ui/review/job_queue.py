@@ -15,7 +15,7 @@ from ui.review.review_worker import serve_review_jobs
 
 def create_review_job_runner() -> ProcessJobRunner:
     """Return the process of the review; it begins with its first job."""
-    return ProcessJobRunner(serve_review_jobs, name="work", remedy="try fewer flights at once")
+    return ProcessJobRunner(serve_review_jobs, name="work", remedy="use fewer flights")
 
 
 class RunnableJob(Protocol):

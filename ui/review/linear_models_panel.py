@@ -29,8 +29,7 @@ if TYPE_CHECKING:
     from gsapp.identification.summary.linear_model_validation import LinearModelValidation
 
 _NO_COMPARISON_TEXT = (
-    "Predicts maneuvers with three linear models fitted to other maneuvers (Seanor, WVU "
-    "dissertation, section 7.4)."
+    "Predicts maneuvers with three linear models fitted to other maneuvers (Seanor, section 7.4)."
 )
 
 
@@ -70,7 +69,7 @@ class LinearModelsPanel(QWidget):
         )  # fmt: skip
         self.button = ActionButton(actions["review_compare"], "Compare with flight", look)
         for widget in (
-            create_label("Linear models made from the means: modes", "strong", wrap=True),
+            create_label("Linear models from the means: modes", "strong", wrap=True),
             self.modes,
             self.no_modes,
             create_label("Linear models against flight", "strong", wrap=True),

@@ -91,11 +91,11 @@ def _pilot_verdict_text(row: ManeuverRow) -> str:
 MANEUVER_COLUMNS = (
     ManeuverColumn(
         id="use", title="Use", width=46, key=lambda row: not row.in_use, text=lambda _row: "",
-        hint="Takes part in the estimate",
+        hint="Included in the estimate",
     ),
     ManeuverColumn(
         id="id", title="Id", width=64, key=_flight_order_key, text=lambda row: row.id,
-        hint="Its name, with several flights after the number of its own; press to change it",
+        hint="Name, preceded by the flight number if there are several; click to edit",
     ),
     ManeuverColumn(
         id="flight", title="Flight", width=150, key=_flight_order_key,
@@ -134,11 +134,11 @@ MANEUVER_COLUMNS = (
         *_flight_order_key(row)),
         text=lambda row: grade_text(row.maneuver),
     ),
-    ManeuverColumn(id="told", title="The pilot was told", width=180, key=_pilot_verdict_text,
+    ManeuverColumn(id="told", title="Cue to pilot", width=180, key=_pilot_verdict_text,
     text=_pilot_verdict_text),
     ManeuverColumn(
         id="note", title="Note", width=160, key=lambda row: row.maneuver.note,
-        text=lambda row: row.maneuver.note, hint="Press to write",
+        text=lambda row: row.maneuver.note, hint="Click to edit",
     ),
 )  # fmt: skip
 """From left to right."""
@@ -163,7 +163,7 @@ def build_maneuver_table_row(row: ManeuverRow, units: str) -> TableRow:
     formats[use] = replace(formats[use], is_checked=row.in_use, accessible_text=spoken)
     # The number of the flight is not to be changed.
     formats[name] = replace(formats[name], edit_text=maneuver.id)
-    reasons = "; ".join(maneuver.reasons) or "nothing to object to"
+    reasons = "; ".join(maneuver.reasons) or "no objection"
     formats[grade] = CellFormat(is_bold=True, detail=reasons)
     return TableRow(
         key=(row.flight_number, maneuver.id),

@@ -37,7 +37,7 @@ class ManeuverDetails(QWidget):
         self._row: ManeuverRow | None = None
         self._hint = ""
         self._nothing = "No maneuver is chosen"
-        self.setAccessibleName("The maneuver looked at")
+        self.setAccessibleName("Selected maneuver")
         column = QVBoxLayout(self)
         column.setContentsMargins(0, 0, 0, 0)
         self._column = column

@@ -61,7 +61,7 @@ def condition_text(maneuver: DetectedManeuver, units: str) -> str:
 
 def grade_text(maneuver: DetectedManeuver) -> str:
     """Return the grade with whose it is: ``C by hand``."""
-    return f"{maneuver.grade} by hand" if maneuver.graded_by == GRADED_BY_CREW else maneuver.grade
+    return f"{maneuver.grade} (manual)" if maneuver.graded_by == GRADED_BY_CREW else maneuver.grade
 
 
 def reasons_text(maneuver: DetectedManeuver) -> str:
@@ -69,7 +69,7 @@ def reasons_text(maneuver: DetectedManeuver) -> str:
     meaning = GRADES[maneuver.grade]
     parts = [f"{meaning[0].upper()}{meaning[1:]}."]
     if maneuver.graded_by == GRADED_BY_CREW:
-        parts.insert(0, "Graded by hand.")
+        parts.insert(0, "Graded manually.")
     if maneuver.reasons:
         # A reason may begin with a symbol, which is never written large.
         parts.append(f"Why: {'; '.join(maneuver.reasons)}.")
@@ -80,15 +80,15 @@ def remarks_text(row: ManeuverRow) -> str:
     """Return what else is to be said: verdict, shared samples, use, changes, note."""
     parts = []
     if row.verdict is not None:
-        parts.append(f"The pilot was told: {row.verdict.advice or row.verdict.result}.")
+        parts.append(f"Cue to the pilot: {row.verdict.advice or row.verdict.result}.")
     if row.overlaps:
         parts.append(
-            f"It shares samples with {', '.join(row.overlaps)}: they would count twice in a mean."
+            f"Shares samples with {', '.join(row.overlaps)}: they would count twice in a mean."
         )
     if not row.in_use:
         parts.append("Not used in the estimate.")
     if row.is_edited:
-        parts.append("Changed by hand.")
+        parts.append("Edited.")
     if row.maneuver.note:
         parts.append(f"Note: {row.maneuver.note}")
     return " ".join(parts)

@@ -100,7 +100,7 @@ class ManeuversPage(ReviewStepPage):
         editing.changed.connect(self._told_all)
         editing.message_changed.connect(self.details.show_message)
         self.keeping.failed.connect(
-            lambda error: self.details.show_message(f"Not kept in the catalog: {error}", "caution")
+            lambda error: self.details.show_message(f"Not saved in the catalog: {error}", "caution")
         )
         self.panel.flight_selected.connect(
             lambda place: flights.select_flight(self.review.flights[place])
@@ -321,17 +321,18 @@ class ManeuversPage(ReviewStepPage):
         here = self.flights.flight
         if here is None:
             return (
-                "Add a flight folder, or a file: its maneuvers are found and graded, and can be "
-                "corrected on a time line before derivatives are estimated from them."
+                "Add a flight folder or file. Its maneuvers are detected and graded; correct "
+                "them on the time line before estimating."
             )
         found = (
             ""
             if here.maneuvers
             else (
-                "None was found: no input was quick, returned to trim and was answered in the air. "
+                "No maneuver found: no fast input that returned to trim with a response in the "
+                "air. "
             )
         )
-        return f"{found}Drag across a stretch of the charts and press Add to make it one."
+        return f"{found}Drag across the charts and press Add to create one."
 
     def _refresh(self) -> None:
         """Show everything as it stands."""

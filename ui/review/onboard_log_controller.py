@@ -157,7 +157,7 @@ class OnboardLogController(QObject):
         self._banner.remove()
         if how == "cancelled":
             self._banners.show_banner(
-                "note", f"{title}: stopped. The flight stands as it stood; what came is kept."
+                "note", f"{title}: stopped. The flight is unchanged; received data is kept."
             )
         self.changed.emit()
 

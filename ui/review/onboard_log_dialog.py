@@ -109,9 +109,9 @@ class OnboardLogDialog(FormDialog):
     ) -> None:
         super().__init__(
             "On-board log",
-            "The full record of the box takes the place of what came over the radio. Flight time "
-            "stays, and with it marks, grades and the edges of maneuvers.",
-            "Take it",
+            "Replaces the telemetry record by the full on-board log. Flight time, marks, "
+            "grades and maneuvers stay.",
+            "Apply",
             look,
             parent,
         )
@@ -153,11 +153,9 @@ class OnboardLogDialog(FormDialog):
         one = self._chosen
         state, in_force = one.state, one.in_force
         if not in_force:
-            self.now.set_message("The live record stands alone: what came over the radio.")
+            self.now.set_message("Live record only (telemetry).")
         elif state is None or state.file != in_force:
-            self.now.set_message(
-                f"{in_force} is in force; how its clock stands is said on opening."
-            )
+            self.now.set_message(f"{in_force} is in use; its clock offset is shown when it opens.")
         else:
             self.now.set_message(
                 capitalize_sentence(state.remark()) + ".", "good" if state.in_place else "caution"
@@ -170,7 +168,7 @@ class OnboardLogDialog(FormDialog):
             if name != in_force:
                 self.origin.addItem(f"{name}, in the flight's folder", (_STORED, name))
         if in_force:
-            self.origin.addItem("None: the live record alone", (_NONE, ""))
+            self.origin.addItem("None: live record only", (_NONE, ""))
         self.origin.blockSignals(False)
         self._judge()
 
@@ -190,14 +188,14 @@ class OnboardLogDialog(FormDialog):
         elif kind == _LINK:
             usable = self.link.input_check.is_valid
             self.verdict.set_message(
-                "The aircraft has landed and is disarmed. A fetch that was broken off goes on."
+                "The aircraft has landed and is disarmed. An interrupted download resumes."
             )
         elif kind == _STORED:
             self.verdict.set_message(
-                f"{name} is in force again; the one before stays in the folder."
+                f"{name} is in use again; the previous log stays in the folder."
             )
         else:
-            self.verdict.set_message("The log stays in the folder and can be taken again.")
+            self.verdict.set_message("The log stays in the folder and can be used again.")
         self.button.setEnabled(usable)
 
     @property

@@ -17,16 +17,18 @@ _FETCH_SHARE = 0.95
 """Share of the bar when the log has come; then it is aligned."""
 _PHASES = {
     "listening": "listening to the autopilot",
-    "listing": "asking for the list of logs",
+    "listing": "requesting the log list",
     "listed": "choosing the log of this flight",
-    "done": "the log is here",
+    "done": "log received",
 }
 
 
 def create_log_job_runner() -> ProcessJobRunner:
     """Return the process; it begins with its first job."""
     return ProcessJobRunner(
-        serve_log_jobs, name="work on the log", remedy="begin again: what came of a log is kept"
+        serve_log_jobs,
+        name="work on the log",
+        remedy=("start again: the received part of the log is kept"),
     )
 
 
@@ -57,7 +59,7 @@ class OnboardLogJobHandler:
             self._tell(None, "reading the flight")
             flight = activate_log(job.flight, job.use)
             state = flight.onboard
-            words = state.remark() if state is not None else "the live record stands alone"
+            words = state.remark() if state is not None else "live record only"
             former = info.onboard_log if info is not None else ""
             return OnboardLogResult(
                 flight=job.flight, text=f"{flight.name}: {words}.", previous_log=former
@@ -90,7 +92,7 @@ class OnboardLogJobHandler:
             entry = fetcher.select()
             fetched = fetcher.fetch(entry) if entry is not None else None
         if fetched is None:
-            raise LinkError("the log was not fetched; begin again")
+            raise LinkError("the log was not downloaded; start again")
         self._tell(_FETCH_SHARE, "comparing it with the live record")
         placed = install_log(job.flight, fetched.path, begun=fetched.start_time)
         fetched.path.unlink(missing_ok=True)

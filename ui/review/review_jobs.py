@@ -63,7 +63,7 @@ class FtrHistoryJob:
     @property
     def title(self) -> str:
         """Return what is being done, in words."""
-        return "Listening to whole flights"
+        return "Computing FTR over the flights"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -88,7 +88,7 @@ class ReviewJobHandler:
         )
         if job.catalog is None:
             return outcome
-        self._tell(_FIT_SHARE, "keeping the run")
+        self._tell(_FIT_SHARE, "saving the run")
         try:
             job.catalog.parent.mkdir(parents=True, exist_ok=True)
             with Catalog(job.catalog) as catalog:
@@ -147,7 +147,9 @@ class ReviewJobHandler:
 
     def _fitting(self, done: int, total: int, what: str) -> bool:
         share = done / total if total else 1.0
-        self._tell(_READ_SHARE + (_FIT_SHARE - _READ_SHARE) * share, what or "summing up")
+        self._tell(
+            _READ_SHARE + (_FIT_SHARE - _READ_SHARE) * share, what or ("computing the summary")
+        )
         return True
 
     def _stepping(self, done: int, total: int, what: str) -> bool:

@@ -75,7 +75,7 @@ class ReviewedFlights(QWidget):
         self.opening.open([path for path in known if path not in gone])
         if gone:
             names = ", ".join(map(str, gone))
-            self.failed.emit(f"{names}: not found; add it where it is now")
+            self.failed.emit(f"{names}: not found; add it from its new location")
 
     # The flight that is open in the window
 

@@ -79,7 +79,7 @@ class RunController(QObject):
 
     def _repeated(self, found: object) -> None:
         repeated: RepeatedRun = found  # type: ignore[assignment]
-        same = "The same to the last bit." if repeated.is_identical else "It is not the same."
+        same = "Identical to the last bit." if repeated.is_identical else "The results differ."
         self._end(" ".join((same, *(f"{one}." for one in repeated.differences))), repeated.outcome)
 
     def _end(self, words: str, outcome: RunOutcome) -> None:
@@ -104,9 +104,9 @@ class RunController(QObject):
         late = [run.number for run in self._book.runs if run.number not in self._kept_before]
         self._kept_before = None
         self.status_text = (
-            f"Stopped when run {late[0]} was kept already; Delete in the list forgets it."
+            f"Stopped when run {late[0]} was already saved; delete it in the list."
             if late
-            else "Stopped; nothing was kept."
+            else "Stopped; nothing was saved."
         )
         self.changed.emit()
 
@@ -129,6 +129,6 @@ def _describe_run_end(outcome: RunOutcome) -> str:
         )
     gusty = [one.maneuver.id for one in results if one.equation_error_estimate is not None]
     if gusty:
-        said.append(f"In gusts, equation error beside: {', '.join(gusty)}.")
-    said.append(f"Look at Figures ({shortcut_text('Alt+3')}), Summary ({shortcut_text('Alt+4')}).")
+        said.append(f"In gusts, compare with equation error: {', '.join(gusty)}.")
+    said.append(f"See Figures ({shortcut_text('Alt+3')}), Summary ({shortcut_text('Alt+4')}).")
     return " ".join(said)

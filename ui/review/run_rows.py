@@ -78,7 +78,7 @@ def build_run_value_rows(run: StoredRun, comparison: RunComparison | None) -> li
 
 def _build_comparison_row(one: ValueDifference) -> TableRow:
     apart = "" if one.in_bounds is None else f"{abs(one.in_bounds):.1f} bounds"
-    words = "only one" if one.in_bounds is None else f"▲ {apart}" if one.differs else apart
+    words = "single value" if one.in_bounds is None else f"▲ {apart}" if one.differs else apart
     return TableRow(
         key=one.name,
         cells=(symbol_text(one.name), mean_text(one.one), mean_text(one.other), words),
@@ -102,7 +102,7 @@ def describe_run(run: StoredRun, comparison: RunComparison | None) -> str:
     if comparison is None:
         said = [f"{count_derivatives(run.values)} derivatives from {run.maneuver_count} maneuvers."]
         if run.bounds_ratio is not None:
-            said.append(f"Scatter over bounds {run.bounds_ratio:.1f} (1: honest).")
+            said.append(f"Scatter / bound: {run.bounds_ratio:.1f} (1 = consistent).")
         if run.failures:
             said.append(f"Not fitted: {', '.join(run.failures)}.")
         if run.outlying_maneuvers:

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
 _RUN_TITLES = ("No.", "Name", "Method", "Of", "When", "")
 _SETTING_TITLES = ("Setting", "This run", "Marked run")
-_NO_RUNS_TEXT = "None yet. Every run is kept here with its settings, to be compared and repeated."
+_NO_RUNS_TEXT = "No runs yet. Each run is saved here with its settings."
 _VALUE_TITLES = ("Derivative", "This run", "Marked run", "Apart")
 
 
@@ -68,11 +68,11 @@ class RunsView(QWidget):
         self.marked: int | None = None
         self._column = QVBoxLayout(self)
         self._column.setContentsMargins(0, 0, 0, 0)
-        self._column.addWidget(create_label("Kept runs", "heading"))
+        self._column.addWidget(create_label("Saved runs", "heading"))
         self.empty = create_label(_NO_RUNS_TEXT, "muted", wrap=True)
         self._column.addWidget(self.empty)
         self.list = _RunList(
-            look, "Kept runs", _RUN_TITLES, stretch=NAME_COLUMN_INDEX,
+            look, "Saved runs", _RUN_TITLES, stretch=NAME_COLUMN_INDEX,
             widths={0: 44, 2: 132, 3: 52, 4: 112, 5: 88}, right=frozenset({0, 3}),
             least=2, most=7, editable=frozenset({NAME_COLUMN_INDEX}),
         )  # fmt: skip

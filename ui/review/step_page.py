@@ -15,9 +15,8 @@ if TYPE_CHECKING:
 PREVIOUS_RUN_COUNT = 4
 """Runs looked at before that are kept, to be compared with."""
 NO_RUN_TEXT = (
-    f"No run is looked at yet. On the page Estimate ({shortcut_text('Alt+2')}) run what you "
-    "choose, or "
-    "press Enter on a kept run;"
+    f"No run selected. On the Estimate page ({shortcut_text('Alt+2')}) start an estimate, or "
+    "press Enter on a saved run;"
 )
 """What to do on a page that shows a run; why goes after it."""
 

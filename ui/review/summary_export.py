@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from gsapp.identification.runs.outcome import RunOutcome
     from gsapp.identification.summary.linear_model_validation import LinearModelValidation
 
-_REPORT_FILTER: Final = "Page for a browser (*.html);;Pages for print (*.pdf)"
+_REPORT_FILTER: Final = "HTML (*.html);;PDF (*.pdf)"
 
 
 class SummaryExporter(QObject):
@@ -120,7 +120,7 @@ class SummaryExporter(QObject):
         self.status_reported.emit(f"Written: {self.written}")
 
     def _failed(self, path: Path, error: BaseException) -> None:
-        why = "stopped; nothing was left behind" if isinstance(error, JobCanceledError) else error
+        why = "stopped; nothing was written" if isinstance(error, JobCanceledError) else error
         self.status_reported.emit(f"{path.name} was not written: {why}")
 
     def _folder(self) -> Path:

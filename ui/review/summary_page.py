@@ -37,7 +37,7 @@ from ui.window_frame.page_steps import StepStatus
 if TYPE_CHECKING:
     from gsapp.identification.runs.outcome import RunOutcome
 
-_NO_RUN_SUMMARY_TEXT = f"{NO_RUN_TEXT} what came out is summed up here."
+_NO_RUN_SUMMARY_TEXT = f"{NO_RUN_TEXT} its results are summarized here."
 _DETAIL_HEIGHT = 92
 """Points of height that words on a derivative take."""
 _FULL_TABLE_WIDTH = 670
@@ -129,13 +129,13 @@ class SummaryPage(ReviewStepPage):
         self._add(self._pair.left, create_label("Derivatives, per radian", "strong"))
         self._add(self._pair.left, self.table)
         self._pair.left.addStretch(1)
-        self._add(self._pair.right, create_label("The derivative chosen", "strong"))
+        self._add(self._pair.right, create_label("Selected derivative", "strong"))
         self._add(self._pair.right, self.detail)
 
     def _attention(self) -> None:
         self.attention_heading = create_label("Needs attention", "strong")
         self.attention = FittedTableView(
-            self.display_style, "What to look at", ATTENTION_TITLES, stretch=2, widths={0: 72,
+            self.display_style, "Remarks", ATTENTION_TITLES, stretch=2, widths={0: 72,
             1: 120},
             least=2, most=12,
         )  # fmt: skip
@@ -240,7 +240,7 @@ class SummaryPage(ReviewStepPage):
             return StepStatus(state="unknown")
         wild = len(self._outcome.summary.outlying_maneuvers)
         if wild:
-            return StepStatus(state="caution", text=count_text(wild, "wild maneuver"))
+            return StepStatus(state="caution", text=count_text(wild, "outlying maneuver"))
         earned = [name for name in self._outcome.summary.derivatives if not name.endswith("_0")]
         return StepStatus(state="plain", text=count_text(len(earned), "derivative"))
 

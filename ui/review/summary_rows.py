@@ -134,22 +134,19 @@ def describe_derivative(outcome: RunOutcome, name: str) -> str:
         if found is not None and found.value is not None and found.std
     ]
     if one.bound_consistency is None and one.value.n < _MIN_SCATTER_VALUES:
-        said.append(
-            f"Fewer than {_MIN_SCATTER_VALUES} values stand: scatter says nothing of its bounds."
-        )
+        said.append(f"Fewer than {_MIN_SCATTER_VALUES} values: scatter cannot check the bounds.")
     elif one.bound_consistency is None:
         said.append(
-            "Its bound holds the zero of an instrument, which all maneuvers have in common: "
-            "scatter says nothing of it."
+            "Its bound includes an instrument zero common to all maneuvers: scatter cannot "
+            "check it."
         )
     else:
         said.append(
-            f"Scatter is {one.bound_consistency.ratio:.1f} times what the bounds promise (by "
-            "chance, were "
-            f"they honest: {one.bound_consistency.p_value:.2g})."
+            f"Scatter is {one.bound_consistency.ratio:.1f} times the bounds (expected by "
+            f"chance: up to {one.bound_consistency.p_value:.2g})."
         )
         if one.bound_consistency.ratio > _SCATTER_RATIO_LIMIT:
-            said.append("What differs between maneuvers is in the bound of the mean.")
+            said.append("The bound of the mean includes the scatter between maneuvers.")
     said += [
         f"Trend with {channel(trend.condition).title.lower()}: "
         f"{'proven' if trend.is_significant else 'not proven'} (chance alone: "
@@ -157,13 +154,13 @@ def describe_derivative(outcome: RunOutcome, name: str) -> str:
         for trend in one.trends
     ]
     said += [
-        f"Maneuver {outlier.point.maneuver} is left out, {_sigma_text(outlier.sigmas)} off: "
+        f"Maneuver {outlier.point.maneuver} is excluded, {_sigma_text(outlier.sigmas)} off: "
         f"{'; '.join(outlier.reasons)}."
         for outlier in one.outliers
     ]
     if one.excluded:
         names = ", ".join(point.maneuver for point in one.excluded)
-        said.append(f"Left out by hand: {names}.")
+        said.append(f"Excluded manually: {names}.")
     return typeset(" ".join(said))
 
 
@@ -226,7 +223,7 @@ def build_attention_rows(outcome: RunOutcome) -> tuple[TableRow, ...]:
     lines += [
         TableRow(
             key=AttentionItem(kind="excluded", maneuver=maneuver),
-            cells=(maneuver, "left out by hand", "not in any mean"),
+            cells=(maneuver, "excluded manually", "not in any mean"),
         )
         for maneuver in sorted(summary.excluded_maneuvers)
     ]
@@ -249,7 +246,7 @@ def _build_gust_rows(outcome: RunOutcome) -> list[TableRow]:
                 cells=(
                     one.maneuver.id,
                     "flown in gusts",
-                    f"equation error lies apart in {apart}: believe the smaller bound"
+                    f"equation error disagrees in {apart}: use the smaller bound"
                     if apart
                     else "equation error agrees",
                 ),

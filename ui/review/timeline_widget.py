@@ -327,7 +327,7 @@ class TimelineWidget(QWidget):
     def _describe(self) -> None:
         """Say what is in sight, for those who hear the window."""
         view = self.view
-        words = [f"{_clock_text(view.start)} to {_clock_text(view.stop)} in sight"]
+        words = [f"{_clock_text(view.start)} to {_clock_text(view.stop)} shown"]
         for span in self._spans:
             if span.id == self._name:
                 words.insert(

@@ -33,7 +33,7 @@ def _action(action: str, text: str, *keys: str, repeats: bool = False) -> KeyAct
 
 KEY_ACTIONS: tuple[KeyAction, ...] = (
     _action("pause", "Pause or resume; recording never stops", "Space"),
-    _action("live", "Back to the newest sample", "Home", "End"),
+    _action("live", "Go to the newest sample", "Home", "End"),
     _action("earlier", "Scroll back a tenth of the window", "Left", repeats=True),
     _action("later", "Scroll forward a tenth of the window", "Right", repeats=True),
     _action("window_earlier", "Scroll back a whole window", "PgUp", repeats=True),
@@ -47,12 +47,12 @@ KEY_ACTIONS: tuple[KeyAction, ...] = (
     _action("range", "Next y range: automatic, limits", "Y"),
     _action("move_up", "Move the chart up", "Alt+Up", repeats=True),
     _action("move_down", "Move the chart down", "Alt+Down", repeats=True),
-    _action("cursor", "Cursor on or off: all values at one time", "C"),
+    _action("cursor", "Cursor on or off: all values at that time", "C"),
     _action("cursor_earlier", "Cursor one column back", "Ctrl+Left", repeats=True),
     _action("cursor_later", "Cursor one column forward", "Ctrl+Right", repeats=True),
     _action("cursor_far_earlier", "Cursor 20 columns back", "Ctrl+Shift+Left", repeats=True),
     _action("cursor_far_later", "Cursor 20 columns forward", "Ctrl+Shift+Right", repeats=True),
-    _action("set_a", "Set A where the cursor is", "A", "1"),
+    _action("set_a", "Set A at the cursor", "A", "1"),
     _action("set_b", "Set B where the cursor is; differences B\N{MINUS SIGN}A", "B", "2"),
     _action("clear", "Clear the cursors, show all charts", "Esc"),
     _action("mark", "Mark this moment", "M"),

@@ -571,7 +571,7 @@ def draw_clock(
 def visible_time_text(view: StripView) -> str:
     """Return how much time is in sight, and from A to B where both are set."""
     a, b = view.cursors.get("a"), view.cursors.get("b")
-    sight = f"{time_span_text(view.window)} in sight"
+    sight = f"{time_span_text(view.window)} shown"
     if a is None or b is None:
         return sight
     return f"B{MINUS}A {number_text(b - a, 2)} s \N{MIDDLE DOT} {sight}"

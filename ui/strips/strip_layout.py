@@ -48,7 +48,7 @@ class Trace(StrictModel):
     @classmethod
     def _a_trace_color(cls, value: str | None) -> str | None:
         if value is not None and value not in TRACE_COLORS:
-            raise ValueError(f"no trace color is '{value}'; use one of {', '.join(TRACE_COLORS)}")
+            raise ValueError(f"unknown trace color '{value}'; use one of {', '.join(TRACE_COLORS)}")
         return value
 
 
@@ -166,7 +166,7 @@ class StripLayout(StrictModel):
             if number < len(group.strips):
                 return index, number
             number -= len(group.strips)
-        raise IndexError("there is no chart of that number")
+        raise IndexError("no such chart")
 
     def with_strip(self, number: int, strip: Strip | None) -> StripLayout:
         """Return a layout with a chart replaced, or taken away with None."""

@@ -145,11 +145,11 @@ class QtSpeaker(Speaker):
 
         # The mock engine, which is there for tests, waits as if it spoke.
         if not [name for name in QTextToSpeech.availableEngines() if name != "mock"]:
-            raise OSError("there is no engine that speaks")
+            raise OSError("no speech engine found")
         self._states = QTextToSpeech.State
         self._engine = QTextToSpeech(self)
         if self._engine.state() == self._states.Error:
-            raise OSError(self._engine.errorString() or "the engine does not speak")
+            raise OSError(self._engine.errorString() or "the speech engine failed")
         self._spoken: Utterance | None = None
         self._began = False
         self._engine.stateChanged.connect(self._changed)

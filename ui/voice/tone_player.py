@@ -150,7 +150,7 @@ class QtTonePlayer(QObject):
         form.setChannelCount(1)
         form.setSampleFormat(QAudioFormat.SampleFormat.Int16)
         if device.isNull() or not device.isFormatSupported(form):
-            raise OSError("there is no loudspeaker for tones")
+            raise OSError("no audio output for tones")
         self._sink = QAudioSink(device, form, self)
         self._tones = {name: QByteArray(tone_samples(name).tobytes()) for name in TONES}
         self._buffer = QBuffer(self)

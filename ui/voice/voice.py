@@ -141,7 +141,7 @@ class Voice(QObject):
 
     def _failed(self, utterance: Utterance) -> None:
         """Go on with tones: a voice that failed once is not asked again."""
-        log.warning("the voice of this computer failed; tones take its place")
+        log.warning("speech failed; using tones")
         self._take(ToneSpeaker(self._sound, self))
         if utterance is self._spoken:
             self._voice().speak(utterance)

@@ -46,7 +46,7 @@ class TimeSlider(QWidget):
         self.setAccessibleName("Time in the flight")
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
-        self.setToolTip("Press to go there; with the keyboard Left and Right by 1 s")
+        self.setToolTip("Click to go there; Left and Right move by 1 s")
 
     def sizeHint(self) -> QSize:
         return QSize(self._look.px(160), self._look.px(24))

@@ -151,7 +151,7 @@ def _link(facts: StatusBarData) -> StatusItem:
             state="plain",
             width=176,
             detail=(
-                f"{link.good} good frames, {link.damaged} damaged, {link.unknown} of unknown kind, "
+                f"{link.good} good frames, {link.damaged} damaged, {link.unknown} unknown, "
                 f"{link.lost} lost. {remarks}"
             ).strip(),
         )
@@ -174,8 +174,8 @@ def _link(facts: StatusBarData) -> StatusItem:
         state=state,
         width=176,
         detail=(
-            f"{link.rate:.0f} messages in a second, the newest {link.age:.1f} s old, {lost}. "
-            f"{link.good} good, {link.damaged} damaged, {link.unknown} of unknown kind. {remarks}"
+            f"{link.rate:.0f} messages/s, newest {link.age:.1f} s old, {lost}. {link.good} "
+            f"good, {link.damaged} damaged, {link.unknown} of unknown kind. {remarks}"
         ).strip(),
     )
 
@@ -202,7 +202,7 @@ def _recorder(facts: StatusBarData) -> StatusItem:
             value="stopped" if stopped else "off",
             state="plain",
             width=192,
-            detail="Nothing is being recorded.",
+            detail="Not recording.",
         )
     size = bytes_text(recorder.received_bytes)
     free = bytes_text(disk.free_bytes) if disk is not None else DASH
@@ -282,7 +282,7 @@ def _alarms(facts: StatusBarData) -> StatusItem:
         return StatusItem(
             id="alarms", title="ALARMS", value=value, width=184, stretches=True,
             state="caution" if standing else ("good" if facts.name else "plain"),
-            detail=f"{count_text(standing, 'alarm')} standing, all acknowledged",
+            detail=f"{count_text(standing, 'alarm')} active, all acknowledged",
         )  # fmt: skip
     count = len(alarms.sentences)
     return StatusItem(
@@ -309,7 +309,7 @@ def _sound(facts: StatusBarData) -> StatusItem:
         value="off" if facts.muted else "on",
         state="caution" if facts.muted else "plain",
         width=64,
-        detail="Alarms are silent." if facts.muted else "Alarms sound.",
+        detail="Alarm sound off." if facts.muted else "Alarm sound on.",
     )
 
 

@@ -28,17 +28,15 @@ def _register_controls() -> None:
             Backlash(
                 id=f"control.{surface}.backlash",
                 title=f"{word} linkage has free play",
-                equation=f"{channel} moves only when the play of width slop is used up",
+                equation=f"{channel} moves only after the play of width slop",
                 states=("position",),
-                parameters=one_parameter(
-                    "slop", "rad", 0.02, (0.0, 0.2), "whole width of the play"
-                ),
+                parameters=one_parameter("slop", "rad", 0.02, (0.0, 0.2), "full width of the play"),
                 target=target,
                 reads=reads,
             ),
             Saturation(
                 id=f"control.{surface}.saturation",
-                title=f"{word} does not reach its full travel",
+                title=f"{word} does not reach full travel",
                 equation=f"{channel} = limit({channel}, -limit, limit)",
                 parameters=one_parameter(
                     "limit", "rad", 0.1, (0.0, 1.6), "largest deflection reached", 1.6
@@ -57,7 +55,7 @@ def _register_controls() -> None:
             ),
             RateLimit(
                 id=f"control.{surface}.rate",
-                title=f"{word} servo cannot move fast enough",
+                title=f"{word} servo is rate-limited",
                 equation=f"|{channel}'| <= limit",
                 states=("position",),
                 parameters=one_parameter(
@@ -68,7 +66,7 @@ def _register_controls() -> None:
             ),
             Delay(
                 id=f"control.{surface}.delay",
-                title=f"{word} moves late",
+                title=f"{word} is delayed",
                 equation=f"{channel}(t) = command(t - delay)",
                 states=("x1", "x2"),
                 parameters=DELAY,

@@ -137,14 +137,16 @@ def _channel_guidance(channel: str) -> dict[str, EffectGuidance]:
         ),
         "delay": EffectGuidance(
             mistaken_for=(f"{sensor}.lag", _sensor_unit(channel)),
-            separated_by=f"{others}; quick doublets (steps of 0.2 s) show lateness best",
+            separated_by=f"{others}; quick doublets (steps of 0.2 s) show delays best",
             effect_class="A" if surface else "B",
             needs=(channel,),
             source=_KINEMATICS,
         ),
         "lag": EffectGuidance(
             mistaken_for=(f"{sensor}.delay", _sensor_unit(channel)),
-            separated_by=f"{others}; doublets of different step times part a filter from a delay",
+            separated_by=(
+                f"{others}; doublets of different step times separate a filter from a delay"
+            ),
             effect_class="A" if surface else "B",
             needs=(channel,),
             source=_KINEMATICS,
@@ -204,7 +206,7 @@ def _register_sensors() -> None:
         rows: tuple[SignalTerm, ...] = (
             ScaleFactor(
                 id=f"sensor.{channel}.scale",
-                title=f"{name} reads too much or too little",
+                title=f"{name} has a scale error",
                 equation=f"{channel} recorded = scale * {channel}",
                 parameters=one_parameter("scale", "", 1.1, (-3.0, 3.0), "recorded over true", 1.0),
                 target=target,
@@ -286,7 +288,7 @@ def _register_boxes() -> None:
                 "s",
                 0.02,
                 (-0.2, 0.5),
-                "how late the clock of the box is; negative: early, in recorded flights only",
+                "clock delay of the recorder; negative: early, recorded flights only",
             ),
             target=f"sensor.{box}",
             # Of any of its channels: each has a path of its own.
@@ -365,11 +367,12 @@ def _register_positions() -> None:
             f"place.{instrument}.{axis}",
             "m",
             _of_span(0.02 if instrument == "accelerometer" else 0.1),
-            f"{_POSITION_TITLES[instrument]} sits {_AXIS_TITLES[axis]} than the aircraft file says",
+            f"{_POSITION_TITLES[instrument]} sits {_AXIS_TITLES[axis]} than in the aircraft file",
             EffectGuidance(
                 mistaken_for=alike,
                 separated_by=f"{quick}: the share of the rotation grows with its rate and "
-                "acceleration; a tape measure from the center of gravity settles it at once",
+                "acceleration; a tape measure from the center of gravity "
+                "determines it at once",
                 effect_class="B",
                 needs=(_POSITION_CHANNEL[instrument],),
                 source="kinematics: what sensors at (x, y, z) from the CG show",

@@ -24,11 +24,11 @@ _CROSS_SIZES = {"alpha": 0.05, "beta": 0.05, "p": 0.3, "q": 1.0, "r": 0.3}
 _CROSS_SURFACE = 0.03
 _MANEUVERS = {
     "alpha": "elevator doublets at several amplitudes, and slow pull-ups",
-    "q": "elevator doublets of different step times, so that q and alpha part in phase",
-    "de": "elevator doublets from trim; a 3-2-1-1 parts the elevator from alpha and q",
+    "q": "elevator doublets of different step times, to separate q and alpha in phase",
+    "de": "elevator doublets from trim; a 3-2-1-1 separates the elevator from alpha and q",
     "beta": "rudder doublets, and a steady sideslip to either side",
-    "p": "aileron doublets; combined aileron and rudder doublets part p from beta and r",
-    "r": "rudder doublets; combined aileron and rudder doublets part r from beta and p",
+    "p": "aileron doublets; combined aileron and rudder doublets separate p from beta and r",
+    "r": "rudder doublets; combined aileron and rudder doublets separate r from beta and p",
     "da": "aileron doublets, combined with rudder doublets that do not coincide",
     "dr": "rudder doublets, combined with aileron doublets that do not coincide",
 }
@@ -55,7 +55,8 @@ def _cross_guidance(target: str, suffix: str) -> EffectGuidance:
         return EffectGuidance(
             mistaken_for=("mass.cg.y", "propulsion.Cl.throttle", "aero.Cl.q", "aero.Cl.de"),
             separated_by="slow pull-ups and push-overs with aileron and rudder still, at two "
-            "speeds; weighing both wheels of the main gear settles the center of gravity",
+            "speeds; weighing both wheels of the main gear determines the center "
+            "of gravity",
             effect_class="A",
             source="Seanor, flight tests: unequal dihedral gives Cl_0 and Cn_0",
         )

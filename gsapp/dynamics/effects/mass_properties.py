@@ -115,7 +115,7 @@ register_offset(
     "ixz",
     "kg*m^2",
     lambda aircraft: 0.1 * aircraft.mass.ixx,
-    "Roll and yaw are coupled by the mass",
+    "Product of inertia couples roll and yaw",
     EffectGuidance(
         mistaken_for=("aero.Cn.p", "aero.Cl.r", "aero.Cn.da"),
         separated_by=_MERELY,

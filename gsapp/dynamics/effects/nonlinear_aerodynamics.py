@@ -52,7 +52,7 @@ for _target, _size, _alike, _maneuver, _source in (
         "alpha2",
         [("alpha", 2)],
         _size,
-        f"{coefficient_title(_target)} curves with angle of attack",
+        f"{coefficient_title(_target)} varies nonlinearly with angle of attack",
         EffectGuidance(
             mistaken_for=_alike, separated_by=_maneuver, effect_class="A", source=_source
         ),
@@ -97,8 +97,8 @@ for _target, _size in (("Cl", 2.0), ("Cn", 1.5), ("CY", -3.0)):
     )
 for _target, _size, _title in (
     ("Cm", -0.6, "Sideslip pitches the nose"),
-    ("CN", -1.0, "Sideslip to either side costs lift"),
-    ("CA", 0.5, "Sideslip to either side brakes"),
+    ("CN", -1.0, "Sideslip reduces lift (both sides)"),
+    ("CA", 0.5, "Sideslip adds drag (both sides)"),
 ):
     register_monomial(
         _target,
@@ -196,7 +196,7 @@ register_monomial(
     "de2",
     [("de", 2)],
     0.3,
-    "Elevator brakes to either side",
+    "Elevator deflection adds drag (both directions)",
     EffectGuidance(
         mistaken_for=("aero.CA.alpha2", "aero.CA.alpha_de"),
         separated_by="elevator doublets of several sizes at one trim: drag rises to both sides",
@@ -210,7 +210,7 @@ for _target, _surface, _size in (("Cm", "de", 0.9), ("Cl", "da", -0.32), ("Cn", 
     register_term(
         EffectivenessLossTerm(
             id=f"aero.{_target}.{_surface}_falloff",
-            title=f"{_word.capitalize()} loses effect beyond a certain deflection",
+            title=f"{_word.capitalize()} loses effectiveness beyond a certain deflection",
             equation=f"{_target} += slope e^2/(e + width) sign({_surface}), "
             f"e = |{_surface}| beyond onset",
             target=_target,

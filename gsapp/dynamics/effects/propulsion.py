@@ -74,7 +74,7 @@ register_monomial(
     "slipstream",
     [("throttle", 1)],
     0.02,
-    "Throttle changes the flow over the tail: pitches alike at every speed",
+    "Throttle changes the flow over the tail: same pitching moment coefficient at every speed",
     _guidance(
         ("propulsion.Cm.throttle", "aero.Cm.speed"),
         f"{_STEPS}: the flow over the tail counts alike at both",
@@ -160,7 +160,7 @@ def _thrust_error(aircraft: Aircraft) -> Term:
     propulsion = aircraft.propulsion
     return ThrustErrorTerm(
         id="propulsion.thrust.scale",
-        title="Engines give less (or more) thrust than the aircraft file says",
+        title="Thrust differs from the aircraft file",
         equation="T += error T",
         target="thrust",
         reads=("throttle", "rho", "V"),
@@ -172,7 +172,7 @@ def _thrust_error(aircraft: Aircraft) -> Term:
                 unit="",
                 default=-0.15,
                 bounds=(-1.0, 1.0),
-                description="share of the thrust by which it differs",
+                description="relative difference of the thrust",
             ),
         ),
     )
@@ -183,15 +183,15 @@ register_effect(
     _thrust_error,
     _guidance(
         ("aero.CX.speed", "propulsion.thrust.speed", "sensor.ax.scale"),
-        "level accelerations from idle to full throttle and a glide with idling engines; a static "
-        "pull with a spring scale settles it",
+        "level accelerations from idle to full throttle and a glide with idling engines; a "
+        "static pull with a spring scale determines it",
         "Seanor, section 3: two fans of about 12 lb each",
     ),
 )
 register_term(
     ThrustSpeedTerm(
         id="propulsion.thrust.speed",
-        title="Thrust falls with speed otherwise than the aircraft file says",
+        title="Thrust variation with speed differs from the aircraft file",
         equation="X += fade T (V/V_ref - 1)",
         target="X",
         reads=("thrust", "V"),
@@ -201,7 +201,7 @@ register_term(
                 unit="",
                 default=-0.3,
                 bounds=(-3.0, 3.0),
-                description="share of the thrust that is lost more when the speed doubles",
+                description="additional relative loss of thrust when the speed doubles",
             ),
             V_REF,
         ),
@@ -216,7 +216,7 @@ register_term(
 register_term(
     UnsteadyTerm(
         id="propulsion.thrust.lag",
-        title="Engines follow the throttle later than the aircraft file says",
+        title="Engine lag is longer than in the aircraft file",
         equation="X += share (x - T), x' = (T - x)/tau",
         target="X",
         reads=("thrust",),
@@ -228,7 +228,7 @@ register_term(
                 unit="",
                 default=1.0,
                 bounds=(-1.0, 2.0),
-                description="share of the thrust that comes late",
+                description="lagged share of the thrust",
             ),
             Parameter(
                 name="tau",

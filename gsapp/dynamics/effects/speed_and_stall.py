@@ -44,7 +44,7 @@ for _target, _word, _size, _alike, _maneuver, _source in (
         0.04,
         ("aero.Cm.alphadot", "propulsion.Cm.throttle", "aero.Cm.alpha2"),
         f"{_SPEEDS}; throttle steps at constant speed tell thrust from speed",
-        "a missing speed derivative passes for damping by alpha' in a fit",
+        "a missing speed derivative looks like alpha' damping in a fit",
     ),
 ):
     register_term(
@@ -101,11 +101,12 @@ register_monomial(
     "alphadot",
     [("alpha_dot_hat", 1)],
     -8.0,
-    "Downwash reaches the tail late: damping by the rate of angle of attack",
+    "Downwash lag at the tail: damping by the rate of angle of attack",
     EffectGuidance(
         mistaken_for=("aero.Cm.speed", "aero.Cm.memory", "aero.Cm.q", "sensor.alpha.delay"),
         separated_by="maneuvers in which q and alpha' differ: slow and quick doublets, and "
-        "rolls with elevator held; in short doublets about level flight they hardly part",
+        "rolls with elevator held; short doublets about level flight hardly "
+        "separate them",
         effect_class="A",
         source="Seanor, appendix A: M_adot; downwash lag at the tail",
     ),
@@ -117,7 +118,7 @@ for _target, _size, _alike in (
     register_term(
         UnsteadyTerm(
             id=f"aero.{_target}.memory",
-            title="The flow takes time to settle (one lag)",
+            title="Unsteady flow (first-order lag)",
             equation=f"{_target} += {_target}_memory (alpha - x), x' = (alpha - x)/tau",
             target=_target,
             reads=("alpha",),
@@ -128,7 +129,7 @@ for _target, _size, _alike in (
                     unit="",
                     default=_size,
                     bounds=(-50.0, 50.0),
-                    description="part of the coefficient that comes late, per radian",
+                    description="lagged part of the coefficient, per radian",
                 ),
                 Parameter(
                     name="tau",
@@ -218,7 +219,7 @@ for _target, _size, _even, _words in (
             separated_by="a slow deceleration with the wings level until the break, with height "
             "to spare, and doublets that stay within the linear range",
             effect_class="A",
-            source="departure beyond the linear angles of attack of the aircraft file",
+            source="departure beyond the linear range of the aircraft file",
             variant_of=f"aero.{_target}.alpha2",
         ),
     )

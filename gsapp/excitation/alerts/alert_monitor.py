@@ -81,8 +81,8 @@ class EnduranceMonitor:
                 AlertCondition(
                     key="time",
                     level=AlertLevel.WARNING,
-                    text=f"The flight time of {_minutes(self._flight_time)} is over; land",
-                    spoken_text="time is over: land",
+                    text=f"The flight time of {_minutes(self._flight_time)} has expired; land",
+                    spoken_text="time expired: land",
                 )
             ]
         if left <= _SETTINGS.reserve:
@@ -117,7 +117,7 @@ class EnduranceMonitor:
             AlertCondition(
                 key="battery",
                 level=AlertLevel.WARNING,
-                text=f"The battery sinks by {60.0 * sink:.1f} V a minute and is empty within "
+                text=f"The battery drops by {60.0 * sink:.1f} V/min and will be empty within "
                 f"{_SETTINGS.reserve:.0f} s; land",
                 spoken_text="battery: land",
             )

@@ -60,7 +60,7 @@ class Geofence(StrictModel):
         if (self.latitude is None) != (self.longitude is None):
             raise ValueError("'latitude' and 'longitude' belong together; give both, or neither")
         if self.floor is not None and self.floor >= self.ceiling:
-            raise ValueError("the floor lies above the ceiling; swap 'floor' and 'ceiling'")
+            raise ValueError("the floor is above the ceiling; swap 'floor' and 'ceiling'")
         return self
 
 

@@ -173,10 +173,10 @@ class SensorActivityMonitor:
             life.episodes.append(time)
         life.out = out
         if life.open >= _SETTINGS.open:
-            return "reads as an open wire does"
+            return "reads like an open wire"
         recent = [when for when in life.episodes if time - when < _SETTINGS.episode_memory]
         if len(recent) > 1 and time - recent[-1] < _SETTINGS.episode_hold:
-            return "comes and goes as a loose wire does"
+            return "drops in and out like a loose wire"
         return "jumps out of its range" if out else ""
 
 

@@ -222,7 +222,7 @@ class CueGenerator:
         if card_id and (self.cards is None or self.cards.card(card_id) is None):
             known = [] if self.cards is None else [card.id for card in self.cards.cards]
             hint = did_you_mean(card_id, known, "choose one of the flight's cards")
-            raise UnknownNameError(f"there is no test card '{card_id}'; {hint}")
+            raise UnknownNameError(f"no test card '{card_id}'; {hint}")
         # Between the tick that was judged last and the next, which is the first to know of it.
         now = 0.0 if self._time is None else self._time + 0.5 * TICK_DURATION
         time = now if at is None else at

@@ -14,7 +14,7 @@ from gsapp.quantities import SURFACE_NAMES, channel
 
 NO_AIRCRAFT = "no aircraft file: stall, sensor ranges and stick shares are not known"
 NO_MODEL = "no model: inputs are judged by the card and by their shape, bounds are not predicted"
-NO_CARDS = "no test cards: any speed counts as a test point"
+NO_CARDS = "no test cards: any speed is a test point"
 
 
 def list_limitations(
@@ -43,7 +43,7 @@ def list_limitations(
     found: list[str] = []
     doubted = dict.fromkeys(name for danger in dangers for name in danger.channels)
     if doubted:
-        found.append(f"not believed: {', '.join(channel(name).title for name in doubted)}")
+        found.append(f"ignored: {', '.join(channel(name).title for name in doubted)}")
     if unseen:
         words = join_names([SURFACE_NAMES[name] for name in unseen])
         found.append(f"inputs of {words}: the surface is not measured")

@@ -85,7 +85,7 @@ def evaluate_input(
     advice = found[0].words if found else "good"
     graded = graded.with_verdict(result, advice)
     if not found and min(measured.symmetry.values()) < MIN_SYMMETRY and case.kind == "doublet":
-        advice = "good, but uneven: both halves alike"
+        advice = "good, but uneven: make both halves equal"
     card, counts = "", False
     if asked.card is not None and asked.card.kind == case.kind:
         attempt = compare_with_card(asked.card, graded)

@@ -153,21 +153,23 @@ def list_unevaluated(case: InputCase) -> tuple[str, ...]:
     """Return what could not be judged, in words."""
     measured, found = case.measured, []
     if case.target_input is None:
-        found.append("amplitude and width: no card and no model tell what is wanted")
+        found.append("amplitude and width: no card and no model give a target")
     if "de" in measured.surfaces and "alpha" not in measured.flow:
         found.append("linear range: angle of attack is not measured")
     if {"da", "dr"} & set(measured.surfaces) and "beta" not in measured.flow:
         found.append("linear range: sideslip is not measured")
     found += [f"{channel(name).title} saturated" for name in measured.saturated_before]
     if measured.gust_fraction is None:
-        found.append("gusts during the input: no model tells what it explains")
+        found.append("gusts during the input: no model to compare with")
     elif measured.gust_fraction > MAX_GUST_FRACTION >= _ROUGH_BEFORE * case.pre_input_motion_ratio:
         share = 100.0 * measured.gust_fraction
-        found.append(f"the model finds gusts of {share:.0f} % of the answer in calm air: doubt it")
+        found.append(
+            f"the model finds gusts of {share:.0f} % of the response in calm air: doubtful"
+        )
     if "bank" not in measured.trim_values:
-        found.append("bank at the start: nothing tells it")
+        found.append("bank at the start: not measured")
     elif not measured.bank_is_measured:
-        found.append("bank at the start by rates and accelerations, for want of attitude")
+        found.append("bank at the start by rates and accelerations (no attitude)")
     return tuple(found)
 
 
@@ -191,7 +193,7 @@ def _check_samples(case: InputCase) -> list[InputFinding]:
             and passage.samples(name, start, passage.t_end).size >= MIN_SAMPLE_SHARE * total
         ]
         if not heard:
-            words = f"nothing measures what the {SURFACE_WORDS[surface]} does"
+            words = f"no response measured for the {SURFACE_WORDS[surface]}"
             found.append(InputFinding(result="unclear", words=words, surface=surface))
     return found
 
@@ -253,7 +255,7 @@ def _check_cross_input(case: InputCase) -> list[InputFinding]:
             found.append(InputFinding(result="spoiled", words=words, surface=surface))
     for surface, share in measured.residual_deflection.items():
         if share > MAX_RESIDUAL_DEFLECTION:
-            words = f"spoiled: {SURFACE_WORDS[surface]} not brought back"
+            words = f"spoiled: {SURFACE_WORDS[surface]} not returned to neutral"
             found.append(InputFinding(result="spoiled", words=words, surface=surface))
     wanted = case.target_input
     if wanted is not None and measured.hands_off_time < MIN_HANDS_OFF_SHARE * wanted.hands_off:
@@ -309,7 +311,7 @@ def _check_gusts(case: InputCase) -> list[InputFinding]:
         spoiled = min(gusts, _ROUGH_BEFORE * case.pre_input_motion_ratio) > MAX_GUST_FRACTION
     else:
         spoiled = case.pre_input_motion_ratio > _UNREST
-    words = "spoiled by gusts: wait for calmer air"
+    words = "invalid, gusts: wait for calmer air"
     return [InputFinding(result="spoiled", words=words)] if spoiled else []
 
 

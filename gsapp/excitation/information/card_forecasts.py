@@ -214,7 +214,7 @@ def forecast_cards_stepwise(request: ForecastRequest) -> ForecastSteps:
         if all(informations.values()):
             found.append(_forecast_card(one, informations, request))
         else:
-            remarks.append(f"card {one.card.id} cannot be judged: {problem}")
+            remarks.append(f"card {one.card.id} cannot be evaluated: {problem}")
         yield
     found.sort(key=lambda repeats: -repeats[0].score)
     return ForecastResult(by_card={one[0].card: one for one in found}, remarks=tuple(remarks))

@@ -328,4 +328,4 @@ def _with_fit(now: FlightKnowledge, solution: MLSolution, axis: Axis) -> FlightK
 def _with_remark(
     now: FlightKnowledge, verdict: InputVerdict, why: FlightError | str
 ) -> FlightKnowledge:
-    return replace(now, remarks=(*now.remarks, f"{verdict.id} brought nothing: {why}"))
+    return replace(now, remarks=(*now.remarks, f"{verdict.id} gave no information: {why}"))

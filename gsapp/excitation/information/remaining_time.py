@@ -220,9 +220,9 @@ class RemainingTimeEstimator:
     def remarks(self) -> tuple[str, ...]:
         """Return by what the time is counted where it is not measured."""
         if self._aircraft is None:
-            return ("no aircraft file: nobody counts fuel and flight time",)
+            return ("no aircraft file: fuel and flight time not monitored",)
         if self._measured is not None:
             return ()
         if self._aircraft.mass.fuel > 0.0 and self._aircraft.mass.fuel_flow_full > 0.0:
             return ("fuel is counted by the throttle; no channel measures it",)
-        return ("the aircraft file says nothing of fuel: flight time counts alone",)
+        return ("no fuel in the aircraft file: only flight time is monitored",)

@@ -157,7 +157,7 @@ def amplitude_from_linkage(aircraft: Aircraft, surface: str, width: float) -> To
 
 def _band(low: float, high: float, why_low: str, why_high: str) -> ToleranceBand:
     if high < _SETTINGS.hardly * low:
-        why_high = f"{why_high}; hardly any room is left above the noise, fly another speed"
+        why_high = f"{why_high}; little margin above the noise, fly another speed"
         high = _SETTINGS.hardly * low
     best = max(TARGET_AMPLITUDE_SHARE * high, math.sqrt(low * high))
     return ToleranceBand(
@@ -271,8 +271,8 @@ def _max_by_servo(control: Control, trimmed: float, width: float) -> list[tuple[
     """Return what stick, stops and servo allow, rad, with words."""
     stick = max(abs(control.full_stick_high), abs(control.full_stick_low))
     return [
-        (_margin(trimmed, control.travel), "larger, the surface runs into its stop"),
-        (stick, "there is no more stick"),
+        (_margin(trimmed, control.travel), "larger, the surface reaches its stop"),
+        (stick, "full stick reached"),
         (
             0.5 * _SETTINGS.edge_share * width * control.rate_limit,
             "larger, the servo is too slow for the step",
@@ -283,8 +283,8 @@ def _max_by_servo(control: Control, trimmed: float, width: float) -> list[tuple[
 def _min_by_linkage(control: Control) -> list[tuple[float, str]]:
     half = 0.5 * (control.travel[1] - control.travel[0])
     return [
-        (_SETTINGS.slops * control.slop, "smaller, the play of the linkage swallows it"),
-        (_SETTINGS.least_of_travel * half, "smaller, it is not seen as an input"),
+        (_SETTINGS.slops * control.slop, "smaller, the linkage play absorbs it"),
+        (_SETTINGS.least_of_travel * half, "smaller, it is not detected as an input"),
     ]
 
 

@@ -123,7 +123,7 @@ def oscillation_step_width(mode: ModeTiming, kind: str) -> ToleranceBand:
         low=float(widths[0]),
         best=float(widths[1]),
         high=float(widths[2]),
-        why_low=f"quicker, the {mode.name} has no time to answer",
+        why_low=f"quicker, the {mode.name} has no time to respond",
         why_high=f"slower, the {mode.name} is followed and no longer excited",
     )
 
@@ -137,8 +137,8 @@ def roll_step_width(roll_mode: ModeTiming, wobble: ModeTiming) -> ToleranceBand:
         low=low,
         best=math.sqrt(low * high),
         high=high,
-        why_low="quicker, the roll rate has no time to build up",
-        why_high="slower, the bank grows and the dutch roll answers instead",
+        why_low="faster, the roll rate has no time to build up",
+        why_high="slower, the bank grows and the dutch roll responds instead",
     )
 
 

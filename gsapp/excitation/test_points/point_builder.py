@@ -91,7 +91,7 @@ def create_point_at(
         unknown = "whether speed and angle of attack fit each other"
         if speed is None or alpha is None:
             unknown = f"the {'speed' if speed is None else 'angle of attack'} that belongs to it"
-        remarks = (f"{unknown} cannot be told: {why}",)
+        remarks = (f"{unknown} cannot be determined: {why}",)
     else:
         aimed = speed
         if aimed is None and alpha is not None:

@@ -39,8 +39,8 @@ DEFAULT_STEP_WIDTH: Final = ToleranceBand(
     low=0.2,
     best=0.45,
     high=1.0,
-    why_low="quicker, no hand is steady",
-    why_high="slower, no aircraft of this size is excited",
+    why_low="faster, too fast for manual input",
+    why_high="slower, too slow to excite this aircraft",
 )
 """Of one step where no model tells, s."""
 DEFAULT_HANDS_OFF_TIME: Final = 4.0
@@ -224,7 +224,7 @@ def _card_amplitude(asked: float, share: float, room: ToleranceBand | None) -> T
     if room is None:
         return band
     if band.low >= room.high:
-        return replace(room, why_high=f"{room.why_high}; the card asks for more than that")
+        return replace(room, why_high=f"{room.why_high}; the card requests more")
     if room.high < band.high:
         band = replace(band, best=min(asked, room.high), high=room.high, why_high=room.why_high)
     if room.low > band.low:

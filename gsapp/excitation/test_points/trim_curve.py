@@ -154,7 +154,7 @@ class TrimCurve:
         """Return speed, alpha, throttle and elevator over the range; without rows if none."""
         nothing = np.empty((0, 4))
         if model is None:
-            self.problem = "no model tells which angle of attack belongs to a speed"
+            self.problem = "no model relates angle of attack and speed"
             return nothing
         problems = find_unflyable_reasons(aircraft, model)
         if problems:
@@ -166,7 +166,7 @@ class TrimCurve:
         found = [self._level(flying, speed) for speed in grid.tolist()]
         run = _longest_true_run([one is not None for one in found])
         if run.stop - run.start < 2:
-            self.problem = f"the model '{model.name}' flies level at no speed"
+            self.problem = f"the model '{model.name}' has no level-flight speed"
             return nothing
         rows = [_level_flight_row(one) for one in found[run] if one is not None]
         for place, beyond in ((0, run.start - 1), (-1, run.stop)):

@@ -103,7 +103,7 @@ def list_sources(
     if wings == ATTITUDE_SOURCE:
         found.append("wings: attitude")
     elif wings and math.isfinite(motion.bank):
-        found.append(f"wings: {join_names(wings)}, for want of attitude")
+        found.append(f"wings: {join_names(wings)} (no attitude)")
     if math.isfinite(motion.climb):
         found.append("climb: height and accelerations")
     if math.isfinite(motion.speed):
@@ -134,10 +134,10 @@ def list_unmeasured(
             found.append(name)
     if point is not None and point.alpha is not None and not math.isfinite(motion.alpha):
         stands_in = math.isfinite(motion.speed)
-        found.append(f"alpha: {'at 1 g the speed stands for it' if stands_in else 'not measured'}")
+        found.append(f"alpha: {'at 1 g, from the speed' if stands_in else 'not measured'}")
     if not calm:
         found.append("how calm the air is")
     if not leg:
-        found.append("straight leg: no earlier lap to go by")
-    found += [f"{name} stands still: not believed" for name in stuck]
+        found.append("straight leg: no earlier lap")
+    found += [f"{name} is constant: ignored" for name in stuck]
     return tuple(found)

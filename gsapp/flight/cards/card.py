@@ -70,7 +70,7 @@ class Tolerance(StrictModel):
     @classmethod
     def _must_leave_room(cls, value: float) -> float:
         if not value > 0.0:
-            raise ValueError("must be greater than zero; a pilot needs some room")
+            raise ValueError("must be greater than zero")
         return value
 
 
@@ -116,7 +116,7 @@ class TestCard(StrictModel):
     @classmethod
     def _must_fly(cls, value: float) -> float:
         if not 0.0 < value < 200.0:
-            raise ValueError("is no speed of a model; write the airspeed at the start")
+            raise ValueError("is not a plausible speed; write the airspeed at the start")
         return value
 
     @field_validator("surfaces")
@@ -145,7 +145,9 @@ class TestCard(StrictModel):
     @classmethod
     def _must_be_flown(cls, value: int) -> int:
         if not 1 <= value <= _MOST_REPEATS:
-            raise ValueError(f"must lie from 1 to {_MOST_REPEATS}; write how many good ones count")
+            raise ValueError(
+                f"must lie from 1 to {_MOST_REPEATS}; write the number of good repeats"
+            )
         return value
 
     @model_validator(mode="after")

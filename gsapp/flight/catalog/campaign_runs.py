@@ -243,6 +243,6 @@ def _record(catalog: Catalog, row: Any) -> CampaignRun:
         )
     except (ValueError, TypeError) as error:
         raise FlightError(
-            f"the run {row['id']} in the catalog {catalog.path} is damaged ({error}); bring back "
-            "a copy of the catalog"
+            f"the run {row['id']} in the catalog {catalog.path} is damaged ({error}); restore a "
+            "copy of the catalog"
         ) from error

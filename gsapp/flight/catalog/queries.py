@@ -251,5 +251,5 @@ def _parsed(catalog: Catalog, text: str) -> Any:
         return json.loads(text)
     except ValueError as error:
         raise FlightError(
-            f"an entry of the catalog {catalog.path} is damaged ({error}); bring back a copy"
+            f"an entry of the catalog {catalog.path} is damaged ({error}); restore a copy"
         ) from error

@@ -41,7 +41,7 @@ class Catalog:
             raise FlightError(f"{self.path} is a folder; name a file for the catalog")
         if not self.path.parent.is_dir():
             raise FlightError(
-                f"the catalog {self.path} cannot be made: there is no folder {self.path.parent}"
+                f"the catalog {self.path} cannot be created: no folder {self.path.parent}"
             )
         is_new = not self.path.exists()
         with self._words():
@@ -156,10 +156,7 @@ class Catalog:
         version = int(connection.execute("PRAGMA user_version").fetchone()[0])
         tables = connection.execute("SELECT count(*) FROM sqlite_master").fetchone()[0]
         if application != schema.APPLICATION_ID and (application or version or tables):
-            raise FlightError(
-                f"{self.path} is a database of another program and no catalog of maneuvers; name "
-                "another file"
-            )
+            raise FlightError(f"{self.path} is a database of another program; name another file")
         known = len(schema.MIGRATIONS)
         if version > known:
             raise FlightError(
@@ -184,7 +181,7 @@ class Catalog:
         try:
             yield
         except sqlite3.IntegrityError as error:
-            raise FlightError(f"the catalog {self.path} refuses the entry ({error})") from error
+            raise FlightError(f"the catalog {self.path} rejects the entry ({error})") from error
         except sqlite3.OperationalError as error:
             if "locked" in str(error) or "busy" in str(error):
                 raise FlightError(
@@ -193,12 +190,12 @@ class Catalog:
                 ) from error
             todo = "check the path, the permissions and the space on the disk"
             if getattr(error, "sqlite_errorcode", 0) == sqlite3.SQLITE_FULL:
-                todo = "make room on the disk"
+                todo = "free disk space"
             raise FlightError(
                 f"the catalog {self.path} cannot be used ({error}); {todo}"
             ) from error
         except sqlite3.DatabaseError as error:
             raise FlightError(
-                f"the catalog {self.path} is damaged or no catalog at all ({error}); bring back a "
+                f"the catalog {self.path} is damaged or not a catalog ({error}); restore a "
                 "copy, or name a new file and store the flights again"
             ) from error

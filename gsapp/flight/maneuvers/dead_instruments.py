@@ -109,8 +109,8 @@ def dead_instruments_text(instruments: dict[str, tuple[str, ...]]) -> str:
     *first, last = instruments
     listed = f"{', '.join(first)} and {last}" if first else last
     return (
-        f"{listed} {'were' if first else 'was'} dead, at the end of the range, beyond it or the "
-        "same throughout: taken as not measured"
+        f"{listed} {'were' if first else 'was'} faulty (clipped, out of range or constant): "
+        "treated as not measured"
     )
 
 

@@ -12,10 +12,10 @@ from gsapp.foundation import FlightError
 Grade = Literal["A", "B", "C", "D"]
 
 GRADES: Final[Mapping[Grade, str]] = {
-    "A": "good: as asked, no defect",
-    "B": "usable: one small defect, or not as asked (amplitude, width, trim)",
+    "A": "good: as requested, no defect",
+    "B": "usable: one small defect, or not as requested (amplitude, width, trim)",
     "C": "poor: several small defects or a large one; expect wide bounds",
-    "D": "unfit: too little, too much or broken; keep it out of a fit",
+    "D": "unfit: too small, too large or invalid; exclude from fits",
 }
 """Grades and what they mean."""
 
@@ -160,7 +160,7 @@ class DetectedManeuver:  # noqa: PLW1641 - the decorator makes the hash
             If it is none.
         """
         if not isinstance(record, dict):
-            raise FlightError("a stored maneuver is no JSON object; find the maneuvers anew")
+            raise FlightError("a stored maneuver is no JSON object; detect the maneuvers again")
         try:
             grade = str(record["grade"])
             if grade not in GRADES:
@@ -187,11 +187,11 @@ class DetectedManeuver:  # noqa: PLW1641 - the decorator makes the hash
             )
         except (KeyError, TypeError, ValueError, AttributeError) as error:
             raise FlightError(
-                f"a stored maneuver cannot be read ({error}); find the maneuvers anew"
+                f"a stored maneuver cannot be read ({error}); detect the maneuvers again"
             ) from error
         if not found.t_start < found.t_end:
             raise FlightError(
-                f"the stored maneuver {found.id} ends before it begins; find the maneuvers anew"
+                f"the stored maneuver {found.id} ends before it begins; detect the maneuvers again"
             )
         return found
 

@@ -104,8 +104,8 @@ class ManeuverDetector:
     def __init__(self, aircraft: Aircraft, rate: float) -> None:
         if not (math.isfinite(rate) and rate >= MIN_SAMPLE_RATE):
             raise FlightError(
-                f"maneuvers cannot be found at {rate:g} samples per second; "
-                f"it takes {MIN_SAMPLE_RATE:g} at least, and 50 or more to be of use"
+                f"maneuvers cannot be found at {rate:g} samples per second; it takes "
+                f"{MIN_SAMPLE_RATE:g} minimum, 50 or more recommended"
             )
         self._aircraft = aircraft
         self._rate = rate
@@ -506,11 +506,10 @@ def check_detectable(flight: Flight) -> None:
         With what is missing.
     """
     if len(flight.block) < 2:
-        raise FlightError(f"the flight '{flight.name}' holds no samples to find maneuvers in")
+        raise FlightError(f"the flight '{flight.name}' contains no samples")
     rows = extract_signals(flight.block)
     if not np.isfinite(rows[:, : len(SURFACES)]).any():
         had = ", ".join(flight.block.channels) or "no channel"
         raise FlightError(
-            f"the flight '{flight.name}' has no sample of a surface (de, da or dr), so that no "
-            f"input can be seen; it has {had}"
+            f"the flight '{flight.name}' has no samples of a surface (de, da or dr); it has {had}"
         )

@@ -42,12 +42,12 @@ def localize_edit(book: EditableManeuverList, edit: ManeuverEdit) -> ManeuverEdi
             del standing[now]
         elif _overlapping_maneuver_id(known, name, stretch) is not None:
             raise UnknownNameError(
-                f"'{edit.text}' changes the maneuver '{name}', which is not there any more"
+                f"'{edit.text}' changes the maneuver '{name}', which no longer exists"
             )
         else:
             remarks.append(
-                f"maneuver {name} at {stretch[0]:.1f} s, changed by hand ('{edit.text}'), is not "
-                f"found any more{'; it stands as it was changed' if edit.added else ''}"
+                f"maneuver {name} at {stretch[0]:.1f} s, changed by hand ('{edit.text}'), is no "
+                f"longer detected{'; the edited version is kept' if edit.added else ''}"
             )
     added = []
     for maneuver in edit.added:
@@ -56,8 +56,8 @@ def localize_edit(book: EditableManeuverList, edit: ManeuverEdit) -> ManeuverEdi
         if called != maneuver.id:
             remarks.append(
                 f"maneuver {maneuver.id} at {maneuver.t_start:.1f} s, changed by hand "
-                f"('{edit.text}'), is now called {called}: the flight's maneuvers are found "
-                "otherwise than then"
+                f"('{edit.text}'), is now called {called}: detection now gives different "
+                "maneuvers"
             )
         standing[called] = maneuver
         added.append(replace(maneuver, id=called))
@@ -123,12 +123,12 @@ class ManeuverEditLog:
         said = []
         count = len(self.maneuver_list.edits)
         if count:
-            said.append(f"the maneuvers stand with {_change_count_text(count)} by hand")
+            said.append(f"maneuvers with {_change_count_text(count)} (manual)")
         said += [edit.remark for edit in self.maneuver_list.edits if edit.remark]
         if self.skipped_count:
             said.append(
-                f"{_change_count_text(self.skipped_count)} of maneuvers could not be applied and "
-                f"{'is' if self.skipped_count == 1 else 'are'} left out"
+                f"{_change_count_text(self.skipped_count)} of maneuvers could not be applied "
+                f"and {'is' if self.skipped_count == 1 else 'are'} excluded"
             )
         return tuple(said)
 
@@ -179,14 +179,14 @@ class ManeuverEditLog:
             self._log.append(Event(kind=EDIT_EVENT, text=edit.text, data=edit.to_json()))
         elif now.edits and book == now.undo():
             edit = now.edits[-1]
-            text = f"take back: {edit.text}"
+            text = f"undo: {edit.text}"
             self._log.append(Event(kind=UNDO_EVENT, text=text, data={"change": edit.number}))
         elif now.undone and book == now.redo():
             edit = now.undone[-1]
             text = f"again: {edit.text}"
             self._log.append(Event(kind=REDO_EVENT, text=text, data={"change": edit.number}))
         else:
-            raise FlightError("another window changed the maneuvers meanwhile; look, and try again")
+            raise FlightError("another window changed the maneuvers; review and try again")
         self.poll()
 
 

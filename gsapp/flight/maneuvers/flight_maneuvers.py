@@ -97,8 +97,8 @@ def _window(text: str, flights: int) -> ManeuverWindow:
     if len(numbers) == 2:
         if flights > 1:
             raise FlightError(
-                f"the maneuver '{text}' does not say which of the {flights} flights it belongs to; "
-                f"write 1:{text} for the first one"
+                f"the maneuver '{text}' does not name one of the {flights} flights; write "
+                f"1:{text} for the first one"
             )
         return ManeuverWindow(flight=1, start=start, stop=stop)
     if numbers[0] != int(numbers[0]) or not 1 <= numbers[0] <= flights:
@@ -290,7 +290,7 @@ def collect_maneuvers(
         whole = assessor.assess("1", float(times[0]), float(times[-1]))
         # Where the detection saw the input, it knows its inputs and shape better.
         found = (replace(found[0], t_start=whole.t_start, t_end=whole.t_end) if found else whole,)
-        remarks.append(f"the record of {flight.duration:.1f} s is taken as one maneuver, whole")
+        remarks.append(f"the record of {flight.duration:.1f} s is used as one maneuver")
     if not windows and not as_found:
         log = ManeuverEditLog(EventLog(events_path(flight.path)), found)
         found, said = apply_edits(log, assessor.assess)
@@ -307,7 +307,7 @@ def collect_maneuvers(
 def ground_window_text(maneuver: DetectedManeuver) -> str:
     """Return why a window in which the aircraft was on the ground is not used."""
     return (
-        f"maneuver {maneuver.id} is left out: it was not flown; from {maneuver.t_start:.2f} to "
+        f"maneuver {maneuver.id} is excluded: not flown; from {maneuver.t_start:.2f} to "
         f"{maneuver.t_end:.2f} s the aircraft was on the ground, by its airspeed"
     )
 
@@ -338,19 +338,19 @@ def surface_remarks(flight: Flight) -> tuple[str, ...]:
         samples = rows[:, SIGNAL_COLUMNS[surface]]
         samples = samples[np.isfinite(samples)]
         if not samples.size and bare & set(behind.get(surface, ())):
-            found.append(f"{surface} is uncalibrated: its inputs cannot be seen")
+            found.append(f"{surface} is uncalibrated: its inputs cannot be detected")
         elif not samples.size:
-            found.append(f"{surface} was not measured: its inputs cannot be seen")
+            found.append(f"{surface} was not measured: its inputs cannot be detected")
         elif samples.size > 100 and not float(np.ptp(samples)) > 0.0:
-            still = f"stands still at {samples[0] / DEGREE:.2f} deg in every sample"
+            still = f"is constant at {samples[0] / DEGREE:.2f} deg in every sample"
             measured = {surface, *SURFACE_HALVES.get(surface, ("rudder",))} & set(
                 flight.block.channels
             )
             found.append(
-                f"{surface} {still}: its sensor looks stuck or unplugged"
+                f"{surface} {still}: its sensor appears stuck or unplugged"
                 if measured
-                else f"{surface} was not measured, and {surface}_command {still}: look which servo "
-                "the channel map names"
+                else f"{surface} was not measured, and {surface}_command {still}: check the "
+                "servo in the channel map"
             )
     return tuple(found)
 
@@ -369,11 +369,11 @@ def explain_no_maneuvers(flight: Flight, found: Sequence[DetectedManeuver] = ())
         return "; ".join(causes)
     causes += surface_remarks(flight)
     for one in found:
-        why = "excluded by hand" if one.use is False else "; ".join(one.reasons)
-        causes.append(f"maneuver {one.id} is left out: {why or 'unfit'}")
+        why = "excluded manually" if one.use is False else "; ".join(one.reasons)
+        causes.append(f"maneuver {one.id} is not used: {why or 'unfit'}")
     if not found:
         other = "other " if causes else ""
-        causes.append(f"no {other}input was quick, returned to trim and was answered in the air")
+        causes.append(f"no {other}fast input returned to trim with a response in the air")
     return "; ".join(causes)
 
 

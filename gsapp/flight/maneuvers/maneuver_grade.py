@@ -158,7 +158,7 @@ def grade_maneuver(
         The worst first.
     """
     if not inputs:
-        text = "no surface moved beyond its noise: nothing is excited"
+        text = "no surface moved beyond its noise: no excitation"
         return "D", (text,)
     surfaces = [one.surface for one in inputs]
     defects = [
@@ -256,7 +256,7 @@ def _excitation(
         if not answered:
             names = ", ".join(RESPONSE_CHANNELS[surface])
             found.append(
-                Defect(severity="fatal", text=f"nothing measured what {surface} does: no {names}")
+                Defect(severity="fatal", text=f"no response to {surface} was measured: no {names}")
             )
             continue
         best = max(answered, key=lambda name: answered[name])
@@ -316,7 +316,7 @@ def _missing_samples(passage: ManeuverSamples, surfaces: Sequence[str]) -> list[
             found.append(Defect(severity="small", text=f"{share:.0f} % of {name} is missing"))
         elif samples.size > 20 and not float(np.ptp(samples)) > 0.0:
             found.append(
-                Defect(severity="large", text=f"{name} stood still: its sensor looks stuck")
+                Defect(severity="large", text=f"{name} is constant: its sensor appears stuck")
             )
     if absent:
         found.append(Defect(severity="small", text=f"not measured: {', '.join(absent)}"))
@@ -331,7 +331,7 @@ def _lost_coupled_surfaces(
     return [
         Defect(
             severity="fatal",
-            text=f"{name} was lost: what it did to the same answer is not known",
+            text=f"{name} was lost: its share of the response is unknown",
         )
         for name in partners
         if name in setting.noise.std
@@ -399,8 +399,8 @@ def _turbulence(
     return [
         Defect(
             severity="small" if worst < 0.6 else "large",
-            text=f"turbulence or unrest before the input: {channel} wandered by "
-            f"{100.0 * worst:.0f} % of its answer",
+            text=f"turbulence before the input: {channel} wandered by {100.0 * worst:.0f} % of "
+            "its response",
         )
     ]
 

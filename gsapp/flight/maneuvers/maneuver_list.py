@@ -78,12 +78,12 @@ class ManeuverEdit:
         """
         removed, added = data.get("removed"), data.get("added")
         if not isinstance(removed, list) or not isinstance(added, list):
-            raise FlightError(f"the event '{words}' holds no change of maneuvers; leave it out")
+            raise FlightError(f"the event '{words}' contains no maneuver edit; remove it")
         try:
             stretches = tuple((float(low), float(high)) for low, high in data.get("stretches", ()))
         except (TypeError, ValueError) as error:
             raise FlightError(
-                f"the event '{words}' does not say where its maneuvers lay; leave it out"
+                f"the event '{words}' does not locate its maneuvers; remove it"
             ) from error
         return ManeuverEdit(
             text=words,
@@ -144,13 +144,13 @@ class EditableManeuverList:
         missing = [name for name in edit.removed if name not in standing]
         if missing:
             raise UnknownNameError(
-                f"'{edit.text}' changes the maneuver '{missing[0]}', which is not there any more"
+                f"'{edit.text}' changes the maneuver '{missing[0]}', which no longer exists"
             )
         taken = set(standing).difference(edit.removed)
         for maneuver in edit.added:
             if not maneuver.id or maneuver.id in taken:
                 raise FlightError(
-                    f"'{edit.text}' needs a name of its own; '{maneuver.id}' is taken or empty"
+                    f"'{edit.text}' needs a unique name; '{maneuver.id}' is taken or empty"
                 )
             taken.add(maneuver.id)
         if not edit.segments:
@@ -204,7 +204,7 @@ class EditableManeuverList:
             If there are fewer than two.
         """
         if len(set(names)) < 2:
-            raise FlightError("merging takes two maneuvers or more; name them")
+            raise FlightError("merging needs two or more maneuvers")
         parts = sorted((self[name] for name in dict.fromkeys(names)), key=lambda one: one.t_start)
         new = assess(parts[0].id, parts[0].t_start, max(part.t_end for part in parts))
         notes = "; ".join(part.note for part in parts if part.note)
@@ -240,7 +240,7 @@ class EditableManeuverList:
         if grade is None:
             mine = replace(old, graded_by=GRADED_BY_PROGRAM)
             new = self.reassess(mine, assess)
-            words = f"grade {name} by the samples again"
+            words = f"grade {name} automatically"
         elif grade in GRADES:
             reasons = (reason.strip(),) if reason.strip() else ()
             new = replace(old, grade=grade, reasons=reasons, graded_by=GRADED_BY_CREW)
@@ -258,7 +258,7 @@ class EditableManeuverList:
         alone = len(self.maneuvers) == 1
         by_grade = replace(old, use=None).is_used(alone=alone)
         decided = replace(old, use=None if use == by_grade else use)
-        words = f"use {name} in estimates" if use else f"leave {name} out of estimates"
+        words = f"use {name} in estimates" if use else f"exclude {name} from estimates"
         return self.apply(ManeuverEdit(text=words, removed=(name,), added=(decided,)))
 
     def reassess(self, maneuver: DetectedManeuver, assess: AssessFunction) -> DetectedManeuver:

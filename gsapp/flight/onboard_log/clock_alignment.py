@@ -115,11 +115,11 @@ def align_clocks(
     """
     names = common_channels(live, log, leave_out)
     if not names:
-        raise ClockAlignmentError("no channel that moves is in both")
+        raise ClockAlignmentError("no moving channel in both records")
     coarse = find_lag(live, log, rate, names)
     if not coarse.is_reliable:
         raise ClockAlignmentError(
-            f"no channel of both moves alike (correlation {max(coarse.correlation, 0.0):.2f}, of "
+            f"no common channel correlates (correlation {max(coarse.correlation, 0.0):.2f}, of "
             f"{', '.join(names)})"
         )
     every = common_channels(live, log, leave_out, _MOST_CHANNELS)
@@ -127,20 +127,20 @@ def align_clocks(
     windows = len({one.at for one in lags})
     if not windows:
         raise ClockAlignmentError(
-            f"they look alike somewhere (correlation {coarse.correlation:.2f}), but no stretch of "
-            f"{_SETTINGS.window:g} s does in detail"
+            f"coarse correlation {coarse.correlation:.2f}, but no window of "
+            f"{_SETTINGS.window:g} s correlates in detail"
         )
     line = _fit_lag_line(lags)
     if line.agreeing < _LEAST_AGREEING * windows:
         raise ClockAlignmentError(
-            f"only {line.agreeing} of {windows} stretches of motion lie where one clock would put "
-            "them"
+            f"only {line.agreeing} of {windows} motion windows agree on one clock"
         )
     if abs(line.slope) > _SETTINGS.most_drift and abs(line.slope) > _SETTINGS.beyond_doubt * (
         line.slope_std or 0.0
     ):
         raise ClockAlignmentError(
-            f"one clock would gain {abs(line.slope) * 1e6:.0f} ppm on the other, more than any does"
+            f"one clock would gain {abs(line.slope) * 1e6:.0f} ppm on the other, which is "
+            "implausible"
         )
     drifts = (
         line.slope_std is not None and abs(line.slope) > _SETTINGS.beyond_doubt * line.slope_std

@@ -47,7 +47,7 @@ def merge_onboard_log(
             live,
             name,
             f"it could not be aligned with the live record, since {error}; the live record is "
-            "shown. Check that it is the log of this flight",
+            "used. Check that it is the log of this flight",
         )
     state = OnboardLogState(file=name, in_place=True, channels=len(log.block.channels), clock=clock)
     return DecodedFlight(

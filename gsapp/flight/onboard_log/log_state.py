@@ -61,7 +61,7 @@ class LogClock:
             most = abs(self.drift) + 2.0 * self.drift_std
             said += f"; no drift beyond {most * _PER_MILLION:.1f} ppm is seen"
         else:
-            said += "; too little moves in both to see a drift"
+            said += "; too little motion to see a drift"
         stretches = "stretch" if self.windows == 1 else "stretches"
         return (
             f"{said}, found by comparing channels (correlation {self.correlation:.3f}, "
@@ -92,7 +92,7 @@ class OnboardLogState:
     def remark(self) -> str:
         """Return it in a sentence."""
         if not self.in_place:
-            return f"the on-board log {self.file} is left out: {self.why}"
+            return f"the on-board log {self.file} is not used: {self.why}"
         said = (
             f"the on-board log {self.file} replaces the live record where it has samples "
             f"({self.channels} channels)"

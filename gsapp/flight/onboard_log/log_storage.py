@@ -69,11 +69,11 @@ def install_log(
     _check_log_file(source)
     if not folder.nonempty_raw_files:
         raise FlightError(
-            f"{folder.path} holds no live record that a log could be compared with; make a flight "
-            f"of the log by itself: gsapp import {source} --out NEW"
+            f"{folder.path} contains no live record to compare with; import the log as a "
+            f"flight: gsapp import {source} --out NEW"
         )
     if any(source.samefile(record) for record in folder.nonempty_raw_files):
-        raise FlightError(f"{source} is the live record itself; name the log of the aircraft's box")
+        raise FlightError(f"{source} is the live record itself; name the on-board log")
     name = _unused_name(folder, source)
     kept = folder.path / name
     if kept.is_file():
@@ -98,7 +98,7 @@ def activate_log(flight: Path | str, name: str) -> Flight:
     folder = FlightFolder.open(flight)
     if not name:
         if not folder.nonempty_raw_files:
-            raise FlightError(f"{folder.path} holds nothing but its on-board log; leave it in")
+            raise FlightError(f"{folder.path} contains only its on-board log; keep it")
         folder.update_info(onboard_log=None)
         return load_flight(folder.path)
     if name not in list_logs(folder):
@@ -143,7 +143,7 @@ def _activate_checked_log(
         why = state.why if state is not None else "nothing could be read from it"
         why = why.replace(str(log), str(given))  # the copy is gone when this is read
         beside = f" ({apart})" if apart else ""
-        raise FlightError(f"{given} is not taken as the on-board log: {why}{beside}")
+        raise FlightError(f"{given} is not accepted as the on-board log: {why}{beside}")
     kept = folder.path / log.name
     if kept != log:
         try:
@@ -153,7 +153,7 @@ def _activate_checked_log(
                 f"{kept} cannot be written ({error.strerror or error}); check the permissions"
             ) from error
     folder.update_info(onboard_log=kept.name)
-    remark = f"it moves as this flight does, although {apart}" if apart else ""
+    remark = f"its motion matches this flight, although {apart}" if apart else ""
     return InstalledLog(flight=load_flight(folder.path), previous_name=former, remark=remark)
 
 
@@ -164,8 +164,7 @@ def _check_log_file(source: Path) -> None:
         raise FlightError(f"there is no log {source}; check the path")
     if source.suffix.casefold() not in LOG_SUFFIXES:
         raise FlightError(
-            f"{source.name} has an ending that is not known; on-board logs are "
-            f"{', '.join(LOG_SUFFIXES)}"
+            f"{source.name} has an unknown file ending; on-board logs are {', '.join(LOG_SUFFIXES)}"
         )
 
 
@@ -188,4 +187,4 @@ def _date_mismatch_text(folder: FlightFolder, begun: datetime | None) -> str:
     flown = datetime.fromtimestamp(first.stamp_us * 1e-6, UTC)
     if abs((begun - flown).total_seconds()) < _SAME_DAY:
         return ""
-    return f"it says it was begun on {begun:%Y-%m-%d}, and the flight was on {flown:%Y-%m-%d}"
+    return f"it started on {begun:%Y-%m-%d}; the flight was on {flown:%Y-%m-%d}"

@@ -38,7 +38,7 @@ def merge_records(
         If there is nothing to merge.
     """
     if not any(len(block) for block in blocks):
-        raise FlightError("the flights hold no sample; there is nothing to merge")
+        raise FlightError("the flights contain no samples; nothing to merge")
     if rate is None:
         rate = max(1.0 / median_step(block.times) for block in blocks if len(block) > 1)
     on_grid = [resample(block, rate, corner=0.0) for block in blocks]
@@ -65,7 +65,7 @@ def append_records(blocks: Sequence[Block], *, pause: float = 10.0) -> Block:
     """
     filled = [block for block in blocks if len(block)]
     if not filled:
-        raise FlightError("the flights hold no sample; there is nothing to append")
+        raise FlightError("the flights contain no samples; nothing to append")
     rate = 1.0 / median_step(filled[0].times)
     parts: list[Block] = []
     end = None

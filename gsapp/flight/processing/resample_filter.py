@@ -116,8 +116,8 @@ def resample(
     if corner:
         if 0.5 * rate < min(corner, 0.5 * before):
             raise FlightError(
-                f"a filter at {corner:g} Hz lets through what {rate:g} samples per second cannot "
-                f"hold; choose {_SHARE * rate:g} Hz or less, or 0 for none"
+                f"a filter at {corner:g} Hz passes more than {rate:g} samples per second can "
+                f"represent; choose {_SHARE * rate:g} Hz or less, or 0 for none"
             )
         block = low_pass(block, corner)
     times = np.arange(first, last + 1) / rate

@@ -57,7 +57,7 @@ def cut_windows(block: Block, windows: Sequence[TimeWindow]) -> Block:
     for window in windows:
         inside = (times >= window.start - 1e-9) & (times <= window.stop + 1e-9)
         if not inside.any():
-            whole = f"{times[0]:g} to {times[-1]:g} s" if times.size else "no time at all"
+            whole = f"{times[0]:g} to {times[-1]:g} s" if times.size else "no duration"
             raise FlightError(
                 f"no sample lies from {window.start:g} to {window.stop:g} s; the flight covers "
                 f"{whole}"

@@ -122,8 +122,8 @@ class RawWriter:
                 if end.torn:
                     os.truncate(self.folder / name, end.size)
                     self.state.notes.append(
-                        f"{name} ended in an incomplete record of {end.torn} bytes, "
-                        "which was cut off."
+                        f"{name} ended in an incomplete record of {end.torn} bytes, which was "
+                        "removed."
                     )
                 if end.size:
                     self._descriptors[name] = os.open(self.folder / name, _FLAGS)
@@ -372,17 +372,17 @@ def _copy(source: int, target: int) -> bool:
 def _write_error_text(path: Path, error: OSError) -> str:
     if error.errno in DISK_FULL_ERRNOS:
         return (
-            f"The disk of {path.parent} is full; the newest data are kept in memory: make room, "
-            "and writing goes on."
+            f"The disk of {path.parent} is full; new data are held in memory: free disk space "
+            "and writing resumes."
         )
     return (
-        f"{path} cannot be written to ({error.strerror or error}); the newest data are kept in "
-        "memory until it can."
+        f"{path} cannot be written to ({error.strerror or error}); new data are held in memory "
+        "until it can."
     )
 
 
 def _sync_error_text(folder: Path, error: OSError) -> str:
     return (
-        f"The disk of {folder} takes what comes, but does not say that it keeps it "
-        f"({error.strerror or error}): it may be failing; record to another one."
+        f"The disk of {folder} accepts data but does not confirm it "
+        f"({error.strerror or error}): it may be failing; record to another disk."
     )

@@ -55,14 +55,14 @@ class RawDamage:
         parts = []
         if self.bytes:
             places = "1 place" if self.location_count == 1 else f"{self.location_count} places"
-            parts.append(f"{self.bytes} damaged bytes in {places} were stepped over")
+            parts.append(f"{self.bytes} damaged bytes in {places} were skipped")
         if self.stamps:
             stamps = (
                 "1 impossible stamp was"
                 if self.stamps == 1
                 else (f"{self.stamps} impossible stamps were")
             )
-            parts.append(f"{stamps} replaced by the one before")
+            parts.append(f"{stamps} replaced by the previous")
         if self.torn:
             parts.append(f"the last record is incomplete ({self.torn} bytes)")
         return f"{self.name}: {', '.join(parts)}." if parts else ""

@@ -72,8 +72,8 @@ def parse_header(path: Path, where: str, names: Sequence[str]) -> tuple[FileColu
     if all(_is_number(name) for name in names):
         problem = FileProblem(
             where=where,
-            what="holds numbers where the names of the columns are meant",
-            remedy="begin with a header such as 'time [s],alpha [deg],q [deg/s]'",
+            what="contains numbers instead of column names",
+            remedy="start with a header such as 'time [s],alpha [deg],q [deg/s]'",
         )
         raise FileProblemsError(path, [problem])
     problems: list[FileProblem] = []
@@ -89,8 +89,8 @@ def parse_header(path: Path, where: str, names: Sequence[str]) -> tuple[FileColu
             problems.append(
                 FileProblem(
                     where=f"{where}, column {number} ({name})",
-                    what=f"'{column.id}' already stands in column {seen[column.id]}",
-                    remedy=f"take one out, or call it '{base_id(column.id)}.2' if it is a second "
+                    what=f"'{column.id}' is already in column {seen[column.id]}",
+                    remedy=f"remove one, or name it '{base_id(column.id)}.2' if it is a second "
                     "sensor",
                 )
             )
@@ -108,7 +108,7 @@ def parse_header(path: Path, where: str, names: Sequence[str]) -> tuple[FileColu
         problems.append(
             FileProblem(
                 where=where,
-                what="there is time but no channel",
+                what="time without any channel",
                 remedy="add columns such as 'q [deg/s]'",
             )
         )
@@ -149,7 +149,7 @@ def parse_name(name: str) -> FileColumn:
     channel_id, unit = match["id"].strip(), match["unit"]
     if not channel_id:
         raise UnknownNameError(
-            "the column has no name; name it, or take the column (or a last comma) out"
+            "the column has no name; name it, or remove the column (or a trailing comma)"
         )
     if channel_id == TIME:
         return FileColumn(id=TIME, unit=_unit(TIME, unit, TIME))
@@ -217,7 +217,7 @@ def check_times(path: Path, times: FloatArray, where: Callable[[int], str]) -> N
         FileProblem(
             where=where(row),
             what="has no time",
-            remedy="give every row its time, or take the row out",
+            remedy="give every row a time, or remove the row",
         )
         for row in np.flatnonzero(np.isnan(times))[:_FIRST].tolist()
     ]
@@ -232,7 +232,7 @@ def check_times(path: Path, times: FloatArray, where: Callable[[int], str]) -> N
                 else f"goes back from {times[row]:.9g} s to {times[row + 1]:.9g} s",
                 remedy="keep one of the two rows"
                 if same
-                else "sort the rows by time, or cut the file where the clock began again",
+                else "sort the rows by time, or cut the file where the clock restarted",
             )
         )
     if problems:
@@ -260,7 +260,7 @@ def check_spacing(path: Path, times: FloatArray, where: str) -> None:
         problem = FileProblem(
             where=where,
             what=f"the samples would follow every {step:.2g} s",
-            remedy="is time counted in days or hours? write it in the unit that is stated",
+            remedy="is the time in days or hours? write it in the stated unit",
         )
         raise FileProblemsError(path, [problem])
 
@@ -294,7 +294,7 @@ def build_flight_from_columns(
         FileProblem(
             where=name,
             what=f"has the shape {array.shape}, where time has {size} samples",
-            remedy="store one number for each time",
+            remedy="store one number per time",
         )
         for name, array in arrays.items()
         if array.ndim != 1 or array.size != size

@@ -128,8 +128,8 @@ def _read(file: Path, data: bytes) -> ForeignLog:
     positions, formats, lost, torn = _scan(data)
     if len(formats) < 2:
         raise FlightError(
-            f"{file} holds no format descriptions, so it is not an ArduPilot .bin log, or its "
-            "beginning is missing; download it again, or name another file"
+            f"{file} holds no format descriptions; not an ArduPilot .bin log, or its start is "
+            "missing; download it again, or name another file"
         )
     octets = np.frombuffer(data, dtype=np.uint8)
     records = {
@@ -139,9 +139,9 @@ def _read(file: Path, data: bytes) -> ForeignLog:
     }
     remarks: list[str] = []
     if torn:
-        remarks.append(f"the last record of {file.name} was torn off; it is left out")
+        remarks.append(f"the last record of {file.name} is incomplete and was skipped")
     if lost:
-        remarks.append(f"{lost} bytes of {file.name} were damaged and are left out")
+        remarks.append(f"{lost} bytes of {file.name} were damaged and skipped")
     scales = _Scales.of(records)
     tables: dict[tuple[str, str], LogTable] = {}
     for name, (form, rows) in records.items():
@@ -327,7 +327,7 @@ def _tables(
         if dropped:
             label = f"{form.name}[{selector}]" if selector else form.name
             counted = "1 record" if dropped == 1 else f"{dropped} records"
-            remarks.append(f"left out for a time that cannot be: {counted} of {label}")
+            remarks.append(f"skipped for impossible times: {counted} of {label}")
         fields: dict[str, FloatArray] = {}
         units: dict[str, str] = {}
         for index, column in enumerate(form.columns):

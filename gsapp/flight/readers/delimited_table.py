@@ -102,7 +102,7 @@ class DelimitedTable:
                 self.path,
                 "file",
                 "has a header but no rows",
-                "record or export again; one row is the least",
+                "record or export again; at least one row is needed",
             )
         return np.concatenate(parts), line_numbers
 
@@ -121,9 +121,9 @@ class DelimitedTable:
 
     def _ragged(self, line: int, row: Sequence[str]) -> FileProblem:
         expected, found = len(self.names), len(row)
-        remedy = "give every row one cell for each name in the header, empty where missing"
+        remedy = "give every row one cell per column, empty where missing"
         if found > expected and all(cell.strip().lstrip("-").isdigit() for cell in row if cell):
-            remedy = "were the numbers written with decimal commas? write points"
+            remedy = "decimal commas? write decimal points"
         elif found < expected and any(separator in "".join(row) for separator in _SEPARATORS):
             remedy = "separate the cells by commas, in every line"
         return FileProblem(
@@ -294,9 +294,9 @@ def _number_remedy(text: str) -> str:
     if text.casefold() in {"na", "n/a", "null", "none", "-", "--", "missing", "?"}:
         return "leave the cell empty where a sample is missing"
     if "inf" in text.casefold():
-        return "no instrument measures that; leave the cell empty"
+        return "implausible value; leave the cell empty"
     if text[:1].isdigit():
-        return "write the number only; its unit stands in the header"
+        return "write only the number; the unit is in the header"
     return "write a number, or leave the cell empty"
 
 

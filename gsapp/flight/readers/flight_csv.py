@@ -37,9 +37,9 @@ def read_flight_csv(path: Path | str) -> ColumnFlight:
     table = read_delimited_table(path)
     if is_foreign_header(table.names):
         raise UnmappedError(
-            f"{path} does not say which column is which channel in which unit; give a channel map "
-            "of format 'table' with --map, or begin with a header such as "
-            f"'time [s],alpha [deg],q [deg/s]'. Its columns are: {format_names(table.names, 12)}"
+            f"{path} does not assign columns to channels and units; give a channel map of "
+            "format 'table' with --map, or start with a header such as 'time [s],alpha [deg],q "
+            f"[deg/s]'. Columns: {format_names(table.names, 12)}"
         )
     columns = parse_header(table.path, f"line {table.header_line}", table.names)
     values, lines = table.numbers()

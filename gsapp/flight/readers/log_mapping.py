@@ -83,7 +83,7 @@ def map_log(
     if not found:
         holds = f". It holds: {format_names(log.messages, 20)}" if log.messages else ""
         raise UnmappedError(
-            f"{log.path} holds nothing of what the channel map '{channel_map.name}' names; give "
+            f"{log.path} contains no message of the channel map '{channel_map.name}'; give "
             f"another with --map{holds}"
         )
     pipeline = Pipeline(
@@ -136,7 +136,7 @@ def resample_to_grid(path: Path, block: Block, rate: float) -> Block:
         if not np.isnan(block[name]).all()
     )
     if not entries:
-        raise FlightError(f"{path} holds no samples, so that there is nothing to lay on a grid")
+        raise FlightError(f"{path} contains no samples")
     table = LogTable(times=block.times, fields={name: block[name] for name in block.channels})
     mapped = map_log(
         ForeignLog(path=path, tables={(TABLE, ""): table}),
@@ -239,7 +239,7 @@ def _unit(entry: MapEntry, table: LogTable, remarks: list[str]) -> str:
         return entry.unit
     if unit != entry.unit:
         remarks.append(
-            f"the log gives {entry.source} in {unit}, the channel map in {entry.unit}; the log is "
-            "believed"
+            f"the log gives {entry.source} in {unit}, the channel map in {entry.unit}; the unit "
+            "of the log is used"
         )
     return unit

@@ -53,8 +53,8 @@ def read_mat_columns(path: Path | str) -> tuple[dict[str, FloatArray], dict[str,
     except Exception as error:
         # A damaged file makes SciPy's parser raise whatever it stumbles over.
         raise FlightError(
-            f"{file} is damaged ({type(error).__name__}: {error}), so that it cannot be read; save "
-            "it again in MATLAB with save('file.mat', '-v7')"
+            f"{file} is damaged ({type(error).__name__}: {error}); save it again in MATLAB with "
+            "save('file.mat', '-v7')"
         ) from error
     columns: dict[str, FloatArray] = {}
     stated = content.pop("units", None)

@@ -70,15 +70,15 @@ def read_table(path: Path | str, channel_map: ChannelMap) -> ForeignLog:
         stamps = _element(arrays, names, clock)
         if stamps is None:
             shape = arrays[_column(names, clock)].shape
-            problems.append(_size_problem(clock, shape, "one column of it is to be the time", 0))
+            problems.append(_size_problem(clock, shape, "name the column of time", 0))
             continue
         times = to_si(stamps.reshape(-1), unit, "time")
         good = find_valid_times(times)
         check_spacing(file, times[good], clock)
         if not good.all():
             remarks.append(
-                f"{int(good.size - good.sum())} rows of {file.name} have no time, or one that "
-                f"repeats or goes back, in '{clock}'; left out"
+                f"{int(good.size - good.sum())} rows of {file.name} have no time, or a repeated "
+                f"or decreasing time, in '{clock}'; skipped"
             )
         columns: dict[str, FloatArray] = {}
         for name in fields:
@@ -99,7 +99,7 @@ def _size_problem(name: str, shape: tuple[int, ...], expected: str, size: int) -
     """Return the problem of an array that does not have one number for each of `size` times."""
     remedy = "name one column of it, as in 'rates[0]', or its own clock"
     if len(shape) == 2 and shape[1] == size:
-        remedy = "transpose it: its rows are to stand for time"
+        remedy = "transpose it: rows are times"
     return FileProblem(where=name, what=f"has the shape {shape}, where {expected}", remedy=remedy)
 
 

@@ -51,17 +51,15 @@ def read_ulog(path: Path | str, wanted: Collection[str] | None = None) -> Foreig
             f"{file} cannot be read ({error.strerror}); check the path and the permissions"
         ) from error
     if magic != _MAGIC:
-        raise FlightError(
-            f"{file} does not begin as a PX4 .ulg log does; download it again, or name another file"
-        )
+        raise FlightError(f"{file} is not a PX4 .ulg log; download it again, or name another file")
     parsed, said = _parse(file, wanted)
     remarks: list[str] = []
     left, longest = _cut_off(file)
     # A length that was damaged ends the log as a torn end does, and takes more than a message.
     if parsed.file_corruption or "corruption" in said.casefold() or left > longest:
-        remarks.append(f"parts of {file.name} were damaged and are left out")
+        remarks.append(f"parts of {file.name} were damaged and skipped")
     elif left:
-        remarks.append(f"the last message of {file.name} was torn off; it is left out")
+        remarks.append(f"the last message of {file.name} is incomplete and was skipped")
     dropouts = [int(dropout.duration) for dropout in parsed.dropouts]
     if dropouts:
         often = "once" if len(dropouts) == 1 else f"{len(dropouts)} times"
@@ -80,7 +78,7 @@ def read_ulog(path: Path | str, wanted: Collection[str] | None = None) -> Foreig
         if dropped:
             counted = "1 sample" if dropped == 1 else f"{dropped} samples"
             remarks.append(
-                f"left out for a time that cannot be: {counted} of {topic.name}[{topic.multi_id}]"
+                f"skipped for impossible times: {counted} of {topic.name}[{topic.multi_id}]"
             )
         tables[topic.name, str(topic.multi_id)] = LogTable(
             times=times[good], fields=_fields(topic.data, good)
@@ -152,7 +150,7 @@ def _parse(file: Path, wanted: Collection[str] | None) -> tuple[Any, str]:
     except Exception as error:
         # pyulog lets whatever a damaged definition provokes pass through.
         raise FlightError(
-            f"{file} is damaged where its messages are defined ({type(error).__name__}: {error}), "
-            "so that nothing can be read; download it again"
+            f"{file} is damaged where its messages are defined ({type(error).__name__}: "
+            f"{error}); download it again"
         ) from error
     return parsed, said.getvalue()

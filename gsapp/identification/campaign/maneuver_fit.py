@@ -23,8 +23,7 @@ from gsapp.identification.moment_reference import (
 from gsapp.identification.results import Estimate
 
 _NO_EXCITATION_TEXT = (
-    "no surface moved as an input here: nothing excites the aircraft, and hardly a derivative can "
-    "be earned; fly a doublet, or choose another stretch"
+    "no surface moved as an input: no excitation; fly a doublet, or choose another time window"
 )
 
 
@@ -51,7 +50,7 @@ def fit_maneuver(
     try:
         beside = fit_maneuvers_jointly((maneuver,), axis, by_equations, means, known)
     except FlightError as error:
-        told = f"equation error gives nothing to compare with: {error}"
+        told = f"no equation-error comparison: {error}"
         estimate = replace(estimate, warnings=(*estimate.warnings, told))
         return ManeuverResult(maneuver=maneuver, estimate=estimate)
     return ManeuverResult(maneuver=maneuver, estimate=estimate, equation_error_estimate=beside)

@@ -93,7 +93,7 @@ def _without(estimate: Estimate, names: Sequence[str]) -> Estimate:
         derivatives[name] = DerivativeEstimate(
             value=None,
             status="unknown",
-            why="its surface moved, but not as the input; its share was fitted beside the rest",
+            why="its surface moved, but not as the input; its effect was also fitted",
         )
     kept = [place for place, name in enumerate(estimate.free) if name not in names]
     return replace(

@@ -57,7 +57,7 @@ def run_campaign(
     jobs = [(one, _axis_to_fit(one, settings)) for one in maneuvers]
     chosen = [(one, axis) for one, axis in jobs if axis is not None]
     remarks = [
-        f"maneuver {one.id} moved {' and '.join(one.inputs) or 'nothing'} and is left out of "
+        f"maneuver {one.id} moved {' and '.join(one.inputs) or 'nothing'} and is excluded from "
         f"axis {settings.axis}"
         + "".join(f": {words}" for words in _unmeasured_surfaces_text(one, settings.axis))
         for one, axis in jobs
@@ -73,8 +73,8 @@ def run_campaign(
         what = "" if settings.axis == "both" else f" for axis {settings.axis}"
         why = "".join(f"; {remark}" for remark in remarks)
         raise FlightError(
-            f"there is no maneuver to estimate from{what}{why}; name one with its start and stop, "
-            "or see what 'gsapp maneuvers' finds"
+            f"no maneuver to estimate from{what}{why}; give one by start and stop, or see "
+            "'gsapp maneuvers'"
         )
     groups = _group_by_axis(chosen) if settings.joint else []
     total, done = len(chosen) + len(groups), 0
@@ -92,7 +92,7 @@ def run_campaign(
         means = campaign_values([result.estimate for result in found.values()])
     joint: list[Estimate] = []
     for axis, together in groups:
-        _report_progress(progress, done, total, f"{len(together)} maneuvers together")
+        _report_progress(progress, done, total, f"{len(together)} maneuvers jointly")
         try:
             joint.append(fit_maneuvers_jointly(together, axis, settings, means, known))
         except FlightError as error:

@@ -209,15 +209,13 @@ def _verdict(
     names = remedy.channels
     if len(names) == 1:
         sentence = (
-            f"the sign of {channel_title(names[0])} looks reversed: with the sign turned "
-            f"{falls}; turn it "
-            "in the channel map or the calibration"
+            f"the sign of {channel_title(names[0])} appears reversed: with the sign changed, "
+            f"{falls}; reverse it in the channel map or the calibration"
         )
     else:
         sentence = (
-            f"{channel_title(names[0])} and {channel_title(names[1])} look exchanged: taken for "
-            "one another "
-            f"{falls}; exchange them in the channel map"
+            f"{channel_title(names[0])} and {channel_title(names[1])} appear swapped: "
+            f"exchanged, {falls}; swap them in the channel map"
         )
     return InstrumentVerdict(
         kind="reversed" if len(names) == 1 else "exchanged",

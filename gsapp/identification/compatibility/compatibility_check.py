@@ -119,8 +119,8 @@ def check_compatibility(
         found = find_axis_corrections(prepared.segments, first, chosen, channels)
     if not found.fit.segments:
         raise FlightError(
-            "the instruments cannot be compared: no motion that rates and accelerations make fits "
-            f"the rest; {_failure_cause(prepared.segments, chosen)}"
+            "the instruments cannot be compared: the motion from rates and accelerations fits "
+            f"no other instrument; {_failure_cause(prepared.segments, chosen)}"
         )
     noises = [one.noise for one in found.fit.segments]
     begin = found.fit if found.fit.converged else None
@@ -145,7 +145,7 @@ def check_compatibility(
     warnings = [*prepared.warnings, *_gust_warnings(final)]
     if not final.converged:
         warnings.append(
-            "the fit of instrument errors did not converge; take its values as a hint only"
+            "the fit of instrument errors did not converge; its values are indicative only"
         )
     return CompatibilityResult(
         maneuvers=tuple(dict.fromkeys(one.maneuver for one in prepared.segments)),
@@ -171,9 +171,8 @@ def _stuck_verdicts(prepared: PreparedSegments) -> tuple[InstrumentVerdict, ...]
         InstrumentVerdict(
             kind="stuck",
             channels=(name,),
-            sentence=f"{channel_title(name)} stays constant in maneuver {join_names(where)}: the "
-            "instrument is "
-            "stuck or not connected; it is left out",
+            sentence=f"{channel_title(name)} stays constant in maneuver {join_names(where)}: "
+            "the instrument is stuck or not connected; it is excluded",
         )
         for name, where in prepared.stuck.items()
     )
@@ -211,16 +210,16 @@ def _why_unknown(found: InstrumentErrorFit, name: str, std: float, plausible: fl
     unclear = _is_masked_by_noise(found, name)
     if not unclear and at_limit(name, found.errors[name]):
         return (
-            f"the best fit lies beyond {format_error(name, LARGEST_DELAY)}, too long for the "
-            "delay of an instrument; look for another error"
+            f"the best fit lies beyond {format_error(name, LARGEST_DELAY)}, too long for an "
+            "instrument delay; look for another error"
         )
     if unclear or (std > 0.9 * plausible and kind != "bias"):
         return f"{channel_title(channel)} hardly moves beyond the noise in these maneuvers"
     if std > OBSERVABLE_SHARE * plausible:
         return (
             f"the data leave {format_error(name, std)} open, where "
-            f"{format_error(name, plausible)} was plausible before: other errors would show "
-            "alike; fly more or other maneuvers"
+            f"{format_error(name, plausible)} was plausible: not distinguishable from other "
+            "errors; fly more or other maneuvers"
         )
     return ""
 
@@ -243,8 +242,8 @@ def _error_verdicts(
         way = "late" if one.value > 0.0 else "early"
         said = {
             "bias": f"{channel_title(channel)} is off by {spread}",
-            "scale": f"{channel_title(channel)} shows {spread} times what the other instruments "
-            "say",
+            "scale": f"{channel_title(channel)} shows {spread} times the value from the other "
+            "instruments",
             "delay": f"{channel_title(channel)} is {spread} {way} against the gyros",
         }[kind]
         found.append(
@@ -253,7 +252,7 @@ def _error_verdicts(
                 channels=(channel,),
                 sentence=f"{said}; check its calibration"
                 if kind != "delay"
-                else f"{said}; state it in the aircraft file",
+                else f"{said}; add it to the aircraft file",
                 value=one.value,
                 std=one.std,
             )
@@ -283,9 +282,9 @@ def _unexplained_verdicts(found: InstrumentErrorFit) -> list[InstrumentVerdict]:
                     kind="unexplained",
                     channels=(name,),
                     sentence=f"{channel_title(name)} contradicts rates and accelerations by "
-                    f"{format_quantity(name, size)} (rms) in maneuver {worst.segment.maneuver}, "
-                    "by no "
-                    "bias, scale or delay; look at the instrument itself",
+                    f"{format_quantity(name, size)} (rms) in maneuver "
+                    f"{worst.segment.maneuver}, not by bias, scale or delay; check the "
+                    "instrument",
                     before=size,
                     seen_in=name,
                 )
@@ -308,10 +307,10 @@ def _inconsistent_gyro_verdicts(found: InstrumentErrorFit) -> list[InstrumentVer
             InstrumentVerdict(
                 kind="unexplained",
                 channels=(name,),
-                sentence=f"{channel_title(name)} and the other instruments show two different "
-                "motions in "
-                f"maneuver {worst.segment.maneuver}: they would agree only were its noise "
-                f"{power**0.5:.0f} times what it is; look at its unit and at that of the angles",
+                sentence=f"{channel_title(name)} and the other instruments show different "
+                f"motions in maneuver {worst.segment.maneuver}: they agree only if its "
+                f"noise were {power**0.5:.0f} times larger; check its unit and those "
+                "of the angles",
                 before=(power * float(worst.error_model.input_density[place])) ** 0.5,
                 seen_in=name,
             )
@@ -358,15 +357,12 @@ def _summary(
         return "; ".join(one.sentence for one in verdicts)
     names = join_names([channel_title(name) for name in channels])
     if found.converged:
-        return f"{names} are consistent with one another: what a model misses is in the model"
+        return f"{names} are consistent: remaining disagreement is in the model"
     stretches = [one.segment for one in found.segments]
     cause = ""
     if found.step > _MAX_FINAL_STEP or _is_quiet(stretches, settings):
         cause = f"; {_failure_cause(stretches, settings)}"
-    return (
-        f"no contradiction is found between {names}, and none is ruled out, since the fit did not "
-        f"converge{cause}"
-    )
+    return f"no contradiction found between {names}, but the fit did not converge{cause}"
 
 
 def _is_quiet(stretches: Sequence[CompatibilitySegment], settings: CompatibilitySettings) -> bool:
@@ -386,12 +382,12 @@ def _failure_cause(
 ) -> str:
     """Return the likeliest reason why the fit of these stretches has no outcome."""
     if _is_quiet(stretches, settings):
-        return "the aircraft hardly moves in these maneuvers: choose windows with inputs"
+        return "too little motion in these maneuvers: choose windows with inputs"
     absent = set[str]().union(*(one.absent for one in stretches))
     if absent:
         names = join_names([channel_title(name) for name in KINEMATIC_INPUTS if name in absent])
         return f"{names} {'is' if len(absent) == 1 else 'are'} missing"
-    return "look whether all channels are in the units that the channel map says"
+    return "check that all channels have the units of the channel map"
 
 
 # --- histories ----------------------------------------------------------------------------------

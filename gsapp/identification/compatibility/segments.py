@@ -143,8 +143,8 @@ def _prepare_maneuver(found: PreparedSegments, maneuver: Maneuver, aircraft: Air
     count = len(maneuver.block)
     if count < MIN_SEGMENT_SAMPLES:
         found.warnings.append(
-            f"{title} has {count} samples; too few to compare instruments by: "
-            f"give at least {MIN_SEGMENT_SAMPLES}"
+            f"{title} has {count} samples; too few to compare instruments: give at least "
+            f"{MIN_SEGMENT_SAMPLES}"
         )
         return
     dt = maneuver.dt
@@ -156,22 +156,20 @@ def _prepare_maneuver(found: PreparedSegments, maneuver: Maneuver, aircraft: Air
     shown = [name for name in KINEMATIC_OUTPUTS if name in there]
     if not there & {"alpha", "beta", "V", "phi", "theta"}:
         found.warnings.append(
-            f"{title}: alpha, beta, airspeed and attitude are all missing; rates and "
-            "accelerations alone have nothing to contradict"
+            f"{title}: alpha, beta, airspeed and attitude are missing; nothing to compare rates "
+            "and accelerations with"
         )
         return
     if len(absent) == len(KINEMATIC_INPUTS):
         found.warnings.append(
-            f"{title}: no rate and no acceleration was measured; there is nothing to make a "
-            "motion from"
+            f"{title}: no rates and no accelerations; the motion cannot be reconstructed"
         )
         return
     missing = [name for name in (*KINEMATIC_INPUTS, *_CALIBRATED) if name not in there]
     if missing:
         found.warnings.append(
             f"{title}: {join_names(missing)} {'was' if len(missing) == 1 else 'were'} not "
-            "measured; "
-            "what only they could tell stays open"
+            "measured; related errors are unknown"
         )
     broken = _unbridgeable_gaps(signals, KINEMATIC_INPUTS, absent, dt)
     kept = 0

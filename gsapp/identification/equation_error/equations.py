@@ -142,7 +142,7 @@ def build_equation(
         if (why := _missing_channels_text(coefficient, needed, one))
     }
     remarks = tuple(
-        f"maneuver {found[index].maneuver} does not count for {coefficient}: {why}"
+        f"maneuver {found[index].maneuver} is not used for {coefficient}: {why}"
         for index, why in lacking.items()
     )
     if len(lacking) == len(found):
@@ -154,9 +154,9 @@ def build_equation(
     length = stacked.y.size * stacked.dt
     if length < _MIN_DURATION or stacked.y.size < 3 * len(names):
         why = (
-            f"only {length:.1f} s of the record can be used"
+            f"only {length:.1f} s of the record are usable"
             if length
-            else "no stretch of the record is long enough between missing and clipped samples"
+            else "no window is long enough between missing and clipped samples"
         )
         return EquationResult(
             equation=None, unestimated=_unknown_estimates(names, why), remarks=remarks
@@ -189,7 +189,7 @@ def build_equation(
             value=None,
             status="not-identifiable",
             confounded_with=partners,
-            why=f"it cannot be told apart from {others} in this motion",
+            why=f"not distinguishable from {others} in this motion",
         )
     dropped = _redundant_columns(twins)
     keep = [index for index, name in enumerate(reduced.names) if name not in dropped]
@@ -225,7 +225,9 @@ def _estimates_without_value(
         suffix = name.partition("_")[2]
         own = suffix != "0" and not any(suffix in one.measured for one in found)
         reason = (
-            f"{name_in_text(suffix)} was not measured" if own else f"it cannot stand alone: {why}"
+            f"{name_in_text(suffix)} was not measured"
+            if own
+            else f"it cannot be estimated alone: {why}"
         )
         unearned[name] = DerivativeEstimate(value=None, status="unknown", why=reason)
     return unearned
@@ -363,10 +365,9 @@ def _unexcited(stacked: Equation, used: Sequence[Coefficients]) -> dict[str, Der
                 value=None,
                 status="unknown",
                 why=f"the {name_in_text(suffix)} hardly moved: {spread / least:.2g} times the "
-                "least "
-                "that is needed"
+                "required minimum"
                 if spread < least
-                else f"the {name_in_text(suffix)} did not stand out of its noise",
+                else f"the {name_in_text(suffix)} did not exceed its noise",
             )
     return found
 

@@ -98,7 +98,7 @@ def estimate(
         If there is no maneuver, or the airspeed is missing and nothing can stand in for it.
     """
     if not maneuvers:
-        raise FlightError("there is no maneuver to estimate from; name at least one")
+        raise FlightError("no maneuver to estimate from; name at least one")
     if motions is not None:
         return _from_motions(
             maneuvers, axis, motions, free=free, held=held, model=model, cutoff=cutoff,
@@ -140,12 +140,12 @@ def _from_motions(
         f"{'late' if shift[0] > 0.0 else 'early'} against the gyros"
     )
     if delays != "estimate":
-        bent = f"{told}: derivatives of the moments are bent by it, and no bound holds that"
+        bent = f"{told}: moment derivatives are biased, which no bound includes"
         return replace(plain, warnings=(*plain.warnings, bent))
     late = dict.fromkeys(DELAYED_CHANNELS, shift[0])
     right = smooth_coefficients(maneuvers, motions, model=model, cutoff=cutoff, delays=late)
     better = _estimate_from_coefficients(right, maneuvers, axis, free=free, held=held, model=model)
-    return _widen_bounds(better, plain, shift, f"{told}, which is undone")
+    return _widen_bounds(better, plain, shift, f"{told}, which is corrected")
 
 
 _SIGNIFICANT_SIGMAS = 3.0
@@ -193,7 +193,7 @@ def _estimate_from_coefficients(
     derivatives = {
         name: DerivativeEstimate(value=fixed[name], status="held")
         if name in fixed
-        else DerivativeEstimate(value=None, status="unknown", why="it was not set free")
+        else DerivativeEstimate(value=None, status="unknown", why="not free")
         for name in axis_derivatives(axis)
     }
     # Left out of the equation, a surface that the pilot moved all the same would bend the rest.
@@ -202,8 +202,8 @@ def _estimate_from_coefficients(
     if beside:
         surfaces = dict.fromkeys(name_in_text(name.partition("_")[2]) for name in beside)
         warnings.append(
-            f"the {' and the '.join(surfaces)} moved too, though not as the input; the share of "
-            "that is fitted beside the rest"
+            f"the {' and the '.join(surfaces)} also moved, but not as the input; its effect is "
+            "also fitted"
         )
     blocks: list[Regression] = []
     fits: dict[str, ResponseFit] = {}
@@ -239,11 +239,11 @@ def _estimate_from_coefficients(
                 )
     if poor:
         warnings.append(
-            f"the surfaces explain too little of the motion behind {', '.join(poor)} (gusts?) to "
-            "make up for noise in its regressors; slopes may come out small"
+            f"the surfaces explain too little of the motion behind {', '.join(poor)} (gusts?) "
+            "for the regressor noise; estimates may be biased low"
         )
     for name in beside:
-        why = "it was not set free; its share was fitted beside the rest"
+        why = "not free; its effect was also fitted"
         derivatives[name] = DerivativeEstimate(value=None, status="unknown", why=why)
     names_free, covariance = _join_covariances(blocks, derivatives)
     # Maneuvers fitted together have offsets of their own; each is drawn with its own fit.

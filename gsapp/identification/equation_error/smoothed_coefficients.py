@@ -32,7 +32,7 @@ def smooth_coefficients(
         If there is no maneuver.
     """
     if not maneuvers:
-        raise FlightError("there is no maneuver to estimate from; name at least one")
+        raise FlightError("no maneuver to estimate from; name at least one")
     if motions is None:
         maneuvers, model = effective_records(maneuvers, model)
         motions = [measured_motion(maneuver, stand_ins=stand_ins) for maneuver in maneuvers]

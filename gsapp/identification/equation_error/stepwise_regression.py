@@ -173,7 +173,8 @@ def select_terms(
     used = [one for one in found if coefficient not in one.missing]
     if not used:
         raise FlightError(
-            f"{coefficient} cannot be had from these maneuvers: {found[0].missing[coefficient]}"
+            f"{coefficient} cannot be estimated from these maneuvers: "
+            f"{found[0].missing[coefficient]}"
         )
     candidates = dict(candidate_terms(coefficient, maneuvers[0].aircraft) if pool is None else pool)
     table = _RegressorTable(coefficient, candidates, used)
@@ -245,8 +246,8 @@ class _RegressorTable:
             at += size
         if not at:
             raise FlightError(
-                f"{coefficient} cannot be had from these maneuvers: no stretch is long enough "
-                "between missing and clipped samples"
+                f"{coefficient} cannot be estimated from these maneuvers: no stretch is long "
+                "enough between missing and clipped samples"
             )
         self.y = np.concatenate(ys)
         reads = linear_variables(coefficient)
@@ -379,7 +380,7 @@ class _StepwiseSearch:
         press = self._predicted(wanted)
         if partial >= F_TO_ENTER and press < self._press:
             why = (
-                f"partial F {partial:.0f}, and what was left out is predicted "
+                f"partial F {partial:.0f}, held-out prediction improves by "
                 f"{100.0 * (1.0 - press / self._press):.1f} % better"
             )
             self._chosen, self._press = wanted, press
@@ -388,7 +389,7 @@ class _StepwiseSearch:
         why = (
             f"partial F {partial:.1f} is less than {F_TO_ENTER:.0f}"
             if partial < F_TO_ENTER
-            else "what was left out is predicted no better"
+            else "held-out prediction does not improve"
         )
         self._refused.add(name)
         self._note("refused", name, partial, alike, why)

@@ -357,7 +357,7 @@ class FilterErrorFit:
             low, high = bounds.get(name, (-np.inf, np.inf))
             self.values[name] = float(min(max(moved, low), high))
         if not np.isfinite(moves).all():
-            raise FlightError("the fit of a model with an effect ran away; refuse the effect")
+            raise FlightError("the fit of a model with an effect ran away; reject the effect")
         for name in self.bias_names():
             self.biases[name] += by_name[name]
         self._take(self.revised_model())

@@ -35,7 +35,7 @@ from gsapp.quantities import FloatArray
 
 _MIN_INTENSITY = 1e-9
 """Process noise that every state has, in units of the scales squared per second."""
-_DIVERGED = "the fit of a model ran away; refuse the effect, or check the data"
+_DIVERGED = "the fit of a model ran away; reject the effect, or check the data"
 
 
 class Adjoints(NamedTuple):

@@ -135,7 +135,7 @@ class ChannelAvailability:
             if name in self._settings.still and not self.was_measured(name)
         ]
         if still:
-            found.append(f"{', '.join(still)} not measured: taken as standing still")
+            found.append(f"{', '.join(still)} not measured: assumed constant")
         if (
             not any(self.was_measured(name) for name in AIRSPEED_CHANNELS)
             and self._settings.speed is not None
@@ -149,7 +149,7 @@ class ChannelAvailability:
             and aircraft.propulsion.max_thrust > 0.0
             and not any(self.was_measured(name) for name in engine)
         ):
-            found.append("neither throttle nor thrust was measured: CA_0 then holds the thrust")
+            found.append("neither throttle nor thrust was measured: CA_0 then includes the thrust")
         return tuple(found)
 
     # --- saved state ----------------------------------------------------------------------------

@@ -120,13 +120,13 @@ def estimate_verdict_text(
     if verdict is EstimateVerdict.ESTIMATED:
         return ""
     if verdict is EstimateVerdict.NOT_MEASURED:
-        return missing or "an instrument that it needs was silent"
+        return missing or "a required instrument was silent"
     if verdict is EstimateVerdict.TOO_SHORT:
-        return f"only {listened:.1f} s were listened to" if listened > 0.0 else "no samples yet"
+        return f"only {listened:.1f} s of data" if listened > 0.0 else "no samples yet"
     if verdict is EstimateVerdict.NOT_EXCITED:
         return (
-            f"{variable} did too little on its own: {signal_to_noise:.1f} times its noise, "
-            f"needed {settings.signal_to_noise:g}"
+            f"{variable} was too weak alone: {signal_to_noise:.1f} times its noise, needed "
+            f"{settings.signal_to_noise:g}"
         )
     if verdict is EstimateVerdict.COLLINEAR:
         return f"{variable} moved together with {companion}; move the surfaces apart"

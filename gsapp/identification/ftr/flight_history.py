@@ -26,7 +26,7 @@ def compute_ftr_history(flight: Flight, aircraft: Aircraft) -> FTR:
     """
     block = reconstruct_deflections(flight.block, aircraft)
     if len(block) < 2 or not math.isfinite(flight.rate):
-        raise FlightError(f"the flight '{flight.name}' holds too few samples to listen to")
+        raise FlightError(f"the flight '{flight.name}' contains too few samples for FTR")
     heard = FTR(
         aircraft,
         rate=flight.rate,

@@ -72,7 +72,7 @@ def estimate(
         If there are no maneuvers.
     """
     if not maneuvers:
-        raise FlightError("FTR was given no maneuver; name at least one")
+        raise FlightError("FTR needs at least one maneuver")
     maneuvers, remarks = remove_stuck_channels(maneuvers, axis)
     chosen = settings or FTRSettings(
         spacing=_resolved_spacing(max(one.t_end - one.t_start for one in maneuvers))
@@ -120,7 +120,7 @@ def estimate(
         histories=() if shown is None else (shown,),
         converged=bool(free),
         warnings=tuple(dict.fromkeys(warnings)),
-        message=("solved" if free else "nothing was excited enough for an estimate"),
+        message=("solved" if free else "not enough excitation for an estimate"),
     )
     return check_estimate_support(
         _add_offset_uncertainty(result, records, chosen), maneuvers, given, remarks

@@ -175,15 +175,15 @@ class FTR:
         self._must_be_gated()
         if self._window is not None:
             raise FlightError(
-                f"FTR listens since {self._window.start:.1f} s; end that maneuver first"
+                f"FTR window open since {self._window.start:.1f} s; end that maneuver first"
             )
         start -= self.origin
         if self._buffer.oldest_if_full is not None:
             oldest = self._buffer.oldest_if_full * self.block / self.rate
             if start < oldest:
                 raise FlightError(
-                    f"FTR remembers the flight from {oldest + self.origin:.1f} s on; a maneuver "
-                    f"cannot begin at {start + self.origin:.1f} s; raise lookback"
+                    f"FTR keeps data from {oldest + self.origin:.1f} s on; a maneuver cannot "
+                    f"begin at {start + self.origin:.1f} s; raise lookback"
                 )
         self._window = EstimationWindow(start=start)
         for run in self._runs.values():
@@ -202,7 +202,7 @@ class FTR:
         """
         self._must_be_gated()
         if self._window is None:
-            raise FlightError("FTR listens to no maneuver; begin one first")
+            raise FlightError("no FTR window is open; start one first")
         if stop - self.origin <= self._window.start:
             raise FlightError(
                 f"a maneuver cannot end at {stop:.2f} s: it began at "
@@ -215,7 +215,7 @@ class FTR:
 
     def _must_be_gated(self) -> None:
         if self.settings.gate == "always":
-            raise FlightError("FTR listens always; choose the gate 'maneuvers' for windows")
+            raise FlightError("the FTR gate is 'always'; use the gate 'maneuvers' for windows")
 
     def _replay(self) -> None:
         """Run the open window over the blocks remembered."""

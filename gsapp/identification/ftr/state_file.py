@@ -60,7 +60,7 @@ def read_state(path: Path, about: Mapping[str, object]) -> ArrayTable:
     different = sorted(key for key in mine if theirs.get(key) != mine[key])
     if different:
         raise FlightError(
-            f"the state in {path} was saved with other {' and '.join(different)}; "
-            "use the same, or start FTR anew"
+            f"the state in {path} was saved with other {' and '.join(different)}; use the same, "
+            "or restart FTR"
         )
     return table

@@ -81,15 +81,14 @@ def batch_least_squares(stretches: Sequence[LinearModelSignals]) -> BatchLeastSq
              if not s > 0.0]  # fmt: skip
     if still:
         raise FlightError(
-            f"{', '.join(still)} never moves in these maneuvers, so that no model of its effect "
-            "can be had; give maneuvers with that input"
+            f"{', '.join(still)} does not move in these maneuvers; give maneuvers with that input"
         )
     solution, _, rank, _ = linalg.lstsq(X, Y)
     if rank < n + m:
         names = ", ".join((*first.state_names, *first.input_names))
         raise FlightError(
-            f"some of {names} move alike in these maneuvers, so that their effects cannot be "
-            "separated; give other maneuvers, or more of them"
+            f"some of {names} move together in these maneuvers; their effects cannot be "
+            "separated; give other or more maneuvers"
         )
     errors = Y - X @ solution
     mse = np.sum(errors**2, axis=0) / (len(X) * (1.0 - (n + m) / effective))

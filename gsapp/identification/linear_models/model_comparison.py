@@ -151,7 +151,7 @@ def subspace_model(
     refined = refine_by_prediction_error(records, start.model, start.initial_states)
     remarks = [f"order {start.order}" + ("" if order else ", chosen from the data")]
     if not refined.converged:
-        remarks.append("the refinement had not settled when it was stopped")
+        remarks.append("the refinement did not converge")
     return refined.model, tuple(remarks)
 
 

@@ -135,7 +135,6 @@ def all_linear_model_signals(
     found = tuple(one for maneuver in maneuvers for one in linear_model_signals(maneuver, axis))
     if not found:
         raise FlightError(
-            f"no maneuver holds {MIN_SIGNAL_DURATION:g} s without a missing sample; there is "
-            "nothing to fit"
+            f"no maneuver holds {MIN_SIGNAL_DURATION:g} s without a missing sample; nothing to fit"
         )
     return found

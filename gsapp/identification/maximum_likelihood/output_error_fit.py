@@ -56,7 +56,7 @@ def fit(
 ) -> MLSolution:
     """Fit one maneuver, or several together, and keep everything; arguments as `estimate`."""
     if not maneuvers:
-        raise FlightError("there is no maneuver to estimate from; name at least one")
+        raise FlightError("no maneuver to estimate from; name at least one")
     retain_freed_memory()
     problem = build_problem(maneuvers, settings)
     solver = Solver(problem, settings, progress)
@@ -174,7 +174,7 @@ def _fit_in_pieces(
         except DivergedError:
             continue
     signs = _equation_error_sign_warnings(maneuvers, settings, problem)
-    why = "; ".join(signs) or "its derivatives make an aircraft that is far from stable"
+    why = "; ".join(signs) or "its derivatives give a strongly unstable aircraft"
     raise FlightError(
         f"the model diverges over maneuver {', '.join(part.id for part in problem.parts)}: {why}; "
         "check signs and calibration, give start values, or use equation error"

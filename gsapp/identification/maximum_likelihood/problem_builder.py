@@ -85,7 +85,7 @@ def build_problem(
         If nothing can be fitted; it says what is missing.
     """
     if not maneuvers:
-        raise FlightError("there is no maneuver to estimate from; name at least one")
+        raise FlightError("no maneuver to estimate from; name at least one")
     for maneuver in maneuvers:
         _check_maneuver(maneuver)
     model = settings.model or Model()
@@ -419,11 +419,11 @@ def _responses(
         if weights is not None and not weights.get(name, 0.0) > 0.0:
             continue
         if not finite.size:
-            remarks.append(f"{name} was not measured and is left out of the responses")
+            remarks.append(f"{name} was not measured and is excluded from the responses")
         elif not np.ptp(finite) > 0.0:
             remarks.append(
-                f"{name} stays at {float(finite[0]):g} throughout (a stuck sensor?) and is left "
-                "out of the responses"
+                f"{name} stays at {float(finite[0]):g} throughout (a stuck sensor?) and is "
+                "excluded from the responses"
             )
         else:
             kept.append(name)
@@ -543,7 +543,7 @@ def _segments(
                 good[gap] = False
                 remarks.append(
                     f"{surface} is missing from {times[gap.start]:.2f} to "
-                    f"{times[gap.stop - 1]:.2f} s; the fit goes on behind it with new initial "
+                    f"{times[gap.stop - 1]:.2f} s; the fit continues after it with new initial "
                     "states"
                 )
     breaks = np.flatnonzero(np.diff(times) > 2.5 * dt) + 1

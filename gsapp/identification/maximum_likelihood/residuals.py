@@ -89,8 +89,8 @@ def color_warnings(part: ManeuverResiduals) -> list[str]:
         return []
     told = ", ".join(f"{name} ({inflation:.0f} times)" for name, inflation in colored.items())
     found = [
-        f"the residuals of {told} in maneuver {part.maneuver} are colored: "
-        "their power at low frequency exceeds that of white noise; the bounds allow for it"
+        f"the residuals of {told} in maneuver {part.maneuver} are colored (excess power at low "
+        "frequency); the bounds account for it"
     ]
     followed = {name: _averaged_r2(part, part.responses.index(name)) for name in colored}
     missed = [
@@ -98,10 +98,9 @@ def color_warnings(part: ManeuverResiduals) -> list[str]:
     ]
     if missed:
         found.append(
-            f"what the model computes does not follow {', '.join(missed)} in maneuver "
-            f"{part.maneuver}, and no bound allows for that: do not believe its values before "
-            "gusts, a unit or a sign of an instrument ('gsapp compatibility'), and a number of the "
-            "aircraft file are ruled out"
+            f"the model does not follow {', '.join(missed)} in maneuver {part.maneuver}, which "
+            "no bound includes: first rule out gusts, a wrong unit or sign of an instrument "
+            "('gsapp compatibility') and wrong values in the aircraft file"
         )
     return found
 
@@ -133,7 +132,7 @@ def unmeasured_input_warning(
     if not colored or not unseen:
         return ""
     return unmeasured_surfaces_text(
-        unseen, f"and the residuals of {', '.join(colored)} hold motion that no record explains"
+        unseen, f"and the residuals of {', '.join(colored)} contain unexplained motion"
     )
 
 

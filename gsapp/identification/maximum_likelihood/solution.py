@@ -266,7 +266,9 @@ def _derivative_estimate(
     std, bound = float(np.sqrt(honest[place, place])), float(np.sqrt(plain[place, place]))
     if not (np.isfinite(std) and np.isfinite(bound)):
         return DerivativeEstimate(
-            value=None, status="unknown", why=f"the responses do not see {name} in this maneuver"
+            value=None,
+            status="unknown",
+            why=(f"the responses do not depend on {name} in this maneuver"),
         )
     return DerivativeEstimate(value=float(solved.point.unknowns[place]), std=std, cramer_rao=bound)
 

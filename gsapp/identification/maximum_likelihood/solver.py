@@ -285,9 +285,9 @@ class Solver:
                 # No direction lowers the cost: a minimum, as far as rounding lets one see.
                 converged = change < _ACCEPTABLE_TOLERANCE
                 message = (
-                    f"converged in {iteration} iterations, as far as rounding allows"
+                    f"converged in {iteration} iterations, to rounding"
                     if converged
-                    else "stopped: no step lowers the cost any further, yet this is no minimum"
+                    else "stopped: no step lowers the cost, but it is not a minimum"
                 )
                 break
             point = after
@@ -378,7 +378,7 @@ def prior_warnings(
     """Return a sentence for each a-priori value of something that is not free."""
     names = problem.unknowns
     return tuple(
-        f"the a-priori value of {name} has no use: it is not free in this fit"
+        f"the prior of {name} is not used: not free in this fit"
         for name in priors
         if name not in names
     )

@@ -49,7 +49,7 @@ def with_absolute_paths(request: RunRequest) -> RunRequest:
         If it names no flight.
     """
     if not request.flights:
-        raise FlightError("there is no flight to estimate from; name one")
+        raise FlightError("no flight to estimate from; name one")
     return request.with_changes(
         flights=tuple(path.absolute() for path in request.flights),
         maneuvers=tuple(replace(one, flight=one.flight.absolute()) for one in request.maneuvers),

@@ -43,8 +43,8 @@ def request_from_json(content: Mapping[str, Any], folder: Path) -> RunRequest:
         return RunRequest(**content)
     except (FlightError, KeyError, TypeError, AttributeError) as error:
         raise FlightError(
-            f"the settings of a stored run cannot be read ({error}); repeat it with the version "
-            "of the program that made it"
+            f"the settings of a stored run cannot be read ({error}); repeat it with the program "
+            "version that made it"
         ) from error
 
 

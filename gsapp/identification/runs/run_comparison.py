@@ -142,7 +142,7 @@ def _flight_differences(one: StoredRun, other: StoredRun) -> Iterator[SettingDif
     sums = {file.name: file.sha256 for file in one.inputs if file.role == "flight"}
     for file in other.inputs:
         if sums.get(file.name, file.sha256) != file.sha256:
-            yield SettingDifference(name=file.name, one="as it was then", other="changed since")
+            yield SettingDifference(name=file.name, one="unchanged", other="changed since")
 
 
 def _maneuver_differences(one: RunRequest, other: RunRequest) -> Iterator[SettingDifference]:

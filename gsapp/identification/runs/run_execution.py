@@ -150,6 +150,5 @@ def _duplicate_flight_warnings(shelved: Sequence[CachedFlight]) -> Iterator[str]
         ):
             yield (
                 f"{SAME_SAMPLES_TEXT} flights {place} and {other_place}: their maneuvers count "
-                "twice, "
-                "and the bounds of the means are too narrow; leave one of the two out"
+                "twice and the bounds of the means are too small; exclude one"
             )

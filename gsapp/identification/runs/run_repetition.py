@@ -73,7 +73,7 @@ def repeat_run(
         *version_differences(before.versions, outcome.versions),
     )
     if other and not around:
-        other = (*other, "files and versions are the same: the program itself was changed since")
+        other = (*other, "same files and versions: the program code changed")
     return RepeatedRun(outcome=outcome, is_identical=not other, differences=(*around, *other))
 
 
@@ -105,7 +105,7 @@ def _value_differences(
         one.maneuver.id: one.failure for one in outcome.result.results if one.estimate is None
     }
     if failures != dict(before.failures) or len(fits) != len(fitted):
-        yield "other maneuvers could be fitted than then"
+        yield "different maneuvers could be fitted"
         return
     for old, estimate in zip(fits, fitted, strict=True):
         new = stored_estimates(estimate)

@@ -305,7 +305,7 @@ def _stored_run(catalog: Catalog, record: CampaignRun) -> StoredRun:
     except (KeyError, TypeError, ValueError) as error:
         raise FlightError(
             f"the run {record.number} in the catalog {catalog.path} cannot be read ({error}); "
-            "bring back a copy of the catalog"
+            "restore a copy of the catalog"
         ) from error
 
 

@@ -144,7 +144,7 @@ def _verdict(
     name = names[index]
     if not np.isfinite(alone):
         return ParameterVerdict(
-            status="unknown", why=f"no response moves with {name}: the maneuver does not excite it"
+            status="unknown", why=f"no response depends on {name}: not excited by the maneuver"
         )
     if np.isfinite(spread) and (size is None or spread <= size):
         return ParameterVerdict()
@@ -165,8 +165,8 @@ def _verdict(
     return ParameterVerdict(
         status="not-identifiable",
         confounded_with=others,
-        why=f"{name} cannot be told apart from {listed} in this maneuver: they move the responses "
-        "alike; fly an input that parts them, or hold one of them",
+        why=f"{name} cannot be told apart from {listed} in this maneuver: their responses are "
+        "collinear; fly an input that separates them, or hold one",
     )
 
 

@@ -72,11 +72,10 @@ class TurbulenceDetection:
             return ""
         angle, force = ("alpha", "a_n") if self.direction == "vertical" else ("beta", "a_y")
         return (
-            f"turbulence: the residuals of {angle} and {force} go together (correlation "
+            f"turbulence: the residuals of {angle} and {force} are correlated (correlation "
             f"{self.force_coherence:.2f}) as only {self.direction} gusts, here of about "
-            f"{self.gust_std:.1f} m/s, make them; values and bounds of output error suffer, "
-            "compare "
-            "equation error"
+            f"{self.gust_std:.1f} m/s, do; output-error values and bounds are degraded: compare "
+            "with equation error"
         )
 
 

@@ -209,7 +209,7 @@ def validate_linear_models(
                 )
             except FlightError as error:
                 remarks.append(
-                    f"no {AXIS_TITLES[axis]} models are judged on whole flights: {error}"
+                    f"no {AXIS_TITLES[axis]} models are validated on whole flights: {error}"
                 )
     return LinearModelValidation(axes=found, method=result.settings.method, remarks=tuple(remarks))
 
@@ -283,8 +283,8 @@ def _every_other(own: Sequence[Maneuver]) -> list[Maneuver]:
 def _too_few_text(own: Sequence[Maneuver], keep_out: Collection[str]) -> str:
     surfaces = " or ".join(dict.fromkeys(surface for one in own for surface in one.inputs))
     if keep_out:
-        return f"the flights to judge on, or all others, hold no maneuver that moves {surfaces}"
-    return f"it takes a second maneuver that moves {surfaces}, to judge them on"
+        return f"the validation flights, or all others, contain no maneuver that moves {surfaces}"
+    return f"validation needs a second maneuver that moves {surfaces}"
 
 
 def _reestimate_means(

@@ -84,7 +84,7 @@ def outlier_reasons(
     found = [*_condition_reasons(point, others), *_bound_reasons(point, others)]
     if result is not None:
         found += _fit_reasons(result)
-    return tuple(found) or ("nothing in its fit or its conditions says why; look at the maneuver",)
+    return tuple(found) or ("no cause found in its fit or conditions; inspect the maneuver",)
 
 
 def _condition_reasons(point: DerivativePoint, others: Sequence[DerivativePoint]) -> list[str]:
@@ -113,7 +113,7 @@ def _fit_reasons(result: ManeuverResult) -> list[str]:
     found = []
     clipped = [name for name, flags in maneuver.clipped.items() if flags.any()]
     if clipped:
-        found.append(f"{', '.join(clipped)} stood at the end of the instrument's range")
+        found.append(f"{', '.join(clipped)} was at the end of the instrument's range")
     if estimate is None:
         return found
     poor = [name for name, one in estimate.fit.items() if one.r2 < _POOR_FIT]

@@ -135,16 +135,16 @@ class SurfaceResponseEvaluator:
             if side * moved < -0.5 * rule.surface_reach:
                 return RuleResult(
                     state="red",
-                    why=f"{surface} goes the wrong way: {self._at(side)} with the {stick} "
-                    f"{ends[side]}; reversed at the transmitter, or calibrated with the wrong "
-                    "sign",
+                    why=f"{surface} moves in the wrong direction: {self._at(side)} with the "
+                    f"{stick} {ends[side]}; reversed in the transmitter, or calibrated with "
+                    "the wrong sign",
                 )
             if side * moved < rule.surface_reach:
                 return RuleResult(
                     state="red",
                     why=f"{surface} hardly moves: {self._at(side)} with the {stick} "
-                    f"{ends[side]}, {format_channel_value(rule.surface_reach, rule.surface)} "
-                    "wanted",
+                    f"{ends[side]}, "
+                    f"{format_channel_value(rule.surface_reach, rule.surface)} required",
                 )
         waiting = [ends[side] for side in (+1, -1) if side not in gone]
         if waiting:
@@ -218,7 +218,7 @@ class EngineSpeedEvaluator:
         if self._seen is not None:
             return RuleResult(state="green", why=f"seen: {self._words(self._seen)}")
         if max(self._last) < _SETTINGS.stopped * rule.low:
-            return RuleResult(state="open", why="the engines do not run")
+            return RuleResult(state="open", why="the engines are off")
         wanted = f"{self._one(rule.low)} to {self._one(rule.high)} for {rule.duration:g} s"
         return RuleResult(state="open", why=f"{self._words(self._last)}; wanted {wanted}")
 
@@ -328,5 +328,5 @@ class SurfacePulseEvaluator:
         if count >= rule.count:
             return RuleResult(state="green", why=f"seen: {'; '.join(seen)}")
         size = format_channel_value(rule.size, rule.channels[0])
-        wanted = f"{count} of {rule.count} pulses of {size} seen: let the pilot make them"
+        wanted = f"{count} of {rule.count} pulses of {size} detected: ask the pilot for them"
         return RuleResult(state="open", why=wanted)

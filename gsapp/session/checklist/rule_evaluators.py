@@ -79,9 +79,11 @@ class LinkEvaluator(_SnapshotEvaluator):
             return there
         link, rule = there.link, self._rule
         if link.age is None:
-            return RuleResult(state="open", why=f"nothing has come yet (link: {link.state})")
+            return RuleResult(state="open", why=f"no data yet (link: {link.state})")
         if link.age > rule.age:
-            return RuleResult(state="red", why=f"nothing for {link.age:.0f} s: check radio and box")
+            return RuleResult(
+                state="red", why=(f"nothing for {link.age:.0f} s: check radio and telemetry unit")
+            )
         lost = f"{100.0 * link.loss:.1f} % of the frames lost, {link.rate:.0f} messages per second"
         if link.loss > rule.loss_red:
             return RuleResult(state="red", why=f"{lost}: move the antenna or change the channel")
@@ -110,7 +112,7 @@ class RecorderEvaluator(_SnapshotEvaluator):
                 why="; ".join(recorder.remarks) or recorder.state,
             )
         if not recorder.growing and not recorder.byte_rate > 0.0:
-            return RuleResult(state="red", why=f"{written}, and it does not grow: check the link")
+            return RuleResult(state="red", why=f"{written}, not growing: check the link")
         return RuleResult(
             state="green", why=f"{written}, growing {recorder.byte_rate / 1e3:.1f} kB/s"
         )
@@ -130,7 +132,7 @@ class DiskSpaceEvaluator(_SnapshotEvaluator):
             return there
         disk, rule = there.disk, self._rule
         if disk.free_bytes is None:
-            return RuleResult(state="amber", why="the disk does not say how much is free")
+            return RuleResult(state="amber", why="free disk space unknown")
         free = disk.free_bytes / 1e9
         lasts = math.inf if disk.seconds_left is None else disk.seconds_left
         why = f"{free:.1f} GB free"
@@ -162,7 +164,7 @@ class CalibrationEvaluator(_SnapshotEvaluator):
             return RuleResult(state="amber", why=why, allows_manual_tick=True)
         if status.state == "unknown":
             return RuleResult(
-                state="amber", why=f"{status.detail}: look and tick", allows_manual_tick=True
+                state="amber", why=f"{status.detail}: check and tick", allows_manual_tick=True
             )
         return RuleResult(state="green" if status.state == "good" else "red", why=status.detail)
 
@@ -314,7 +316,7 @@ class SensorActivityEvaluator:
         value = self._value[name]
         if not low <= value <= high:
             reading = format_channel_value(value, name)
-            return f"{channel_name_text(name)} reads {reading}, which cannot be"
+            return f"{channel_name_text(name)} reads {reading}, implausible"
         still = self._now[name] - self._changed.get(name, self._first[name])
         if self._rule.moving and still >= self._rule.duration:
             return f"{channel_name_text(name)} stuck at {format_channel_value(value, name)}"

@@ -226,7 +226,7 @@ class SessionChecklist:
 
     def restart(self) -> None:
         """Begin anew, for the next flight of the day with the same recorder."""
-        self._write(RESTART_EVENT, "checklist begun anew", {})
+        self._write(RESTART_EVENT, "checklist reset", {})
         self._follow_events()
 
     def start(self, who: str = "") -> Event:
@@ -253,7 +253,7 @@ class SessionChecklist:
         unsettled = [item for item in items if item.state != "green"]
         text = "flight started, checklist all green"
         if unsettled:
-            text = "flight started all the same: " + "; ".join(
+            text = "flight started with open items: " + "; ".join(
                 f"{item.text} ({item.state}: {item.why})" for item in unsettled
             )
         event = self._write(FLIGHT_START_EVENT, text, {"who": who, **lists})

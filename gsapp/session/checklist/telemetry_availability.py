@@ -11,7 +11,7 @@ from gsapp.session.checklist.evaluation import ChecklistContext, RuleResult
 from gsapp.session.snapshot import SessionSnapshot
 
 NO_FLIGHT: Final = RuleResult(state="open", why="no flight is being recorded: connect the aircraft")
-NO_DATA_YET: Final = RuleResult(state="open", why="nothing has come from the aircraft yet")
+NO_DATA_YET: Final = RuleResult(state="open", why="no data from the aircraft yet")
 
 
 def require_live_equipment(facts: ChecklistContext) -> SessionSnapshot | RuleResult:
@@ -19,7 +19,7 @@ def require_live_equipment(facts: ChecklistContext) -> SessionSnapshot | RuleRes
     if facts.snapshot is None:
         return NO_FLIGHT
     if facts.snapshot.mode == "replay":
-        return RuleResult(state="open", why="this flight was recorded before: nothing to check")
+        return RuleResult(state="open", why="recorded flight: nothing to check")
     return facts.snapshot
 
 
@@ -32,7 +32,7 @@ def check_missing_channels(names: Iterable[str], facts: ChecklistContext) -> Rul
     if absent:
         return RuleResult(
             state="amber",
-            why=f"{format_list(absent)} not in the telemetry: look yourself and tick",
+            why=f"{format_list(absent)} not in the telemetry: check and tick",
             allows_manual_tick=True,
         )
     silent = [name for name in wanted if facts.states[name].freshness is Freshness.STALE]

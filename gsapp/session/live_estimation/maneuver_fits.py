@@ -124,7 +124,7 @@ class ManeuverFits:
             # The flight goes on, whatever keeps a process from beginning.
             # What the system says may be pages; its last line says what was wrong.
             said = (str(error).strip().splitlines() or [type(error).__name__])[-1]
-            self._failures[name] = f"no process for the fit could be begun ({said.strip()})"
+            self._failures[name] = f"no fit process could be started ({said.strip()})"
 
     def _taken(self) -> list[FitUpdate]:
         news = []
@@ -135,7 +135,7 @@ class ManeuverFits:
                 self._begin(name)
                 continue
             if error is not None:
-                self._failures[name] = f"the fit broke off ({error or type(error).__name__})"
+                self._failures[name] = f"the fit failed ({error or type(error).__name__})"
             else:
                 self._found[name] = done.result().result
                 self._failures.pop(name, None)

@@ -220,8 +220,8 @@ class ReviewedFlight:
         start, stop = self.snap_to_sample(start), self.snap_to_sample(stop)
         if not stop - start >= MIN_MANEUVER_SECONDS:
             raise FlightError(
-                f"from {start:.2f} to {stop:.2f} s is too short for a maneuver; it takes "
-                f"{MIN_MANEUVER_SECONDS:g} s at least"
+                f"from {start:.2f} to {stop:.2f} s is too short for a maneuver; minimum "
+                f"{MIN_MANEUVER_SECONDS:g} s"
             )
         return start, stop
 
@@ -271,9 +271,7 @@ class ReviewedFlight:
         """
         new = new.strip()
         if ":" in new or "," in new:
-            raise FlightError(
-                f"a maneuver cannot be called '{new}': ':' and ',' part flights and maneuvers"
-            )
+            raise FlightError(f"a maneuver cannot be called '{new}': ':' and ',' are separators")
         if new == name:
             return name
         return self._record(self._log.maneuver_list.rename(name, new))

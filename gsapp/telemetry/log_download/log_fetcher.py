@@ -153,8 +153,8 @@ class LogFetcher:
             return None
         if not entries:
             raise LinkError(
-                "the autopilot holds no log; see that it logs (ArduPilot: LOG_BACKEND_TYPE), or "
-                "take the card out and import the file"
+                "the autopilot holds no log; check that it logs (ArduPilot: LOG_BACKEND_TYPE), "
+                "or remove the card and import the file"
             )
         if number is not None:
             for entry in entries:

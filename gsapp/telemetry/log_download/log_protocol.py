@@ -181,10 +181,7 @@ class LogDownloadProtocol:
         if self._begun < 0.0:
             self._begun = now
         if self._armed and self.phase not in ("done", "failed"):
-            self.fail(
-                "the aircraft is armed; land and disarm it, so that nothing is taken from the "
-                "link in flight"
-            )
+            self.fail("the aircraft is armed; land and disarm it first")
         if self.phase == "listening" and (self._target[0] or now - self._begun > _LISTEN_SECONDS):
             self.phase = "listing"
         if self.phase == "listing":
@@ -265,7 +262,7 @@ class LogDownloadProtocol:
         if self._cut_off >= _MOST_CUT_OFF and self._entry is not None:
             self.fail(
                 f"the autopilot ends log {self._entry.id} at {end} bytes, though it announced "
-                f"{self._entry.size}; switch it off and on, and begin again"
+                f"{self._entry.size}; power-cycle it and start again"
             )
 
     def _ask_for_list(self, now: float) -> list[bytes]:
@@ -277,8 +274,7 @@ class LogDownloadProtocol:
                 self.phase = "listed"  # the rest of the list does not come
                 return []
             self.fail(
-                "nothing on the link answers the request for the list of logs; check that the "
-                "link is up and the autopilot keeps logs"
+                "no answer to the log list request; check the link and that the autopilot logs"
             )
             return []
         self._asked_at = now
@@ -293,9 +289,8 @@ class LogDownloadProtocol:
             self._request = None
         if now - self._heard_at > _TIMEOUT_SECONDS:
             self.fail(
-                f"nothing has come for {_TIMEOUT_SECONDS:.0f} s; bring the link up and begin "
-                "again: what "
-                "came is kept, and the rest will be asked for"
+                f"no data for {_TIMEOUT_SECONDS:.0f} s; restore the link and start again: the "
+                "download resumes"
             )
             return []
         if self._request is not None:

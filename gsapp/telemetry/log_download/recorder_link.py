@@ -63,7 +63,8 @@ class RecorderLink:
         self._file.records.clear()
         if not frames and not self._handle.is_alive():
             raise LinkError(
-                f"the recorder in {self._handle.folder} has ended; begin again: what came is kept"
+                f"the recorder in {self._handle.folder} has ended; start again: the download "
+                "resumes"
             )
         return frames
 
@@ -110,7 +111,7 @@ def parse_log_link(text: str) -> LinkAddress:
     address = parse_link(text)
     if not kind_of(address).accepts_commands:
         raise LinkError(
-            f"nobody can be asked for a log over '{text}'; name a link for MAVLink, such as "
+            f"no log can be requested over '{text}'; name a link for MAVLink, such as "
             "serial:/dev/ttyACM0:115200"
         )
     return address
@@ -150,7 +151,7 @@ def open_recorder_link(link: str, flight: Path, folder: Path) -> RecorderLink:
             return RecorderLink(at_work, own=False)
     if not link:
         raise FlightError(
-            f"nothing records into {flight}, so that the link is not known; name it, as "
+            f"no recorder is writing {flight}; link unknown; name it, such as "
             "serial:/dev/ttyACM0:115200"
         )
     parse_log_link(link)

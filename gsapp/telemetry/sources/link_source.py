@@ -295,13 +295,13 @@ def network_error(address: LinkAddress, error: OSError) -> LinkError:
         )
     if getattr(error, "winerror", None) == 10013:
         return LinkError(
-            f"{address}: Windows does not give {protocol} port {address.port} away: another "
-            "program holds it for itself, or it is set aside; choose another port"
+            f"{address}: Windows reserves {protocol} port {address.port} away: another program "
+            "holds it for itself, or it is set aside; choose another port"
         )
     if error.errno in (errno.EACCES, errno.EPERM):
         return LinkError(
-            f"{address}: this user may not open {protocol} port {address.port}; choose a port "
-            "of 1024 or above"
+            f"{address}: no permission to open {protocol} port {address.port}; choose a port of "
+            "1024 or above"
         )
     if error.errno == errno.EADDRNOTAVAIL:
         return LinkError(
@@ -310,11 +310,9 @@ def network_error(address: LinkAddress, error: OSError) -> LinkError:
         )
     if error.errno == errno.ECONNREFUSED:
         return LinkUnavailableError(
-            f"{address}: {where} refuses the connection, because no program listens there; check "
-            "address and port; retrying"
+            f"{address}: {where} refuses the connection (no program listening); check address "
+            "and port; retrying"
         )
     if isinstance(error, TimeoutError) or error.errno in _PEER_UNREACHABLE_ERRORS:
-        return LinkUnavailableError(
-            f"{address}: nothing answers at {where}; trying again until it does"
-        )
-    return LinkUnavailableError(f"{address}: {error.strerror or error}; trying again")
+        return LinkUnavailableError(f"{address}: nothing answers at {where}; retrying")
+    return LinkUnavailableError(f"{address}: {error.strerror or error}; retrying")

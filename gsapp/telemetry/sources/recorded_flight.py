@@ -35,7 +35,7 @@ class RecordedSource(LinkSource):
     def __init__(self, address: LinkAddress, *, clock: Clock, speed: float = 1.0) -> None:
         super().__init__(address, clock=clock)
         if not speed > 0.0:
-            raise LinkError(f"{address}: a speed of {speed} leads nowhere; choose one above 0")
+            raise LinkError(f"{address}: a speed of {speed} is not possible; use a speed above 0")
         self._speed = speed
         self._records: Iterator[RawRecord] | None = None
         self._ahead: deque[RawRecord] = deque(maxlen=1)

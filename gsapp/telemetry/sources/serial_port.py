@@ -114,7 +114,7 @@ class SerialSource(ReconnectingSource):
         found = [port.device for port in self._listed() if self._identity.matches(port)]
         if not found:
             raise LinkUnavailableError(
-                f"{self.address}: the device is unplugged; plug it in again and it goes on"
+                f"{self.address}: device unplugged; plug it in again to resume"
             )
         # Several alike without serial number: rather the one that has the old name.
         old = any(is_same_port(device, self._path) for device in found)
@@ -155,7 +155,7 @@ class SerialSource(ReconnectingSource):
         number = error.errno
         if number in (errno.EACCES, errno.EPERM) and "denied" in text and "windows" not in text:
             return LinkError(
-                f"{self.address}: this user may not open {path}; add the user to the group of "
+                f"{self.address}: no permission to open {path}; add the user to the group of "
                 "the port (on Linux: sudo usermod -aG dialout $USER, then log in again)"
             )
         if number in (errno.EBUSY, errno.EAGAIN, errno.EWOULDBLOCK) or "exclusively lock" in text:
@@ -185,6 +185,4 @@ class SerialSource(ReconnectingSource):
                 f"{self.address}: there is no serial port {path}; plug it in or choose another "
                 f"(plugged in: {there})"
             )
-        return LinkUnavailableError(
-            f"{self.address}: {path} has gone; plug it in again and it goes on"
-        )
+        return LinkUnavailableError(f"{self.address}: {path} is gone; plug it in again to resume")

@@ -60,7 +60,7 @@ class TcpSource(ReconnectingSource):
             return []
         if not data:
             raise LinkUnavailableError(
-                f"{self.address}: the other side ended the connection; calling it again"
+                f"{self.address}: connection closed by the other side; reconnecting"
             )
         return [Chunk(self.clock.now_us(), data)]
 
@@ -104,7 +104,7 @@ class TcpInSource(ReconnectingSource):
     def _describe(self) -> None:
         callers = ", ".join(sorted(self._clients.values()))
         self.state = f"{self.address}: " + (
-            f"connected with {callers}" if callers else "waiting for a caller"
+            f"connected to {callers}" if callers else "waiting for a connection"
         )
 
     def _receive(self, timeout: float) -> list[Chunk]:

@@ -131,7 +131,7 @@ class UdpOutSource(_UdpSource):
             made.close()
             raise
         self._socket = made
-        self.state = f"{self.address}: nothing has been answered yet"
+        self.state = f"{self.address}: no answer yet"
 
     def _accepts(self, sender: tuple[Any, ...]) -> bool:
         if sender[0] != self._target[0]:

@@ -78,9 +78,9 @@ class BenchAttitude:
             If it is no axis, or the turn takes no time.
         """
         if channel not in GYROS:
-            raise FlightError(f"'{channel}' is no axis of a turn; choose p, q or r")
+            raise FlightError(f"'{channel}' is not a turn axis; choose p, q or r")
         if seconds is not None and not seconds > 0.0:
-            raise FlightError(f"a turn cannot take {seconds:g} s; give it more than none")
+            raise FlightError(f"a turn cannot take {seconds:g} s; give more than 0 s")
         axis = GYROS.index(channel)
         if abs(self.up_direction[axis]) < 0.9:
             self.move_to_position(TURN_POSITIONS[channel], now)

@@ -56,11 +56,11 @@ def parse_bench_fault(text: str) -> BenchFault:
     if kind == "swapped":
         if key != "with" or other not in INSTRUMENTS or other == name:
             raise FlightError(
-                f"'{text}' does not say with what; write for example "
+                f"'{text}' needs the other channel; write for example "
                 "elevator_left:swapped:with=elevator_right"
             )
     elif kind == "reversed" and name not in REVERSIBLE_CHANNELS:
-        raise FlightError(f"'{text}': {name} has no other way round; choose another fault")
+        raise FlightError(f"'{text}': {name} cannot be reversed; choose another fault")
     elif rest:
-        raise FlightError(f"'{text}': {kind} takes nothing else; leave out '{rest}'")
+        raise FlightError(f"'{text}': {kind} has no options; remove '{rest}'")
     return BenchFault(channel=name, kind=kind, other=other)

@@ -462,5 +462,5 @@ def _surface(channel: str) -> str:
         hint = did_you_mean(
             channel, POTENTIOMETERS, f"choose one of {', '.join(POTENTIOMETERS)}", most=1
         )
-        raise FlightError(f"'{channel}' cannot be set by hand; {hint}")
+        raise FlightError(f"'{channel}' cannot be set manually; {hint}")
     return channel

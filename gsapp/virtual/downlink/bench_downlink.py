@@ -77,7 +77,7 @@ def execute_bench_command(bench: VirtualBench, line: str) -> str:
         return " ".join(words)
     if words == ["help"]:
         return BENCH_HELP
-    raise FlightError(f"'{line.strip()}' is not understood; write for example {_EXAMPLES}")
+    raise FlightError(f"'{line.strip()}' is unknown; write for example {_EXAMPLES}")
 
 
 _EXAMPLES = "'elevator_left 10', 'turn r 360', 'lie z_down', 'pitot covered', or 'help'"
@@ -89,7 +89,7 @@ def _number(word: str, line: str) -> float:
     except ValueError:
         value = math.nan
     if not math.isfinite(value):
-        raise FlightError(f"'{word}' in '{line.strip()}' is no number; write {_EXAMPLES}")
+        raise FlightError(f"'{word}' in '{line.strip()}' is not a number; write {_EXAMPLES}")
     return value
 
 
@@ -136,7 +136,7 @@ class UdpConsole:
         if address.kind != "udpin":
             raise LinkError(
                 f"the bench cannot be controlled over '{link}'; give udpin:HOST:PORT, or - for "
-                "what is typed"
+                "standard input"
             )
         self._source: LinkSource = open_source(address, clock=clock)
         self._source.open()
@@ -265,7 +265,7 @@ class BenchDownlink:
             )
             live = self._box.frames(tick)
             if number == 0:
-                live.append(self._box.pack_text("Box on, on the ground"))
+                live.append(self._box.pack_text("Telemetry on, on the ground"))
             yield Packet(
                 time=tick.micros * 1e-6,
                 stamp_us=tick.unix_us,

@@ -7,7 +7,7 @@ from typing import Final
 from gsapp.virtual.handover_phases import RECOVERY_PHASE, TRAINEE_PHASE
 
 _ANNOUNCEMENTS: Final = {
-    "preflight": "Box on, recording",
+    "preflight": "Telemetry on, recording",
     "engines running": "Engines running",
     "range check": "Range check",
     "take-off": "Take-off run",
@@ -17,8 +17,8 @@ _ANNOUNCEMENTS: Final = {
     "landed": "Landed",
     "engines off": "Engines off",
     "crashed": "Crashed",
-    TRAINEE_PHASE: "You have it",
-    RECOVERY_PHASE: "I have it",
+    TRAINEE_PHASE: "You have control",
+    RECOVERY_PHASE: "I have control",
 }
 REPEATED_PHASES: Final = (TRAINEE_PHASE, RECOVERY_PHASE)
 """Phases that are told whenever they begin, not the first time alone."""

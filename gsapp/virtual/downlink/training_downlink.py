@@ -65,11 +65,11 @@ def execute_training_command(pilot: KeyboardPilot, line: str) -> str:
         return f"{rest[0]} rate"
     if verb == "take" and not rest:
         if not pilot.take_over():
-            raise FlightError("it is not in the pattern; take it once it has climbed there")
-        return "you have it"
+            raise FlightError("not in the pattern; take control after the climb")
+        return "you have control"
     plain: Mapping[str, tuple[Callable[[], None], str]] = {
         "": (lambda: None, ""),
-        "give": (pilot.hand_back, "I have it"),
+        "give": (pilot.hand_back, "I have control"),
         "land": (pilot.land, "I have it: landing"),
         "help": (lambda: None, TRAINING_HELP),
     }
@@ -77,7 +77,7 @@ def execute_training_command(pilot: KeyboardPilot, line: str) -> str:
         act, answer = plain[verb]
         act()
         return answer
-    raise FlightError(f"'{line.strip()}' is not understood; write for example {_EXAMPLES}")
+    raise FlightError(f"'{line.strip()}' is unknown; write for example {_EXAMPLES}")
 
 
 def _number(word: str, line: str) -> float:
@@ -87,7 +87,7 @@ def _number(word: str, line: str) -> float:
         value = math.nan
     if not math.isfinite(value):
         raise FlightError(
-            f"'{word}' in '{line.strip()}' is no number; write for example {_EXAMPLES}"
+            f"'{word}' in '{line.strip()}' is not a number; write for example {_EXAMPLES}"
         )
     return value
 
@@ -135,4 +135,4 @@ class TrainingDownlink:
                 self._control.reply(answer)
         yield from self._downlink.advance(ticks)
         if reason := self._pilot.take_handback_reason():
-            self._control.reply(f"I have it: {reason}")
+            self._control.reply(f"I have control: {reason}")

@@ -53,7 +53,7 @@ class VirtualSource(LinkSource):
     ) -> None:
         super().__init__(address, clock=clock)
         if not speed > 0.0:
-            raise LinkError(f"{address}: a speed of {speed} leads nowhere; choose one above 0")
+            raise LinkError(f"{address}: a speed of {speed} is not possible; use a speed above 0")
         self._settings = settings or FlightSettings()
         self._speed = speed
         self._process: BaseProcess | None = None

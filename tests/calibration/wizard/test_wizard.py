@@ -44,7 +44,7 @@ def test_the_end_says_which_instruments_are_calibrated_and_no_next_one_is_promis
     crew = Field(tmp_path / "alone", alone).begin()
     assert crew.until(lambda now: now.phase == "done").prompt == "Left elevator calibrated."
     fits = {one.prompt for one in crew.views if one.phase == "fit"}
-    assert fits == {"Left elevator is good: accept it."}
+    assert fits == {"Left elevator OK: accept it."}
     crew = Field(tmp_path / "two").begin()
     crew.until(lambda now: now.phase == "sign")
     crew.press("skip", reason="no protractor")
@@ -92,7 +92,7 @@ def test_a_rest_on_the_way_is_not_the_setting(tmp_path: Path) -> None:
     crew.until(lambda now: len(now.points) == 2)
     crew.see(crew.bench.move("elevator_left", 9.0))
     assert not crew.wait(4.0, lambda now: len(now.points) == 3)
-    assert "rests at about" in crew.wizard.view.prompt
+    assert "Steady at about" in crew.wizard.view.prompt
     crew.see(crew.bench.move("elevator_left", 20.0))
     assert crew.wait(3.0, lambda now: len(now.points) == 3)
 

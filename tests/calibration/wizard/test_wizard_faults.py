@@ -42,7 +42,7 @@ def test_a_reversed_instrument_is_calibrated_on_the_crews_word(tmp_path: Path) -
     crew.wizard.act(WizardAction(kind="open", channel="rudder"))
     crew.wait(0.6)
     crew.set("rudder", 15.0)
-    assert "other way" in crew.view.prompt
+    assert "opposite direction" in crew.view.prompt
     crew.wizard.act(WizardAction(kind="confirm_sign", yes=False))
     assert "trailing edge left" in crew.view.prompt
     assert crew.view.phase == "sign"

@@ -89,7 +89,7 @@ def test_a_dead_gyro_stays_uncalibrated_beside_the_good_ones(tmp_path: Path) -> 
     assert crew.view.phase == "done"
     assert crew.view.accepted == ("p", "r")
     assert set(crew.field.store.in_force()) == {"p", "r"}
-    assert "did not answer" in crew.field.store.skipped_channels()["q"].reason
+    assert "did not respond" in crew.field.store.skipped_channels()["q"].reason
     crew.press("undo")
     assert crew.view.phase == "fit"
     assert crew.field.store.in_force() == {}
@@ -124,9 +124,9 @@ def test_a_forgotten_cover_is_asked_for_again(tmp_path: Path) -> None:
     crew.until("pressure_zero")
     crew.press("take")
     crew.wait(4.5)
-    assert "look at the cover" not in crew.view.prompt
+    assert "check the cover" not in crew.view.prompt
     crew.wait(6.0)
-    assert "look at the cover" in crew.view.prompt
+    assert "check the cover" in crew.view.prompt
     crew.wait(20.0)
     assert crew.view.phase == "pressure_zero"
     crew.press("take")

@@ -212,7 +212,7 @@ def test_a_new_calibration_keeps_the_former_journal(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("lines", "words"),
     [
-        ([], "holds no calibration that could go on"),
+        ([], "contains no unfinished calibration"),
         ([{"step": "point", "channel": "", "stamp": "2026-05-12T08:00:00"}], "no calibration"),
         ([{"step": "calibration", "channel": "", "stamp": "2026-05-12T08:00:00"}], "version"),
     ],

@@ -127,7 +127,7 @@ def test_two_runs_beside_each_other(campaign: Path, outcome: RunOutcome) -> None
         settings = {row.name: row for row in compare_runs(load_run(catalog, 1), one).settings}
         assert settings["flights"].other == "a, b"
         assert settings["maneuver 1 of b.csv"].one == "not used"
-        assert settings["all maneuvers together"].one == "yes"
+        assert settings["all maneuvers jointly"].one == "yes"
 
 
 def test_settings_that_look_alike_are_told_apart(outcome: RunOutcome) -> None:

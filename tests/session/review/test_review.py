@@ -112,9 +112,9 @@ def test_looking_at_other_edges_changes_nothing(unchanged):
     [
         (lambda flight: flight.move("1", 60.0, 60.2), "too short"),
         (lambda flight: flight.move("1", 63.0, 60.0), "too short"),
-        (lambda flight: flight.rename("1", "2:M4"), "part flights"),
+        (lambda flight: flight.rename("1", "2:M4"), "are separators"),
         (lambda flight: flight.rename("1", "2"), "taken"),
-        (lambda flight: flight.merge(["1"]), "two maneuvers"),
+        (lambda flight: flight.merge(["1"]), "two or more maneuvers"),
         (lambda flight: flight.remove("9"), "no maneuver '9'"),
     ],
 )
@@ -191,13 +191,13 @@ def test_the_catalog_follows_and_knows_what_the_pilot_was_told(flight, tmp_path)
     assert kept() == before
     told = StoredVerdict(
         name="M1", t_input=60.0, t_end=63.0, surfaces=("de",), kind="doublet", V=30.0,
-        result="too-small", advice="half again",
+        result="too-small", advice="50 % larger",
     )  # fmt: skip
     with Catalog(catalog) as opened:
         store_debrief(opened, flight.flight, [told])
     again = open_reviewed_flight(flight.path, catalog=catalog)
     verdict = again.verdict(again["1"])
-    assert verdict.advice == "half again"
+    assert verdict.advice == "50 % larger"
     assert again.verdict(again["2"]) is None
 
 
