@@ -225,7 +225,7 @@ class AngleProcedure(CalibrationProcedure):
         self._look = self._watch.detect_sign(confirmed=True)
         if self._look.data is None:
             return ActionFeedback(
-                message=("no movement detected: move it, then record"), tone="error"
+                message="no movement detected: move it, then record", tone="error"
             )
         return self._sign_draft()
 

@@ -410,7 +410,7 @@ def linear_models(
     out: Annotated[
         Path | None,
         typer.Option(
-            readable=False, metavar="DIR", help=("Write the models to this folder, one file each")
+            readable=False, metavar="DIR", help="Write the models to this folder, one file each"
         ),
     ] = None,
     units: Units = "us",  # noqa: ARG001  acts in its callback

@@ -61,7 +61,7 @@ def fly(
     seed: Annotated[int, typer.Option(min=0, help="Same seed, same flight")] = 0,
     speed: Annotated[float, typer.Option(metavar="X", help="Times real time")] = 1.0,
     thin: Annotated[
-        bool, typer.Option("--thin", help=("Limit the data to a 57,600-baud radio"))
+        bool, typer.Option("--thin", help="Limit the data to a 57,600-baud radio")
     ] = False,
     aircraft: Annotated[
         str, typer.Option(metavar="FILE", help="Aircraft: a file, or the name of a shipped one")
@@ -80,7 +80,7 @@ def fly(
         typer.Option(
             readable=False,
             metavar="FILE",
-            help=("File for the full on-board record of a thin flight"),
+            help="File for the full on-board record of a thin flight",
         ),
     ] = None,
     truth: Annotated[
@@ -89,7 +89,7 @@ def fly(
     ] = None,
     bench: Annotated[
         bool,
-        typer.Option("--bench", help=("Bench mode on the ground, for calibration; see --control")),
+        typer.Option("--bench", help="Bench mode on the ground, for calibration; see --control"),
     ] = False,
     control: Annotated[
         str | None,
@@ -283,7 +283,7 @@ def onboard(
     link: Annotated[
         str | None,
         typer.Option(
-            metavar="LINK", help=("Download the log from the autopilot, landed and disarmed")
+            metavar="LINK", help="Download the log from the autopilot, landed and disarmed"
         ),
     ] = None,
     fetch: Annotated[
@@ -294,7 +294,7 @@ def onboard(
         typer.Option(
             metavar="N",
             min=0,
-            help=("Log number on the autopilot; default: by the date of the flight"),
+            help="Log number on the autopilot; default: by the date of the flight",
         ),
     ] = None,
     list_: Annotated[bool, typer.Option("--list", help="List the autopilot's logs only")] = False,

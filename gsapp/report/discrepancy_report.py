@@ -186,7 +186,7 @@ def _find(found: DiscrepancyResult, units: DiscrepancyReportUnits) -> DocumentSe
     if found.disagreements:
         parts += [
             Paragraph(
-                text=(f"Largest disagreement: {disagreement_sentence(found.disagreements[0])}")
+                text=f"Largest disagreement: {disagreement_sentence(found.disagreements[0])}"
             ),
             _disagreements(found),
         ]

@@ -74,7 +74,7 @@ def test_help_shows_no_types_of_the_library(command: str) -> None:
         (("fly", "--out", "x", "--seed", "-1"), "-1 is too small; use 0 or more"),
         (("fly", "--out", "x", "--seed", "1.5"), "'1.5' is not a whole number"),
         (("fly", "--out", "x", "--speed", "fast"), "'fast' is not a number"),
-        (("calibrate", "p", "--channel", "q", "--out", "x", "--degree", "7"), "give 3 or less"),
+        (("calibrate", "p", "--channel", "q", "--out", "x", "--degree", "7"), "use 3 or less"),
     ],
 )
 def test_complaints_are_in_plain_words(call: tuple[str, ...], complaint: str) -> None:
@@ -141,7 +141,7 @@ def test_the_process_ends_with_the_code_of_its_command() -> None:
     ("call", "sentence"),
     [
         (("replay", "flight.csv", "--headless", "--speed", "0"), "give 0.1 to 50 times real time"),
-        (("replay", "flight.csv", "--speed", "fast"), "does not run at speed 'fast'"),
+        (("replay", "flight.csv", "--speed", "fast"), "invalid replay speed 'fast'"),
         (("record", "foo:bar", "--out", "x"), "'foo:bar' is neither a link nor a flight"),
         (("record", "udpin:nowhere", "--out", "x"), "the port is missing"),
         (("record", "udpin:127.0.0.1:99999", "--out", "x"), "port 99999"),
@@ -277,7 +277,9 @@ def test_no_command_overwrites_what_it_reads_nor_a_flight(
         (tmp_path / name).write_text(f"dear {name}")
     done = here(*call, folder=tmp_path)
     assert done.returncode == 1, done.stderr
-    assert re.search("overwritten; choose|made of; choose|choose two|another folder", done.stderr)
+    assert re.search(
+        "input of the command; choose|made of; choose|choose two|another folder", done.stderr
+    )
     for name in names:
         assert (tmp_path / name).read_text() == f"dear {name}"
     assert not (tmp_path / "new.csv").exists()
@@ -313,7 +315,7 @@ def test_only_the_result_for_programs_goes_to_the_screen(tmp_path: Path) -> None
     [
         (
             OSError(errno.ENOSPC, "No space left on device", "a.html"),
-            "a.html: No space.*; make room",
+            "a.html: No space.*; free disk space",
         ),
         (
             PermissionError(errno.EACCES, "Permission denied", "b"),

@@ -102,7 +102,7 @@ def test_another_process_repeats_a_run_to_the_last_bit(campaign: Path) -> None:
 
 
 def test_a_run_is_renamed_forgotten_and_called_back(campaign: Path) -> None:
-    assert "called 'held'" in gsapp("runs", campaign, "rename", 2, "held")
+    assert "named 'held'" in gsapp("runs", campaign, "rename", 2, "held")
     said = gsapp("runs", campaign, "forget", 2)
     assert "recall 2" in " ".join(said.split())
     assert "1 run" in gsapp("runs", campaign)

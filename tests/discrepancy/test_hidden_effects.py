@@ -118,4 +118,4 @@ def test_what_is_in_no_catalog_gets_no_name() -> None:
     assert not any(is_named(one.effect) for one in found.effects)
     assert found.ranking[0].effect.startswith("unnamed.Cl.")
     assert found.disagreements[0].coefficient == "Cl"
-    assert "no effect" in found.why
+    assert "not in the catalog" in found.why

@@ -254,7 +254,7 @@ def test_spoiled_maneuvers_and_lost_channels() -> None:
     empty.add_maneuver(_verdict(virtual), gone)
     outlook = empty.outlook(100.0)
     assert all(bound.std is None for bound in outlook.bounds)
-    assert any("M1 brought nothing" in remark for remark in outlook.remarks)
+    assert any("M1 gave no information" in remark for remark in outlook.remarks)
 
 
 def test_nothing_is_worth_flying_without_time_or_once_all_is_reached() -> None:

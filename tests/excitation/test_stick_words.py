@@ -29,7 +29,7 @@ MEANT = {
     "a touch more": 1.1,
     "a quarter more": 1.25,
     "a third more": 4 / 3,
-    "50 % larger": 1.5,
+    "half again": 1.5,
     "twice": 2.0,
     "three times": 3.0,
 }
@@ -103,7 +103,7 @@ def test_factors_are_named_by_the_nearest(factor: float) -> None:
 
 @pytest.mark.parametrize(
     ("factor", "words"),
-    [(1.5, "50 % larger"), (2.1, "twice"), (0.66, "a third less"), (0.5, "half of that"),
+    [(1.5, "half again"), (2.1, "twice"), (0.66, "a third less"), (0.5, "half of that"),
      (9.0, "much more"), (0.1, "much less"), (1.1, "a touch more"), (0.91, "a touch less")],
 )  # fmt: skip
 def test_factors_in_words(factor: float, words: str) -> None:

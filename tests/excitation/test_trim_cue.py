@@ -198,7 +198,7 @@ def test_a_stuck_channel_is_not_believed() -> None:
     found = cues(changed(drawn(LEVEL), alpha=20.0 * DEGREE))
     assert at(found, 1.5).state != "go"
     assert at(found, 9.0).state == "go"
-    assert "alpha stands still" in _missing(at(found, 9.0))
+    assert "alpha is constant" in _missing(at(found, 9.0))
 
 
 def test_a_distrusted_channel_is_as_good_as_missing() -> None:

@@ -212,6 +212,6 @@ def test_the_command_line_tells_what_is_done_and_what_is_open(tmp_path) -> None:
         "E1 Elevator doublet 1 of 2 begun",
         "C1 Aileron and rudder doublet 0 of 1 open",
         "E1: maneuver 2 not counted: speed 20.0 ft/s too fast, 5.0 ft/s allowed",
-        "on no card: 3",
+        "not on a card: 3",
     ):
         assert part in text

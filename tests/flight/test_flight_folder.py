@@ -197,7 +197,7 @@ def test_a_folder_without_rights():
     assert len(lines) == 4, done.stderr
     assert "cannot be read" in lines[0]
     assert "written" in lines[1]
-    assert "cannot be created" in lines[2]
+    assert "cannot be made" in lines[2]
     assert "cannot be written" in lines[3]
 
 
@@ -225,7 +225,7 @@ def test_a_disk_that_fills_while_a_flight_is_made_is_told_with_the_flight(tmp_pa
             (part / "raw.tlog").write_bytes(b"half")
             raise error
 
-    with pytest.raises(FlightError, match="make room"):
+    with pytest.raises(FlightError, match="free disk space"):
         fill(OSError(errno.ENOSPC, "No space left on device"))
     assert list(tmp_path.iterdir()) == []
     # What is no matter of the disk stays what it was.

@@ -332,7 +332,7 @@ def test_onboard_log_of_another_flight_is_left_out(tmp_path):
     log.write_bytes(b"no log at all" * 30)
     folder.store_onboard_log(log)
     flight = load_flight(folder.path)
-    assert any("left out" in remark and "1.bin" in remark for remark in flight.remarks)
+    assert any("not used" in remark and "1.bin" in remark for remark in flight.remarks)
     assert np.array_equal(flight.block.values, live.block.values, equal_nan=True)
 
 

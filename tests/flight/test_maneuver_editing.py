@@ -254,7 +254,7 @@ def test_what_is_not_found_any_more_stands_as_it_was_changed_and_is_said(tmp_pat
     assert (there.t_start, there.t_end) == (FOUND[1].t_start, FOUND[1].t_start + 2.5)
     assert [one for one in log.maneuver_list.maneuvers if one is not there] == list(fewer)
     said = " ".join(log.remarks)
-    assert "3 changes by hand" in said
+    assert "3 changes (manual)" in said
     assert f"maneuver 2 at {FOUND[1].t_start:.1f} s, changed by hand" in said
     assert f"maneuver 3 at {FOUND[2].t_start:.1f} s" in said
     # Its number is another's now.
@@ -299,7 +299,7 @@ def test_a_survey_takes_what_was_changed_as_the_samples_show_it_now(tmp_path):
     (rest,) = (one for one in edited_list.maneuvers if one.id == "rest")
     assert rest.note == "nothing here"
     assert rest == replace(ASSESS("rest", 64.0, 66.0), note="nothing here")
-    assert any("2 changes by hand" in remark for remark in edited_list.remarks)
+    assert any("2 changes (manual)" in remark for remark in edited_list.remarks)
     assert collect_maneuvers(flight, AIRCRAFT, as_found=True).maneuvers == found
     (given,) = collect_maneuvers(flight, AIRCRAFT, given=["64:66"]).maneuvers
     assert given.note == ""

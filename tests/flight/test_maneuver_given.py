@@ -46,7 +46,7 @@ def test_windows_are_read():
         ("nan:3", 1, "cannot be read"),
         ("20:10", 1, "ends before it begins"),
         ("20:20", 1, "is empty"),
-        ("10:20", 2, "which of the 2 flights"),
+        ("10:20", 2, "one of the 2 flights"),
         ("3:10:20", 2, "names flight 3, but there are 2"),
         ("0:10:20", 2, "names flight 0"),
         ("1.5:10:20", 2, "names flight 1.5"),
@@ -176,18 +176,18 @@ def test_a_command_that_stands_still_is_told_as_one():
         {**columns, "da_command": np.zeros(len(FLIGHT.block))}, FLIGHT.block.times
     )
     (remark,) = collect_maneuvers(commanded, AIRCRAFT).remarks
-    assert "da_command stands still" in remark
+    assert "da_command is constant" in remark
     assert "sensor" not in remark
 
 
 def test_why_there_is_no_maneuver_to_use():
     still = changed(FLIGHT, dr=0.02, da=np.nan)
     assert all(
-        words in explain_no_maneuvers(still) for words in ("dr stands still", "da was not measured")
+        words in explain_no_maneuvers(still) for words in ("dr is constant", "da was not measured")
     )
     found = tuple(replace(one, use=False) for one in collect_maneuvers(FLIGHT, AIRCRAFT).maneuvers)
     assert explain_no_maneuvers(FLIGHT, found).count("excluded manually") == len(found)
-    assert "no input" in explain_no_maneuvers(FLIGHT)
+    assert "no fast input" in explain_no_maneuvers(FLIGHT)
 
 
 def test_a_window_on_the_ground_is_told():

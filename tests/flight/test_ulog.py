@@ -59,7 +59,7 @@ def test_the_first_of_several_instances_counts(tmp_path: Path) -> None:
 @pytest.mark.parametrize("cut", [1, 2, 3, 20, 30])
 def test_a_torn_end_is_told(tmp_path: Path, cut: int) -> None:
     flight = load_flight(written(tmp_path, short_log()[:-cut]))
-    assert ["torn off" in one for one in flight.remarks] == [True]
+    assert ["incomplete" in one for one in flight.remarks] == [True]
     assert flight.block["q"] == pytest.approx(0.01 * np.arange(ROWS - 1), abs=1e-6)
 
 

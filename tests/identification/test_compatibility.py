@@ -97,7 +97,7 @@ def test_exchanged_gyros_are_found() -> None:
     maneuver, _ = with_errors(32, "lat", ())
     found = check_compatibility([with_signs(maneuver, exchanged=("p", "r"))])
     assert found.remedies == ("p<>r",)
-    assert "p and r look exchanged" in found.summary
+    assert "p and r appear swapped" in found.summary
 
 
 def test_no_false_alarm_and_nothing_claimed_unseen() -> None:

@@ -48,7 +48,7 @@ def test_an_effect_is_chosen_with_its_size(axis, coefficient, effect):
     first = found.steps[0]
     assert (first.action, first.term) == ("added", effect)
     assert first.partial_f > 20.0
-    assert "predicted" in first.why
+    assert "prediction" in first.why
     assert all(step.why for step in found.steps)
 
 

@@ -71,7 +71,7 @@ def test_the_page_for_a_browser_needs_nothing_else_and_says_who_when_and_how_goo
         "Rudder surface", "B. Jones", "2003-06-13 08:35:00", "61 degF", "5.000 V",
         "Positive trailing edge left", "Since 2003-05-14", "more than the points explain",
         f"{100 * again.quality.coverage:.0f} %",
-        f"within {again.quality.uncertainty:.2f} deg", f"{again.quality.hysteresis:.2f} ±",
+        f"{again.quality.uncertainty:.2f} deg", f"{again.quality.hysteresis:.2f} ±",
     ):  # fmt: skip
         assert words in page, words
     for point in again.points:

@@ -180,7 +180,7 @@ def test_a_link_that_dies_and_an_armed_aircraft_are_told():
                 talk.receive_frame(frame, now)
         requests = talk.pending_requests(now)
         now += 0.02
-    assert "is kept" in talk.state(now).why
+    assert "resumes" in talk.state(now).why
     assert 0 < talk.state(now).received_bytes < 50_000
     armed = Air(b"x" * 500, 0.0, 1)
     armed.armed = True

@@ -555,7 +555,7 @@ def test_a_port_that_is_recorded_already_names_the_flight(tmp_path, port) -> Non
     former = start_recorder(link, tmp_path / "flight 1")
     with pytest.raises(LinkError) as refused:
         start_recorder(link, tmp_path / "flight 2")
-    assert f"recorded into {tmp_path / 'flight 1'} already" in str(refused.value)
+    assert f"already recorded into {tmp_path / 'flight 1'}" in str(refused.value)
     assert former.is_alive()
 
 

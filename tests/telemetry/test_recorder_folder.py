@@ -184,7 +184,7 @@ def test_the_command_fails_and_counts_what_reached_the_disk(
         if not room_beside:
             for line in process.stdout:
                 words += line
-                if "The record has ended" in line:
+                if "The recording ended" in line:
                     break
             assert "beside it" in words
             assert process.poll() is None

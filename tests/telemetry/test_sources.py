@@ -457,8 +457,8 @@ def test_a_port_that_windows_keeps_back_gets_a_sentence() -> None:
         (OSError(errno.ECONNREFUSED, "Connection refused"), "10.0.0.5 port 576 refuses"),
         (OSError(errno.EHOSTUNREACH, "No route to host"), "nothing answers at 10.0.0.5 port 576"),
         (TimeoutError("timed out"), "nothing answers at 10.0.0.5 port 576"),
-        (OSError(errno.ENOBUFS, "No buffer space"), "No buffer space; trying again"),
-        (OSError("odd"), "odd; trying again"),
+        (OSError(errno.ENOBUFS, "No buffer space"), "No buffer space; retrying"),
+        (OSError("odd"), "odd; retrying"),
     ],
 )
 def test_what_may_pass_by_itself_is_waited_for(error: OSError, words: str) -> None:

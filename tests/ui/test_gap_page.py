@@ -122,7 +122,7 @@ def test_the_empty_page_says_what_to_do_and_offers_it(window: MainWindow, qtbot:
     qtbot.keyClick(window, Qt.Key.Key_F5)
     setup = window.gap_page.setup
     assert not setup.search.isEnabled()
-    assert "No flight yet" in setup.sentence.text()
+    assert "No flight." in setup.sentence.text()
     # The keyboard stands where one goes on.
     assert setup.trial.hasFocus()
     asked = []
@@ -156,7 +156,7 @@ def test_flights_are_listed_taken_out_and_remembered(
     assert window.store.current.gap_flights == (str(other),)
     other.unlink()
     setup._judge()
-    assert "not there" in setup.sentence.text()
+    assert "no longer exists" in setup.sentence.text()
 
 
 def test_a_search_runs_behind_and_the_open_flight_is_searched(
@@ -504,7 +504,7 @@ def test_another_effect_is_forced_from_a_list_that_can_be_searched(
         qtbot.keyClicks(dialog.search, "no such thing")
         assert not dialog.button.isEnabled()
         dialog.search.clear()
-        qtbot.keyClicks(dialog.search, "curves")
+        qtbot.keyClicks(dialog.search, "nonlinearly")
         assert dialog.button.isEnabled()
         qtbot.keyClick(dialog.search, Qt.Key.Key_Return)
 
@@ -562,7 +562,7 @@ def test_the_end_shows_before_and_after_on_a_maneuver_kept_out(
     press(qtbot, Qt.Key.Key_4, ALT)
     view, theme = story.gap_page.story.chapters["show"], story.display_style.theme
     assert story.gap_page.story.selection.step == 2
-    assert "Maneuver 6, kept out" in view.overlay.title.text()
+    assert "Maneuver 6, held out" in view.overlay.title.text()
     # Of all channels the one whose gap shrank most.
     assert story.gap_page.story.selection.channel == "alpha"
     view.channel.box.setFocus()
@@ -645,7 +645,7 @@ def test_a_model_without_a_gap_is_told_so(
     for number, chapter in enumerate(("find", "name", "add", "show"), start=1):
         press(qtbot, getattr(Qt.Key, f"Key_{number}"), ALT)
         assert story.chapter == chapter
-    assert "no gap" in story.chapters["show"].closed.text()
+    assert "No gap" in story.chapters["show"].closed.text()
     assert "No effect" in story.chapters["add"].none.text()
 
 

@@ -337,7 +337,7 @@ def test_numbers_in_words() -> None:
     assert p_value_text(1e-9) == "chance below 1 in a million"
     assert p_value_text(0.00033) == "chance 1 in 3,000"
     assert "94 ± 3 %" in gap_closed_text(0.943, 0.031)
-    assert "no gap" in gap_closed_text(None, None)
+    assert "No gap" in gap_closed_text(None, None)
     assert maneuver_kind_text("da+dr doublet") == "aileron+rudder doublet"
 
 
@@ -362,7 +362,7 @@ def test_what_only_the_ground_can_settle_is_said_so() -> None:
     )
     found = replace(make_discrepancy(maneuvers=2), observability=(seen,))
     line = build_observability_rows(replace(make_answer(), discrepancy=found), hidden_only=True)[0]
-    assert line.cells[1:] == ("ground measurement only", "weigh the aircraft")
+    assert line.cells[1:] == ("on the ground only", "weigh the aircraft")
 
 
 def test_nothing_is_ever_called_certain() -> None:

@@ -108,7 +108,9 @@ def test_read_anew_with_other_certificates_and_back(
     np.testing.assert_allclose(read - own, np.deg2rad(1.0))
     assert bar_part(window) == ("CALIBRATION  OTHER", "16", "2 uncalibrated", "warning")
     until(
-        qtbot, lambda: any("instead of those kept" in text for text in banners(window)), _PATIENCE
+        qtbot,
+        lambda: any("instead of those of the flight" in text for text in banners(window)),
+        _PATIENCE,
     )
     written = window.flight_controller.export(
         "csv", tmp_path / "out.csv", JobProgress(lambda *_: None)

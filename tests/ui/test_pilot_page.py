@@ -365,7 +365,7 @@ def test_cards_are_chosen_by_keys(window: MainWindow, flown: Flown, qtbot: QtBot
     press(qtbot, Qt.Key.Key_R)
     press(qtbot, Qt.Key.Key_Backspace)
     assert flown.chosen == [after, "C1", ""]
-    assert not page.display.card.heading.startswith("LOOKING")
+    assert not page.display.card.heading.startswith("SHOWING")
 
 
 def test_space_puts_the_verdict_away_and_acts_only_then(
@@ -426,7 +426,7 @@ def test_the_page_has_a_window_of_its_own_that_obeys_its_keys(
     qtbot.keyClick(own, Qt.Key.Key_Space)
     assert own.canvas.display.status_text == "FLY"
     qtbot.keyClick(own, Qt.Key.Key_PageDown, Qt.KeyboardModifier.KeypadModifier)
-    assert own.canvas.display.card.heading.startswith("LOOKING")
+    assert own.canvas.display.card.heading.startswith("SHOWING")
     qtbot.keyClick(own, Qt.Key.Key_F11)
     assert own.isFullScreen()
     assert not window.isFullScreen()

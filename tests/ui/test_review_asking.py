@@ -73,7 +73,7 @@ def test_the_settings_of_a_run_fill_the_panel_so_that_it_asks_the_same(panel: Es
 @pytest.mark.parametrize(
     ("panel", "field", "words"),
     [
-        ({"Cm_q": {"treated": "held"}}, "derivatives", "Cm_q is held: type the value"),
+        ({"Cm_q": {"treated": "held"}}, "derivatives", "Cm_q is held: enter its value"),
         ({"Cm_q": {"treated": "held", "value": "x"}}, "derivatives", "'x' is not a number"),
         ({"Cm_q": {"prior": "-20"}}, "derivatives", "needs a deviation"),
         ({"Cm_q": {"prior": "-20", "deviation": "0"}}, "derivatives", "above zero"),

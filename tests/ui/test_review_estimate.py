@@ -115,7 +115,7 @@ def test_what_stands_beside_is_the_run_that_ended_last(
     assert page.runs.current_run.number == first.number  # type: ignore[union-attr]
     # As after a start of the program: none is looked at, and these are there.
     page.show_outcome(None)
-    assert page.state.text == f"{len(page.book.runs)} saved runs"
+    assert page.state.text == f"{len(page.book.runs)} runs saved"
     page.show_outcome(outcome)
 
 
@@ -354,8 +354,8 @@ def test_a_run_that_cannot_be_kept_is_shown_and_says_so(
     until(qtbot, lambda: made.review_page.outcome is not before, 30000)
     outcome = made.review_page.outcome
     assert outcome.number is None
-    assert "not kept" in page.sentence.text()
-    assert page.state.text.startswith("not kept")
+    assert "not saved" in page.sentence.text()
+    assert page.state.text.startswith("not saved")
     monkeypatch.undo()
     page.book.reload()
     until(qtbot, lambda: page.book._work is None)

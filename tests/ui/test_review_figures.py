@@ -233,7 +233,7 @@ def test_a_maneuver_is_left_out_by_a_key_grayed_and_taken_back(bench: Bench) -> 
     one = point("Cm_alpha", "1:M2")
     at = bench.place("Cm_alpha", one.number, one.value)
     assert near(bench.color(at), THEMES["daylight"].previous)
-    assert "by hand" in bench.page.view.canvas.text_at(QPointF(at))
+    assert "manually" in bench.page.view.canvas.text_at(QPointF(at))
     assert bench.page.undo_history.undoText() == "exclude 1:M2"
     # The place hands the outcome back to all pages; that is no new run.
     bench.page.show_outcome(told[-1])

@@ -275,9 +275,9 @@ def test_what_the_estimate_takes_is_chosen_in_the_table(window, qtbot):
     graded = page.flights.flight["2"]
     assert (graded.grade, graded.reasons) == ("D", ("a gust",))
     assert [one.id for one in page.review.select_maneuvers()] == ["1", "3", "4", "5"]
-    assert "by hand" in page.details.grade.text()
+    assert "manual" in page.details.grade.text()
     cell = page.table.currentIndex().siblingAtColumn(COLUMN_INDEXES["grade"])
-    assert cell.data() == "D by hand"
+    assert cell.data() == "D (manual)"
     assert page.table.sizeHintForIndex(cell).width() <= page.table.columnWidth(cell.column())
     window.activateWindow()
     page.table.setFocus()

@@ -785,7 +785,7 @@ def test_a_serial_link_that_was_typed_stays_what_it_is(qtbot: QtBot, tmp_path: P
     link = dialog.link
     named = tmp_path / "telemetry"
     link.text.setEditText(f"serial:{named}:500000")
-    assert "not there" in link.sentence.text()
+    assert "is not connected" in link.sentence.text()
     assert (link.device.currentText(), link.baud.currentText()) == (str(named), "500,000")
     # A name for a port, as rules of the system give it, is in no list of ports.
     named.touch()

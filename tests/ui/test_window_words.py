@@ -100,7 +100,7 @@ def test_a_time_in_sight_is_said_as_it_was_chosen() -> None:
     ]  # fmt: skip
     for width, seconds in ((900, 60.0), (640, 120.0), (1000, 10.0), (700, 10.0)):
         view = StripView(width=width, window=seconds)
-        assert visible_time_text(view) == f"{time_span_text(seconds)} in sight"
+        assert visible_time_text(view) == f"{time_span_text(seconds)} shown"
         assert view.seconds == pytest.approx(seconds)
 
 
@@ -319,7 +319,7 @@ def test_settings_that_cannot_be_written_are_told_once(tmp_path: Path) -> None:
     told: list[str] = []
     store = SettingsStore(tmp_path / "taken" / "window.toml")
     store.on_write_error = told.append
-    assert "forgotten" in store.error_text
+    assert "will be lost" in store.error_text
     store.change(theme="dark")
     assert told == []
     later = SettingsStore(tmp_path / "later" / "window.toml")
@@ -328,7 +328,7 @@ def test_settings_that_cannot_be_written_are_told_once(tmp_path: Path) -> None:
     later.change(theme="dark")
     later.change(theme="daylight")
     assert len(told) == 1
-    assert "forgotten" in told[0]
+    assert "will be lost" in told[0]
 
 
 # What is typed into the dialogs

@@ -174,8 +174,8 @@ def test_faults_show_as_they_would(channel: str) -> None:
     [
         ("elevator:dead", "no instrument is called 'elevator'"),
         ("rudder:loose", "'loose' is not a fault"),
-        ("rudder:swapped", "with what"),
-        ("rudder:swapped:with=rudder", "with what"),
+        ("rudder:swapped", "needs the other channel"),
+        ("rudder:swapped:with=rudder", "needs the other channel"),
         ("rudder:dead:start=3 s", "has no options"),
         ("static_pressure:reversed", "cannot be reversed"),
     ],
@@ -187,7 +187,7 @@ def test_a_fault_that_is_none_is_refused(text: str, words: str) -> None:
 
 def test_what_cannot_be_done_is_refused() -> None:
     bench = VirtualBench()
-    with pytest.raises(FlightError, match="by hand"):
+    with pytest.raises(FlightError, match="manually"):
         bench.set_angle("q", 10.0)
     with pytest.raises(FlightError, match="not a turn axis"):
         bench.rotate("alpha", 10.0)

@@ -140,7 +140,7 @@ def test_a_wrong_effect_gets_one_sentence(hide: str, error: type[Exception], wor
     ("derivatives", "words"),
     [
         ({"CN_alpha": 0.0, "CN_0": 0.0}, "CN_alpha is zero"),
-        ({"Cl_da": -0.4}, "Cl_da = -0.4 looks reversed"),
+        ({"Cl_da": -0.4}, "Cl_da = -0.4 appears reversed"),
     ],
 )
 def test_an_unflyable_aircraft_is_not_flown(derivatives: dict[str, float], words: str) -> None:

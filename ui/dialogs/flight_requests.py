@@ -146,7 +146,7 @@ def check_folder(parent: str, name: str) -> InputCheck:
         return InputCheck(message="The flight needs a name.", state="warning")
     if sanitize_file_name(name) != name.strip():
         return InputCheck(
-            message=f"Invalid folder name; use {sanitize_file_name(name)!r} would do.",
+            message=f"Invalid folder name; use {sanitize_file_name(name)!r}.",
             state="warning",
         )
     if not parent.strip():

@@ -202,7 +202,7 @@ class AlarmsPanel(ListPanel):
         super().__init__(view, look, "No alarms.")
         # To find them ahead takes a whole pass through the cues, minutes for a flight of an hour.
         self.cues_note = create_label(
-            ("In a replay, cue alarms appear as they are reached."), "hint", wrap=True
+            "In a replay, cue alarms appear as they are reached.", "hint", wrap=True
         )
         self.cues_note.setContentsMargins(8, 8, 8, 4)
         self.cues_note.hide()

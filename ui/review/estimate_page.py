@@ -192,10 +192,10 @@ class EstimatePage(ReviewStepPage):
         outcome = self._outcome
         if outcome is None:
             kept = len(self.book.runs)
-            words = f"{count_text(kept, 'run')} kept" if kept else "no run yet"
+            words = f"{count_text(kept, 'run')} saved" if kept else "no run yet"
             return StepStatus(state="plain", text=words)
         count = len(outcome.result.results)
-        words = f"run {outcome.number}" if outcome.number is not None else "not kept"
+        words = f"run {outcome.number}" if outcome.number is not None else "not saved"
         detail = f"{words}: {count_text(count, 'maneuver')}"
         return StepStatus(state="plain", text=words, detail=detail)
 

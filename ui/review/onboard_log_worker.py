@@ -28,7 +28,7 @@ def create_log_job_runner() -> ProcessJobRunner:
     return ProcessJobRunner(
         serve_log_jobs,
         name="work on the log",
-        remedy=("start again: the received part of the log is kept"),
+        remedy="start again: the received part of the log is kept",
     )
 
 

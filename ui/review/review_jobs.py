@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from gsapp.report.linear_report import LinearModelValidation
 
 
-NOT_STORED_TEXT = "the run is not kept"
+NOT_STORED_TEXT = "the run is not saved"
 """Begins the remark of an outcome that the catalog did not take."""
 
 

@@ -52,7 +52,7 @@ _FACTORS: Final = {
     "a touch more": 1.1,
     "a quarter more": 1.25,
     "a third more": 4.0 / 3.0,
-    "50 % larger": 1.5,
+    "half again": 1.5,
     "twice": 2.0,
     "three times": 3.0,
     "four times": 4.0,

@@ -381,7 +381,7 @@ class _StepwiseSearch:
         if partial >= F_TO_ENTER and press < self._press:
             why = (
                 f"partial F {partial:.0f}, held-out prediction improves by "
-                f"{100.0 * (1.0 - press / self._press):.1f} % better"
+                f"{100.0 * (1.0 - press / self._press):.1f} %"
             )
             self._chosen, self._press = wanted, press
             self._note("added", name, partial, alike, why)

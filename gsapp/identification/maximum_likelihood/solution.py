@@ -268,7 +268,7 @@ def _derivative_estimate(
         return DerivativeEstimate(
             value=None,
             status="unknown",
-            why=(f"the responses do not depend on {name} in this maneuver"),
+            why=f"the responses do not depend on {name} in this maneuver",
         )
     return DerivativeEstimate(value=float(solved.point.unknowns[place]), std=std, cramer_rao=bound)
 

@@ -82,7 +82,7 @@ class LinkEvaluator(_SnapshotEvaluator):
             return RuleResult(state="open", why=f"no data yet (link: {link.state})")
         if link.age > rule.age:
             return RuleResult(
-                state="red", why=(f"nothing for {link.age:.0f} s: check radio and telemetry unit")
+                state="red", why=f"nothing for {link.age:.0f} s: check radio and telemetry unit"
             )
         lost = f"{100.0 * link.loss:.1f} % of the frames lost, {link.rate:.0f} messages per second"
         if link.loss > rule.loss_red:

@@ -57,7 +57,7 @@ def test_a_whole_aircraft_is_checked_in_a_minute(tmp_path: Path, moved: float) -
     crew.finish()
     assert {one.passed for one in crew.view.accepted_checks.values()} == {not moved}
     assert tuple(crew.view.accepted_checks) == plan.channels
-    said = "calibrate again before the flight" if moved else "All certificates hold"
+    said = "calibrate again before the flight" if moved else "All certificates valid"
     assert said in crew.view.prompt
     if not moved:
         assert crew.keys == 0

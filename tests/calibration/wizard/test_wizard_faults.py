@@ -64,7 +64,7 @@ def test_without_any_volts_it_waits_and_says_so(tmp_path: Path) -> None:
     crew.wizard.feed(block.select(kept))
     view = crew.view
     assert view.reading.state == "absent"
-    assert ["no volts" in one for one in view.problems] == [True]
+    assert ["no voltage" in one for one in view.problems] == [True]
     crew.wizard.act(WizardAction(kind="take"))
     assert crew.view.tone == "error"
     assert crew.view.phase == "sign"

@@ -213,7 +213,10 @@ def test_a_new_calibration_keeps_the_former_journal(tmp_path: Path) -> None:
     ("lines", "words"),
     [
         ([], "contains no unfinished calibration"),
-        ([{"step": "point", "channel": "", "stamp": "2026-05-12T08:00:00"}], "no calibration"),
+        (
+            [{"step": "point", "channel": "", "stamp": "2026-05-12T08:00:00"}],
+            "no unfinished calibration",
+        ),
         ([{"step": "calibration", "channel": "", "stamp": "2026-05-12T08:00:00"}], "version"),
     ],
 )

@@ -62,7 +62,7 @@ def test_a_correction_stands_for_every_command(flight, tmp_path):
     assert [one.id for one in flown.maneuvers] == [
         one.id for one in flight.maneuvers if one.grade != "D"
     ]
-    assert any("6 changes by hand" in remark for remark in flown.remarks)
+    assert any("6 changes (manual)" in remark for remark in flown.remarks)
     assert len(printed(flight.path, tmp_path / "f.json", as_found=True)) == 5
 
 
@@ -191,13 +191,13 @@ def test_the_catalog_follows_and_knows_what_the_pilot_was_told(flight, tmp_path)
     assert kept() == before
     told = StoredVerdict(
         name="M1", t_input=60.0, t_end=63.0, surfaces=("de",), kind="doublet", V=30.0,
-        result="too-small", advice="50 % larger",
+        result="too-small", advice="half again",
     )  # fmt: skip
     with Catalog(catalog) as opened:
         store_debrief(opened, flight.flight, [told])
     again = open_reviewed_flight(flight.path, catalog=catalog)
     verdict = again.verdict(again["1"])
-    assert verdict.advice == "50 % larger"
+    assert verdict.advice == "half again"
     assert again.verdict(again["2"]) is None
 
 
