@@ -18,6 +18,7 @@ from PySide6.QtWidgets import QApplication, QSizePolicy, QToolTip, QWidget
 
 from ui.display_style import DisplayStyle
 from ui.icons import paint_indicator
+from ui.translation import tr
 from ui.widgets.flow_layout import FlowLayout
 from ui.window_frame.status_item import StatusItem
 
@@ -212,7 +213,7 @@ class StatusBar(QWidget):
         self._buttons = buttons or {}
         self.setObjectName("bar")
         self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
-        self.setAccessibleName("Flight, link, recorder, alarms")
+        self.setAccessibleName(tr("Flight, link, recorder, alarms"))
         self._flow = FlowLayout(self, spacing=0, fill=True)
         self._flow.setContentsMargins(0, 0, 0, 1)
         policy = QSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Minimum)
