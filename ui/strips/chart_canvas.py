@@ -16,6 +16,7 @@ from ui.strips.chart_raster import ChartRaster
 from ui.strips.chart_state import DisplayedValue
 from ui.strips.raster import split_ring
 from ui.strips.repaint_region import RepaintRegion
+from ui.translation import tr
 
 
 class ChartCanvas:
@@ -262,7 +263,7 @@ class ChartCanvas:
             painter.fillRect(_rect(plot), QColor(model.theme.background))
             for box in geometry.charts:
                 painter.fillRect(_rect(box), QColor(model.theme.plot))
-            text = model.empty_text if geometry.charts else "No chart chosen"
+            text = model.empty_text if geometry.charts else tr("No chart chosen")
             chart_painter.draw_empty_message(painter, self._pen, geometry, text)
             return
         seam = view.columns[0] % image.width()

@@ -25,6 +25,7 @@ from ui.strips.pixel_columns import SampleSource, column_extremes
 from ui.strips.strip_layout import StripLayout, default_layout
 from ui.strips.strip_view import StripView
 from ui.theme import DAYLIGHT, Theme
+from ui.translation import tr
 
 _STALE_SECONDS = 3.0
 """Least age of a stale value, s."""
@@ -121,11 +122,15 @@ class ChartModel:
         """Return which chart is selected, for screen readers."""
         strips, selected = self.layout.strips, self.view.selected
         if not strips:
-            return "No chart chosen"
+            return tr("No chart chosen")
         chart = self.selected_chart
         unit = chart.displays[0].unit if chart is not None else ""
         title = channel(strips[selected].channel).title
-        return f"Chart {selected + 1} of {len(strips)}: {title} {unit}".rstrip()
+        return (
+            tr("Chart {selected} of {count}: {title} {unit}")
+            .format(selected=selected + 1, count=len(strips), title=title, unit=unit)
+            .rstrip()
+        )
 
     # Values
 
