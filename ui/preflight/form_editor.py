@@ -11,6 +11,7 @@ from gsapp.flight.toml_document import KeyPath, TomlDocument
 from gsapp.foundation import FileProblemsError, FlightError, UnitError
 from ui.disk_checks import may_block
 from ui.preflight.flight_card_fields import CardField, format_field, parse_field
+from ui.translation import tr
 from ui.undo import UndoCommand, UndoStack
 
 Model = TypeVar("Model", bound=BaseModel)
@@ -181,5 +182,7 @@ class FormEditor(Generic[Model]):
             If the disk refuses, or does not respond.
         """
         if may_block(self.file.path):
-            raise FlightError(f"{self.file.path} does not respond; not saved yet")
+            raise FlightError(
+                tr("{path} does not respond; not saved yet").format(path=self.file.path)
+            )
         self.file.save()
