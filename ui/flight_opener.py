@@ -335,7 +335,7 @@ class FlightOpener(QObject):
                 except BaseException:
                     # What failed is undone, too: no window shows the recorder it has started, and
                     # that would hold the link against the next attempt.
-                    self._undo(begun, "cancelled" if progress.is_canceled else tr("given up"))
+                    self._undo(begun, tr("cancelled") if progress.is_canceled else tr("given up"))
                     if not progress.is_canceled and begun.has_flight_folder:
                         self._begin_the_next(begun)
                     raise
@@ -368,7 +368,7 @@ class FlightOpener(QObject):
             wanted.append(self._records)
         if begun.recorder is not None and begun.recorder.folder in map(Path.absolute, wanted):
             begun.recorder = begun.folder = None  # another connection has joined it
-        Thread(target=self._undo, args=(begun, "cancelled"), name="undoing").start()
+        Thread(target=self._undo, args=(begun, tr("cancelled")), name="undoing").start()
 
     def _undo(self, begun: PendingFlight, why: str) -> None:
         """End what was set going; called in a thread."""

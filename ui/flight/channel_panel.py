@@ -174,7 +174,7 @@ class ChannelPanel(QWidget):
             (tr("Group"), tr("Symbol"), tr("Channel"), tr("Show in charts")),
             *(
                 (one.group, symbol_text(one.symbol), one.title,
-                 "yes" if one.id in self._charts.channels else "no")
+                 tr("yes") if one.id in self._charts.channels else tr("no"))
                 for one in specs
             ),
         ]  # fmt: skip

@@ -43,7 +43,7 @@ _NOTE_MIN_WIDTH = 520
 
 def speed_text(speed: float) -> str:
     """Return ``0.1x``, ``1x``, ``max``."""
-    return "max" if speed == float("inf") else f"{speed:g}x"
+    return tr("max") if speed == float("inf") else f"{speed:g}x"
 
 
 class ReplayBar(QWidget):

@@ -35,7 +35,7 @@ from PySide6.QtWidgets import (
 
 from gsapp.quantities import trace_color
 from ui.display_style import DisplayStyle
-from ui.number_format import DASH, number_text, symbol_text
+from ui.number_format import DASH, count_text, number_text, symbol_text
 from ui.translation import QT_TR_NOOP, tr
 from ui.widgets.labels import create_label
 from ui.widgets.row_model import VALUE_ROLE, ModelIndex, TableRow, TableRowModel
@@ -90,7 +90,7 @@ def describe_value(row: EstimateRow) -> tuple[str, str]:
         else tr("FTR {value}").format(value=estimate_value_text(row.value, row.std or 0.0))
     )
     if row.mean is None:
-        return live or "unknown", change
+        return live or tr("unknown"), change
     best = tr("ML {value}").format(value=estimate_value_text(row.mean.mean, row.mean.std))
     if _ARROW in change:
         # It ends with the bound in percent; both have no room.
@@ -428,11 +428,7 @@ def fit_status_text(fitted: int, pending: int, failures: dict[str, str]) -> str:
     """Return how the fits of the maneuvers stand."""
     parts = []
     if fitted:
-        parts.append(
-            tr("{fitted} maneuver{plural} fitted").format(
-                fitted=fitted, plural="" if fitted == 1 else "s"
-            )
-        )
+        parts.append(tr("{maneuvers} fitted").format(maneuvers=count_text(fitted, "maneuver")))
     if pending:
         parts.append(tr("{pending} in progress").format(pending=pending))
     if failures:

@@ -303,7 +303,7 @@ class FlightView(QWidget):
             self.charts.set_stale_ages(picture.stale_ages)
         self.charts.set_empty_text(picture.empty_text)
         self.charts.set_recording(picture.recording)
-        self.charts.set_newest_text("now" if picture.present_shown else tr("read up to"))
+        self.charts.set_newest_text(tr("now") if picture.present_shown else tr("read up to"))
         self.charts.set_marks(picture.marks)
         self.charts.set_spans(picture.spans)
         self.charts.set_alarms(picture.alarms)

@@ -110,7 +110,7 @@ def build_alarm_rows(
                     f"{sign} {what}",
                     _value_and_limit_text(one, units),
                     f"{elapsed_text(seconds)}{still}",
-                    "no"
+                    tr("no")
                     if seen is None
                     else f"{clock_text(seen.time, decimals=1)}\n{seen.by or 'crew'}",
                 ),

@@ -113,11 +113,11 @@ class FindStage(StageView):
             coefficient=coefficient_text(chosen.coefficient), id=view.id
         )
         curves = []
-        missing, name = picture.before, "missing"
+        missing, name = picture.before, tr("missing")
         if picture.after is not None:
-            missing, name = picture.after, "residual"
+            missing, name = picture.after, tr("residual")
             curves.append(
-                PlotCurve(x=picture.times, y=picture.before, color="previous", name="baseline",
+                PlotCurve(x=picture.times, y=picture.before, color="previous", name=tr("baseline"),
                       dashed=True)
             )  # fmt: skip
         curves.append(
@@ -125,7 +125,7 @@ class FindStage(StageView):
         )
         bands = [PlotBand(low=-picture.floor, high=picture.floor, name=tr("noise floor"))]
         bands += [
-            PlotBand(low=low, high=high, name="" if place else "proven", is_horizontal=False)
+            PlotBand(low=low, high=high, name="" if place else tr("proven"), is_horizontal=False)
             for place, (low, high) in enumerate(picture.spans)
         ]
         cell = self.map.cell(self.selection.maneuver, self.selection.coefficient)

@@ -203,7 +203,7 @@ class GapResultView(QScrollArea):
                 "show": lambda: ShowStage(look, actions),
             }
             view = kinds[name]()
-            view.setAccessibleName(name)
+            view.setAccessibleName(tr(next(one.title for one in GAP_STAGES if one.id == name)))
             view.selection_requested.connect(self._choose)
             view.hide()
             self._column.addWidget(view, 1)

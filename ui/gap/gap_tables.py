@@ -127,7 +127,7 @@ class DisagreementMapLegend(QWidget):
         super().__init__()
         self._look = look
         bounds = [f"{bound:g}" for bound in MAP_LEVELS]
-        self._words = ("noise", *(tr("from {bound}").format(bound=bound) for bound in bounds))
+        self._words = (tr("noise"), *(tr("from {bound}").format(bound=bound) for bound in bounds))
         self.setAccessibleName(
             tr(
                 "Colors: noise, then from {bounds} times the noise floor; a corner "

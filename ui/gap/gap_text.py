@@ -46,14 +46,14 @@ _VERDICT_STATES: Mapping[str, IndicatorState] = {
 }
 _CONFIDENCE = (
     (0.90, QT_TR_NOOP("very likely")),
-    (0.80, "likely"),
+    (0.80, QT_TR_NOOP("likely")),
     (0.50, QT_TR_NOOP("more likely than not")),
     (0.0, QT_TR_NOOP("a guess")),
 )
 _OBSERVABILITY_TEXTS = (
-    (10.0, "clearly"),
+    (10.0, QT_TR_NOOP("clearly")),
     (5.0, QT_TR_NOOP("well enough")),
-    (3.0, "barely"),
+    (3.0, QT_TR_NOOP("barely")),
     (-math.inf, QT_TR_NOOP("too little")),
 )
 MIN_OBSERVABLE_SIGMA = 3.0
@@ -184,7 +184,7 @@ def axis_unit(name: str, system: str) -> str:
 def maneuver_kind_text(kind: str) -> str:
     """Return the kind of a maneuver in words: ``elevator doublet`` stays, ``de`` is spelled."""
     words = re.split(r"(\W+)", kind.strip())
-    return "".join(SURFACE_NAMES.get(word, word) for word in words) or "maneuver"
+    return "".join(SURFACE_NAMES.get(word, word) for word in words) or tr("maneuver")
 
 
 def maneuver_text(answer: SearchResult, view: ManeuverHistories, *, clock: bool = True) -> str:

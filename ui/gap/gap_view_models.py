@@ -398,14 +398,20 @@ def list_effect_statuses(answer: SearchResult, step: int) -> tuple[EffectStatus,
     for place, one in enumerate(answer.discrepancy.steps):
         if not place:
             continue
-        words = tr("in the model") if place <= step else "next" if place == step + 1 else "later"
+        words = (
+            tr("in the model")
+            if place <= step
+            else tr("next")
+            if place == step + 1
+            else tr("later")
+        )
         if one.added in answer.decisions.forced:
             words += tr(", forced")
         states.append(
             EffectStatus(effect=one.added, title=answer.title(one.added), text=words, step=place)
         )
     states += [
-        EffectStatus(effect=name, title=answer.title(name), text="refused", step=0)
+        EffectStatus(effect=name, title=answer.title(name), text=tr("refused"), step=0)
         for name in answer.decisions.refused
     ]
     return tuple(states)
@@ -417,7 +423,7 @@ def build_effect_status_rows(states: tuple[EffectStatus, ...]) -> tuple[TableRow
         TableRow(
             key=one.effect,
             cells=(str(one.step) if one.step else DASH, one.title, one.text),
-            is_bold=one.text.startswith("in the model"),
+            is_bold=one.text.startswith(tr("in the model")),
             italic=one.text == "refused",
             detail=one.effect,
         )

@@ -159,7 +159,7 @@ class GapJobHandler:
             self._tell(_READ_SHARE * done / steps, words)
             done += 1
 
-        doing("starting")
+        doing(QT_TR_NOOP("starting"))
         flown = open_flights_with_maneuvers(
             request.flights,
             aircraft=request.aircraft or None,

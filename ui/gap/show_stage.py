@@ -134,13 +134,13 @@ class ShowStage(StageView):
         kept = tr("held out") if view.held_out else tr("used in the search")
         color = trace_color(selection.channel)
         curves = [
-            PlotCurve(x=picture.times, y=picture.before, color="previous", name="baseline",
+            PlotCurve(x=picture.times, y=picture.before, color="previous", name=tr("baseline"),
                   dashed=True),
-            PlotCurve(x=picture.times, y=picture.measured, color=color, name="measured"),
+            PlotCurve(x=picture.times, y=picture.measured, color=color, name=tr("measured")),
         ]  # fmt: skip
         rests = [
             PlotCurve(x=picture.times, y=picture.measured - picture.before, color="previous",
-                  name="baseline", dashed=True)
+                  name=tr("baseline"), dashed=True)
         ]  # fmt: skip
         if picture.after is not None:
             curves.append(

@@ -302,7 +302,7 @@ def _next_surfaces(cues: CueSnapshot) -> tuple[str, ...]:
 def _guidance_hints(off: tuple[Hint, ...], guidance: str) -> tuple[Hint, ...]:
     """Return what is off, with the way to the test point in place of the words it begins with."""
     if not guidance:
-        return off or (Hint(text="stabilize"),)
+        return off or (Hint(text=tr("stabilize")),)
     start = guidance.partition(":")[0]
     told = tuple(
         Hint(text=guidance, sign=one.sign) if one.text == start else one for one in off[:_MAX_HINTS]

@@ -62,11 +62,11 @@ class ManeuverCharts(QWidget):
         if wanted is not None:
             low, high = (float(self._shown(name, end)) for end in (wanted.low, wanted.high))
             bands = [
-                PlotBand(low=low, high=high, name="wanted", is_target=True),
+                PlotBand(low=low, high=high, name=tr("wanted"), is_target=True),
                 PlotBand(low=-high, high=-low, is_target=True),
             ]
         title = SURFACE_NAMES.get(name, name).capitalize()
-        curve = PlotCurve(x=judged.curves.times, y=moved, color=trace_color(name), name="moved")
+        curve = PlotCurve(x=judged.curves.times, y=moved, color=trace_color(name), name=tr("moved"))
         chart.draw(
             [curve],
             [*bands, self._hands_off(judged)],

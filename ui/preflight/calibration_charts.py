@@ -86,7 +86,7 @@ class CalibrationCharts(QWidget):
             places = np.linspace(volts.min(), volts.max(), _CURVE_SAMPLES)
             if calibration is not None:
                 line = evaluate_polynomial(calibration.fit.coefficients, places)
-                curves.insert(0, PlotCurve(x=places, y=line, color="ink", name="curve"))
+                curves.insert(0, PlotCurve(x=places, y=line, color="ink", name=tr("curve")))
             off = self._residuals(view, places, color)
         words = tr("{count} points").format(count=len(view.points))
         self.curve.draw(

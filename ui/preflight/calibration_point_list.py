@@ -53,7 +53,7 @@ class CalibrationPointRow:
         """Return the row in words."""
         way = DIRECTION_TEXT[self.direction]
         if self.index is None:
-            parts = (self.value, way, "now" if self.current else "pending")
+            parts = (self.value, way, tr("now") if self.current else tr("pending"))
         else:
             parts = (self.value, way, self.volts, self.residual, self.remark)
         return ", ".join(part for part in parts if part)

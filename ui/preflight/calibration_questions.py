@@ -50,7 +50,7 @@ class CalibrationQuestions:
         full = run.view.mode == "full"
         self._bar.ask(
             tr("Leave this instrument {state}? Give the reason.").format(
-                state="uncalibrated" if full else "unchecked"
+                state=tr("uncalibrated") if full else tr("unchecked")
             ),
             lambda reason: run.perform(WizardAction(kind="skip", reason=reason)),
             typed=True,

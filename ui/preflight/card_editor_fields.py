@@ -110,7 +110,7 @@ def build_card_item(card: TestCard, progress: CardProgress | None, system: str) 
             good_count=progress.good_count, repeats=card.repeats
         )
         state = "good" if progress.state == "done" else "unknown"
-        note = {"done": "done", "begun": "begun", "open": tr("not yet")}[progress.state]
+        note = {"done": tr("done"), "begun": tr("begun"), "open": tr("not yet")}[progress.state]
         misses = [attempt for attempt in progress.attempts if attempt.reasons]
         if misses and progress.state != "done":
             parts.append(tr("last miss: {reason}").format(reason=misses[-1].reasons[0]))

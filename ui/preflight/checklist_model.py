@@ -195,7 +195,7 @@ class ChecklistModel:
             return False
         former = self.ticks
         self._set(former ^ {item_id})
-        self._push("untick" if item_id in former else "tick", former)
+        self._push(tr("untick") if item_id in former else tr("tick"), former)
         return True
 
     def restart(self) -> None:
@@ -211,7 +211,7 @@ class ChecklistModel:
             self._going.restart()
             self.update_items()
             if self.ticks != former:
-                self._push("restart", former)
+                self._push(tr("restart"), former)
 
     def _push(self, text: str, former: Ticks) -> None:
         now = self.ticks

@@ -81,7 +81,7 @@ def _cg_text(weighed: Weighing, axis: int, aircraft: Aircraft | None, system: st
     off, std = weighed.cg[axis], weighed.cg_std[axis]
     size = number_text(from_si(abs(off), unit, "length"), digits)
     about = number_text(from_si(2 * std, unit, "length"), digits)
-    side = (("behind", tr("ahead of")), (tr("left of"), tr("right of")))[axis][off > 0.0]
+    side = ((tr("behind"), tr("ahead of")), (tr("left of"), tr("right of")))[axis][off > 0.0]
     words = tr("CG {size} ± {about} {unit} {side} the aircraft file's").format(
         size=size, about=about, unit=unit_text(unit), side=side
     )
@@ -150,4 +150,4 @@ def card_state(
             text=count_text(len(doubts), "doubt"),
             detail="\n".join(doubt.text for doubt in doubts),
         )
-    return StepStatus(state="good", text="complete")
+    return StepStatus(state="good", text=tr("complete"))

@@ -118,7 +118,7 @@ class FormEditor(Generic[Model]):
         now = self.file.content
         if now != former:
             command = UndoCommand(
-                "edit",
+                tr("edit"),
                 lambda: self.file.restore(former),
                 lambda: self.file.restore(now),
                 f"{typing} {self._merge_serial}" if typing else "",
@@ -155,7 +155,7 @@ class FormEditor(Generic[Model]):
         return self._undo_stack.canRedo()
 
     def undoText(self) -> str:
-        return "edit" if self._pending else self._undo_stack.undoText()
+        return tr("edit") if self._pending else self._undo_stack.undoText()
 
     def redoText(self) -> str:
         return self._undo_stack.redoText()

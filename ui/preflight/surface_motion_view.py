@@ -63,7 +63,7 @@ class SurfaceFigure:
     @property
     def travel_end_texts(self) -> tuple[str, str]:
         """Return where the trailing edge is at the lowest and at the highest angle, in words."""
-        first, second = ("up", "down") if self.view == "side" else ("right", "left")
+        first, second = (tr("up"), tr("down")) if self.view == "side" else (tr("right"), tr("left"))
         return (first, second) if self.sense > 0 else (second, first)
 
     @property
@@ -81,7 +81,7 @@ class SurfaceFigure:
         if self.angle is None:
             return tr("not known")
         if abs(self.angle) < 1.0:
-            return "neutral"
+            return tr("neutral")
         return self.travel_end_texts[1] if self.angle > 0 else self.travel_end_texts[0]
 
 

@@ -74,7 +74,7 @@ def list_instrument_statuses(
 def _calibrated_text(certificate: Certificate | None) -> str:
     """Return when an instrument was calibrated and by whom."""
     if certificate is None:
-        return "uncalibrated"
+        return tr("uncalibrated")
     if certificate.who == SHIPPED_EXAMPLE:
         return tr("example values, not of this aircraft")
     by = tr(" by {who}").format(who=certificate.who) if certificate.who else ""
@@ -84,7 +84,7 @@ def _calibrated_text(certificate: Certificate | None) -> str:
 
 def _check_text(check: CheckResult, instrument: InstrumentPlan) -> str:
     """Return what a check has found, in few words."""
-    verdict = "holds" if check.passed else tr("has moved")
+    verdict = tr("holds") if check.passed else tr("has moved")
     what, size = describe_shift(check, instrument)
     return f"{verdict}: {what} {size}"
 
@@ -193,7 +193,7 @@ def list_outcomes(view: WizardView, plan: CalibrationPlan) -> tuple[InstrumentOu
                 InstrumentOutcome(title=instrument.title, text=words, is_calibrated=check.passed)
             )
         elif name in view.skipped:
-            left = "uncalibrated" if view.mode == "full" else tr("not checked")
+            left = tr("uncalibrated") if view.mode == "full" else tr("not checked")
             words = f"{left}: {view.skipped[name]}"
             found.append(InstrumentOutcome(title=instrument.title, text=words, is_calibrated=False))
         elif certificate is not None:

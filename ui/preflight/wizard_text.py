@@ -131,8 +131,8 @@ def describe_shift(check: CheckResult, instrument: InstrumentPlan) -> tuple[str,
     """
     beyond = abs(check.slope) * check.zero_uncertainty > abs(check.zero) * check.slope_uncertainty
     if beyond and not check.passed:
-        return "slope", _add_sign(f"{number_text(100.0 * check.slope, 1)} %")
-    return "zero", signed_error_text(check.zero, instrument)
+        return tr("slope"), _add_sign(f"{number_text(100.0 * check.slope, 1)} %")
+    return tr("zero"), signed_error_text(check.zero, instrument)
 
 
 def volts_text(volts: float | None) -> str:
@@ -144,7 +144,7 @@ def volts_text(volts: float | None) -> str:
 
 def fit_order_text(degree: int) -> str:
     """Return the name of a curve of a degree."""
-    return {1: tr("straight line"), 2: "quadratic", 3: "cubic"}[degree]
+    return {1: tr("straight line"), 2: tr("quadratic"), 3: tr("cubic")}[degree]
 
 
 # The large part
@@ -252,7 +252,7 @@ def _main_texts(view: WizardView, instrument: InstrumentPlan) -> tuple[str, str,
         return "", DASH, "", False
     side = instrument.positive if view.target > 0.0 else instrument.negative
     shown = quantity_text(view.target, instrument.unit)
-    return tr("Set to"), shown, side if view.target else "neutral", True
+    return tr("Set to"), shown, side if view.target else tr("neutral"), True
 
 
 def _result_texts(view: WizardView, instrument: InstrumentPlan) -> tuple[str, str, str, bool]:
@@ -304,7 +304,7 @@ PRACTICE_ACTION = ActionItem(
     id="practice", text=QT_TR_NOOP("Practice without an aircraft"), key="P"
 )
 PRINT_ACTION = ActionItem(id="paper", text=QT_TR_NOOP("Print certificates"), key="W")
-_KIND_NAMES = {"accelerometer": "accelerometers", "pressure": "pressures"}
+_KIND_NAMES = {"accelerometer": QT_TR_NOOP("accelerometers"), "pressure": QT_TR_NOOP("pressures")}
 """Several instruments of a kind that are calibrated in the same steps."""
 
 
@@ -337,7 +337,7 @@ def build_start_actions(
     if plan is not None:
         one = plan[chosen]
         several = len(plan.instruments) > 1
-        text = _KIND_NAMES[one.kind] if several else one.title.lower()
+        text = tr(_KIND_NAMES[one.kind]) if several else one.title.lower()
         offers.insert(0, ActionItem(id="again", text=tr("Calibrate {text}").format(text=text)))
     first, *others = offers
     return (ActionItem(id=first.id, text=first.text, key="Space", is_default=True), *others)

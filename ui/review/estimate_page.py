@@ -185,7 +185,7 @@ class EstimatePage(ReviewStepPage):
     def state(self) -> StepStatus:
         """Return how the chapter stands."""
         if self._runner.running:
-            return StepStatus(state="plain", text="running")
+            return StepStatus(state="plain", text=tr("running"))
         if self._checker.problem is not None:
             return StepStatus(
                 state="warning", text=tr("a setting is wrong"), detail=str(self._checker.problem)

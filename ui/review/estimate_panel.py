@@ -169,7 +169,7 @@ class EstimatePanel(QWidget):
         self.six_degrees = self._check(grid, "six_degrees")
         self.joint = self._check(grid, "joint")
         self.label = QLineEdit()
-        self.label.setPlaceholderText("optional")
+        self.label.setPlaceholderText(tr("optional"))
         self.label.returnPressed.connect(self._enter)
         self._row(grid, "label", self.label)
 
@@ -292,9 +292,12 @@ class EstimatePanel(QWidget):
                     if len(here) < 7
                     else tr("Only these {count}").format(count=len(here))
                 )
-                return tr("{only} {verb} estimated; the rest is held.").format(
-                    only=only, verb="is" if len(here) == 1 else "are"
+                words = (
+                    tr("{only} is estimated; the rest is held.")
+                    if len(here) == 1
+                    else tr("{only} are estimated; the rest is held.")
                 )
+                return words.format(only=only)
         if field == "channels":
             if not method_uses(wishes, "responses"):
                 return tr("{method} compares no responses.").format(

@@ -140,7 +140,7 @@ class DerivativeTable(TableRowView):
             return symbol_text(name)
         if column == TREATMENT_COLUMN:
             usual = name in self.effects and entry.treated == "tables"
-            return AS_MODEL_TEXT if usual else dict(TREATMENT_CHOICES)[entry.treated]
+            return tr(AS_MODEL_TEXT if usual else dict(TREATMENT_CHOICES)[entry.treated])
         if column == LAST_COLUMN:
             return self.last.get(name, "")
         if column == VALUE_COLUMN and name in self.effects and not entry.value:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from gsapp.identification.estimate_settings import EstimateSettings, setting_info
 from gsapp.identification.methods import estimation_methods
+from ui.number_format import count_text
 from ui.translation import QT_TR_NOOP, tr
 
 FieldChoices = tuple[tuple[str, str], ...]
@@ -40,9 +41,11 @@ SETTING_CHOICES: Mapping[str, FieldChoices] = {
     "maneuvers": MANEUVER_CHOICES,
 }
 """Values of settings and their titles, where they are a choice."""
-AS_MODEL_TEXT = "model"
+AS_MODEL_TEXT = QT_TR_NOOP("model")
 """How a parameter of an effect is treated where nothing is wished for it: as the model says."""
-TREATMENT_CHOICES: FieldChoices = (("tables", "tables"), ("free", "free"), ("held", "held"))
+TREATMENT_CHOICES: FieldChoices = (
+    ("tables", QT_TR_NOOP("tables")), ("free", QT_TR_NOOP("free")), ("held", QT_TR_NOOP("held")),
+)  # fmt: skip
 
 FIELD_HELP: Mapping[str, FieldHelp] = {
     **{
@@ -107,9 +110,9 @@ def format_maneuver_count(inputs: Sequence[Sequence[str]], flights: int) -> str:
     count = len(inputs)
     kinds: dict[str, int] = {}
     for one in inputs:
-        name = "+".join(one) or "none"
+        name = "+".join(one) or tr("none")
         kinds[name] = kinds.get(name, 0) + 1
     parts = ", ".join(f"{number} {name}" for name, number in kinds.items())
-    whole = tr("{count} maneuver{plural}").format(count=count, plural="" if count == 1 else "s")
+    whole = count_text(count, "maneuver")
     of = tr(" of {flights} flights").format(flights=flights) if flights > 1 else ""
     return f"{whole}{of}: {parts}"

@@ -87,7 +87,7 @@ def describe_maneuver(result: ManeuverResult) -> str:
     """Return ``2:M4  δr doublet  Flight E``."""
     maneuver = result.maneuver
     moved = "+".join(symbol_text(channel(name).symbol) for name in maneuver.inputs)
-    what = f"{moved or 'nothing'} {maneuver.kind}".strip()
+    what = " ".join((moved or tr("nothing"), maneuver.kind)).strip()
     return f"{maneuver.id}  {what}  {maneuver.flight}"
 
 

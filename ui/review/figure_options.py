@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from gsapp.identification.axes import AXIS_COEFFICIENTS, AXIS_TITLES
 from gsapp.quantities import name_in_text, symbol_text
 from ui.review.figure_data import FigureData, describe_maneuver, find_result, format_run_name
-from ui.translation import tr
+from ui.translation import QT_TR_NOOP, tr
 
 if TYPE_CHECKING:
     from gsapp.identification.campaign import ManeuverResult
@@ -21,7 +21,7 @@ OptionChoices = tuple[tuple[str, str], ...]
 JOINT_PREFIX = "joint "
 """Begins the key of a fit of several maneuvers together."""
 _CONDITIONS = (
-    ("number", "maneuver"),
+    ("number", QT_TR_NOOP("maneuver")),
     *((name, name_in_text(name)) for name in ("V", "alpha", "beta")),
 )
 _COEFFICIENTS = AXIS_COEFFICIENTS["both"]

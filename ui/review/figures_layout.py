@@ -138,7 +138,7 @@ class FiguresLayout(QWidget):
             choice = self.choices[option.id]
             choice.title.setText(option.title)
             choice.box.setAccessibleName(option.title)
-            choice.set_choices(option.choices, key)
+            choice.set_choices([(one, tr(words)) for one, words in option.choices], key)
         shown = {option.id for option, _ in options if option.choices}
         for name, choice in self.choices.items():
             choice.setVisible(name in shown)

@@ -396,9 +396,13 @@ class FiguresPage(ReviewStepPage):
             former, name = self._excluded, self._selection.maneuver
             now = former ^ {name}
             self._exclude(now)
-            text = f"{'include' if name in former else 'exclude'} {name}"
+            text = tr("include {name}") if name in former else tr("exclude {name}")
             self._undo_stack.push(
-                UndoCommand(text, lambda: self._exclude(former), lambda: self._exclude(now))
+                UndoCommand(
+                    text.format(name=name),
+                    lambda: self._exclude(former),
+                    lambda: self._exclude(now),
+                )
             )
             self.changed.emit()
 

@@ -156,7 +156,7 @@ def build_maneuver_table_row(row: ManeuverRow, units: str) -> TableRow:
     maneuver = row.maneuver
     color = "" if row.in_use else "muted"
     formats = {
-        place: CellFormat(color=color, detail=column.hint, is_bold=column.id == "id")
+        place: CellFormat(color=color, detail=tr(column.hint), is_bold=column.id == "id")
         for place, column in enumerate(MANEUVER_COLUMNS)
     }
     use, name, grade = (COLUMN_INDEXES[column] for column in ("use", "id", "grade"))

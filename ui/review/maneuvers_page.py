@@ -175,7 +175,7 @@ class ManeuversPage(ReviewStepPage):
         """Return how many maneuvers there are, and how many are used."""
         doing = self.opening.status_text
         if doing:
-            return StepStatus(state="unknown", text="opening", detail=doing)
+            return StepStatus(state="unknown", text=tr("opening"), detail=doing)
         rows = self.review.rows()
         if not rows:
             words = tr("no maneuver") if self.review.flights else tr("no flight")

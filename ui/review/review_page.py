@@ -229,7 +229,7 @@ class ReviewPage(MultiStepPage, JobPage):
         """Stop what runs; it may take a moment to put down what it holds."""
         self.work.cancel()
         if self.work.running:
-            self._show_progress(None, "stopping")
+            self._show_progress(None, tr("stopping"))
 
     @property
     def unfinished_work_title(self) -> tuple[str, ...]:

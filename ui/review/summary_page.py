@@ -240,7 +240,7 @@ class SummaryPage(ReviewStepPage):
             return StepStatus(state="unknown")
         wild = len(self._outcome.summary.outlying_maneuvers)
         if wild:
-            return StepStatus(state="caution", text=count_text(wild, tr("outlying maneuver")))
+            return StepStatus(state="caution", text=count_text(wild, "outlying maneuver"))
         earned = [name for name in self._outcome.summary.derivatives if not name.endswith("_0")]
         return StepStatus(state="plain", text=count_text(len(earned), "derivative"))
 

@@ -170,7 +170,7 @@ def describe_derivative(outcome: RunOutcome, name: str) -> str:
     said += [
         tr("Trend with {condition}: {verdict} (chance alone: {p_value:.2g}).").format(
             condition=channel(trend.condition).title.lower(),
-            verdict="proven" if trend.is_significant else tr("not proven"),
+            verdict=tr("proven") if trend.is_significant else tr("not proven"),
             p_value=max(trend.p_value, 1e-9),
         )
         for trend in one.trends

@@ -193,12 +193,12 @@ class ChartCanvas:
         if exposed.clip_to(header):
             painter.fillRect(_rect(header), background)
             chart_painter.draw_header(
-                painter, pen, geometry, view, model.layout.name, recording=model.recording
+                painter, pen, geometry, view, tr(model.layout.name), recording=model.recording
             )
         clock = _clock_box(geometry)
         if exposed.clip_to(clock):
             painter.fillRect(_rect(clock), background)
-            chart_painter.draw_clock(painter, pen, geometry, view, model.newest_text)
+            chart_painter.draw_clock(painter, pen, geometry, view, tr(model.newest_text))
         if exposed.clip_to(lane):
             painter.fillRect(_rect(lane), background)
             chart_painter.draw_lane(painter, pen, geometry, view, model.spans, model.marks)

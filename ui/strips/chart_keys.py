@@ -62,9 +62,7 @@ KEY_ACTIONS: tuple[KeyAction, ...] = (
         repeats=True,
     ),
     _action("set_a", QT_TR_NOOP("Set A at the cursor"), "A", "1"),
-    _action(
-        "set_b", QT_TR_NOOP("Set B where the cursor is; differences B\N{MINUS SIGN}A"), "B", "2"
-    ),
+    _action("set_b", QT_TR_NOOP("Set B where the cursor is; differences B−A"), "B", "2"),
     _action("clear", QT_TR_NOOP("Clear the cursors, show all charts"), "Esc"),
     _action("mark", QT_TR_NOOP("Mark this moment"), "M"),
 )

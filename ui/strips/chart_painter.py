@@ -151,7 +151,7 @@ def measure_column_widths(
     if width < pen.px(760):
         # Little room, as at 250 %: titles give way first.
         names = min(names, pen.px(84))
-    tag = pen.width("uncal", _LABEL_SIZE) + pen.px(12)
+    tag = pen.width(tr("uncal"), _LABEL_SIZE) + pen.px(12)
     return ColumnWidths(
         gutter=pen.px(22) if any(group_names) else pen.px(8),
         names=math.ceil(names) + pen.px(8),
@@ -411,10 +411,10 @@ def _draw_tags(
     tags: list[tuple[str, str, str]] = []
     if reading.state:
         fill = theme.warning_fill if reading.state == "warning" else theme.caution_fill
-        sign = "▲" if reading.state_text == "HIGH" else "▼"
+        sign = "▲" if reading.state_text == tr("HIGH") else "▼"
         tags.append((f"{sign} {reading.state_text}", theme.fill_text, fill))
     if reading.uncalibrated:
-        tags.append(("uncal", theme.caution, ""))
+        tags.append((tr("uncal"), theme.caution, ""))
     if reading.extrapolated:
         # In two lines: beside each other they reach into a long number.
         first, second = BEYOND_CALIBRATION_TEXT.split()
@@ -423,7 +423,7 @@ def _draw_tags(
             (second, theme.caution, ""),
         ]
     if reading.estimated:
-        tags.append(("est", theme.muted, ""))
+        tags.append((tr("est"), theme.muted, ""))
     fitting = max(int(cell.height() // pen.px(15)), 1)
     tags = tags[:fitting]
     for place, (word, color, fill) in enumerate(tags):
@@ -575,9 +575,7 @@ def visible_time_text(view: StripView) -> str:
     sight = tr("{window} shown").format(window=time_span_text(view.window))
     if a is None or b is None:
         return sight
-    return tr("B{minus}A {number} s \N{MIDDLE DOT} {sight}").format(
-        minus=MINUS, number=number_text(b - a, 2), sight=sight
-    )
+    return tr("B−A {number} s · {sight}").format(number=number_text(b - a, 2), sight=sight)
 
 
 def draw_lane(

@@ -64,7 +64,9 @@ class StatusItemWidget(QWidget):
     def _describe(self) -> None:
         part = self.item
         text = f"{part.title} {part.value} {part.note}".strip()
-        self.setAccessibleName(text if part.state in ("plain", "good") else f"{text}, {part.state}")
+        self.setAccessibleName(
+            text if part.state in ("plain", "good") else f"{text}, {tr(part.state)}"
+        )
         self.setAccessibleDescription(part.detail)
         self.setToolTip(part.detail)
 

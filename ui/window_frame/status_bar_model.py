@@ -135,20 +135,29 @@ def _link(facts: StatusBarData) -> StatusItem:
     link = facts.link
     if link is None:
         return StatusItem(
-            id="link", title="LINK", value="none", state="plain", detail=tr("No link."), width=176
+            id="link",
+            title=tr("LINK"),
+            value=tr("none"),
+            state="plain",
+            detail=tr("No link."),
+            width=176,
         )
     port = facts.recorder.source_state if facts.recorder is not None else ""
     said = (link.problem, *link.remarks, f"{port}." if port else "")
     remarks = " ".join(filter(None, said))
     state = _STATES[link.severity]
-    name = "LINK" if link.system is None else tr("LINK  SYSTEM {system}").format(system=link.system)
+    name = (
+        tr("LINK")
+        if link.system is None
+        else tr("LINK  SYSTEM {system}").format(system=link.system)
+    )
     if facts.replay:
         value = percent_text(link.loss) if link.good or link.lost else DASH
         return StatusItem(
             id="link",
             title=tr("{name}  AS RECORDED").format(name=name),
             value=value,
-            note="lost",
+            note=tr("lost"),
             state="plain",
             width=176,
             detail=(
@@ -220,7 +229,7 @@ def _recorder(facts: StatusBarData) -> StatusItem:
         return StatusItem(
             id="record",
             title=tr("REC"),
-            value="stopped" if stopped else "off",
+            value=tr("stopped") if stopped else tr("off"),
             state="plain",
             width=192,
             detail=tr("Not recording."),
@@ -229,7 +238,7 @@ def _recorder(facts: StatusBarData) -> StatusItem:
     free = bytes_text(disk.free_bytes) if disk is not None else DASH
     severity = recorder.severity
     note = tr("{state}, {free} left").format(
-        state="growing" if recorder.growing else "idle", free=free
+        state=tr("growing") if recorder.growing else tr("idle"), free=free
     )
     if disk is not None and disk.severity > severity:
         severity = disk.severity
@@ -298,7 +307,7 @@ def _calibration(facts: StatusBarData) -> StatusItem:
     return StatusItem(
         id="calibration",
         title=tr("CALIBRATION  OTHER") if other else tr("CALIBRATION"),
-        value=facts.calibration or "none",
+        value=facts.calibration or tr("none"),
         note="" if state == "plain" else note,
         state="caution" if other and state == "good" else state,
         width=144 if other else 128,
@@ -317,7 +326,7 @@ def _alarms(facts: StatusBarData) -> StatusItem:
         )  # fmt: skip
     if not alarms.sentences:
         standing = alarms.active
-        value = tr("{standing} seen").format(standing=standing) if standing else "none"
+        value = tr("{standing} seen").format(standing=standing) if standing else tr("none")
         return StatusItem(
             id="alarms", title=tr("ALARMS"), value=value, width=184, stretches=True,
             state="caution" if standing else ("good" if facts.name else "plain"),
@@ -328,7 +337,7 @@ def _alarms(facts: StatusBarData) -> StatusItem:
     count = len(alarms.sentences)
     return StatusItem(
         id="alarms",
-        title=count_text(count, tr("ALARM"), tr("ALARMS")),
+        title=count_text(count, "ALARM"),
         hint=tr("K acknowledges"),
         value=alarms.sentences[0],
         state="warning" if alarms.severe else "caution",
@@ -347,7 +356,7 @@ def _sound(facts: StatusBarData) -> StatusItem:
     return StatusItem(
         id="sound",
         title=tr("SOUND"),
-        value="off" if facts.muted else "on",
+        value=tr("off") if facts.muted else tr("on"),
         state="caution" if facts.muted else "plain",
         width=64,
         detail=tr("Alarm sound off.") if facts.muted else tr("Alarm sound on."),
