@@ -1,7 +1,8 @@
 """The window in a made-up language: every text of `ui` that it shows comes from a translation.
 
-The language is what ``pyside6-lupdate`` finds, each text in brackets. Exempt are texts of `gsapp`
-and `calibration`, digits, units, names of channels, derivatives, keys and files.
+The language is what ``pyside6-lupdate`` finds, each text in brackets ⟦⟧ and each field in ⟪⟫: the
+value of a field must be translated, too. Exempt are texts of `gsapp` and `calibration`, digits,
+units, names of channels, derivatives, keys and files.
 """
 
 import ast
@@ -23,6 +24,7 @@ import calibration
 import gsapp
 import ui
 from gsapp.quantities import CHANNELS
+from tests.ui import pilot_kit
 from tests.ui.shown_text import PaintedText
 from tests.ui.window_walk import Walk, filled_window
 from ui import translation
@@ -42,17 +44,18 @@ SETTERS = {
     "getExistingDirectory", "BackgroundJob", "UndoCommand",
 }  # fmt: skip
 """What shows the texts that it is given."""
-NAMES = {"Python: ", "Qt: ", "LINK", "RMS", "Theil", "US", "SI", *CHANNELS}
-"""Names in every language."""
-_BRACKETS = re.compile(r"⟦[^⟦⟧]*⟧")
-_BREAKS = re.compile(r"\x00|\n|[:;,.] | · | {2,}")
+NAMES = {"Python", "Python: ", "Qt", "Qt: ", "LINK", "RMS", "Theil", "US", "SI", "GB", *CHANNELS}
+"""The same in every language."""
+_FIELD = re.compile(r"\{[^{}]*(?:\{[^{}]*\}[^{}]*)*\}")
+_TRANSLATED = re.compile(r"⟦([^⟦⟧]*)⟧")
+_BREAKS = re.compile(r"[\x00⟪⟫\n]|[:;,.] | · | \(| {2,}")
 _EDGES = string.whitespace + string.digits + "·:;,.()…–&"
 _WORD = re.compile(r"[^\W\d_]{2,}")
 
 
 def modules(*packages: Path) -> Iterator[tuple[Path, ast.Module]]:
     for package in packages:
-        for path in sorted(package.rglob("*.py")):
+        for path in sorted(package.rglob("*.py")) or [package]:
             yield path, ast.parse(path.read_text(encoding="utf-8"))
 
 
@@ -131,7 +134,8 @@ def language(tmp_path_factory: pytest.TempPathFactory) -> Path:
     for message in tree.iter("message"):
         target = message.find("translation")
         assert target is not None
-        target.text = f"⟦{message.findtext('source')}⟧"
+        text = _FIELD.sub(r"⟪\g<0>⟫", message.findtext("source") or "")
+        target.text = f"⟦{text}⟧"
         del target.attrib["type"]
     tree.write(file, encoding="utf-8")
     release = [SCRIPTS / "pyside6-lrelease", "-silent", file, "-qm", folder / "gsapp_eo.qm"]
@@ -161,18 +165,27 @@ def test_a_language_without_a_file_leaves_the_window_in_english(
 
 
 def test_a_text_is_translated_and_its_fields_are_filled(translated: None) -> None:
-    assert tr("Reading {name}").format(name="a.csv") == "⟦Reading a.csv⟧"
+    assert tr("Reading {name}").format(name="a.csv") == "⟦Reading ⟪a.csv⟫⟧"
     assert tr("nothing that the window says") == "nothing that the window says"
     assert tr("") == ""
+
+
+def _values(translated: re.Match[str]) -> str:
+    """Return what the fields of a translated text hold."""
+    return "\x00".join(["", *re.findall(r"⟪([^⟪⟫]*)⟫", translated[1]), ""])
+
+
+def _is_key(text: str) -> bool:
+    return text.startswith(("Ctrl+", "Alt+", "Shift+")) or QKeySequence(text).toString() == text
 
 
 def untranslated(text: str, literals: set[str], exempt: set[str]) -> str | None:
     """Return the literal of `ui` that stands in a text outside all brackets."""
     former = ""
     while text != former:
-        former, text = text, _BRACKETS.sub("\x00", text)
+        former, text = text, _TRANSLATED.sub(_values, text)
     for piece in (one.strip(_EDGES) for one in _BREAKS.split(text)):
-        if piece in literals and piece not in exempt and QKeySequence(piece).isEmpty():
+        if piece in literals and piece not in exempt and not _is_key(piece):
             return piece
     return None
 
@@ -186,10 +199,11 @@ def test_all_that_the_window_shows_is_translated(
         for text in shown_strings(tree)
         if _WORD.search(text)
     }
-    core = (Path(package.__file__).parent for package in (gsapp, calibration))
+    core = (Path(one.__file__) for one in (gsapp, calibration))
+    given = (*(path.parent for path in core), Path(pilot_kit.__file__))
     exempt = {
         piece.strip(_EDGES)
-        for _path, tree in modules(*core)
+        for _path, tree in modules(*given)
         for text in shown_strings(tree)
         for piece in _BREAKS.split(text)
     }

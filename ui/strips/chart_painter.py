@@ -17,7 +17,6 @@ from ui.fonts import sans_serif_font
 from ui.icons import paint_indicator
 from ui.number_format import (
     DASH,
-    MINUS,
     clock_text,
     elapsed_text,
     number_text,
