@@ -386,7 +386,7 @@ def _drop_invalid_values(content: dict[str, Any]) -> tuple[Settings, tuple[str, 
             }
             bad += [key for key, unknown in dropped.items() if key and not unknown]
             if not any(dropped):
-                return Settings(), (*bad, "all of them")
+                return Settings(), (*bad, tr("all of them"))
 
 
 def _drop(content: dict[str, Any], location: Sequence[int | str]) -> str:

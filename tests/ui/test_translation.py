@@ -46,6 +46,23 @@ SETTERS = {
 """What shows the texts that it is given."""
 NAMES = {"Python", "Python: ", "Qt", "Qt: ", "LINK", "RMS", "Theil", "US", "SI", "GB", *CHANNELS}
 """The same in every language."""
+SILENT_CALLS = {
+    "info", "warning", "error", "compile", "startswith", "setStyleSheet", "send_line", "_command",
+    "acknowledge", "count_text", "Thread", "ValueError", "IndexError",
+}  # fmt: skip
+"""What writes a log, asks for a pattern, tells a programmer, or translates."""
+SILENT_MODULES = {
+    "app.py", "display_check.py", "fonts.py", "style_sheet.py", "practice_bench.py", "speaker.py",
+    "tone_player.py", "screen_saver_inhibitor.py", "gap_worker.py", "onboard_log_worker.py",
+}  # fmt: skip
+"""Of terminals, of other programs, and of processes that have no language."""
+SILENT_TEXTS = {
+    " model gap.html", " report.html", "test cards.toml", " trial ", "next flight", " min",
+    ", | and ", "the run is not kept", "wrong side", "no data", "no aircraft", "not read",
+    "catching up", "Sans Serif", "roll rate", "yaw rate",
+}  # fmt: skip
+"""Names of files, units, and words of `gsapp`."""
+_WORDS = re.compile(r"[A-Za-z]{2,}[,:;.]? [A-Za-z]|^ [a-z]{3}")
 _FIELD = re.compile(r"\{[^{}]*(?:\{[^{}]*\}[^{}]*)*\}")
 _TRANSLATED = re.compile(r"⟦([^⟦⟧]*)⟧")
 _BREAKS = re.compile(r"[\x00⟪⟫\n]|[:;,.] | · | \(| {2,}")
@@ -72,9 +89,9 @@ def calls(tree: ast.AST, names: set[str]) -> Iterator[ast.Call]:
             yield node
 
 
-def shown_strings(tree: ast.AST) -> Iterator[str]:
-    """Yield the literals of a module that are neither documentation nor dictionary keys."""
-    other = {node.value for node in ast.walk(tree) if isinstance(node, ast.Expr)}
+def shown_strings(tree: ast.AST, other: frozenset[ast.AST] = frozenset()) -> Iterator[str]:
+    """Yield the literals that are neither documentation, nor dictionary keys, nor in `other`."""
+    other = other | {node.value for node in ast.walk(tree) if isinstance(node, ast.Expr)}
     other |= {key for node in ast.walk(tree) if isinstance(node, ast.Dict) for key in node.keys}
     for node in ast.walk(tree):
         if isinstance(node, ast.Constant) and isinstance(node.value, str) and node not in other:
@@ -108,6 +125,21 @@ def test_no_literal_goes_straight_to_the_screen() -> None:
         for text in bare_texts(argument)
         if _WORD.search(text) and (" " in text or text[0].isupper()) and text not in NAMES
     ]
+    assert not found, "\n".join(found)
+
+
+def test_every_text_of_several_words_is_marked() -> None:
+    found = []
+    for path, tree in modules(FOLDER):
+        silent = frozenset(
+            part for call in calls(tree, SILENT_CALLS | MARKS) for part in ast.walk(call)
+        )
+        if path.name not in SILENT_MODULES:
+            found += [
+                f"{path.relative_to(FOLDER)} {text!r}"
+                for text in shown_strings(tree, silent)
+                if _WORDS.search(text) and text not in SILENT_TEXTS
+            ]
     assert not found, "\n".join(found)
 
 

@@ -64,7 +64,7 @@ class GapPage(JobPage):
         faults: ErrorReporter,
         engine: JobRunner | None = None,
     ) -> None:
-        super().__init__(tr("Model gap"), actions, look, store, banners, "search", "gap_cancel")
+        super().__init__(tr("Model gap"), actions, look, store, banners, tr("search"), "gap_cancel")
         self._faults = faults
         self._open: Path | None = None
         self._trial: BackgroundJob | None = None

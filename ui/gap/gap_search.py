@@ -20,7 +20,7 @@ _RESULT_CACHE_SIZE = 8
 
 def create_search_job_runner() -> ProcessJobRunner:
     """Return the process that searches; it begins with its first job."""
-    return ProcessJobRunner(serve_gap_jobs, name="search", remedy=tr("use fewer flights"))
+    return ProcessJobRunner(serve_gap_jobs, name=tr("search"), remedy=tr("use fewer flights"))
 
 
 class GapSearch(QObject):
@@ -78,7 +78,7 @@ class GapSearch(QObject):
 
     def search(self, request: GapRequest) -> None:
         """Search flights from the beginning."""
-        self._look(request, EffectDecisions(), tr("Searching for missing effects"), "search")
+        self._look(request, EffectDecisions(), tr("Searching for missing effects"), tr("search"))
 
     def refuse(self, effect: str, title: str) -> None:
         """Search again without an effect."""

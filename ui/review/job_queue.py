@@ -16,7 +16,7 @@ from ui.translation import tr
 
 def create_review_job_runner() -> ProcessJobRunner:
     """Return the process of the review; it begins with its first job."""
-    return ProcessJobRunner(serve_review_jobs, name="work", remedy=tr("use fewer flights"))
+    return ProcessJobRunner(serve_review_jobs, name=tr("work"), remedy=tr("use fewer flights"))
 
 
 class RunnableJob(Protocol):

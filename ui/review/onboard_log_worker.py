@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from ui.job_process.job_runner import ProcessJobRunner
 from ui.job_process.job_server import JobProgressCallback, StopEvent, serve_jobs
 from ui.review.onboard_log_job import OnboardLogJob, OnboardLogResult
-from ui.translation import QT_TR_NOOP
+from ui.translation import QT_TR_NOOP, tr
 
 if TYPE_CHECKING:
     from gsapp.flight.onboard_log.log_storage import InstalledLog
@@ -28,8 +28,8 @@ def create_log_job_runner() -> ProcessJobRunner:
     """Return the process; it begins with its first job."""
     return ProcessJobRunner(
         serve_log_jobs,
-        name="work on the log",
-        remedy=("start again: the received part of the log is kept"),
+        name=tr("work on the log"),
+        remedy=tr("start again: the received part of the log is kept"),
     )
 
 

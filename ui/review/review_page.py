@@ -71,7 +71,7 @@ class ReviewPage(MultiStepPage, JobPage):
         faults: ErrorReporter,
         engine: JobRunner | None = None,
     ) -> None:
-        super().__init__(tr("Review"), actions, look, store, banners, "work", "review_cancel")
+        super().__init__(tr("Review"), actions, look, store, banners, tr("work"), "review_cancel")
         self._faults = faults
         self._review: Review | None = None
         self._open: Path | None = None

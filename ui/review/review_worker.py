@@ -150,7 +150,7 @@ class ReviewJobHandler:
         share = done / total if total else 1.0
         self._tell(
             _READ_SHARE + (_FIT_SHARE - _READ_SHARE) * share,
-            what or (QT_TR_NOOP("computing the summary")),
+            what or QT_TR_NOOP("computing the summary"),
         )
         return True
 

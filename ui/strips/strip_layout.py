@@ -97,8 +97,10 @@ class Strip(StrictModel):
     def _must_fit_together(self) -> Strip:
         quantities = {channel(trace.channel).quantity for trace in self.traces}
         if len(quantities) > 1:
-            names = " and ".join(sorted(quantities))
-            raise ValueError(f"one chart cannot show {names}; give each quantity its own chart")
+            raise ValueError(
+                f"one chart cannot show {' and '.join(sorted(quantities))}; give each quantity its "
+                "own chart"
+            )
         if self.range == "fixed" and (
             self.low is None or self.high is None or not self.low < self.high
         ):
@@ -146,7 +148,7 @@ class StripLayout(StrictModel):
         From top to bottom.
     """
 
-    name: str = "Flight test"
+    name: str = QT_TR_NOOP("Flight test")
     window: Annotated[float, Field(gt=0.0)] = 60.0
     groups: tuple[StripGroup, ...] = ()
 
