@@ -29,7 +29,7 @@ def install_translator(
     locale: QLocale | None = None,
     folder: Path = _FOLDER,
 ) -> None:
-    """Load the texts of the window, and those of Qt, in a language if there are any.
+    """Load the texts of the window, and with them those of Qt, in a language that has any.
 
     Parameters
     ----------
@@ -44,12 +44,9 @@ def install_translator(
     from PySide6.QtCore import QLibraryInfo, QLocale, QTranslator
 
     locale = locale or QLocale()
-    of_qt = QTranslator(application)
-    if of_qt.load(
-        locale, "qtbase", "_", QLibraryInfo.path(QLibraryInfo.LibraryPath.TranslationsPath)
-    ):
-        application.installTranslator(of_qt)
-    ours = QTranslator(application)
-    if ours.load(locale, "gsapp", "_", str(folder)):
-        application.installTranslator(ours)
-        _translator = ours
+    translator, of_qt = QTranslator(application), QTranslator(application)
+    if translator.load(locale, "gsapp", "_", str(folder)):
+        _translator = translator
+        places = QLibraryInfo.path(QLibraryInfo.LibraryPath.TranslationsPath)
+        if of_qt.load(locale, "qtbase", "_", places):
+            application.installTranslator(of_qt)
