@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 from gsapp.foundation import GroundStationError
 from gsapp.foundation.process_shutdown import exit_deadline, on_termination_signal
 from ui.display_check import offscreen_font_folder, require_display
+from ui.translation import install_translator, tr
 
 if TYPE_CHECKING:
     from PySide6.QtWidgets import QApplication
@@ -68,8 +69,9 @@ def create_application() -> QApplication:
         Qt.HighDpiScaleFactorRoundingPolicy.PassThrough
     )
     application = QApplication([sys.argv[0] if sys.argv else "gsapp"])
+    install_translator(application)
     application.setApplicationName("gsapp")
-    application.setApplicationDisplayName("Ground station")
+    application.setApplicationDisplayName(tr("Ground station"))
     application.setDesktopFileName("gsapp")
     # The same on all systems; the style sheet does the rest.
     application.setStyle("Fusion")

@@ -17,6 +17,7 @@ from ui.settings import SettingsStore
 from ui.style_sheet import create_style_sheet
 from ui.style_sheet_icons import style_sheet_icons
 from ui.theme import THEMES, theme_title
+from ui.translation import tr
 from ui.window_frame.banners import Banner, BannerStack
 
 
@@ -88,7 +89,9 @@ class AppearanceController(QObject):
             self._announced = chosen
             if self._banner is not None:
                 self._banners.remove(self._banner)
-            self._banner = self._banners.show_banner("note", f"{theme_title(chosen)} theme.")
+            self._banner = self._banners.show_banner(
+                "note", tr("{theme} theme.").format(theme=theme_title(chosen))
+            )
 
     def edit_settings(self) -> None:
         """Ask for what is remembered, and put it in force."""

@@ -10,6 +10,7 @@ from typing import Any
 from PySide6.QtCore import QObject, Qt, QTimer, Signal
 
 from ui.number_format import duration_text
+from ui.translation import tr
 
 _REPORT_SECONDS = 0.05
 """A work that reports more often than this would drown the window in signals."""
@@ -152,7 +153,9 @@ class BackgroundJob(QObject):
         sentence = doing
         elapsed = now - self._started
         if share is not None and share > 0.02 and elapsed > 0.5:
-            sentence = f"{doing} · {duration_text(elapsed * (1.0 - share) / share)} left"
+            sentence = tr("{doing} · {duration} left").format(
+                doing=doing, duration=duration_text(elapsed * (1.0 - share) / share)
+            )
         self.progressed.emit(share, sentence)
 
     def _finish(self, result: object, error: BaseException | None) -> None:

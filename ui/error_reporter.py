@@ -16,6 +16,7 @@ from PySide6.QtCore import QObject, Qt, Signal
 
 from gsapp.foundation import GroundStationError
 from ui.commands import shortcut_text
+from ui.translation import tr
 
 log = logging.getLogger("ui.error_reporter")
 
@@ -50,15 +51,19 @@ def create_error_report(error: BaseException) -> ErrorReport:
     if isinstance(error, OSError) and error.strerror:
         where = f"{error.filename}: " if error.filename else ""
         return ErrorReport(
-            message=f"{where}{error.strerror}. Check that the path exists and its permissions.",
+            message=tr("{where}{strerror}. Check that the path exists and its permissions.").format(
+                where=where, strerror=error.strerror
+            ),
             details=details,
             is_expected=True,
         )
-    words = str(error).splitlines()[0] if str(error) else "no details"
+    words = str(error).splitlines()[0] if str(error) else tr("no details")
     return ErrorReport(
         message=(
-            f"Internal error ({type(error).__name__}: {words}). Recording is not affected. "
-            f"{shortcut_text('Ctrl+Shift+C')} copies the details for a report."
+            tr(
+                "Internal error ({name}: {words}). Recording is not affected. "
+                "{keys} copies the details for a report."
+            ).format(name=type(error).__name__, words=words, keys=shortcut_text("Ctrl+Shift+C"))
         ),
         details=details,
         is_expected=False,

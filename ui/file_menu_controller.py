@@ -32,6 +32,7 @@ from ui.job_banner_controller import JobBannerController
 from ui.number_format import clock_text
 from ui.recording_setup import PendingFlight, RunningRecorder
 from ui.settings import SettingsStore, initial_dialog_folder, recording_folder
+from ui.translation import tr
 from ui.window_frame.banners import Banner, BannerStack
 
 
@@ -246,13 +247,15 @@ class FileMenuController(QObject):
         if not self._found:
             return
         newest = self._found[0]
-        others = f" ({len(self._found) - 1} more)" if len(self._found) > 1 else ""
+        others = (
+            tr(" ({count} more)").format(count=len(self._found) - 1) if len(self._found) > 1 else ""
+        )
         self._offer = self._banners.show_banner(
             "note",
-            f"{newest.name} is being recorded from {newest.link}{others}. "
-            f"{shortcut_text('Ctrl+R')} "
-            "attaches.",
-            ("Attach", self.attach),
+            tr("{name} is being recorded from {link}{others}. {keys} attaches.").format(
+                name=newest.name, link=newest.link, others=others, keys=shortcut_text("Ctrl+R")
+            ),
+            (tr("Attach"), self.attach),
         )
 
     def attach(self) -> None:
@@ -263,7 +266,10 @@ class FileMenuController(QObject):
             self._offer = None
         if not self._found:
             self._banners.show_banner(
-                "note", f"No recorder is running. {shortcut_text('Ctrl+L')} connects an aircraft."
+                "note",
+                tr("No recorder is running. {keys} connects an aircraft.").format(
+                    keys=shortcut_text("Ctrl+L")
+                ),
             )
             return
         self._desk.flight_opener.attach(self._found[0])
@@ -278,11 +284,11 @@ class FileMenuController(QObject):
         menu.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         for found in others:
             menu.addAction(
-                f"Attach to {found.name} ({found.link})",
+                tr("Attach to {name} ({link})").format(name=found.name, link=found.link),
                 partial(self._desk.flight_opener.attach, found),
             )
         if not others:
-            menu.addAction("No other recorder is running").setEnabled(False)
+            menu.addAction(tr("No other recorder is running")).setEnabled(False)
         menu.popup(QCursor.pos())
 
     def offer_end(self, landed_at: float | None) -> None:
@@ -294,21 +300,23 @@ class FileMenuController(QObject):
             at = clock_text(landed_at, decimals=1)
             self._landed = self._banners.show_banner(
                 "note",
-                f"{self._desk.name} landed at {at}. Still recording.",
-                ("End flight and review", self.end_flight),
+                tr("{name} landed at {at}. Still recording.").format(name=self._desk.name, at=at),
+                (tr("End flight and review"), self.end_flight),
             )
             self.remove_with_flight(self._landed)
 
     def end_flight(self) -> None:
         """End the recording, and review the flight once it is complete; ask before a landing."""
-        if self._landed is None and not ask_stop(self._window, self._desk.name or "this flight"):
+        if self._landed is None and not ask_stop(
+            self._window, self._desk.name or tr("this flight")
+        ):
             return
         self._review_when_ended = True
         self._desk.recorders.stop_recording()
 
     def stop_recording(self) -> None:
         """Ask, and end the recording."""
-        if ask_stop(self._window, self._desk.name or "this flight"):
+        if ask_stop(self._window, self._desk.name or tr("this flight")):
             self._desk.recorders.stop_recording()
 
     # A flight that was
@@ -320,7 +328,7 @@ class FileMenuController(QObject):
 
     def open_folder(self) -> None:
         """Ask for a flight folder and open it."""
-        if path := ask_flight_folder(self._window, "Open a flight folder", self._store.current):
+        if path := ask_flight_folder(self._window, tr("Open a flight folder"), self._store.current):
             self.open_path(path)
 
     def open_path(self, path: Path) -> None:
@@ -335,15 +343,17 @@ class FileMenuController(QObject):
         else:
             self._banners.show_banner(
                 "note",
-                f"One flight opens at a time, and {len(paths)} were dropped; use Review "
-                f"({shortcut_text('F4')}) for several.",
+                tr(
+                    "One flight opens at a time, and {count} were dropped; use Review "
+                    "({keys}) for several."
+                ).format(count=len(paths), keys=shortcut_text("F4")),
             )
 
     def offer_channel_map(self, path: Path, why: str) -> None:
         """Say that a file needs a channel map, and offer to choose one."""
         self.remove_with_flight(
             self._banners.show_banner(
-                "caution", why, ("Choose a channel map…", lambda: self._ask_map(path))
+                "caution", why, (tr("Choose a channel map…"), lambda: self._ask_map(path))
             )
         )
 
@@ -370,7 +380,11 @@ class FileMenuController(QObject):
         It is read once now, so that it opens in a moment when the crew reviews it. What may be
         wrong with it is said then.
         """
-        BackgroundJob(f"Reading {folder.name}", lambda _progress: load_flight(folder), self).start()
+        BackgroundJob(
+            tr("Reading {name}").format(name=folder.name),
+            lambda _progress: load_flight(folder),
+            self,
+        ).start()
         self.offer_end(None)
         if self._review_when_ended:
             self._review_when_ended = False
@@ -379,9 +393,9 @@ class FileMenuController(QObject):
         self.remove_with_flight(
             self._banners.show_banner(
                 "note",
-                f"The recording of {folder.name} has ended.",
-                ("Review it", lambda: self.review_requested.emit(folder)),
-                ("Replay it", lambda: self._desk.flight_opener.open_flight(folder)),
+                tr("The recording of {name} has ended.").format(name=folder.name),
+                (tr("Review it"), lambda: self.review_requested.emit(folder)),
+                (tr("Replay it"), lambda: self._desk.flight_opener.open_flight(folder)),
             )
         )
 
@@ -393,10 +407,10 @@ class FileMenuController(QObject):
         if dialog.exec():
             kind, path = dialog.request
             work = BackgroundJob(
-                f"Exporting to {path.name}",
+                tr("Exporting to {name}").format(name=path.name),
                 lambda progress: self._desk.export(kind, path, progress),
                 self,
             )
             work.failed.connect(self._desk.error_reporter.report)
-            self.jobs.show_job(work, f"Exported to {path}.")
+            self.jobs.show_job(work, tr("Exported to {path}.").format(path=path))
             work.start()

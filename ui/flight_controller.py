@@ -22,6 +22,7 @@ from ui.recorder_controller import RecorderController
 from ui.recording_setup import PendingFlight
 from ui.session_poller import SessionPoller
 from ui.settings import SettingsStore
+from ui.translation import tr
 
 _SETTLING_MS = 500
 """From the opening of a flight until its charts stand."""
@@ -208,7 +209,10 @@ class FlightController(QObject):
         if chosen is not None and chosen != self._system:
             self._system = chosen
             self.message_posted.emit(
-                "note", f"System {chosen} is now the flown system of {session.name}."
+                "note",
+                tr("System {chosen} is now the flown system of {name}.").format(
+                    chosen=chosen, name=session.name
+                ),
             )
             self.flight_opener.reload(session, session.calibration.override_source or None)
 
@@ -256,17 +260,19 @@ class FlightController(QObject):
         """Write the open flight for other programs; called in the thread of a work."""
         session = self.session
         if session is None:
-            raise FlightError("no flight is open; nothing to export")
+            raise FlightError(tr("no flight is open; nothing to export"))
         decoder = session.decoder
-        progress(None, "reading the record")
+        progress(None, tr("reading the record"))
         flight = load_flight(
             session.path,
             channel_map=None if decoder is None else decoder.channel_map,
             certificates=session.calibration.override_source or None,
         )
         if not len(flight.block):
-            raise FlightError(f"{session.name} holds no samples yet; nothing to export")
-        words = f"writing {len(flight.block):,} rows"
+            raise FlightError(
+                tr("{name} holds no samples yet; nothing to export").format(name=session.name)
+            )
+        words = tr("writing {count:,} rows").format(count=len(flight.block))
         progress(0.0, words)
         return write_block(
             path, flight.block, kind, self._store.current.units.lower(),

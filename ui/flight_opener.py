@@ -41,6 +41,7 @@ from ui.settings import (
     recording_folder,
     writable_folder,
 )
+from ui.translation import tr
 
 log = logging.getLogger(__name__)
 
@@ -209,9 +210,11 @@ class FlightOpener(QObject):
         A card that cannot be read holds up no recording.
         """
         if not request.append:
-            check_not_finished(request.folder, "choose a new name")
+            check_not_finished(request.folder, tr("choose a new name"))
         if record_state(request.folder) == "interrupted":
-            words = f"The recorder of {request.folder.name} ended unexpectedly; continuing it."
+            words = tr("The recorder of {name} ended unexpectedly; continuing it.").format(
+                name=request.folder.name
+            )
             self.message_posted.emit("note", words)
         if not request.folder.exists():
             begun.folder = request.folder
@@ -225,7 +228,7 @@ class FlightOpener(QObject):
             self._faults.report(error)
         if request.system is not None:
             EventLog(events_path(folder.path)).append(vehicle_event(request.system))
-        progress(None, "starting the recorder")
+        progress(None, tr("starting the recorder"))
         begun.recorder = start_recorder(request.link, request.folder)
 
     def connect_link(
@@ -332,14 +335,14 @@ class FlightOpener(QObject):
                 except BaseException:
                     # What failed is undone, too: no window shows the recorder it has started, and
                     # that would hold the link against the next attempt.
-                    self._undo(begun, "cancelled" if progress.is_canceled else "given up")
+                    self._undo(begun, tr("cancelled") if progress.is_canceled else tr("given up"))
                     if not progress.is_canceled and begun.has_flight_folder:
                         self._begin_the_next(begun)
                     raise
             return begun
 
         self.cancel()
-        work = BackgroundJob(f"Opening {name}", run, self, may_hang=True)
+        work = BackgroundJob(tr("Opening {name}").format(name=name), run, self, may_hang=True)
         self._work, self._records = work, records
         work.done.connect(lambda begun: self._give(begun, back_to))
         work.discarded.connect(self._drop)
@@ -365,12 +368,14 @@ class FlightOpener(QObject):
             wanted.append(self._records)
         if begun.recorder is not None and begun.recorder.folder in map(Path.absolute, wanted):
             begun.recorder = begun.folder = None  # another connection has joined it
-        Thread(target=self._undo, args=(begun, "cancelled"), name="undoing").start()
+        Thread(target=self._undo, args=(begun, tr("cancelled")), name="undoing").start()
 
     def _undo(self, begun: PendingFlight, why: str) -> None:
         """End what was set going; called in a thread."""
         if begun.undo() and begun.folder is not None:
-            words = f"Data received before the flight was {why} is in {begun.folder}."
+            words = tr("Data received before the flight was {why} is in {folder}.").format(
+                why=why, folder=begun.folder
+            )
             self.message_posted.emit("note", words)
 
     def _give(self, begun: PendingFlight, back_to: float | None) -> None:

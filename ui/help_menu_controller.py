@@ -15,6 +15,7 @@ from ui.dialogs.shortcuts import ShortcutsDialog
 from ui.display_style import DisplayStyle
 from ui.error_reporter import ErrorReporter
 from ui.settings import SettingsStore
+from ui.translation import tr
 from ui.window_frame.banners import BannerStack
 
 
@@ -51,7 +52,7 @@ class HelpMenuController(QObject):
         """Open the user guide in a window of its own."""
         folder = guide_folder()
         if folder is None:
-            self._banners.show_banner("caution", "The user guide is not installed.")
+            self._banners.show_banner("caution", tr("The user guide is not installed."))
             return
         GuideWindow(self._look, folder, self._window).show()
 
@@ -65,7 +66,7 @@ class HelpMenuController(QObject):
         """Put the details of the last error on the clipboard."""
         report = self._faults.last_report
         if report is None:
-            self._banners.show_banner("note", "There was no error.")
+            self._banners.show_banner("note", tr("There was no error."))
             return
         QGuiApplication.clipboard().setText(report.details)
-        self._banners.show_banner("note", "The details of the last error are on the clipboard.")
+        self._banners.show_banner("note", tr("The details of the last error are on the clipboard."))

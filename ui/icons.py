@@ -9,7 +9,11 @@ from typing import Literal
 from PySide6.QtCore import QPointF, QRectF, Qt
 from PySide6.QtGui import QColor, QIcon, QPainter, QPainterPath, QPen, QPixmap, QPolygonF
 
+from ui.translation import QT_TR_NOOP
+
 IndicatorState = Literal["plain", "good", "caution", "warning", "unknown"]
+STATE_TITLES = (QT_TR_NOOP("caution"), QT_TR_NOOP("warning"), QT_TR_NOOP("unknown"))
+"""What a screen reader says of a state."""
 
 
 def _check(path: QPainterPath) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from PySide6.QtCore import QObject, QTimer
 
 from ui.background_job import BackgroundJob
+from ui.translation import tr
 from ui.window_frame.banners import Banner, BannerStack
 
 _SHORT_JOB_MS = 300
@@ -58,7 +59,7 @@ class JobBannerController(QObject):
 
         def begin() -> None:
             if job.is_running:
-                shown.append(self._banners.show_banner("work", title, ("Cancel", cancel)))
+                shown.append(self._banners.show_banner("work", title, (tr("Cancel"), cancel)))
 
         def show_progress(share: float | None, words: str) -> None:
             for banner in shown:
@@ -77,7 +78,13 @@ class JobBannerController(QObject):
         job.done.connect(lambda _result: end(done))
         job.discarded.connect(lambda _result: made.append(True))
         job.canceled.connect(
-            lambda: end(done if made and done else f"{job.title}: cancelled." if asked else "")
+            lambda: end(
+                done
+                if made and done
+                else tr("{title}: cancelled.").format(title=job.title)
+                if asked
+                else ""
+            )
         )
         job.failed.connect(lambda _error: end(""))
         QTimer.singleShot(_SHORT_JOB_MS, begin)

@@ -41,6 +41,7 @@ from ui.settings import SettingsStore, layouts_path, limits_path
 from ui.shortcut_filter import ShortcutOverrideFilter
 from ui.start_page import StartPage
 from ui.system_menu import create_system_menu
+from ui.translation import tr
 from ui.voice.voice import Voice
 from ui.widgets.action_button import ActionButton
 from ui.window_frame.banners import BannerStack
@@ -81,7 +82,7 @@ class MainWindow(QMainWindow):
     ) -> None:
         super().__init__()
         settings = store.current
-        self.setWindowTitle("Ground station")
+        self.setWindowTitle(tr("Ground station"))
         self.store = store
         self.error_reporter = faults
         self.display_style = DisplayStyle(settings.theme, settings.scale, settings.units)
@@ -102,7 +103,7 @@ class MainWindow(QMainWindow):
         self.crew = FlightPageController(
             self, self.flight_controller, self.view, self.display_style, store, limits, self.voice
         )
-        stop = ActionButton(self.commands.actions["stop_recording"], "Stop", self.display_style)
+        stop = ActionButton(self.commands.actions["stop_recording"], tr("Stop"), self.display_style)
         self.status_bar = StatusBar(self.display_style, {"record": stop})
         self.navigation_rail = NavigationRail(self.display_style)
         self.gap_page = GapPage(
@@ -308,7 +309,9 @@ class MainWindow(QMainWindow):
         self.review_page.set_open_flight(path)
         self._enable()
         name = self.flight_controller.name
-        self.setWindowTitle(f"{name} – Ground station" if name else "Ground station")
+        self.setWindowTitle(
+            tr("{name} – Ground station").format(name=name) if name else tr("Ground station")
+        )
         self._refresh()
 
     def _forget_flight(self, path: str) -> None:
@@ -354,8 +357,8 @@ class MainWindow(QMainWindow):
         history = None if page is None else page.undo_history
         undo_text = "" if history is None else history.undoText()
         redo_text = "" if history is None else history.redoText()
-        self.commands.actions["undo"].setText(f"Undo {undo_text}".rstrip())
-        self.commands.actions["redo"].setText(f"Redo {redo_text}".rstrip())
+        self.commands.actions["undo"].setText(tr("Undo {text}").format(text=undo_text).rstrip())
+        self.commands.actions["redo"].setText(tr("Redo {text}").format(text=redo_text).rstrip())
         if page is None:
             return ["change"] if self.flight_controller.is_open else []
         found: list[CommandRequirement] = []
@@ -380,7 +383,7 @@ class MainWindow(QMainWindow):
             self._enable()
 
     def _show_fault(self, fault: ErrorReport) -> None:
-        copy = ("Copy details", self.help_menu.copy_details)
+        copy = (tr("Copy details"), self.help_menu.copy_details)
         choices = () if fault.is_expected else (copy,)
         banner = self.banners.show_banner("warning", fault.message, *choices)
         if fault.is_opening_error:
@@ -423,7 +426,7 @@ class MainWindow(QMainWindow):
         elsewhere = self.flight_controller.recorders.left_running
         names = [recorder.folder.name for recorder in elsewhere]
         if self.flight_controller.is_recording and not for_trial:
-            names.insert(0, self.flight_controller.name or "The flight")
+            names.insert(0, self.flight_controller.name or tr("The flight"))
         works = (
             *self.file_menu.jobs.unfinished_jobs,
             *self.review_page.unfinished_work_title,

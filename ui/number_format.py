@@ -14,6 +14,7 @@ from gsapp.quantities import ChannelSpec, from_si
 from gsapp.quantities import clock_text as clock_text
 from gsapp.quantities import symbol_text as symbol_text
 from gsapp.quantities import unit_text as unit_text
+from ui.translation import QT_TR_NOOP, tr
 
 DASH = "–"
 MINUS = "−"
@@ -160,10 +161,25 @@ def percent_text(ratio: float | None) -> str:
     return f"{share:.1f} %" if 0.0 < share < 9.95 else f"{share:.0f} %"
 
 
-def count_text(number: int, singular: str, plural: str | None = None) -> str:
+_PLURALS = {
+    QT_TR_NOOP("alarm"): QT_TR_NOOP("alarms"), QT_TR_NOOP("ALARM"): QT_TR_NOOP("ALARMS"),
+    QT_TR_NOOP("byte"): QT_TR_NOOP("bytes"), QT_TR_NOOP("card"): QT_TR_NOOP("cards"),
+    QT_TR_NOOP("certificate"): QT_TR_NOOP("certificates"),
+    QT_TR_NOOP("chart"): QT_TR_NOOP("charts"),
+    QT_TR_NOOP("derivative"): QT_TR_NOOP("derivatives"), QT_TR_NOOP("doubt"): QT_TR_NOOP("doubts"),
+    QT_TR_NOOP("flight"): QT_TR_NOOP("flights"), QT_TR_NOOP("frame"): QT_TR_NOOP("frames"),
+    QT_TR_NOOP("input"): QT_TR_NOOP("inputs"), QT_TR_NOOP("item"): QT_TR_NOOP("items"),
+    QT_TR_NOOP("line"): QT_TR_NOOP("lines"), QT_TR_NOOP("maneuver"): QT_TR_NOOP("maneuvers"),
+    QT_TR_NOOP("message"): QT_TR_NOOP("messages"),
+    QT_TR_NOOP("outlying maneuver"): QT_TR_NOOP("outlying maneuvers"),
+    QT_TR_NOOP("remark"): QT_TR_NOOP("remarks"), QT_TR_NOOP("run"): QT_TR_NOOP("runs"),
+    QT_TR_NOOP("time"): QT_TR_NOOP("times"), QT_TR_NOOP("value"): QT_TR_NOOP("values"),
+}  # fmt: skip
+
+
+def count_text(number: int, noun: str) -> str:
     """Return ``1 alarm``, ``3 alarms``, ``no alarms``."""
-    word = singular if number == 1 else plural or f"{singular}s"
-    return f"{number or 'no'} {word}"
+    return f"{number or tr('no')} {tr(noun if number == 1 else _PLURALS[noun])}"
 
 
 _NAME_AT_START = re.compile(r"\S*[\d_/\\]|\S*\.\w|[b-z]\b")

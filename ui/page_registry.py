@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from ui.translation import QT_TR_NOOP
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PageInfo:
@@ -33,38 +35,44 @@ class PageInfo:
 PAGES: tuple[PageInfo, ...] = (
     PageInfo(
         id="preflight",
-        title="Preflight",
+        title=QT_TR_NOOP("Preflight"),
         shortcut="F1",
         icon="preflight",
-        purpose="Calibrate the surfaces and vanes, and check the aircraft before take-off.",
+        purpose=QT_TR_NOOP(
+            "Calibrate the surfaces and vanes, and check the aircraft before take-off."
+        ),
     ),
     PageInfo(
         id="flight",
-        title="Flight",
+        title=QT_TR_NOOP("Flight"),
         shortcut="F2",
         icon="flight",
-        purpose="Watch the flight on strip charts.",
+        purpose=QT_TR_NOOP("Watch the flight on strip charts."),
     ),
     PageInfo(
         id="pilot",
-        title="Pilot",
+        title=QT_TR_NOOP("Pilot"),
         shortcut="F3",
         icon="pilot",
-        purpose="Large cues for the pilot, readable from three meters: trim, speed, next maneuver.",
+        purpose=QT_TR_NOOP(
+            "Large cues for the pilot, readable from three meters: trim, speed, next maneuver."
+        ),
     ),
     PageInfo(
         id="review",
-        title="Review",
+        title=QT_TR_NOOP("Review"),
         shortcut="F4",
         icon="review",
-        purpose="Cut the maneuvers, estimate the derivatives, and compare the models.",
+        purpose=QT_TR_NOOP("Cut the maneuvers, estimate the derivatives, and compare the models."),
     ),
     PageInfo(
         id="gap",
-        title="Model gap",
+        title=QT_TR_NOOP("Model gap"),
         shortcut="F5",
         icon="gap",
-        purpose="Find where simulation and measurement disagree, and which effect the model lacks.",
+        purpose=QT_TR_NOOP(
+            "Find where simulation and measurement disagree, and which effect the model lacks."
+        ),
     ),
 )
 """From top to bottom."""

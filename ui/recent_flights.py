@@ -11,6 +11,7 @@ from gsapp.flight.folder import FlightFolder
 from ui.background_job import BackgroundJob
 from ui.flight_controller import FlightController
 from ui.settings import RecentFlight, SettingsStore
+from ui.translation import tr
 
 
 class RecentFlights(QObject):
@@ -43,7 +44,9 @@ class RecentFlights(QObject):
         path = session.path.absolute()
         self._keep(RecentFlight(path=str(path), name=session.name, aircraft=self._aircraft()))
         work = BackgroundJob(
-            f"Reading the date of {path.name}", lambda _progress: _date(path), self
+            tr("Reading the date of {name}").format(name=path.name),
+            lambda _progress: _date(path),
+            self,
         )
         work.done.connect(lambda date: self._amend(str(path), date=date))
         work.start()

@@ -14,6 +14,7 @@ from ui.background_job import BackgroundJob, JobProgress
 from ui.commands import shortcut_text
 from ui.error_reporter import ErrorReporter
 from ui.recording_setup import RecorderMonitor, RunningRecorder
+from ui.translation import tr
 
 _STOP_SECONDS = 11.0
 """For a recorder to stop as the window closes; it is given 10 s to write what came."""
@@ -93,7 +94,9 @@ class RecorderController(QObject):
         """Say that a recorder still records, if it does."""
         if recorder is not None and recorder in self.left_running:
             keys = shortcut_text("Ctrl+R")
-            text = f"{recorder.folder.name}: still recording. {keys} reattaches."
+            text = tr("{name}: still recording. {keys} reattaches.").format(
+                name=recorder.folder.name, keys=keys
+            )
             self.message_posted.emit("note", text)
 
     def release(self, recorder: RecorderHandle) -> None:
@@ -115,11 +118,12 @@ class RecorderController(QObject):
             if not stopped:
                 self.message_posted.emit(
                     "warning",
-                    f"The recorder (process {recorder.pid}) is still writing data. Try again in "
-                    "a moment.",
+                    tr(
+                        "The recorder (process {pid}) is still writing data. Try again in a moment."
+                    ).format(pid=recorder.pid),
                 )
 
-        job = BackgroundJob("Stopping the recording", stop, self)
+        job = BackgroundJob(tr("Stopping the recording"), stop, self)
         job.done.connect(report)
         job.failed.connect(self._faults.report)
         self.job_started.emit(job, "")

@@ -16,6 +16,7 @@ from gsapp.session import Session
 from gsapp.telemetry.recorder_control import RecorderHandle, find_recorders
 from gsapp.virtual.downlink.aircraft_process import AircraftProcess
 from ui.dialogs.flight_requests import ConnectRequest, VirtualFlightRequest
+from ui.translation import tr
 
 _POLL_SECONDS = 1.0
 _TAKE_MS = 200
@@ -92,7 +93,7 @@ def find_running_recorders() -> tuple[RunningRecorder, ...]:
     found = []
     for handle in reversed(find_recorders()):
         status = handle.status()
-        link = status.link if status is not None else "its link"
+        link = status.link if status is not None else tr("its link")
         found.append(RunningRecorder(handle=handle, name=handle.folder.name, link=link))
     return tuple(found)
 

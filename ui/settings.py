@@ -17,6 +17,7 @@ from pydantic import Field, ValidationError
 from gsapp.foundation import StrictModel, write_toml
 from ui.disk_checks import nearest_folder, path_kind
 from ui.estimate_form import EstimateForm
+from ui.translation import tr
 
 _APPLICATION = "gsapp"
 _MAX_RECENT = 8
@@ -237,7 +238,7 @@ def writable_folder(wanted: Path) -> tuple[Path, str]:
     why = unwritable_reason(wanted)
     if not why or wanted == usual or unwritable_reason(usual):
         return wanted, ""
-    return usual, f"{why} Flights are recorded in {usual}."
+    return usual, tr("{why} Flights are recorded in {usual}.").format(why=why, usual=usual)
 
 
 def unwritable_reason(folder: Path) -> str:
@@ -246,10 +247,14 @@ def unwritable_reason(folder: Path) -> str:
     while (kind := path_kind(place)) == "missing" and place != place.parent:
         place = place.parent
     if kind == "stuck":
-        return f"{place} does not respond."
+        return tr("{place} does not respond.").format(place=place)
     if kind != "folder":
-        return f"{place} is not a folder."
-    return "" if os.access(place, os.W_OK | os.X_OK) else f"{place} is not writable."
+        return tr("{place} is not a folder.").format(place=place)
+    return (
+        ""
+        if os.access(place, os.W_OK | os.X_OK)
+        else tr("{place} is not writable.").format(place=place)
+    )
 
 
 def catalog_path(settings: Settings) -> Path:
@@ -291,10 +296,10 @@ class SettingsStore:
 
     @property
     def _forgetting(self) -> str:
-        return (
-            f"Settings will be lost when the window closes: {self.path} cannot be written. "
+        return tr(
+            "Settings will be lost when the window closes: {path} cannot be written. "
             "Check its permissions and the free disk space."
-        )
+        ).format(path=self.path)
 
     def _read(self) -> Settings:
         """Return what can be used of the file; a single bad value costs that value alone."""
@@ -305,18 +310,17 @@ class SettingsStore:
         except (OSError, ValueError) as error:
             log.warning("settings not used: %s: %s", self.path, error)
             kept = self._keep(shutil.move)
-            self.error_text = (
-                f"The settings in {self.path} cannot be read: defaults are used.{kept}"
-            )
+            self.error_text = tr(
+                "The settings in {path} cannot be read: defaults are used.{kept}"
+            ).format(path=self.path, kept=kept)
             return Settings()
         found, bad = _drop_invalid_values(content)
         if bad:
             log.warning("settings not used: %s: %s", self.path, ", ".join(bad))
             kept = self._keep(shutil.copyfile)
-            self.error_text = (
-                f"Some settings in {self.path} are invalid and were reset to defaults: "
-                f"{', '.join(bad)}.{kept}"
-            )
+            self.error_text = tr(
+                "Some settings in {path} are invalid and were reset to defaults: {bad}.{kept}"
+            ).format(path=self.path, bad=", ".join(bad), kept=kept)
         return found
 
     def _keep(self, lay_aside: Callable[[Path, Path], object]) -> str:
@@ -324,7 +328,7 @@ class SettingsStore:
         kept = self.path.with_suffix(".damaged.toml")
         with contextlib.suppress(OSError):
             lay_aside(self.path, kept)
-            return f" The previous file was saved as {kept.name}."
+            return tr(" The previous file was saved as {name}.").format(name=kept.name)
         return ""
 
     def change(self, **values: object) -> Settings:
@@ -382,7 +386,7 @@ def _drop_invalid_values(content: dict[str, Any]) -> tuple[Settings, tuple[str, 
             }
             bad += [key for key, unknown in dropped.items() if key and not unknown]
             if not any(dropped):
-                return Settings(), (*bad, "all of them")
+                return Settings(), (*bad, tr("all of them"))
 
 
 def _drop(content: dict[str, Any], location: Sequence[int | str]) -> str:

@@ -22,6 +22,7 @@ from ui.display_style import DisplayStyle
 from ui.icons import paint_icon
 from ui.number_format import clock_text
 from ui.settings import RecentFlight
+from ui.translation import QT_TR_NOOP, tr
 from ui.widgets.flow_layout import FlowLayout, clear_layout
 from ui.widgets.labels import CenteredPage, create_label
 
@@ -44,22 +45,22 @@ class StartOption:
 START_OPTIONS = (
     StartOption(
         command="connect",
-        title="Connect an aircraft",
-        text="Serial radio, UDP or TCP. Every byte is recorded.",
+        title=QT_TR_NOOP("Connect an aircraft"),
+        text=QT_TR_NOOP("Serial radio, UDP or TCP. Every byte is recorded."),
         icon="link",
         key="Ctrl+L",
     ),
     StartOption(
         command="open_file",
-        title="Open a flight",
-        text=f"A file: tlog, bin, ulg, csv, mat. A flight folder: {shortcut_text('Ctrl+Shift+O')}.",
+        title=QT_TR_NOOP("Open a flight"),
+        text=QT_TR_NOOP("A file: tlog, bin, ulg, csv, mat. A flight folder: {keys}."),
         icon="folder",
         key="Ctrl+O",
     ),
     StartOption(
         command="virtual",
-        title="Fly the virtual aircraft",
-        text="A full flight-test day, simulated.",
+        title=QT_TR_NOOP("Fly the virtual aircraft"),
+        text=QT_TR_NOOP("A full flight-test day, simulated."),
         icon="airplane",
         key="Ctrl+Shift+V",
     ),
@@ -78,11 +79,13 @@ class StartOptionButton(QAbstractButton):
     def __init__(self, choice: StartOption, look: DisplayStyle) -> None:
         super().__init__()
         self.option = choice
+        self._title = tr(choice.title)
+        self._words = tr(choice.text).format(keys=shortcut_text("Ctrl+Shift+O"))
         self.flat_width = 0
         self._look = look
-        self.setText(choice.title)
-        self.setAccessibleName(f"{choice.title}, {shortcut_text(choice.key)}")
-        self.setAccessibleDescription(choice.text)
+        self.setText(self._title)
+        self.setAccessibleName(f"{self._title}, {shortcut_text(choice.key)}")
+        self.setAccessibleDescription(self._words)
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         self.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Fixed)
 
@@ -125,13 +128,13 @@ class StartOptionButton(QAbstractButton):
         line = QRectF(look.px(64), look.px(8), box.width() - look.px(80), look.px(24))
         painter.setFont(self._title_font())
         painter.setPen(look.color("text"))
-        painter.drawText(line, Qt.AlignmentFlag.AlignVCenter, choice.title)
+        painter.drawText(line, Qt.AlignmentFlag.AlignVCenter, self._title)
         painter.setPen(look.color("muted"))
         painter.setFont(look.font("label"))
         keys = Qt.AlignmentFlag.AlignVCenter | Qt.AlignmentFlag.AlignRight
         painter.drawText(line, keys, shortcut_text(choice.key))
         words = QFontMetricsF(painter.font()).elidedText(
-            choice.text, Qt.TextElideMode.ElideRight, line.width()
+            self._words, Qt.TextElideMode.ElideRight, line.width()
         )
         below = line.translated(0, look.px(24))
         painter.drawText(below, Qt.AlignmentFlag.AlignVCenter, words)
@@ -144,11 +147,11 @@ class StartOptionButton(QAbstractButton):
         paint_icon(painter, choice.icon, sign, look.color("text"))
         painter.setFont(self._title_font())
         painter.setPen(look.color("text"))
-        painter.drawText(QRectF(left, look.px(80), wide, look.px(24)), 0, choice.title)
+        painter.drawText(QRectF(left, look.px(80), wide, look.px(24)), 0, self._title)
         painter.setFont(look.font("body"))
         painter.setPen(look.color("muted"))
         text = QRectF(left, look.px(108), wide, look.px(56))
-        painter.drawText(text, Qt.TextFlag.TextWordWrap, choice.text)
+        painter.drawText(text, Qt.TextFlag.TextWordWrap, self._words)
         small = look.font("label")
         painter.setFont(small)
         keys = shortcut_text(choice.key)
@@ -181,9 +184,9 @@ class StartPage(CenteredPage):
 
     def __init__(self, look: DisplayStyle) -> None:
         super().__init__(look, 816)
-        self.setAccessibleName("Begin")
-        self.column.addWidget(create_label("Ground station", "title"))
-        self.column.addWidget(create_label("Choose a source.", "muted", wrap=True))
+        self.setAccessibleName(tr("Begin"))
+        self.column.addWidget(create_label(tr("Ground station"), "title"))
+        self.column.addWidget(create_label(tr("Choose a source."), "muted", wrap=True))
         self.column.addSpacing(16)
         row = QWidget()
         self._flow = FlowLayout(row, spacing=look.px(24))
@@ -198,11 +201,15 @@ class StartPage(CenteredPage):
         self.column.addWidget(row)
         self.column.addSpacing(8)
         self.training_button = QPushButton(
-            f"Train: fly the virtual aircraft with keys   {shortcut_text(_TRAINING_SHORTCUT)}"
+            tr("Train: fly the virtual aircraft with keys   {keys}").format(
+                keys=shortcut_text(_TRAINING_SHORTCUT)
+            )
         )
         self.training_button.setProperty("tall", True)
         self.training_button.setAccessibleName(
-            f"Train with the virtual aircraft, {shortcut_text(_TRAINING_SHORTCUT)}"
+            tr("Train with the virtual aircraft, {keys}").format(
+                keys=shortcut_text(_TRAINING_SHORTCUT)
+            )
         )
         self.training_button.clicked.connect(lambda: self.chosen.emit("pilot_train"))
         self.column.addWidget(self.training_button, 0, Qt.AlignmentFlag.AlignLeft)
@@ -220,8 +227,9 @@ class StartPage(CenteredPage):
         self._flights_holder.hide()
         self.column.addSpacing(8)
         self._foot = create_label(
-            f"All keys: ?   ·   Larger: {shortcut_text('Ctrl++')}   ·   Theme: "
-            f"{shortcut_text('Ctrl+T')}",
+            tr("All keys: ?   ·   Larger: {larger}   ·   Theme: {theme}").format(
+                larger=shortcut_text("Ctrl++"), theme=shortcut_text("Ctrl+T")
+            ),
             "hint",
             wrap=True,
         )
@@ -234,7 +242,7 @@ class StartPage(CenteredPage):
         clear_layout(self._links)
         for link in links[:_LINKS_OFFERED]:
             button = QPushButton(link)
-            button.setAccessibleName(f"Connect to {link}")
+            button.setAccessibleName(tr("Connect to {link}").format(link=link))
             button.clicked.connect(lambda _checked=False, text=link: self.link_chosen.emit(text))
             self._links.addWidget(button)
         self._links_holder.setVisible(bool(links))
@@ -245,24 +253,26 @@ class StartPage(CenteredPage):
         self._flights_holder.setVisible(bool(flights))
         if not flights:
             return
-        self._flights.addWidget(create_label("Recent flights", "heading"), 0, 0, 1, 2)
+        self._flights.addWidget(create_label(tr("Recent flights"), "heading"), 0, 0, 1, 2)
         for row, flight in enumerate(flights[:_FLIGHTS_OFFERED], start=1):
             is_gone = path_kind(flight.path) == "missing"
             duration = clock_text(flight.duration) if flight.duration else ""
-            facts = "not found" if is_gone else " · ".join(
+            facts = tr("not found") if is_gone else " · ".join(
                 filter(None, (flight.date, duration, flight.aircraft))
             )  # fmt: skip
             name = flight.name or Path(flight.path).name
             button = QPushButton("   ".join(filter(None, (name, facts))).replace("&", "&&"))
             button.setStyleSheet("text-align: left")
             button.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Fixed)
-            button.setAccessibleName(f"Open {name}, {facts}")
+            button.setAccessibleName(tr("Open {name}, {facts}").format(name=name, facts=facts))
             button.setEnabled(not is_gone)
-            button.setToolTip(f"{flight.path} not found" if is_gone else flight.path)
-            remove = QPushButton("Remove")
+            button.setToolTip(
+                tr("{path} not found").format(path=flight.path) if is_gone else flight.path
+            )
+            remove = QPushButton(tr("Remove"))
             remove.setProperty("role", "quiet")
-            remove.setAccessibleName(f"Remove {name} from this list")
-            remove.setToolTip("Remove from this list; the files stay")
+            remove.setAccessibleName(tr("Remove {name} from this list").format(name=name))
+            remove.setToolTip(tr("Remove from this list; the files stay"))
             for control, signal in ((button, self.flight_chosen), (remove, self.flight_removed)):
                 control.clicked.connect(
                     lambda _checked=False, signal=signal, path=flight.path: signal.emit(path)

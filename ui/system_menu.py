@@ -10,6 +10,7 @@ from PySide6.QtWidgets import QMenu, QWidget
 
 from ui.dialogs.link_rows import describe_vehicle
 from ui.flight_controller import FlightController
+from ui.translation import tr
 
 
 def create_system_menu(
@@ -20,7 +21,7 @@ def create_system_menu(
     if session is None:
         return None
     report = session.link_report()
-    menu = QMenu("Flown system", parent)
+    menu = QMenu(tr("Flown system"), parent)
     menu.setObjectName("flown_system")
     menu.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
     group = QActionGroup(menu)
@@ -33,7 +34,7 @@ def create_system_menu(
         action.setChecked(report is not None and vehicle.system == report.system)
         group.addAction(action)
     if menu.isEmpty():
-        menu.addAction("No aircraft found").setEnabled(False)
+        menu.addAction(tr("No aircraft found")).setEnabled(False)
     menu.addSeparator()
     menu.addAction(link_action)
     return menu

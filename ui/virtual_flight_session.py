@@ -15,6 +15,7 @@ from ui.background_job import BackgroundJob
 from ui.commands import shortcut_text
 from ui.dialogs.flight_requests import ConnectRequest
 from ui.flight_controller import FlightController
+from ui.translation import tr
 
 ProcessT = TypeVar("ProcessT", bound=BackgroundCommand)
 
@@ -83,8 +84,9 @@ class VirtualFlightSession(QObject, Generic[ProcessT]):
         if self._desk.is_recording and not self.running:
             self._desk.message_posted.emit(
                 "caution",
-                f"{self._desk.name} is being recorded. Close it first ({shortcut_text('Ctrl+W')}), "
-                f"then begin the {self._kind}.",
+                tr(
+                    "{name} is being recorded. Close it first ({keys}), then begin the {kind}."
+                ).format(name=self._desk.name, keys=shortcut_text("Ctrl+W"), kind=self._kind),
             )
             return False
         self.stop()
@@ -122,7 +124,7 @@ class VirtualFlightSession(QObject, Generic[ProcessT]):
         if recorder is not None:
             self._desk.recorders.release(recorder)
             self._ending = BackgroundJob(
-                "Stopping the recording", lambda _tell: recorder.stop(), self
+                tr("Stopping the recording"), lambda _tell: recorder.stop(), self
             )
             self._ending.start()
         if process is not None:

@@ -17,6 +17,7 @@ from pathlib import Path
 from gsapp.foundation import GroundStationError
 from gsapp.foundation.files import create_sibling_folder, move_into_place
 from ui.job_process.job_server import JobProgressCallback
+from ui.translation import tr
 
 HIDDEN_EFFECT = "propulsion.Cm.throttle"
 """What the pilot of the first flight described: the nose follows the throttle."""
@@ -58,9 +59,9 @@ def simulate_virtual_flight(
     command = [sys.executable, "-P", "-m", "gsapp.cli", "fly", "--out", str(written),
                "--plan", _FLIGHT_PLAN, "--seed", "1", *(("--hide",
                hide) if hide else ())]  # fmt: skip
-    words_of_it = "simulating the flight"
+    words_of_it = tr("simulating the flight")
     if hide:
-        words_of_it += " with a hidden effect"
+        words_of_it += tr(" with a hidden effect")
     with contextlib.ExitStack() as stack:
         stack.callback(shutil.rmtree, scratch, ignore_errors=True)
         words = stack.enter_context(tempfile.TemporaryFile())
@@ -79,7 +80,9 @@ def simulate_virtual_flight(
             words.seek(0)
             said = words.read().decode("utf-8", "replace").strip().splitlines()
             raise GroundStationError(
-                f"the virtual flight was not written: {said[-1] if said else 'no word from it'}"
+                tr("the virtual flight was not written: {reason}").format(
+                    reason=said[-1] if said else tr("no word from it")
+                )
             )
         move_into_place(written, folder)
     return folder

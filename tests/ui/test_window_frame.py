@@ -55,7 +55,7 @@ from ui.background_job import BackgroundJob, JobProgress
 from ui.commands import COMMANDS, CommandSet, shortcut_text
 from ui.dialogs.connect import ConnectDialog, ConnectionOptions
 from ui.dialogs.flight_dialogs import RangeDialog, ask_closing
-from ui.dialogs.flight_file_dialogs import FLIGHT_NAME_FILTER, LOG_NAME_FILTER
+from ui.dialogs.flight_file_dialogs import flight_name_filter, log_name_filter
 from ui.dialogs.limits import LimitsDialog, check_limits
 from ui.dialogs.messages import MessagesDialog
 from ui.dialogs.shortcuts import ShortcutsDialog
@@ -722,7 +722,7 @@ def test_a_dialog_begins_in_a_folder_that_is_there(
 
 
 @pytest.mark.parametrize("name", ["00000012.BIN", "flight.tlog", "log.ulg", "table.parquet"])
-@pytest.mark.parametrize("kinds", [FLIGHT_NAME_FILTER, LOG_NAME_FILTER])
+@pytest.mark.parametrize("kinds", [flight_name_filter(), log_name_filter()])
 def test_a_dialog_shows_what_can_be_opened(kinds: str, name: str) -> None:
     offered, everything = (re.findall(r"\*[.\w]*", kind) for kind in kinds.split(";;"))
     assert any(fnmatchcase(name, pattern) for pattern in offered)

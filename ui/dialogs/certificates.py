@@ -14,6 +14,7 @@ from ui.dialogs.form_dialog import FieldMessage, FormDialog
 from ui.disk_checks import may_block
 from ui.display_style import DisplayStyle
 from ui.number_format import count_text
+from ui.translation import tr
 
 
 class CertificatesDialog(FormDialog):
@@ -37,23 +38,25 @@ class CertificatesDialog(FormDialog):
         parent: QWidget | None = None,
     ) -> None:
         super().__init__(
-            "Other certificates",
-            "Converts the recorded volts again. The certificates in the flight folder do not "
-            "change.",
-            "Apply",
+            tr("Other certificates"),
+            tr(
+                "Converts the recorded volts again. The certificates in the flight folder do not "
+                "change."
+            ),
+            tr("Apply"),
             look,
             parent,
         )
         self._own = used.recorded
         self.certificates = ShippedFileField(
-            "Certificates",
+            tr("Certificates"),
             shipped,
             used.override_source,
-            none="Certificates of the flight",
+            none=tr("Certificates of the flight"),
             folder=True,
         )
         self.sentence = FieldMessage()
-        self.add_row("Certificates", self.certificates, self.sentence)
+        self.add_row(tr("Certificates"), self.certificates, self.sentence)
         self.certificates.currentIndexChanged.connect(self._judge)
         self._judge()
         self.fit_to_content(560)
@@ -63,13 +66,17 @@ class CertificatesDialog(FormDialog):
         usable = True
         if not given:
             kept = len(self._own or {})
-            words = f"{count_text(kept, 'certificate')} in the flight folder."
+            words = tr("{certificates} in the flight folder.").format(
+                certificates=count_text(kept, "certificate")
+            )
             self.sentence.set_message(
-                words if kept else "Certificates named by the channel map.", "good"
+                words if kept else tr("Certificates named by the channel map."), "good"
             )
         elif may_block(given):
             usable = False
-            self.sentence.set_message(f"{given} does not respond.", "warning")
+            self.sentence.set_message(
+                tr("{given} does not respond.").format(given=given), "warning"
+            )
         else:
             try:
                 chosen = load_certificates(given)

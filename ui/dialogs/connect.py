@@ -26,6 +26,7 @@ from ui.dialogs.link_field import LinkField
 from ui.dialogs.link_rows import describe_vehicle
 from ui.display_style import DisplayStyle
 from ui.settings import Settings
+from ui.translation import tr
 
 _TEST_POLL_MS = 300
 _TEST_TIMEOUT = 2.0
@@ -76,11 +77,13 @@ class LinkTestField(QWidget):
         row = QHBoxLayout()
         row.setSpacing(look.px(8))
         self.systems = QComboBox()
-        self.systems.setAccessibleName("Flown system")
-        self.systems.addItem("Automatic", None)
-        self.systems.setToolTip("Automatic: the system in the channel map, or the first autopilot")
-        self.button = QPushButton("Test link")
-        self.button.setToolTip("Listen without recording: shows what arrives and who sends it")
+        self.systems.setAccessibleName(tr("Flown system"))
+        self.systems.addItem(tr("Automatic"), None)
+        self.systems.setToolTip(
+            tr("Automatic: the system in the channel map, or the first autopilot")
+        )
+        self.button = QPushButton(tr("Test link"))
+        self.button.setToolTip(tr("Listen without recording: shows what arrives and who sends it"))
         self.button.clicked.connect(self._toggle)
         row.addWidget(self.systems, 1)
         row.addWidget(self.button)
@@ -115,7 +118,7 @@ class LinkTestField(QWidget):
     def stop(self) -> None:
         """End the test and give the port back."""
         self._timer.stop()
-        self.button.setText("Test link")
+        self.button.setText(tr("Test link"))
         test, self._test = self._test, None
         if test is not None:
             test.close()
@@ -125,8 +128,8 @@ class LinkTestField(QWidget):
             self.stop()
             return
         self._test = LinkTest(self._link)
-        self.button.setText("Stop test")
-        self.sentence.set_message("Listening…")
+        self.button.setText(tr("Stop test"))
+        self.sentence.set_message(tr("Listening…"))
         self._timer.start()
 
     def _look(self) -> None:
@@ -136,16 +139,20 @@ class LinkTestField(QWidget):
         report, diagnosis = test.report(), test.diagnosis()
         for vehicle in report.vehicles:
             if self.systems.findData(vehicle.system) < 0:
-                self.systems.addItem(f"System {vehicle.system}", vehicle.system)
+                self.systems.addItem(
+                    tr("System {system}").format(system=vehicle.system), vehicle.system
+                )
             at = self.systems.findData(vehicle.system)
             self.systems.setItemText(at, describe_vehicle(vehicle, live=True))
         if diagnosis is None and report.vehicles:
-            heard = ", ".join(f"system {vehicle.system}" for vehicle in report.vehicles)
-            self.sentence.set_message(f"MAVLink received: {heard}.", "good")
+            heard = ", ".join(
+                tr("system {system}").format(system=vehicle.system) for vehicle in report.vehicles
+            )
+            self.sentence.set_message(tr("MAVLink received: {heard}.").format(heard=heard), "good")
         elif diagnosis is None:
-            lines = f"{report.lines} lines of text received."
+            lines = tr("{lines} lines of text received.").format(lines=report.lines)
             self.sentence.set_message(
-                lines if report.lines else "Listening…", "good" * bool(report.lines)
+                lines if report.lines else tr("Listening…"), "good" * bool(report.lines)
             )
         elif test.open_error or test.seconds >= _TEST_TIMEOUT:
             self.sentence.set_message(str(diagnosis), "warning" if test.open_error else "caution")
@@ -165,30 +172,33 @@ class ConnectDialog(RecordingDialog):
         parent: QWidget | None = None,
     ) -> None:
         super().__init__(
-            "Connect an aircraft",
-            "Recording starts at once, in a separate process. It continues if this window closes.",
-            "Connect",
+            tr("Connect an aircraft"),
+            tr(
+                "Recording starts at once, in a separate process. It continues if this window "
+                "closes."
+            ),
+            tr("Connect"),
             look,
             parent,
         )
         self.link = LinkField(settings.links, choices.parse, choices.list_ports, look)
-        self.add_row("Link", self.link)
+        self.add_row(tr("Link"), self.link)
         self.test = LinkTestField(look)
-        self.add_row("Flown system", self.test)
-        self.aircraft = ShippedFileField("Aircraft", choices.aircraft, settings.aircraft)
-        self.add_row("Aircraft", self.aircraft)
+        self.add_row(tr("Flown system"), self.test)
+        self.aircraft = ShippedFileField(tr("Aircraft"), choices.aircraft, settings.aircraft)
+        self.add_row(tr("Aircraft"), self.aircraft)
         self.channel_map = ShippedFileField(
-            "Channel map", choices.channel_maps, settings.channel_map
+            tr("Channel map"), choices.channel_maps, settings.channel_map
         )
-        self.add_row("Channel map", self.channel_map)
+        self.add_row(tr("Channel map"), self.channel_map)
         self.calibration = ShippedFileField(
-            "Calibration",
+            tr("Calibration"),
             choices.calibrations,
             settings.calibration,
-            none="from the channel map",
+            none=tr("from the channel map"),
             folder=True,
         )
-        self.add_row("Calibration", self.calibration)
+        self.add_row(tr("Calibration"), self.calibration)
         self.add_folder_field(flights)
         self._own_map = ""
         self._usual_map = settings.channel_map

@@ -15,8 +15,9 @@ from ui.dialogs.form_dialog import FieldMessage, FormDialog, PathField
 from ui.disk_checks import nearest_folder, path_kind
 from ui.display_style import DisplayStyle
 from ui.settings import writable_folder
+from ui.translation import QT_TR_NOOP, tr
 
-_OTHER_FILE = "Other file…"
+_OTHER_FILE = QT_TR_NOOP("Other file…")
 _RETRY_MS = 1000
 
 
@@ -53,7 +54,7 @@ class ShippedFileField(QComboBox):
             self.addItem(known, known)
         if current and current not in shipped and path_kind(current) in ("file", "folder"):
             self.addItem(current, current)
-        self.addItem("Other folder…" if folder else _OTHER_FILE, None)
+        self.addItem(tr("Other folder…") if folder else tr(_OTHER_FILE), None)
         place = self.findData(current)
         self.setCurrentIndex(max(place, 0))
         self._kept = self.currentIndex()
@@ -68,7 +69,7 @@ class ShippedFileField(QComboBox):
         if self._folder:
             path = QFileDialog.getExistingDirectory(self, self._name, start)
         else:
-            path, _kind = QFileDialog.getOpenFileName(self, self._name, start, "TOML (*.toml)")
+            path, _kind = QFileDialog.getOpenFileName(self, self._name, start, tr("TOML (*.toml)"))
         if path:
             self.insertItem(index, path, path)
             self._kept = index
@@ -117,12 +118,12 @@ class FlightFolderField(QWidget):
         column.setContentsMargins(0, 0, 0, 0)
         column.setSpacing(look.px(8))
         self.title = QLineEdit()
-        self.title.setPlaceholderText("Title (optional)")
-        self.title.setAccessibleName("Title of the flight")
+        self.title.setPlaceholderText(tr("Title (optional)"))
+        self.title.setAccessibleName(tr("Title of the flight"))
         self.name = QLineEdit()
-        self.name.setAccessibleName("Name of the flight folder")
-        self.name.setToolTip("Folder of this flight: its date and a letter")
-        self.parent_folder = PathField("Folder of the flights", look)
+        self.name.setAccessibleName(tr("Name of the flight folder"))
+        self.name.setToolTip(tr("Folder of this flight: its date and a letter"))
+        self.parent_folder = PathField(tr("Folder of the flights"), look)
         self.message = FieldMessage()
         for field in (self.title, self.name, self.parent_folder, self.message):
             column.addWidget(field)
@@ -176,7 +177,7 @@ class RecordingDialog(FormDialog):
         """Add the last rows: title and folder of the flight, and what went wrong."""
         self.is_connecting = False
         self.folder_field = FlightFolderField(flights, self.display_style)
-        self.add_row("Flight", self.folder_field)
+        self.add_row(tr("Flight"), self.folder_field)
         self.error = FieldMessage()
         self.add_row("", self.error)
         self.folder_field.changed.connect(self._judge)
@@ -197,7 +198,7 @@ class RecordingDialog(FormDialog):
             return
         self.is_connecting = True
         self._judge()
-        self.error.set_message("Starting the recording…")
+        self.error.set_message(tr("Starting the recording…"))
         self.submitted.emit()
 
     def cancel_submission(self) -> None:

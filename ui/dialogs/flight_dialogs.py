@@ -13,6 +13,7 @@ from ui.dialogs.form_dialog import FieldMessage, FormDialog, PathField
 from ui.disk_checks import path_kind
 from ui.display_style import DisplayStyle
 from ui.number_format import clock_text, parse_clock, parse_number, unit_text
+from ui.translation import QT_TR_NOOP, tr
 
 ClosingAnswer = Literal["leave", "stop", "stay"]
 
@@ -29,10 +30,11 @@ class GoToDialog(FormDialog):
         parent: QWidget | None = None,
     ) -> None:
         super().__init__(
-            "Go to time",
-            f"This flight runs from {clock_text(first, decimals=1)} to "
-            f"{clock_text(last, decimals=1)}.",
-            "Go",
+            tr("Go to time"),
+            tr("This flight runs from {first} to {last}.").format(
+                first=clock_text(first, decimals=1), last=clock_text(last, decimals=1)
+            ),
+            tr("Go"),
             look,
             parent,
         )
@@ -40,7 +42,7 @@ class GoToDialog(FormDialog):
         self.edit = QLineEdit(clock_text(now, decimals=1))
         self.edit.selectAll()
         self.sentence = FieldMessage()
-        self.add_row("Flight time", self.edit, self.sentence)
+        self.add_row(tr("Flight time"), self.edit, self.sentence)
         self.edit.textChanged.connect(self._judge)
         self._judge()
         self.edit.setFocus()
@@ -51,11 +53,13 @@ class GoToDialog(FormDialog):
         first, last = self._span
         if time is None:
             self.sentence.set_message(
-                "Write minutes and seconds, such as 4:07.5, or seconds.", "warning"
+                tr("Write minutes and seconds, such as 4:07.5, or seconds."), "warning"
             )
         elif not first <= time <= last:
             self.sentence.set_message(
-                f"Outside the flight; the nearest is {clock_text(self.clamped_time, decimals=1)}.",
+                tr("Outside the flight; the nearest is {time}.").format(
+                    time=clock_text(self.clamped_time, decimals=1)
+                ),
                 "caution",
             )
         else:
@@ -94,18 +98,20 @@ class RangeDialog(FormDialog):
         high: float,
         parent: QWidget | None = None,
     ) -> None:
-        shown = f" in {unit_text(unit)}" if unit else ""
+        shown = tr(" in {unit}").format(unit=unit_text(unit)) if unit else ""
         super().__init__(
-            "Y range",
-            f"{title}{shown}. Leave both fields empty for an automatic range.",
-            "Set",
+            tr("Y range"),
+            tr("{title}{shown}. Leave both fields empty for an automatic range.").format(
+                title=title, shown=shown
+            ),
+            tr("Set"),
             look,
             parent,
         )
         self.high, self.low = QLineEdit(f"{high:g}"), QLineEdit(f"{low:g}")
         self.sentence = FieldMessage()
-        self.add_row("Highest", self.high)
-        self.add_row("Lowest", self.low, self.sentence)
+        self.add_row(tr("Highest"), self.high)
+        self.add_row(tr("Lowest"), self.low, self.sentence)
         for edit in (self.high, self.low):
             edit.textChanged.connect(self._judge)
         self.high.selectAll()
@@ -116,13 +122,13 @@ class RangeDialog(FormDialog):
         texts = self.high.text().strip(), self.low.text().strip()
         usable = self.range is not None or not any(texts)
         if not any(texts):
-            self.sentence.set_message("The range follows the trace.", "good")
+            self.sentence.set_message(tr("The range follows the trace."), "good")
         elif usable:
-            self.sentence.set_message("The range stays fixed. Y returns to automatic.", "good")
+            self.sentence.set_message(tr("The range stays fixed. Y returns to automatic."), "good")
         elif any(parse_number(text) is None for text in texts):
-            self.sentence.set_message("Write two numbers, such as 5 and -2.5.", "warning")
+            self.sentence.set_message(tr("Write two numbers, such as 5 and -2.5."), "warning")
         else:
-            self.sentence.set_message("The maximum must be above the minimum.", "warning")
+            self.sentence.set_message(tr("The maximum must be above the minimum."), "warning")
         self.button.setEnabled(usable)
 
     @property
@@ -136,27 +142,27 @@ class ExportDialog(FormDialog):
     """Asks for format and file."""
 
     FORMATS = (
-        ("csv", "Flight CSV (.csv)"),
-        ("mat", "MATLAB (.mat)"),
-        ("parquet", "Parquet (.parquet)"),
+        ("csv", QT_TR_NOOP("Flight CSV (.csv)")),
+        ("mat", QT_TR_NOOP("MATLAB (.mat)")),
+        ("parquet", QT_TR_NOOP("Parquet (.parquet)")),
     )
 
     def __init__(self, look: DisplayStyle, start: Path, parent: QWidget | None = None) -> None:
         super().__init__(
-            "Export the flight",
-            "All channels on one grid, with their units.",
-            "Export",
+            tr("Export the flight"),
+            tr("All channels on one grid, with their units."),
+            tr("Export"),
             look,
             parent,
         )
         self.kind = QComboBox()
         for kind, words in self.FORMATS:
-            self.kind.addItem(words, kind)
-        self.add_row("Format", self.kind)
-        self.path = PathField("File", look, folder=False)
+            self.kind.addItem(tr(words), kind)
+        self.add_row(tr("Format"), self.kind)
+        self.path = PathField(tr("File"), look, folder=False)
         self.path.edit.setText(str(start.with_suffix(".csv")))
         self.sentence = FieldMessage()
-        self.add_row("File", self.path, self.sentence)
+        self.add_row(tr("File"), self.path, self.sentence)
         self.kind.activated.connect(self._suit)
         self.path.edit.textChanged.connect(self._judge)
         self._judge()
@@ -172,13 +178,15 @@ class ExportDialog(FormDialog):
         file = Path(text).expanduser()
         usable = bool(text) and path_kind(file.parent) == "folder"
         if not text:
-            self.sentence.set_message("Name the file.", "warning")
+            self.sentence.set_message(tr("Name the file."), "warning")
         elif not usable:
-            self.sentence.set_message(f"There is no folder {file.parent}.", "warning")
+            self.sentence.set_message(
+                tr("There is no folder {parent}.").format(parent=file.parent), "warning"
+            )
         elif path_kind(file) != "missing":
-            self.sentence.set_message("This file exists and will be replaced.", "caution")
+            self.sentence.set_message(tr("This file exists and will be replaced."), "caution")
         else:
-            self.sentence.set_message("A new file.", "good")
+            self.sentence.set_message(tr("A new file."), "good")
         self.button.setEnabled(usable)
 
     @property
@@ -199,14 +207,16 @@ class ChannelMapDialog(FormDialog):
         parent: QWidget | None = None,
     ) -> None:
         super().__init__(
-            "Which channel map?",
-            f"{path.name} contains messages; a channel map assigns them to channels.",
-            "Open",
+            tr("Which channel map?"),
+            tr("{name} contains messages; a channel map assigns them to channels.").format(
+                name=path.name
+            ),
+            tr("Open"),
             look,
             parent,
         )
-        self.channel_map = ShippedFileField("Channel map", maps, current)
-        self.add_row("Channel map", self.channel_map)
+        self.channel_map = ShippedFileField(tr("Channel map"), maps, current)
+        self.add_row(tr("Channel map"), self.channel_map)
         self.fit_to_content(480)
 
 
@@ -227,24 +237,30 @@ def ask_closing(
     """
     sentences, consequences = [], []
     if flights:
-        sentences.append(f"{' and '.join(flights)} {'is' if len(flights) == 1 else 'are'} being "
-                         "recorded.")  # fmt: skip
+        recorded = (
+            tr("{flights} is being recorded.")
+            if len(flights) == 1
+            else tr("{flights} are being recorded.")
+        )
+        sentences.append(recorded.format(flights=tr(" and ").join(flights)))
         consequences.append(
-            "The recorder is a separate process. If left running, it continues without this "
-            "window, and the next window finds it."
+            tr(
+                "The recorder is a separate process. If left running, it continues without this "
+                "window, and the next window finds it."
+            )
         )
     if works:
-        sentences.append(f"Not done yet: {', '.join(works)}.")
-        consequences.append("Unfinished work is discarded.")
+        sentences.append(tr("Not done yet: {works}.").format(works=", ".join(works)))
+        consequences.append(tr("Unfinished work is discarded."))
     box = QMessageBox(parent)
-    box.setWindowTitle("Recording" if flights else "Not done")
+    box.setWindowTitle(tr("Recording") if flights else tr("Not done"))
     box.setIcon(QMessageBox.Icon.NoIcon)
     box.setText(" ".join(sentences))
     box.setInformativeText(" ".join(consequences))
     role = QMessageBox.ButtonRole
-    leave = box.addButton("Leave it running" if flights else "Close", role.AcceptRole)
-    stop = box.addButton("Stop recording", role.DestructiveRole) if flights else None
-    stay = box.addButton("Stay", role.RejectRole)
+    leave = box.addButton(tr("Leave it running") if flights else tr("Close"), role.AcceptRole)
+    stop = box.addButton(tr("Stop recording"), role.DestructiveRole) if flights else None
+    stay = box.addButton(tr("Stay"), role.RejectRole)
     box.setDefaultButton(stay if works else leave)
     box.setEscapeButton(stay)
     box.exec()
@@ -258,15 +274,18 @@ def ask_closing(
 def ask_append(parent: QWidget, name: str, new_name: str) -> bool | None:
     """Ask whether to append to a finished flight; return None for neither that nor a new one."""
     box = QMessageBox(parent)
-    box.setWindowTitle("Flight exists")
+    box.setWindowTitle(tr("Flight exists"))
     box.setIcon(QMessageBox.Icon.NoIcon)
-    box.setText(f"{name} is a finished flight.")
+    box.setText(tr("{name} is a finished flight.").format(name=name))
     box.setInformativeText(
-        f"Record a new flight named {new_name}, or append to {name} so that both become one flight?"
+        tr(
+            "Record a new flight named {new_name}, or append to {name} so that both become one "
+            "flight?"
+        ).format(new_name=new_name, name=name)
     )
-    new = box.addButton("New flight", QMessageBox.ButtonRole.AcceptRole)
-    append = box.addButton("Append", QMessageBox.ButtonRole.DestructiveRole)
-    cancel = box.addButton("Cancel", QMessageBox.ButtonRole.RejectRole)
+    new = box.addButton(tr("New flight"), QMessageBox.ButtonRole.AcceptRole)
+    append = box.addButton(tr("Append"), QMessageBox.ButtonRole.DestructiveRole)
+    cancel = box.addButton(tr("Cancel"), QMessageBox.ButtonRole.RejectRole)
     box.setDefaultButton(new)
     box.setEscapeButton(cancel)
     box.exec()
@@ -278,12 +297,12 @@ def ask_append(parent: QWidget, name: str, new_name: str) -> bool | None:
 def ask_stop(parent: QWidget, what: str) -> bool:
     """Ask whether to stop the recording now; going on is the default."""
     box = QMessageBox(parent)
-    box.setWindowTitle("Stop recording")
+    box.setWindowTitle(tr("Stop recording"))
     box.setIcon(QMessageBox.Icon.NoIcon)
-    box.setText(f"Stop recording {what}?")
-    box.setInformativeText("Everything recorded so far is kept.")
-    stop = box.addButton("Stop recording", QMessageBox.ButtonRole.DestructiveRole)
-    go_on = box.addButton("Keep recording", QMessageBox.ButtonRole.RejectRole)
+    box.setText(tr("Stop recording {what}?").format(what=what))
+    box.setInformativeText(tr("Everything recorded so far is kept."))
+    stop = box.addButton(tr("Stop recording"), QMessageBox.ButtonRole.DestructiveRole)
+    go_on = box.addButton(tr("Keep recording"), QMessageBox.ButtonRole.RejectRole)
     box.setDefaultButton(go_on)
     box.setEscapeButton(go_on)
     box.exec()

@@ -17,6 +17,7 @@ from gsapp.telemetry.link_registry import kind_of
 from ui.disk_checks import path_kind
 from ui.number_format import bytes_text, sanitize_file_name
 from ui.settings import unwritable_reason
+from ui.translation import tr
 
 InputState = Literal["", "good", "caution", "warning"]
 
@@ -116,14 +117,15 @@ def check_link(text: str, parse: Callable[[str], LinkAddress], ports: Iterable[s
     text = text.strip()
     if not text:
         return InputCheck(
-            message="Choose above, or type a LINK such as udpin:127.0.0.1:14550.", state="warning"
+            message=tr("Choose above, or type a LINK such as udpin:127.0.0.1:14550."),
+            state="warning",
         )
     try:
         address = parse(text)
     except GroundStationError as error:
         return InputCheck(message=str(error), state="warning")
     except ValueError as error:
-        return InputCheck(message=f"Invalid link: {error}.", state="warning")
+        return InputCheck(message=tr("Invalid link: {error}.").format(error=error), state="warning")
     kind = kind_of(address)
     if caution := kind.caution(address, ports):
         return InputCheck(message=caution, state="caution")
@@ -143,32 +145,44 @@ def next_flight_name(parent: Path, today: date, kind: str = "") -> str:
 def check_folder(parent: str, name: str) -> InputCheck:
     """Return what is to be said of the place where a flight shall be recorded."""
     if not name.strip():
-        return InputCheck(message="The flight needs a name.", state="warning")
+        return InputCheck(message=tr("The flight needs a name."), state="warning")
     if sanitize_file_name(name) != name.strip():
         return InputCheck(
-            message=f"Invalid folder name; use {sanitize_file_name(name)!r}.",
+            message=tr("Invalid folder name; use {name!r}.").format(
+                name=sanitize_file_name(name)
+            ),
             state="warning",
         )
     if not parent.strip():
-        return InputCheck(message="Choose the folder for flights.", state="warning")
+        return InputCheck(message=tr("Choose the folder for flights."), state="warning")
     place = Path(parent).expanduser()
     if why := unwritable_reason(place):
-        return InputCheck(message=f"{why} Choose another folder.", state="warning")
+        return InputCheck(
+            message=tr("{why} Choose another folder.").format(why=why), state="warning"
+        )
     existing = next(one for one in (place, *place.parents) if one.exists())
     free = shutil.disk_usage(existing).free
-    room = f"{bytes_text(free)} free"
+    room = tr("{free} free").format(free=bytes_text(free))
     if free < _BYTES_PER_HOUR:
         return InputCheck(
-            message=f"Only {room}: less than an hour of flight. Make room first.",
+            message=tr("Only {room}: less than an hour of flight. Make room first.").format(
+                room=room
+            ),
             state="caution",
         )
     target = place / name.strip()
     if target.exists():
         if why := unwritable_reason(target):
-            return InputCheck(message=f"{why} Choose another name.", state="warning")
+            return InputCheck(
+                message=tr("{why} Choose another name.").format(why=why), state="warning"
+            )
         return InputCheck(
-            message="This flight exists. Continuing it keeps its channel map, aircraft and "
-            f"calibration. {room}.",
+            message=tr(
+                "This flight exists. Continuing it keeps its channel map, aircraft and "
+                "calibration. {room}."
+            ).format(room=room),
             state="caution",
         )
-    return InputCheck(message=f"Recorded in {target}. {room}.", state="good")
+    return InputCheck(
+        message=tr("Recorded in {target}. {room}.").format(target=target, room=room), state="good"
+    )

@@ -24,6 +24,7 @@ from PySide6.QtWidgets import (
 
 from ui.disk_checks import nearest_folder
 from ui.display_style import DisplayStyle
+from ui.translation import tr
 from ui.widgets.labels import create_label
 
 
@@ -102,8 +103,8 @@ class PathField(QWidget):
         self.edit = QLineEdit()
         self.edit.setAccessibleName(name)
         row.addWidget(self.edit, 1)
-        button = QPushButton("Choose…")
-        button.setAccessibleName(f"Choose {name.lower()}")
+        button = QPushButton(tr("Choose…"))
+        button.setAccessibleName(tr("Choose {name}").format(name=name.lower()))
         button.clicked.connect(self._choose)
         row.addWidget(button)
         self.setFocusProxy(self.edit)

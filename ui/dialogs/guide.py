@@ -16,6 +16,7 @@ from PySide6.QtWidgets import (
 )
 
 from ui.display_style import DisplayStyle
+from ui.translation import tr
 
 _KINDS = ("how-to", "reference", "explanation")
 """Folders of pages, in the order of the list; the tutorial comes first."""
@@ -50,17 +51,17 @@ class GuideWindow(QDialog):
 
     def __init__(self, look: DisplayStyle, folder: Path, parent: QWidget | None = None) -> None:
         super().__init__(parent)
-        self.setWindowTitle("User guide")
+        self.setWindowTitle(tr("User guide"))
         self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         self.resize(look.px(960), look.px(720))
         row = QHBoxLayout(self)
         row.setContentsMargins(0, 0, 0, 0)
         row.setSpacing(0)
         self.pages = QListWidget()
-        self.pages.setAccessibleName("Pages of the guide")
+        self.pages.setAccessibleName(tr("Pages of the guide"))
         self.pages.setFixedWidth(look.px(240))
         self.browser = QTextBrowser()
-        self.browser.setAccessibleName("Page of the guide")
+        self.browser.setAccessibleName(tr("Page of the guide"))
         self.browser.setOpenLinks(False)
         palette = self.browser.palette()
         palette.setColor(QPalette.ColorRole.Link, look.color("target"))

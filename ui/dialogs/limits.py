@@ -13,12 +13,13 @@ from ui.dialogs.flight_requests import InputCheck
 from ui.dialogs.form_dialog import FieldMessage, FormDialog
 from ui.display_style import DisplayStyle
 from ui.number_format import parse_number, unit_text
+from ui.translation import QT_TR_NOOP, tr
 
 _FIELDS = (
-    ("warning_high", "Warning above"),
-    ("caution_high", "Caution above"),
-    ("caution_low", "Caution below"),
-    ("warning_low", "Warning below"),
+    ("warning_high", QT_TR_NOOP("Warning above")),
+    ("caution_high", QT_TR_NOOP("Caution above")),
+    ("caution_low", QT_TR_NOOP("Caution below")),
+    ("warning_low", QT_TR_NOOP("Warning below")),
 )
 """From the highest to the lowest, as they stand on the chart."""
 
@@ -47,12 +48,14 @@ class LimitsDialog(FormDialog):
     ) -> None:
         self._spec = spec
         self._unit = spec.display_unit(look.units)
-        shown = f" in {unit_text(self._unit)}" if self._unit else ""
+        shown = tr(" in {unit}").format(unit=unit_text(self._unit)) if self._unit else ""
         super().__init__(
-            "Limits",
-            f"{spec.title}{shown}. Leave a field empty for no limit. These limits apply to all "
-            "flights on this computer until reset.",
-            "Set",
+            tr("Limits"),
+            tr(
+                "{title}{shown}. Leave a field empty for no limit. These limits apply to all "
+                "flights on this computer until reset."
+            ).format(title=spec.title, shown=shown),
+            tr("Set"),
             look,
             parent,
         )
@@ -62,10 +65,10 @@ class LimitsDialog(FormDialog):
         self.sentence = FieldMessage()
         for name, words in _FIELDS:
             below = self.sentence if name == _FIELDS[-1][0] else None
-            self.add_row(words, self.edits[name], below)
+            self.add_row(tr(words), self.edits[name], below)
             self.edits[name].textChanged.connect(self._judge)
         self.reset = self.buttons.addButton(
-            "Reset to the aircraft file", QDialogButtonBox.ButtonRole.ResetRole
+            tr("Reset to the aircraft file"), QDialogButtonBox.ButtonRole.ResetRole
         )
         self.reset.setEnabled(typed)
         self.reset.clicked.connect(self._take_back)
@@ -125,18 +128,18 @@ def check_limits(
     """
     numbers = [parse_number(text) for text in texts if text]
     if not numbers:
-        return InputCheck(message="No limits: no bands, and no alarm.", state="caution")
+        return InputCheck(message=tr("No limits: no bands, and no alarm."), state="caution")
     known = [number for number in numbers if number is not None]
     if len(known) < len(numbers):
-        return InputCheck(message="Write numbers, such as 10 and -2.5.", state="warning")
+        return InputCheck(message=tr("Write numbers, such as 10 and -2.5."), state="warning")
     if any(one <= other for one, other in pairwise(known)):
         return InputCheck(
-            message="From top to bottom the limits must become smaller.", state="warning"
+            message=tr("From top to bottom the limits must become smaller."), state="warning"
         )
     low, high = ends
     if any(not low <= to_inside(number) <= high for number in known):
         return InputCheck(
-            message="One limit is outside the instrument range: it is never reached.",
+            message=tr("One limit is outside the instrument range: it is never reached."),
             state="caution",
         )
-    return InputCheck(message="Chart bands and alarms change at once.", state="good")
+    return InputCheck(message=tr("Chart bands and alarms change at once."), state="good")

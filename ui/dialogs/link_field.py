@@ -16,6 +16,7 @@ from gsapp.telemetry.serial_ports import is_same_port
 from ui.dialogs.flight_requests import InputCheck, check_link
 from ui.dialogs.form_dialog import FieldMessage, IntegerField, repolish
 from ui.display_style import DisplayStyle
+from ui.translation import tr
 
 _PORT_CHECK_MS = 1500
 
@@ -59,7 +60,7 @@ class LinkField(QWidget):
         column.setContentsMargins(0, 0, 0, 0)
         column.setSpacing(look.px(8))
         self.kind = QComboBox()
-        self.kind.setAccessibleName("Kind of link")
+        self.kind.setAccessibleName(tr("Kind of link"))
         for kind in self._kinds.values():
             self.kind.addItem(kind.title, kind.name)
         self.kind.activated.connect(self._kind_chosen)
@@ -68,7 +69,7 @@ class LinkField(QWidget):
         self.text = QComboBox()
         self.text.setEditable(True)
         self.text.setAccessibleName("LINK")
-        self.text.setToolTip("Link address; the list holds recent ones")
+        self.text.setToolTip(tr("Link address; the list holds recent ones"))
         self.text.setInsertPolicy(QComboBox.InsertPolicy.NoInsert)
         self.text.addItems(list(links))
         self.text.editTextChanged.connect(self._typed)
@@ -94,7 +95,7 @@ class LinkField(QWidget):
         self.host = QLineEdit()
         self.path = QLineEdit()
         self.device = QComboBox()
-        self.device.setPlaceholderText("No serial port is plugged in")
+        self.device.setPlaceholderText(tr("No serial port is plugged in"))
         self.port = IntegerField(1, 65535, 14550)
         self.port.setMaximumWidth(look.px(96))
         self.baud = QComboBox()

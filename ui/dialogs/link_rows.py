@@ -4,9 +4,16 @@ from __future__ import annotations
 
 from gsapp.decoding.health import LinkReport, MessageHealth, SenderHealth
 from ui.number_format import DASH, count_text, duration_text, number_text, percent_text
+from ui.translation import QT_TR_NOOP, tr
 from ui.widgets.row_model import TableRow
 
-LINK_COLUMN_TITLES = ("Message", "Frames", "Per s", "Age", "Delay")
+LINK_COLUMN_TITLES = (
+    QT_TR_NOOP("Message"),
+    QT_TR_NOOP("Frames"),
+    QT_TR_NOOP("Per s"),
+    QT_TR_NOOP("Age"),
+    QT_TR_NOOP("Delay"),
+)
 LIVE_ONLY_COLUMNS = (2, 3)
 """Columns that mean nothing once the record has ended."""
 
@@ -15,9 +22,11 @@ def describe_senders(report: LinkReport) -> tuple[str, ...]:
     """Return what became of the frames of each sender."""
     found = [_describe_sender(sender) for sender in report.senders]
     if report.lines:
-        found.append(f"{count_text(report.lines, 'line')} of text.")
+        found.append(tr("{lines} of text.").format(lines=count_text(report.lines, "line")))
     if report.residue_bytes:
-        found.append(f"{count_text(report.residue_bytes, 'byte')} outside any frame.")
+        found.append(
+            tr("{bytes} outside any frame.").format(bytes=count_text(report.residue_bytes, "byte"))
+        )
     return tuple(found)
 
 
@@ -25,24 +34,28 @@ def _describe_sender(sender: SenderHealth) -> str:
     whole = sender.arrived + sender.lost
     parts = [
         count_text(sender.arrived, "frame"),
-        f"{percent_text(sender.lost / whole if whole else 0.0)} lost",
+        tr("{percent} lost").format(percent=percent_text(sender.lost / whole if whole else 0.0)),
     ]
     if sender.duplicates:
-        parts.append(f"{sender.duplicates} received twice")
+        parts.append(tr("{duplicates} received twice").format(duplicates=sender.duplicates))
     if sender.reordered:
-        parts.append(f"{sender.reordered} received late")
+        parts.append(tr("{reordered} received late").format(reordered=sender.reordered))
     if sender.unknown:
-        parts.append(f"{sender.unknown} with unknown messages")
-    return f"System {sender.system}, component {sender.component}: {', '.join(parts)}."
+        parts.append(tr("{unknown} with unknown messages").format(unknown=sender.unknown))
+    return tr("System {system}, component {component}: {parts}.").format(
+        system=sender.system, component=sender.component, parts=", ".join(parts)
+    )
 
 
 def describe_vehicle(vehicle: SenderHealth, *, live: bool) -> str:
     """Return what is heard of a system that can be the flown one, for a menu."""
     what = ", ".join(filter(None, (vehicle.vehicle_type, vehicle.autopilot)))
-    name = f"System {vehicle.system}" + (f" ({what})" if what else "")
+    name = tr("System {system}").format(system=vehicle.system) + (f" ({what})" if what else "")
     if not live:
         return f"{name}: {count_text(vehicle.arrived, 'message')}"
-    return f"{name}: {number_text(vehicle.rate, 0)}/s, {duration_text(vehicle.age)} ago"
+    return tr("{name}: {rate}/s, {age} ago").format(
+        name=name, rate=number_text(vehicle.rate, 0), age=duration_text(vehicle.age)
+    )
 
 
 def build_link_message_rows(report: LinkReport) -> tuple[TableRow, ...]:

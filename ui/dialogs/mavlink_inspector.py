@@ -17,11 +17,12 @@ from ui.dialogs.link_rows import (
 )
 from ui.display_style import DisplayStyle
 from ui.flight.side_panels import ListPanel
+from ui.translation import QT_TR_NOOP, tr
 from ui.widgets.labels import create_label
 from ui.widgets.row_model import TableRowModel
 from ui.widgets.table_view import TableRowView
 
-_DELAY = (
+_DELAY = QT_TR_NOOP(
     "Delay: of the last message, by its own time stamp, relative to the fastest of the last "
     "minutes."
 )
@@ -50,7 +51,7 @@ class MavlinkInspector(SelfDeletingDialog):
     ) -> None:
         super().__init__(parent)
         self._ask = ask
-        self.setWindowTitle("MAVLink inspector")
+        self.setWindowTitle(tr("MAVLink inspector"))
         room = self.screen().availableSize() - QSize(32, 64)
         self.resize(QSize(look.px(760), look.px(600)).boundedTo(room))
         column = QVBoxLayout(self)
@@ -60,12 +61,12 @@ class MavlinkInspector(SelfDeletingDialog):
         column.addWidget(self.senders)
         model = TableRowModel(look, LINK_COLUMN_TITLES, right=frozenset({1, 2, 3, 4}))
         widths = {1: "1234567", 2: "1000", 3: "99 min", 4: "1000 ms"}
-        view = TableRowView(model, look, "Messages", stretch=0, widths=widths, wrap=False)
+        view = TableRowView(model, look, tr("Messages"), stretch=0, widths=widths, wrap=False)
         for place in () if live else LIVE_ONLY_COLUMNS:
             view.setColumnHidden(place, True)
-        self.messages = ListPanel(view, look, "No frames received yet.")
+        self.messages = ListPanel(view, look, tr("No frames received yet."))
         column.addWidget(self.messages, 1)
-        column.addWidget(create_label(_DELAY, "hint", wrap=True))
+        column.addWidget(create_label(tr(_DELAY), "hint", wrap=True))
         buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Close)
         buttons.rejected.connect(self.reject)
         column.addWidget(buttons)

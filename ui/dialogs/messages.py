@@ -9,6 +9,7 @@ from gsapp.quantities import convert_text_units
 from ui.display_style import DisplayStyle
 from ui.flight.side_panels import ListPanel
 from ui.icons import IndicatorState
+from ui.translation import tr
 from ui.widgets.row_model import TableRow, TableRowModel
 from ui.widgets.table_view import TableRowView
 from ui.window_frame.banners import LEVEL_TITLES, BannerMessage, BannerStack
@@ -32,18 +33,20 @@ class MessagesDialog(QDialog):
     ) -> None:
         super().__init__(parent)
         self._look, self._banners = look, banners
-        self.setWindowTitle("Messages")
+        self.setWindowTitle(tr("Messages"))
         self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         self.resize(look.px(720), look.px(440))
         column = QVBoxLayout(self)
         column.setContentsMargins(look.px(16), look.px(16), look.px(16), look.px(16))
         column.setSpacing(look.px(8))
-        model = TableRowModel(look, ("Time", "Kind", "Message"))
-        widths = {0: "00:00:00", 1: max(LEVEL_TITLES.values(), key=len)}
-        self.view = TableRowView(model, look, "Messages", stretch=2, widths=widths)
-        self.panel = ListPanel(self.view, look, "No message yet.")
+        model = TableRowModel(look, (tr("Time"), tr("Kind"), tr("Message")))
+        widths = {0: "00:00:00", 1: max(map(tr, LEVEL_TITLES.values()), key=len)}
+        self.view = TableRowView(model, look, tr("Messages"), stretch=2, widths=widths)
+        self.panel = ListPanel(self.view, look, tr("No message yet."))
         self.show_again_button = self.panel.add_button(
-            "Show again", "Show the message again below the page", "Choose a message first"
+            tr("Show again"),
+            tr("Show the message again below the page"),
+            tr("Choose a message first"),
         )
         self.show_again_button.clicked.connect(self._show_again)
         self.view.opened.connect(lambda _key: self._show_again())
@@ -72,7 +75,7 @@ def _line(message: BannerMessage, units: str) -> TableRow:
         key=message,
         cells=(
             message.time.strftime("%H:%M:%S"),
-            LEVEL_TITLES[message.level],
+            tr(LEVEL_TITLES[message.level]),
             convert_text_units(message.text, units),
         ),
         state=_STATES.get(message.level, "plain"),

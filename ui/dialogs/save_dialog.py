@@ -10,6 +10,7 @@ from PySide6.QtWidgets import QFileDialog, QMessageBox, QWidget
 
 from gsapp.foundation import write_atomically
 from ui.disk_checks import nearest_folder
+from ui.translation import tr
 
 
 def ask_save_file(parent: QWidget | None, title: str, start: Path, kinds: str) -> Path | None:
@@ -67,4 +68,4 @@ def ask_and_save(
     try:
         write_atomically(path, content(path))
     except OSError as error:
-        QMessageBox.warning(parent, title, f"Not saved: {error}")
+        QMessageBox.warning(parent, title, tr("Not saved: {error}").format(error=error))

@@ -12,11 +12,13 @@ from ui.dialogs.form_dialog import FieldMessage, FormDialog, PathField
 from ui.display_style import SCALE_STEPS, DisplayStyle
 from ui.settings import Settings, recording_folder, unwritable_reason
 from ui.theme import THEMES, theme_title
+from ui.translation import QT_TR_NOOP, tr
 
 _SPEECH = (
-    ("page", "While the pilot's page is in use"), ("always", "Always"), ("never", "Never"),
+    ("page", QT_TR_NOOP("While the pilot's page is in use")), ("always", QT_TR_NOOP("Always")),
+    ("never", QT_TR_NOOP("Never")),
 )  # fmt: skip
-_UNITS = (("US", "US customary (ft, lb, °F)"), ("SI", "SI (m, kg, °C)"))
+_UNITS = (("US", QT_TR_NOOP("US customary (ft, lb, °F)")), ("SI", QT_TR_NOOP("SI (m, kg, °C)")))
 
 
 class SettingsDialog(FormDialog):
@@ -37,35 +39,37 @@ class SettingsDialog(FormDialog):
         choices: ConnectionOptions,
         parent: QWidget | None = None,
     ) -> None:
-        super().__init__("Settings", "Saved for the next start.", "Save", look, parent)
+        super().__init__(tr("Settings"), tr("Saved for the next start."), tr("Save"), look, parent)
         self.theme = self._choice([(name, theme_title(name)) for name in THEMES])
-        self.add_row("Theme", self.theme)
+        self.add_row(tr("Theme"), self.theme)
         self.scale = self._choice([(percent, f"{percent} %") for percent in SCALE_STEPS])
-        self.add_row("Scale", self.scale)
+        self.add_row(tr("Scale"), self.scale)
         self.units = self._choice(_UNITS)
-        self.add_row("Units", self.units)
-        self.sound = QCheckBox("Play alarms and callouts")
-        self.add_row("Sound", self.sound)
+        self.add_row(tr("Units"), self.units)
+        self.sound = QCheckBox(tr("Play alarms and callouts"))
+        self.add_row(tr("Sound"), self.sound)
         self.speech = self._choice(_SPEECH)
-        self.add_row("Spoken cues", self.speech)
-        self.flights = PathField("Flights folder", look)
+        self.add_row(tr("Spoken cues"), self.speech)
+        self.flights = PathField(tr("Flights folder"), look)
         self.sentence = FieldMessage()
-        self.add_row("Flights folder", self.flights, self.sentence)
-        self.aircraft = ShippedFileField("Aircraft", choices.aircraft, settings.aircraft)
-        self.add_row("Aircraft", self.aircraft)
+        self.add_row(tr("Flights folder"), self.flights, self.sentence)
+        self.aircraft = ShippedFileField(tr("Aircraft"), choices.aircraft, settings.aircraft)
+        self.add_row(tr("Aircraft"), self.aircraft)
         self.channel_map = ShippedFileField(
-            "Channel map", choices.channel_maps, settings.channel_map
+            tr("Channel map"), choices.channel_maps, settings.channel_map
         )
-        self.add_row("Channel map", self.channel_map)
+        self.add_row(tr("Channel map"), self.channel_map)
         self.calibration = ShippedFileField(
-            "Calibration", choices.calibrations, settings.calibration,
-            none="From the channel map", folder=True,
+            tr("Calibration"), choices.calibrations, settings.calibration,
+            none=tr("From the channel map"), folder=True,
         )  # fmt: skip
-        self.add_row("Calibration", self.calibration)
-        restore = self.buttons.addButton("Restore defaults", QDialogButtonBox.ButtonRole.ResetRole)
+        self.add_row(tr("Calibration"), self.calibration)
+        restore = self.buttons.addButton(
+            tr("Restore defaults"), QDialogButtonBox.ButtonRole.ResetRole
+        )
         restore.clicked.connect(lambda: self.show_values(Settings()))
-        self.reset_layout = QCheckBox("Reset layout and panel width")
-        self.add_row("Flight page", self.reset_layout)
+        self.reset_layout = QCheckBox(tr("Reset layout and panel width"))
+        self.add_row(tr("Flight page"), self.reset_layout)
         self.flights.edit.textChanged.connect(self._judge)
         self.show_values(settings)
         self.fit_to_content(560)
@@ -74,7 +78,7 @@ class SettingsDialog(FormDialog):
     def _choice(entries: Any) -> QComboBox:
         box = QComboBox()
         for value, words in entries:
-            box.addItem(words, value)
+            box.addItem(tr(words), value)
         return box
 
     def show_values(self, settings: Settings) -> None:
@@ -98,9 +102,9 @@ class SettingsDialog(FormDialog):
 
     def _judge(self) -> None:
         text = self.flights.edit.text().strip()
-        why = unwritable_reason(self.flights.path) if text else "Name a folder."
+        why = unwritable_reason(self.flights.path) if text else tr("Name a folder.")
         self.sentence.set_message(
-            why or "New flights are recorded here.", "warning" if why else "good"
+            why or tr("New flights are recorded here."), "warning" if why else "good"
         )
         self.button.setEnabled(not why)
 

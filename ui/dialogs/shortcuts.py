@@ -16,18 +16,25 @@ from PySide6.QtWidgets import (
 from ui.commands import COMMANDS, shortcut_text
 from ui.dialogs.form_dialog import SelfDeletingDialog
 from ui.display_style import DisplayStyle
+from ui.translation import QT_TR_NOOP, tr
 from ui.widgets.flow_layout import FlowLayout
 from ui.widgets.labels import create_label
 
 _MOUSE_ACTIONS = (
-    ("Click on the charts", "Cursor with all values at that time"),
-    ("Double-click", "Enlarge one chart, or show all again"),
-    ("Wheel", "Zoom in or out in time"),
-    ("Shift and wheel", "Scroll in time"),
-    ("Wheel over a value axis, or Ctrl and wheel", "Scale the values of that chart"),
-    ("Drag a value axis", "Shift the values of that chart"),
-    ("Double-click on a value axis", "Autoscale that chart"),
-    ("Right-click on charts and tables", "Menu: copy, limits, range, marks, export"),
+    (QT_TR_NOOP("Click on the charts"), QT_TR_NOOP("Cursor with all values at that time")),
+    (QT_TR_NOOP("Double-click"), QT_TR_NOOP("Enlarge one chart, or show all again")),
+    (QT_TR_NOOP("Wheel"), QT_TR_NOOP("Zoom in or out in time")),
+    (QT_TR_NOOP("Shift and wheel"), QT_TR_NOOP("Scroll in time")),
+    (
+        QT_TR_NOOP("Wheel over a value axis, or Ctrl and wheel"),
+        QT_TR_NOOP("Scale the values of that chart"),
+    ),
+    (QT_TR_NOOP("Drag a value axis"), QT_TR_NOOP("Shift the values of that chart")),
+    (QT_TR_NOOP("Double-click on a value axis"), QT_TR_NOOP("Autoscale that chart")),
+    (
+        QT_TR_NOOP("Right-click on charts and tables"),
+        QT_TR_NOOP("Menu: copy, limits, range, marks, export"),
+    ),
 )
 
 
@@ -36,20 +43,20 @@ class ShortcutsDialog(SelfDeletingDialog):
 
     def __init__(self, look: DisplayStyle, parent: QWidget | None = None) -> None:
         super().__init__(parent)
-        self.setWindowTitle("All keys")
+        self.setWindowTitle(tr("All keys"))
         room = self.screen().availableSize() - QSize(32, 64)
         self.resize(QSize(look.px(880), look.px(640)).boundedTo(room))
         column = QVBoxLayout(self)
         column.setContentsMargins(look.px(24), look.px(16), look.px(24), look.px(16))
         column.setSpacing(look.px(8))
         self.search = QLineEdit()
-        self.search.setPlaceholderText("Search keys or actions")
-        self.search.setAccessibleName("Search the keys")
+        self.search.setPlaceholderText(tr("Search keys or actions"))
+        self.search.setAccessibleName(tr("Search the keys"))
         self.search.setClearButtonEnabled(True)
         column.addWidget(self.search)
         area = QScrollArea()
         area.setProperty("role", "read")
-        area.setAccessibleName("Keys")
+        area.setAccessibleName(tr("Keys"))
         area.setWidgetResizable(True)
         area.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         body = QWidget()
@@ -62,19 +69,19 @@ class ShortcutsDialog(SelfDeletingDialog):
                 for known in COMMANDS
                 if (known.menu, known.submenu) == place and known.shortcuts
             ]
-            menu = ": ".join(filter(None, place))
+            menu = ": ".join(tr(title) for title in place if title)
             if not commands:
                 continue
             lines = [
                 (
-                    known.text.rstrip("…"),
-                    "  or  ".join(shortcut_text(key) for key in known.shortcuts),
+                    tr(known.text).rstrip("…"),
+                    tr("  or  ").join(shortcut_text(key) for key in known.shortcuts),
                 )
                 for known in commands
             ]
             self._flow.addWidget(self._card(menu, lines, look))
-        mouse = [(what, how) for how, what in _MOUSE_ACTIONS]
-        self._flow.addWidget(self._card("With the mouse", mouse, look))
+        mouse = [(tr(what), tr(how)) for how, what in _MOUSE_ACTIONS]
+        self._flow.addWidget(self._card(tr("With the mouse"), mouse, look))
         area.setWidget(body)
         column.addWidget(area, 1)
         buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Close)

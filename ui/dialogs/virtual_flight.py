@@ -22,6 +22,7 @@ from ui.dialogs.file_fields import RecordingDialog, ShippedFileField
 from ui.dialogs.flight_requests import VirtualFlightRequest
 from ui.dialogs.form_dialog import FieldMessage, IntegerField
 from ui.display_style import DisplayStyle
+from ui.translation import tr
 
 _SPEEDS = (1.0, 2.0, 5.0, 10.0)
 
@@ -54,44 +55,51 @@ class VirtualFlightDialog(RecordingDialog):
         parent: QWidget | None = None,
     ) -> None:
         super().__init__(
-            "Fly the virtual aircraft",
-            "Engine start, pulses, take-off, doublets, landing: sent over a real link on this "
-            "computer and recorded like any flight.",
-            "Fly",
+            tr("Fly the virtual aircraft"),
+            tr(
+                "Engine start, pulses, take-off, doublets, landing: sent over a real link on this "
+                "computer and recorded like any flight."
+            ),
+            tr("Fly"),
             look,
             parent,
         )
         self.plan = ShippedFileField(
-            "Plan", choices.plans, choices.plans[0] if choices.plans else ""
+            tr("Plan"), choices.plans, choices.plans[0] if choices.plans else ""
         )
-        self.add_row("Plan", self.plan)
+        self.add_row(tr("Plan"), self.plan)
         self.speed = QComboBox()
         for speed in _SPEEDS:
-            self.speed.addItem("real time" if speed == 1.0 else f"{speed:g} times", speed)
-        self.add_row("Speed", self.speed)
+            self.speed.addItem(
+                tr("real time") if speed == 1.0 else tr("{speed:g} times").format(speed=speed),
+                speed,
+            )
+        self.add_row(tr("Speed"), self.speed)
         self.seed = IntegerField(0, 999_999, 1)
-        self.seed.setToolTip("The same seed gives the same gusts, noise and pilot")
-        self.add_row("Seed", self.seed)
-        self.thin = QCheckBox("Limited to a 57,600-baud radio")
-        self.add_row("Radio", self.thin)
+        self.seed.setToolTip(tr("The same seed gives the same gusts, noise and pilot"))
+        self.add_row(tr("Seed"), self.seed)
+        self.thin = QCheckBox(tr("Limited to a 57,600-baud radio"))
+        self.add_row(tr("Radio"), self.thin)
         self.search = QLineEdit()
-        self.search.setPlaceholderText("Search the effects")
-        self.search.setAccessibleName("Search the effects")
+        self.search.setPlaceholderText(tr("Search the effects"))
+        self.search.setAccessibleName(tr("Search the effects"))
         self.search.setClearButtonEnabled(True)
         self.search.textChanged.connect(self._narrow)
         self.effects = QListWidget()
-        self.effects.setAccessibleName("Hidden effects")
+        self.effects.setAccessibleName(tr("Hidden effects"))
         self.effects.setFixedHeight(look.px(112))
         self.effects.setProperty("role", "boxed")
         self.effects.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self.note = FieldMessage()
-        self.note.set_message("Reading the catalog of effects…")
+        self.note.set_message(tr("Reading the catalog of effects…"))
         self._reading = BackgroundJob(
-            "Reading the effects", lambda _progress: choices.effects(), self
+            tr("Reading the effects"), lambda _progress: choices.effects(), self
         )
         self._reading.done.connect(self._offer)
         self._reading.failed.connect(
-            lambda error: self.note.set_message(f"The effects cannot be read: {error}", "warning")
+            lambda error: self.note.set_message(
+                tr("The effects cannot be read: {error}").format(error=error), "warning"
+            )
         )
         self._reading.start()
         holder = QWidget()
@@ -101,7 +109,7 @@ class VirtualFlightDialog(RecordingDialog):
         column.addWidget(self.search)
         column.addWidget(self.effects)
         holder.setFocusProxy(self.search)
-        self.add_row("Hidden effects", holder, self.note)
+        self.add_row(tr("Hidden effects"), holder, self.note)
         self.add_folder_field(flights)
         self.fit_to_content()
 
@@ -113,7 +121,7 @@ class VirtualFlightDialog(RecordingDialog):
             item.setFlags(item.flags() | Qt.ItemFlag.ItemIsUserCheckable)
             item.setCheckState(Qt.CheckState.Unchecked)
             self.effects.addItem(item)
-        self.note.set_message("Hidden effects make the aircraft differ from its model.")
+        self.note.set_message(tr("Hidden effects make the aircraft differ from its model."))
         self._narrow(self.search.text())
 
     def _narrow(self, words: str) -> None:

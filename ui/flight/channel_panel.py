@@ -36,6 +36,7 @@ from ui.flight.chart_selection import (
 )
 from ui.number_format import count_text, symbol_text
 from ui.strips.strip_layout import StripLayout
+from ui.translation import tr
 from ui.widgets.labels import create_label
 from ui.widgets.table_menu import TableMenu, create_table_actions
 
@@ -53,9 +54,11 @@ class _ChartOrderList(QListWidget):
         super().__init__()
         self.setDragDropMode(QAbstractItemView.DragDropMode.InternalMove)
         self.setDefaultDropAction(Qt.DropAction.MoveAction)
-        self.setAccessibleName("Charts in their order")
+        self.setAccessibleName(tr("Charts in their order"))
         up, down = shortcut_text("Alt+Up"), shortcut_text("Alt+Down")
-        self.setToolTip(f"Drag to order, or {up} and {down}; Delete removes")
+        self.setToolTip(
+            tr("Drag to order, or {up} and {down}; Delete removes").format(up=up, down=down)
+        )
         self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self.model().rowsMoved.connect(self._rows_moved)
 
@@ -105,8 +108,8 @@ class ChannelPanel(QWidget):
         column.setSpacing(8)
         column.addLayout(self._layout_row())
         self.search = QLineEdit()
-        self.search.setPlaceholderText("Search channels")
-        self.search.setAccessibleName("Search channels")
+        self.search.setPlaceholderText(tr("Search channels"))
+        self.search.setAccessibleName(tr("Search channels"))
         self.search.setClearButtonEnabled(True)
         self.search.textChanged.connect(self._narrow)
         self.search.returnPressed.connect(self._toggle_first)
@@ -115,7 +118,7 @@ class ChannelPanel(QWidget):
         split.setChildrenCollapsible(False)
         self.tree = QTreeWidget()
         self.tree.setHeaderHidden(True)
-        self.tree.setAccessibleName("Channels of this flight")
+        self.tree.setAccessibleName(tr("Channels of this flight"))
         self.tree.itemChanged.connect(self._ticked)
         self.tree.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         split.addWidget(self.tree)
@@ -126,9 +129,9 @@ class ChannelPanel(QWidget):
         head = QHBoxLayout()
         self._count = create_label("", "label")
         head.addWidget(self._count, 1)
-        heading = QPushButton("Add heading")
+        heading = QPushButton(tr("Add heading"))
         heading.setProperty("role", "quiet")
-        heading.setAccessibleName("Add a heading to the charts")
+        heading.setAccessibleName(tr("Add a heading to the charts"))
         heading.clicked.connect(self._add_heading)
         head.addWidget(heading)
         below.addLayout(head)
@@ -146,7 +149,7 @@ class ChannelPanel(QWidget):
 
     def _add_menus(self) -> None:
         """Give tree and order their menus."""
-        show = QAction("Show or hide in the charts", self.tree)
+        show = QAction(tr("Show or hide in the charts"), self.tree)
         show.triggered.connect(self._toggle_current)
         self.tree.currentItemChanged.connect(
             lambda leaf, _: show.setEnabled(leaf is not None and leaf.parent() is not None)
@@ -155,10 +158,12 @@ class ChannelPanel(QWidget):
         self.tree.addActions([show, *create_table_actions(self.tree, self._channel_table)])
         self.tree.setContextMenuPolicy(Qt.ContextMenuPolicy.ActionsContextMenu)
         order = self.order
-        menu = TableMenu(order, table=lambda: [("Charts",), *((text,) for text in self._order())])
-        menu.add_command("Move up", lambda: self._move(order.currentRow(), -1))
-        menu.add_command("Move down", lambda: self._move(order.currentRow(), 1))
-        menu.add_command("Remove", lambda: self._remove(order.currentRow()))
+        menu = TableMenu(
+            order, table=lambda: [(tr("Charts"),), *((text,) for text in self._order())]
+        )
+        menu.add_command(tr("Move up"), lambda: self._move(order.currentRow(), -1))
+        menu.add_command(tr("Move down"), lambda: self._move(order.currentRow(), 1))
+        menu.add_command(tr("Remove"), lambda: self._remove(order.currentRow()))
 
     def _order(self) -> list[str]:
         return [self.order.item(row).text() for row in range(self.order.count())]
@@ -166,10 +171,10 @@ class ChannelPanel(QWidget):
     def _channel_table(self) -> list[tuple[str, ...]]:
         specs = [channel(leaf.data(0, _ID)) for leaf in self._leaves()]
         return [
-            ("Group", "Symbol", "Channel", "Show in charts"),
+            (tr("Group"), tr("Symbol"), tr("Channel"), tr("Show in charts")),
             *(
                 (one.group, symbol_text(one.symbol), one.title,
-                 "yes" if one.id in self._charts.channels else "no")
+                 tr("yes") if one.id in self._charts.channels else tr("no"))
                 for one in specs
             ),
         ]  # fmt: skip
@@ -190,23 +195,23 @@ class ChannelPanel(QWidget):
         row = QHBoxLayout()
         row.setSpacing(4)
         self.layouts = QComboBox()
-        self.layouts.setAccessibleName("Layout")
-        self.layouts.setToolTip("Layouts: named choices of charts")
+        self.layouts.setAccessibleName(tr("Layout"))
+        self.layouts.setToolTip(tr("Layouts: named choices of charts"))
         self.layouts.setMinimumContentsLength(8)
         self.layouts.setSizeAdjustPolicy(
             QComboBox.SizeAdjustPolicy.AdjustToMinimumContentsLengthWithIcon
         )
         self.layouts.activated.connect(
-            lambda index: self.layout_chosen.emit(self.layouts.itemText(index))
+            lambda index: self.layout_chosen.emit(self.layouts.itemData(index))
         )
         row.addWidget(self.layouts, 1)
-        save = QPushButton("Save as…")
-        save.setAccessibleName("Save this layout under a name")
+        save = QPushButton(tr("Save as…"))
+        save.setAccessibleName(tr("Save this layout under a name"))
         save.clicked.connect(self._ask_name)
         row.addWidget(save)
-        self.delete = QPushButton("Delete")
-        self.delete.setAccessibleName("Delete this saved layout")
-        self.delete.clicked.connect(lambda: self.layout_deleted.emit(self.layouts.currentText()))
+        self.delete = QPushButton(tr("Delete"))
+        self.delete.setAccessibleName(tr("Delete this saved layout"))
+        self.delete.clicked.connect(lambda: self.layout_deleted.emit(self.layouts.currentData()))
         row.addWidget(self.delete)
         return row
 
@@ -215,11 +220,12 @@ class ChannelPanel(QWidget):
     def show_layouts(self, saved: Sequence[str], current: str) -> None:
         """List the layouts; `current` may be empty for one without a name."""
         self.layouts.clear()
-        self.layouts.addItems([*SHIPPED_LAYOUT_NAMES, *saved])
-        self.layouts.setCurrentIndex(self.layouts.findText(current) if current else -1)
-        self.layouts.setPlaceholderText("Custom")
+        for name in (*SHIPPED_LAYOUT_NAMES, *saved):
+            self.layouts.addItem(tr(name), name)
+        self.layouts.setCurrentIndex(self.layouts.findData(current) if current else -1)
+        self.layouts.setPlaceholderText(tr("Custom"))
         self.delete.setEnabled(current in saved)
-        self.delete.setToolTip("" if current in saved else "Only saved layouts can be deleted")
+        self.delete.setToolTip("" if current in saved else tr("Only saved layouts can be deleted"))
 
     def show_channels(
         self, available: Sequence[str], charts: StripLayout, notes: Mapping[str, str]
@@ -303,7 +309,11 @@ class ChannelPanel(QWidget):
         for place, row in enumerate(order):
             self.order.item(place).setData(_ID, row)
         self._restyle()
-        self._count.setText(f"{count_text(len(self._charts.strips), 'chart')}, top to bottom")
+        self._count.setText(
+            tr("{charts}, top to bottom").format(
+                charts=count_text(len(self._charts.strips), "chart")
+            )
+        )
 
     def _restyle(self) -> None:
         """Give headings their letters; a style sheet cannot tell them from charts."""
@@ -342,7 +352,7 @@ class ChannelPanel(QWidget):
         self._set(build_layout(self._charts, order))
 
     def _add_heading(self) -> None:
-        name, agreed = QInputDialog.getText(self, "Add heading", "Heading text")
+        name, agreed = QInputDialog.getText(self, tr("Add heading"), tr("Heading text"))
         if agreed and name.strip():
             order = list(list_layout_rows(self._charts))
             order.insert(max(self.order.currentRow(), 0), name.strip())
@@ -370,7 +380,10 @@ class ChannelPanel(QWidget):
     def _ask_name(self) -> None:
         at = self.layouts.currentText()
         name, agreed = QInputDialog.getText(
-            self, "Save layout", "Name of the layout", text="" if at in SHIPPED_LAYOUT_NAMES else at
+            self,
+            tr("Save layout"),
+            tr("Name of the layout"),
+            text="" if at in SHIPPED_LAYOUT_NAMES else at,
         )
         if agreed and name.strip():
             self.layout_saved.emit(name.strip())

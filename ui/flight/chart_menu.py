@@ -14,6 +14,7 @@ from ui.dialogs.save_dialog import ask_save_file
 from ui.flight.flight_view_state import FlightViewState
 from ui.number_format import channel_value_text, clock_text
 from ui.strips.strip_chart import StripChart
+from ui.translation import tr
 
 _ZOOM_MARGIN = 1.2
 """Time in sight beside a maneuver that is zoomed to, times its length."""
@@ -50,32 +51,40 @@ def create_chart_menu(
         if time is not None:
             for spec in chart.specs:
                 text = channel_value_text(spec, charts.model.value_at(spec.id, time), units)
-                menu.addAction(f"Copy {spec.title} {text}", partial(_copy_text, text))
-        menu.addAction(f"Hide {chart.specs[0].title}", charts.editor.hide)
+                menu.addAction(
+                    tr("Copy {title} {text}").format(title=spec.title, text=text),
+                    partial(_copy_text, text),
+                )
+        menu.addAction(tr("Hide {title}").format(title=chart.specs[0].title), charts.editor.hide)
         menu.addAction(actions["chart_enlarge"])
         menu.addSeparator()
-        auto = menu.addAction("Autoscale", lambda: charts.editor.set_range(None))
+        auto = menu.addAction(tr("Autoscale"), lambda: charts.editor.set_range(None))
         auto.setEnabled(chart.strip.range != "auto")
         menu.addAction(actions["type_range"])
         menu.addAction(actions["type_limits"])
         menu.addSeparator()
     if time is not None:
         at = clock_text(time, decimals=1)
-        menu.addAction(f"Mark {at}", lambda: charts.mark_requested.emit(time))
-        menu.addAction(f"Set A at {at}", lambda: charts.navigator.set_cursor("a", time))
-        menu.addAction(f"Set B at {at}", lambda: charts.navigator.set_cursor("b", time))
+        menu.addAction(tr("Mark {at}").format(at=at), lambda: charts.mark_requested.emit(time))
+        menu.addAction(
+            tr("Set A at {at}").format(at=at), lambda: charts.navigator.set_cursor("a", time)
+        )
+        menu.addAction(
+            tr("Set B at {at}").format(at=at), lambda: charts.navigator.set_cursor("b", time)
+        )
         for span in picture.spans:
             if span.stop is not None and span.start <= time <= span.stop:
                 menu.addAction(
-                    f"Zoom to {span.label}", partial(zoom_to, charts, span.start, span.stop)
+                    tr("Zoom to {label}").format(label=span.label),
+                    partial(zoom_to, charts, span.start, span.stop),
                 )
     a, b = charts.view.cursors.get("a"), charts.view.cursors.get("b")
     if a is not None and b is not None and a != b:
-        menu.addAction("Zoom to A and B", lambda: zoom_to(charts, min(a, b), max(a, b)))
+        menu.addAction(tr("Zoom to A and B"), lambda: zoom_to(charts, min(a, b), max(a, b)))
     menu.addAction(actions["chart_clear"])
     menu.addSeparator()
-    menu.addAction("Copy picture", lambda: QGuiApplication.clipboard().setPixmap(charts.grab()))
-    menu.addAction("Save as…", lambda: export_chart_image(charts))
+    menu.addAction(tr("Copy picture"), lambda: QGuiApplication.clipboard().setPixmap(charts.grab()))
+    menu.addAction(tr("Save as…"), lambda: export_chart_image(charts))
     return menu
 
 
@@ -98,6 +107,8 @@ def export_chart_image(charts: StripChart) -> None:
         If it cannot be written.
     """
     picture = charts.grab()  # before the dialog stands over it
-    path = ask_save_file(charts, "Save the charts", Path.home() / "charts.png", "Picture (*.png)")
+    path = ask_save_file(
+        charts, tr("Save the charts"), Path.home() / "charts.png", tr("Picture (*.png)")
+    )
     if path is not None and not picture.save(str(path)):
-        raise FlightError(f"{path} cannot be written; choose another folder")
+        raise FlightError(tr("{path} cannot be written; choose another folder").format(path=path))

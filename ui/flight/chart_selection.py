@@ -12,29 +12,30 @@ from types import MappingProxyType
 from gsapp.quantities import CHANNELS, ChannelSpec, base_id, channel
 from ui.number_format import symbol_text
 from ui.strips.strip_layout import Strip, StripGroup, StripLayout, Trace, default_layout
+from ui.translation import QT_TR_NOOP, tr
 
 LayoutRow = str | Strip
 """A heading, or a chart."""
 
-OVERVIEW_LAYOUT = "Overview"
+OVERVIEW_LAYOUT = QT_TR_NOOP("Overview")
 
 _SHIPPED_LAYOUTS: Mapping[str, tuple[tuple[str, tuple[str, ...]], ...]] = MappingProxyType(
     {
-        "Longitudinal": (
-            ("Pitch", ("de", "alpha", "q", "theta", "an", "ax")),
-            ("Flight", ("V", "altitude")),
+        QT_TR_NOOP("Longitudinal"): (
+            (QT_TR_NOOP("Pitch"), ("de", "alpha", "q", "theta", "an", "ax")),
+            (QT_TR_NOOP("Flight"), ("V", "altitude")),
         ),
-        "Lateral": (
-            ("Controls", ("da", "dr")),
-            ("Roll and yaw", ("beta", "p", "r", "phi", "psi", "ay")),
+        QT_TR_NOOP("Lateral"): (
+            (QT_TR_NOOP("Controls"), ("da", "dr")),
+            (QT_TR_NOOP("Roll and yaw"), ("beta", "p", "r", "phi", "psi", "ay")),
         ),
-        "Engines": (
-            ("Engines", ("throttle", "rpm_left", "rpm_right")),
-            ("Flight", ("V", "altitude", "climb_rate")),
+        QT_TR_NOOP("Engines"): (
+            (QT_TR_NOOP("Engines"), ("throttle", "rpm_left", "rpm_right")),
+            (QT_TR_NOOP("Flight"), ("V", "altitude", "climb_rate")),
         ),
-        "Health": (
-            ("Power", ("battery", "battery_receiver", "excitation")),
-            ("Link", ("link_rssi", "rc_rssi", "link_loss")),
+        QT_TR_NOOP("Health"): (
+            (QT_TR_NOOP("Power"), ("battery", "battery_receiver", "excitation")),
+            (QT_TR_NOOP("Link"), ("link_rssi", "rc_rssi", "link_loss")),
         ),
     }
 )
@@ -89,8 +90,8 @@ def build_layout(layout: StripLayout, order: Iterable[LayoutRow]) -> StripLayout
 def row_text(row: LayoutRow) -> str:
     """Return how a row is listed."""
     if isinstance(row, str):
-        return row or "More"
-    names = " and ".join(symbol_text(channel(trace.channel).symbol) for trace in row.traces)
+        return tr(row) or tr("More")
+    names = tr(" and ").join(symbol_text(channel(trace.channel).symbol) for trace in row.traces)
     return f"{names}   {channel(row.channel).title}"
 
 

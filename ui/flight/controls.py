@@ -21,6 +21,7 @@ from PySide6.QtWidgets import (
 from ui.display_style import DisplayStyle
 from ui.number_format import clock_text, time_span_text
 from ui.strips.chart_annotations import AlarmSpan
+from ui.translation import tr
 from ui.widgets.action_button import ActionButton
 from ui.widgets.flow_layout import FlowLayout
 from ui.widgets.time_slider import TimeSlider
@@ -42,7 +43,7 @@ _NOTE_MIN_WIDTH = 520
 
 def speed_text(speed: float) -> str:
     """Return ``0.1x``, ``1x``, ``max``."""
-    return "max" if speed == float("inf") else f"{speed:g}x"
+    return tr("max") if speed == float("inf") else f"{speed:g}x"
 
 
 class ReplayBar(QWidget):
@@ -66,13 +67,13 @@ class ReplayBar(QWidget):
         self._look = look
         row = QHBoxLayout(self)
         row.setContentsMargins(0, 0, 0, 0)
-        self.play = ActionButton(actions["chart_pause"], "Play", look, "play")
+        self.play = ActionButton(actions["chart_pause"], tr("Play"), look, "play")
         self.back = ActionButton(actions["step_back"], "−1", look)
         self.step = ActionButton(actions["step"], "+1", look)
-        self.go_to = ActionButton(actions["go_to"], "Go to…", look)
+        self.go_to = ActionButton(actions["go_to"], tr("Go to…"), look)
         self.speed = QComboBox()
-        self.speed.setAccessibleName("Speed of the replay")
-        self.speed.setToolTip("Speed of the replay ([ slower, ] faster)")
+        self.speed.setAccessibleName(tr("Speed of the replay"))
+        self.speed.setToolTip(tr("Speed of the replay ([ slower, ] faster)"))
         self.speed.setFocusPolicy(Qt.FocusPolicy.TabFocus)
         for speed in REPLAY_SPEEDS:
             self.speed.addItem(speed_text(speed), speed)
@@ -119,7 +120,9 @@ class ReplayBar(QWidget):
         """Show where the replay is and how it runs."""
         self.slider.show_time(time, first, last, marks, alarms)
         self.clock.setText(f"{clock_text(time, decimals=1)} / {clock_text(last, decimals=1)}")
-        self.play.set_icon_text("pause" if playing else "play", "Pause" if playing else "Play")
+        self.play.set_icon_text(
+            "pause" if playing else "play", tr("Pause") if playing else tr("Play")
+        )
         index = min(range(len(REPLAY_SPEEDS)), key=lambda place: abs(REPLAY_SPEEDS[place] - speed))
         if speed == REPLAY_SPEEDS[-1]:
             index = len(REPLAY_SPEEDS) - 1
@@ -153,10 +156,10 @@ class ControlRow(QWidget):
         flow = FlowLayout(left, spacing=look.px(8))
         side = FlowLayout(right, spacing=look.px(8))
         self._flows = (flow, side)
-        self.pause = ActionButton(actions["chart_pause"], "Pause", look, "pause")
-        self.mark = ActionButton(actions["mark"], "Mark", look, "flag")
-        self.note = ActionButton(actions["note"], "Note", look)
-        self.panel = ActionButton(actions["side_panel"], "Panel", look, "panel")
+        self.pause = ActionButton(actions["chart_pause"], tr("Pause"), look, "pause")
+        self.mark = ActionButton(actions["mark"], tr("Mark"), look, "flag")
+        self.note = ActionButton(actions["note"], tr("Note"), look)
+        self.panel = ActionButton(actions["side_panel"], tr("Panel"), look, "panel")
         for widget in (replay, self.pause, self.mark, self.note):
             flow.addWidget(widget)
         self.spans: dict[float, QPushButton] = {}
@@ -169,8 +172,10 @@ class ControlRow(QWidget):
             button.setProperty("role", "segment")
             button.setCheckable(True)
             button.setFocusPolicy(Qt.FocusPolicy.TabFocus)
-            button.setAccessibleName(f"Show {time_span_text(seconds)}")
-            button.setToolTip(f"Show {time_span_text(seconds)} (+ zooms in, - out)")
+            button.setAccessibleName(tr("Show {seconds}").format(seconds=time_span_text(seconds)))
+            button.setToolTip(
+                tr("Show {seconds} (+ zooms in, - out)").format(seconds=time_span_text(seconds))
+            )
             button.clicked.connect(lambda _checked=False, span=seconds: self._choose(span))
             row.addWidget(button)
             self.spans[seconds] = button
@@ -210,7 +215,9 @@ class ControlRow(QWidget):
 
     def show_paused(self, paused: bool) -> None:
         """Show what the first button would do."""
-        self.pause.set_icon_text("play" if paused else "pause", "Resume" if paused else "Pause")
+        self.pause.set_icon_text(
+            "play" if paused else "pause", tr("Resume") if paused else tr("Pause")
+        )
 
 
 def next_speed(speed: float, steps: int) -> float:

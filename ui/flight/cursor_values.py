@@ -16,6 +16,7 @@ from ui.strips.chart_state import (
     channel_difference,
     is_beyond_calibration,
 )
+from ui.translation import tr
 from ui.widgets.row_model import TableRow
 
 
@@ -77,7 +78,7 @@ def build_cursor_value_rows(
         apart = display.factor * channel_difference(spec, values["a"], values["b"])
         unit = unit_text(display.unit)
         uncalibrated = source is not None and not source.calibrated
-        said = " uncal" if uncalibrated else ""
+        said = tr(" uncal") if uncalibrated else ""
         said += f" {BEYOND_CALIBRATION_TEXT}" if any(beyond.values()) else ""
         title = f"{symbol_text(spec.symbol)} {unit}".rstrip() + said
         lines.append(
@@ -85,9 +86,10 @@ def build_cursor_value_rows(
                 key=name,
                 cells=(title, *shown, number_text(apart, display.decimals)),
                 italic=source is not None and source.kind == "estimated",
-                detail=f"{spec.title}{f' in {unit}' if unit else ''}"
-                + (", uncalibrated" if uncalibrated else "")
-                + (", * beyond the range that was calibrated" if any(beyond.values()) else ""),
+                detail=spec.title
+                + (tr(" in {unit}").format(unit=unit) if unit else "")
+                + (tr(", uncalibrated") if uncalibrated else "")
+                + (tr(", * beyond the range that was calibrated") if any(beyond.values()) else ""),
             )
         )
     return tuple(lines)
@@ -103,7 +105,7 @@ def cursor_times_text(cursors: Mapping[str, float]) -> str:
     """Return where the cursors stand: ``A 2:01.0   B 2:03.5   B − A 2.50 s``."""
     parts = [
         f"{title} {clock_text(cursors[key], decimals=1)}"
-        for key, title in (("cursor", "Cursor"), ("a", "A"), ("b", "B"))
+        for key, title in (("cursor", tr("Cursor")), ("a", "A"), ("b", "B"))
         if key in cursors
     ]
     if "a" in cursors and "b" in cursors:

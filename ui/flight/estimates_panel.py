@@ -35,7 +35,8 @@ from PySide6.QtWidgets import (
 
 from gsapp.quantities import trace_color
 from ui.display_style import DisplayStyle
-from ui.number_format import DASH, number_text, symbol_text
+from ui.number_format import DASH, count_text, number_text, symbol_text
+from ui.translation import QT_TR_NOOP, tr
 from ui.widgets.labels import create_label
 from ui.widgets.row_model import VALUE_ROLE, ModelIndex, TableRow, TableRowModel
 from ui.widgets.table_menu import TableMenu
@@ -67,22 +68,30 @@ def accessible_row_text(row: EstimateRow) -> str:
     """Return a row as a sentence."""
     best = row.best
     if best is None:
-        return f"{symbol_text(row.name)} unknown: {row.why or 'not excited yet'}"
+        return tr("{name} unknown: {reason}").format(
+            name=symbol_text(row.name), reason=row.why or tr("not excited yet")
+        )
     said = f"{symbol_text(row.name)} {estimate_value_text(*best)}"
     if row.percent is not None:
-        said += f", standard error {bound_percent_text(row.percent)}"
+        said += tr(", standard error {bound_percent}").format(
+            bound_percent=bound_percent_text(row.percent)
+        )
     if row.change_text:
-        said += f", last maneuver: {row.change_text}"
+        said += tr(", last maneuver: {change}").format(change=row.change_text)
     return said
 
 
 def describe_value(row: EstimateRow) -> tuple[str, str]:
     """Return the value to go by, whose bound in percent stands above it, and what is beside it."""
     change = row.change_text.replace(" % to ", _ARROW)
-    live = "" if row.value is None else f"FTR {estimate_value_text(row.value, row.std or 0.0)}"
+    live = (
+        ""
+        if row.value is None
+        else tr("FTR {value}").format(value=estimate_value_text(row.value, row.std or 0.0))
+    )
     if row.mean is None:
-        return live or "unknown", change
-    best = f"ML {estimate_value_text(row.mean.mean, row.mean.std)}"
+        return live or tr("unknown"), change
+    best = tr("ML {value}").format(value=estimate_value_text(row.mean.mean, row.mean.std))
     if _ARROW in change:
         # It ends with the bound in percent; both have no room.
         live = live.partition(" ±")[0]
@@ -167,8 +176,8 @@ class EstimateDelegate(QStyledItemDelegate):
         """Paint how far the excitation is from what it takes; a word stands beside the bar."""
         look, theme, px = self._look, self._look.theme, self._look.px
         progress = min(max(row.progress, 0.0), 1.0)
-        said = f"excited {100.0 * progress:.0f} %"
-        width = QFontMetricsF(look.font("label")).horizontalAdvance("excited 100 %")
+        said = tr("excited {progress:.0f} %").format(progress=100.0 * progress)
+        width = QFontMetricsF(look.font("label")).horizontalAdvance(tr("excited 100 %"))
         bar = QRectF(
             box.left() + width + px(8), box.center().y() - px(3), box.width() - width - px(8), px(6)
         )
@@ -253,13 +262,13 @@ class EstimatesList(QListView):
 
     def __init__(self, look: DisplayStyle) -> None:
         super().__init__()
-        self.row_model = TableRowModel(look, ("Derivative",))
+        self.row_model = TableRowModel(look, (tr("Derivative"),))
         self._look = look
         self.setModel(self.row_model)
         self.menu = TableMenu(self, table=self._table)
-        self.menu.add_command("Go to the last maneuver", self._open)
+        self.menu.add_command(tr("Go to the last maneuver"), self._open)
         self.setItemDelegate(EstimateDelegate(look))
-        self.setAccessibleName("Derivatives")
+        self.setAccessibleName(tr("Derivatives"))
         self.setUniformItemSizes(True)
         self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self.setVerticalScrollMode(QAbstractItemView.ScrollMode.ScrollPerPixel)
@@ -278,7 +287,10 @@ class EstimatesList(QListView):
             )
             for row in (one.value for one in self.row_model.rows)
         ]  # fmt: skip
-        return [("Derivative", "FTR", "FTR std", "ML", "ML std", "Prior", "Remark"), *rows]
+        return [
+            (tr("Derivative"), "FTR", tr("FTR std"), "ML", tr("ML std"), tr("Prior"), tr("Remark")),
+            *rows,
+        ]
 
     def _open(self) -> None:
         if self.currentIndex().isValid():
@@ -292,10 +304,10 @@ class EstimatesList(QListView):
 
 
 _LEGEND_ENTRIES = (
-    ("line", "FTR, in flight"),
-    ("point", "ML, ±2 standard errors"),
-    ("known", "Prior"),
-    ("", "±%: standard error / value"),
+    ("line", QT_TR_NOOP("FTR, in flight")),
+    ("point", QT_TR_NOOP("ML, ±2 standard errors")),
+    ("known", QT_TR_NOOP("Prior")),
+    ("", QT_TR_NOOP("±%: standard error / value")),
 )
 """What is drawn and written in the rows, by the sign before it."""
 
@@ -306,7 +318,11 @@ class EstimatesLegend(QWidget):
     def __init__(self, look: DisplayStyle) -> None:
         super().__init__()
         self._look = look
-        self.setAccessibleName(f"Legend: {', '.join(words for _, words in _LEGEND_ENTRIES)}")
+        self.setAccessibleName(
+            tr("Legend: {entries}").format(
+                entries=", ".join(tr(words) for _, words in _LEGEND_ENTRIES)
+            )
+        )
         look.changed.connect(self.updateGeometry)
 
     def _places(self, width: float) -> list[tuple[float, float]]:
@@ -315,7 +331,7 @@ class EstimatesLegend(QWidget):
         x = y = 0.0
         found = []
         for sign, words in _LEGEND_ENTRIES:
-            needed = metrics.horizontalAdvance(words) + (px(22) if sign else 0)
+            needed = metrics.horizontalAdvance(tr(words)) + (px(22) if sign else 0)
             if x and x + needed > width - 2 * px(_MARGIN):
                 x, y = 0.0, y + px(18)
             found.append((x + px(_MARGIN), y))
@@ -353,7 +369,7 @@ class EstimatesLegend(QWidget):
                 painter.drawLine(QPointF(x, middle), QPointF(x + px(16), middle))
             painter.setPen(QColor(theme.muted))
             room = QRectF(x + (px(22) if sign else 0), y, self.width(), px(22))
-            painter.drawText(room, Qt.AlignmentFlag.AlignLeft | _CENTER, words)
+            painter.drawText(room, Qt.AlignmentFlag.AlignLeft | _CENTER, tr(words))
         painter.end()
 
 
@@ -399,8 +415,10 @@ class EstimatesPanel(QWidget):
         self._pile.setCurrentIndex(1 if rows else 0)
         if not rows:
             self._empty.setText(
-                "Derivatives appear here as maneuvers are flown. Requires an aircraft file and "
-                "measured surfaces and rates."
+                tr(
+                    "Derivatives appear here as maneuvers are flown. Requires an aircraft file and "
+                    "measured surfaces and rates."
+                )
             )
         # The stub lacks None, which Qt takes.
         self.setFocusProxy(self.list if rows else None)  # type: ignore[arg-type]
@@ -410,10 +428,10 @@ def fit_status_text(fitted: int, pending: int, failures: dict[str, str]) -> str:
     """Return how the fits of the maneuvers stand."""
     parts = []
     if fitted:
-        parts.append(f"{fitted} maneuver{'' if fitted == 1 else 's'} fitted")
+        parts.append(tr("{maneuvers} fitted").format(maneuvers=count_text(fitted, "maneuver")))
     if pending:
-        parts.append(f"{pending} in progress")
+        parts.append(tr("{pending} in progress").format(pending=pending))
     if failures:
         last = next(reversed(failures))
-        parts.append(f"{last} not fitted: {failures[last]}")
+        parts.append(tr("{last} not fitted: {failure}").format(last=last, failure=failures[last]))
     return " · ".join(parts)

@@ -26,11 +26,19 @@ from ui.strips.chart_keys import KEY_ACTIONS
 from ui.strips.pixel_columns import SampleSource
 from ui.strips.strip_chart import StripChart
 from ui.style_sheet import TAB_MARGIN
+from ui.translation import QT_TR_NOOP, tr
 
 _PANEL_WIDTH = 344
 """Points of the side panel, if the words of its tabs are not longer."""
-_ALARMS = "Alarms"
-_TAB_NAMES = ("Channels", "Values", "Marks", _ALARMS, "Messages", "Derivatives")
+_ALARMS = QT_TR_NOOP("Alarms")
+_TAB_NAMES = (
+    QT_TR_NOOP("Channels"),
+    QT_TR_NOOP("Values"),
+    QT_TR_NOOP("Marks"),
+    _ALARMS,
+    QT_TR_NOOP("Messages"),
+    QT_TR_NOOP("Derivatives"),
+)
 _PANEL_MIN_WIDTH = 1000
 _CHARTS_MIN_WIDTH = 420
 _RESIZE_SAVE_MS = 300
@@ -121,7 +129,7 @@ class FlightView(QWidget):
     def _make_panels(self) -> QTabWidget:
         tabs = QTabWidget()
         tabs.setDocumentMode(True)
-        tabs.setAccessibleName("Panels")
+        tabs.setAccessibleName(tr("Panels"))
         tabs.setUsesScrollButtons(True)
         tabs.tabBar().setExpanding(False)
         tabs.tabBar().setDrawBase(False)
@@ -135,7 +143,7 @@ class FlightView(QWidget):
             self.channels, self.values, self.marks, self.alarms, self.messages, self.estimates,
         )  # fmt: skip
         for name, panel in zip(_TAB_NAMES, panels, strict=True):
-            tabs.addTab(panel, name)
+            tabs.addTab(panel, tr(name))
         return tabs
 
     def _connect(self) -> None:
@@ -259,7 +267,7 @@ class FlightView(QWidget):
         look = self._look
         plain = QFontMetricsF(look.font("label"))
         chosen = QFontMetricsF(look.font("label", strong=True))
-        words = [_alarms_tab_text(99) if name == _ALARMS else name for name in _TAB_NAMES]
+        words = [_alarms_tab_text(99) if name == _ALARMS else tr(name) for name in _TAB_NAMES]
         bolder = max(
             chosen.horizontalAdvance(word) - plain.horizontalAdvance(word) for word in words
         )
@@ -295,7 +303,7 @@ class FlightView(QWidget):
             self.charts.set_stale_ages(picture.stale_ages)
         self.charts.set_empty_text(picture.empty_text)
         self.charts.set_recording(picture.recording)
-        self.charts.set_newest_text("now" if picture.present_shown else "read up to")
+        self.charts.set_newest_text(tr("now") if picture.present_shown else tr("read up to"))
         self.charts.set_marks(picture.marks)
         self.charts.set_spans(picture.spans)
         self.charts.set_alarms(picture.alarms)
@@ -378,10 +386,12 @@ class FlightView(QWidget):
 def _no_alarms_text(watched: float) -> str:
     """Return what is said in the place of alarms while there are none."""
     if watched < 1.0:
-        return f"Catching up, {floor_percent(watched)} %: reading the flight so far."
-    return "No alarms."
+        return tr("Catching up, {percent} %: reading the flight so far.").format(
+            percent=floor_percent(watched)
+        )
+    return tr("No alarms.")
 
 
 def _alarms_tab_text(waiting: int) -> str:
     """Return the words of the tab of the alarms: how many nobody has acknowledged."""
-    return f"{_ALARMS} {waiting}" if waiting else _ALARMS
+    return f"{tr(_ALARMS)} {waiting}" if waiting else tr(_ALARMS)

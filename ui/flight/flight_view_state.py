@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from ui.strips.chart_annotations import AlarmSpan, ChannelLimits, ChartMark, ChartSpan, OriginInfo
+from ui.translation import tr
 from ui.widgets.row_model import TableRow
 
 if TYPE_CHECKING:
@@ -126,5 +127,5 @@ def origin_note(source: OriginInfo) -> str:
     if source.kind != "measured":
         words.append(source.kind)
     if not source.calibrated:
-        words.append("uncalibrated")
+        words.append(tr("uncalibrated"))
     return ", ".join(words)

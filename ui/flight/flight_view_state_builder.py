@@ -24,6 +24,7 @@ from ui.flight.panel_rows import (
     build_message_rows,
 )
 from ui.strips.chart_annotations import AlarmSpan, OriginInfo
+from ui.translation import tr
 from ui.widgets.row_model import TableRow
 
 if TYPE_CHECKING:
@@ -127,15 +128,17 @@ class FlightViewStateBuilder:
         """Return what the charts say without a sample; more may come to a live flight alone."""
         replay = self.session.replay_feed
         if replay is not None:
-            return "This flight holds no samples" if replay.complete else ""
+            return tr("This flight holds no samples") if replay.complete else ""
         heard = snapshot.link.state
         if snapshot.link.problem:
             return snapshot.link.problem
         if heard == "unreadable":
-            return "Received data cannot be read"
+            return tr("Received data cannot be read")
         if heard in _RECEIVED_STATES and snapshot.channel_map:
-            return f"No received message is in the channel map {snapshot.channel_map}"
-        return "Nothing received yet"
+            return tr("No received message is in the channel map {channel_map}").format(
+                channel_map=snapshot.channel_map
+            )
+        return tr("Nothing received yet")
 
     def _look_at_alarms(self, snapshot: SessionSnapshot, units: str) -> None:
         log, playhead = self.session.alarm_log, snapshot.playhead

@@ -16,8 +16,9 @@ from ui.flight.layout_store import LayoutStore
 from ui.settings import SettingsStore
 from ui.strips.strip_chart import StripChart
 from ui.strips.strip_layout import StripLayout
+from ui.translation import QT_TR_NOOP, tr
 
-_OWN_CHOICE = "Custom"
+_OWN_CHOICE = QT_TR_NOOP("Custom")
 
 
 class LayoutController(QObject):
@@ -101,7 +102,7 @@ class LayoutController(QObject):
 
     def _set_charts(self, layout: StripLayout, name: str) -> None:
         self._name = name
-        name = name or _OWN_CHOICE
+        name = name or tr(_OWN_CHOICE)
         self._charts.set_layout(rename_layout(layout, name, self._charts.view.window))
         self._charts.advance()
         self._show_channels()
@@ -136,7 +137,7 @@ class LayoutController(QObject):
             source = state.sources.get(name)
             note = origin_note(source) if source is not None else ""
             if state.channels_known and name not in state.present | state.uncalibrated:
-                note = f"{note}, no samples" if note else "no samples"
+                note = tr("{note}, no samples").format(note=note) if note else tr("no samples")
             if note:
                 notes[name] = note
         self._panel.show_channels(state.available, self._charts.strip_layout, notes)

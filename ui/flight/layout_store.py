@@ -11,6 +11,7 @@ from gsapp.foundation.files import list_files
 from ui.flight.chart_selection import SHIPPED_LAYOUT_NAMES, rename_layout
 from ui.number_format import sanitize_file_name
 from ui.strips.strip_layout import StripLayout, load_layout, save_layout
+from ui.translation import tr
 
 log = logging.getLogger(__name__)
 
@@ -39,14 +40,18 @@ class LayoutStore:
             files = list_files(folder, "*.toml")
         except GroundStationError as error:
             log.warning("layouts not used: %s", error)
-            complaints.append(f"The layouts could not be read: {error}.")
+            complaints.append(tr("The layouts could not be read: {error}.").format(error=error))
             files = ()
         for path in files:
             try:
                 layout = load_layout(path)
             except FileProblemsError as error:
                 log.warning("layout not used: %s", error)
-                complaints.append(f"The layout {path.name} could not be read: {error.problems[0]}.")
+                complaints.append(
+                    tr("The layout {name} could not be read: {problem}.").format(
+                        name=path.name, problem=error.problems[0]
+                    )
+                )
             else:
                 self._layouts[layout.name] = (path, layout)
         self.read_errors = tuple(complaints)
@@ -61,7 +66,9 @@ class LayoutStore:
         try:
             return self._layouts[name][1]
         except KeyError:
-            raise UnknownNameError(f"no layout named '{name}' was saved") from None
+            raise UnknownNameError(
+                tr("no layout named '{name}' was saved").format(name=name)
+            ) from None
 
     def save(self, layout: StripLayout, name: str) -> None:
         """Keep a layout under a name.
@@ -72,13 +79,17 @@ class LayoutStore:
             If the name belongs to a layout that comes with the program, or the disk refuses.
         """
         if name in SHIPPED_LAYOUT_NAMES or not name.strip():
-            raise FlightError(f"'{name}' comes with the program; choose another name")
+            raise FlightError(
+                tr("'{name}' comes with the program; choose another name").format(name=name)
+            )
         path = self._layouts[name][0] if name in self._layouts else self._free_path(name)
         try:
             save_layout(path, rename_layout(layout, name))
         except OSError as error:
             raise FlightError(
-                f"the layout '{name}' cannot be written to {path} ({error.strerror})"
+                tr("the layout '{name}' cannot be written to {path} ({strerror})").format(
+                    name=name, path=path, strerror=error.strerror
+                )
             ) from error
         self._layouts[name] = (path, rename_layout(layout, name))
 

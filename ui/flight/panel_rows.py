@@ -12,9 +12,10 @@ from gsapp.session.marks import FlightMark as FlightMark
 from ui.icons import IndicatorState
 from ui.number_format import channel_value_text, clock_text, elapsed_text
 from ui.strips.chart_annotations import AlarmSpan, ChartMark, ChartSpan
+from ui.translation import QT_TR_NOOP, tr
 from ui.widgets.row_model import TableRow
 
-_DEFAULT_MARK_TITLES = {"mark": "Mark", "note": "Note"}
+_DEFAULT_MARK_TITLES = {"mark": QT_TR_NOOP("Mark"), "note": QT_TR_NOOP("Note")}
 _SEVERITY_STATES: dict[Severity, IndicatorState] = {
     Severity.NORMAL: "plain",
     Severity.CAUTION: "caution",
@@ -43,7 +44,7 @@ class StatusMessage(Protocol):
 
 def mark_title(mark: FlightMark, number: int) -> str:
     """Return a mark's text, or its number if it has none."""
-    return mark.text or f"{_DEFAULT_MARK_TITLES.get(mark.kind, 'Mark')} {number}"
+    return mark.text or tr(_DEFAULT_MARK_TITLES.get(mark.kind, "Mark")) + f" {number}"
 
 
 def build_mark_rows(marks: Sequence[FlightMark]) -> tuple[TableRow, ...]:
@@ -98,7 +99,7 @@ def build_alarm_rows(
         stop = one.end if one.is_over else last
         if one.onset is not None and stop is not None:
             seconds = max(stop - one.onset, 0.0)
-        still = "" if one.is_over else ("\nactive" if live else "\nto end")
+        still = "" if one.is_over else (tr("\nactive") if live else tr("\nto end"))
         seen = one.acknowledgment
         what, sign = _alarm_cause_text(one), _SEVERITY_SYMBOLS.get(one.severity, "")
         found.append(
@@ -109,7 +110,7 @@ def build_alarm_rows(
                     f"{sign} {what}",
                     _value_and_limit_text(one, units),
                     f"{elapsed_text(seconds)}{still}",
-                    "no"
+                    tr("no")
                     if seen is None
                     else f"{clock_text(seen.time, decimals=1)}\n{seen.by or 'crew'}",
                 ),

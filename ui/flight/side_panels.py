@@ -9,12 +9,13 @@ from PySide6.QtWidgets import QLabel, QPushButton, QStackedLayout, QVBoxLayout, 
 
 from ui.commands import shortcut_text
 from ui.display_style import DisplayStyle
+from ui.translation import QT_TR_NOOP, tr
 from ui.widgets.flow_layout import FlowLayout
 from ui.widgets.labels import create_label
 from ui.widgets.row_model import TableRow, TableRowModel
 from ui.widgets.table_view import WIDEST_TIME_TEXT, TableRowView
 
-_NO_MARK_TEXT = "Choose a mark first"
+_NO_MARK_TEXT = QT_TR_NOOP("Choose a mark first")
 
 
 class ListPanel(QWidget):
@@ -99,18 +100,18 @@ class ValuesPanel(ListPanel):
 
     def __init__(self, look: DisplayStyle) -> None:
         model = TableRowModel(
-            look, ("", "Cursor", "A", "B", "B − A"), right=frozenset({1, 2, 3, 4})
+            look, ("", tr("Cursor"), "A", "B", tr("B − A")), right=frozenset({1, 2, 3, 4})
         )
         view = TableRowView(
             model,
             look,
-            "Values at the cursors",
+            tr("Values at the cursors"),
             stretch=0,
             widths={1: 62, 2: 62, 3: 62, 4: 62},
             wrap=False,
         )
         super().__init__(
-            view, look, "No cursor. Point at the charts or press C; A and B set two times."
+            view, look, tr("No cursor. Point at the charts or press C; A and B set two times.")
         )
         self.times = QLabel()
         self.times.setProperty("role", "label")
@@ -151,20 +152,28 @@ class MarksPanel(ListPanel):
     edit_ended = Signal()
 
     def __init__(self, look: DisplayStyle) -> None:
-        model = TableRowModel(look, ("Time", "Mark"), right=frozenset({0}), editable=frozenset({1}))
-        view = TableRowView(model, look, "Marks and notes", stretch=1, widths={0: WIDEST_TIME_TEXT})
+        model = TableRowModel(
+            look, (tr("Time"), tr("Mark")), right=frozenset({0}), editable=frozenset({1})
+        )
+        view = TableRowView(
+            model, look, tr("Marks and notes"), stretch=1, widths={0: WIDEST_TIME_TEXT}
+        )
         super().__init__(
-            view, look, "No marks yet. M marks this moment, N also asks for a few words."
+            view, look, tr("No marks yet. M marks this moment, N also asks for a few words.")
         )
         model.edited.connect(self.edited)
         view.opened.connect(self.jump_requested)
         view.itemDelegate().closeEditor.connect(lambda *_: self.edit_ended.emit())
-        go = self.add_button("Go to", "Go to the selected mark (Enter)", _NO_MARK_TEXT)
+        go = self.add_button(tr("Go to"), tr("Go to the selected mark (Enter)"), tr(_NO_MARK_TEXT))
         go.clicked.connect(lambda: self._with_current(self.jump_requested.emit))
-        edit = self.add_button("Edit text", "Edit the text of the selected mark", _NO_MARK_TEXT)
+        edit = self.add_button(
+            tr("Edit text"), tr("Edit the text of the selected mark"), tr(_NO_MARK_TEXT)
+        )
         edit.clicked.connect(lambda: self._with_current(self.begin_edit))
-        tip = f"Delete the selected mark (Delete); {shortcut_text('Ctrl+Z')} restores it"
-        delete = self.add_button("Delete", tip, _NO_MARK_TEXT)
+        tip = tr("Delete the selected mark (Delete); {keys} restores it").format(
+            keys=shortcut_text("Ctrl+Z")
+        )
+        delete = self.add_button(tr("Delete"), tip, tr(_NO_MARK_TEXT))
         delete.clicked.connect(lambda: self._with_current(self.deleted.emit))
         view.deleted.connect(self.deleted)
 
@@ -193,32 +202,34 @@ class AlarmsPanel(ListPanel):
     jump_requested = Signal(object)
 
     def __init__(self, look: DisplayStyle) -> None:
-        titles = ("Start", "Alarm", "Value", "Duration", "Ack.")
+        titles = (tr("Start"), tr("Alarm"), tr("Value"), tr("Duration"), tr("Ack."))
         model = TableRowModel(look, titles, right=frozenset({2, 3}))
-        widths = {0: WIDEST_TIME_TEXT, 2: "< 100.0 °", 3: "Duration", 4: "crew, Alarms"}
+        widths = {0: WIDEST_TIME_TEXT, 2: "< 100.0 °", 3: tr("Duration"), 4: tr("crew, Alarms")}
         view = TableRowView(
-            model, look, "Alarms", stretch=1, widths=widths, least=140, sortable=True
+            model, look, tr("Alarms"), stretch=1, widths=widths, least=140, sortable=True
         )
-        super().__init__(view, look, "No alarms.")
+        super().__init__(view, look, tr("No alarms."))
         # To find them ahead takes a whole pass through the cues, minutes for a flight of an hour.
         self.cues_note = create_label(
-            "In a replay, cue alarms appear as they are reached.", "hint", wrap=True
+            tr("In a replay, cue alarms appear as they are reached."), "hint", wrap=True
         )
         self.cues_note.setContentsMargins(8, 8, 8, 4)
         self.cues_note.hide()
         self.head.addWidget(self.cues_note)
         view.opened.connect(self.jump_requested)
-        self._acknowledge = self.add_button("Acknowledge (K)", "")
+        self._acknowledge = self.add_button(tr("Acknowledge (K)"), "")
         self._acknowledge.clicked.connect(self.acknowledged)
         self.set_unacknowledged_count(0)
-        go = self.add_button("Go to", "Go to the selected alarm (Enter)", "Choose an alarm first")
+        go = self.add_button(
+            tr("Go to"), tr("Go to the selected alarm (Enter)"), tr("Choose an alarm first")
+        )
         go.clicked.connect(self._go)
 
     def set_unacknowledged_count(self, count: int) -> None:
         """Gray the button where no alarm waits to be acknowledged."""
         self._acknowledge.setEnabled(count > 0)
         self._acknowledge.setToolTip(
-            "Acknowledge the alarms (K)" if count else "No alarm to acknowledge"
+            tr("Acknowledge the alarms (K)") if count else tr("No alarm to acknowledge")
         )
 
     def _go(self) -> None:
@@ -233,8 +244,10 @@ class MessagesPanel(ListPanel):
     jump_requested = Signal(object)
 
     def __init__(self, look: DisplayStyle) -> None:
-        model = TableRowModel(look, ("Time", "Message"), right=frozenset({0}))
-        view = TableRowView(model, look, "Status messages", stretch=1, widths={0: WIDEST_TIME_TEXT})
-        super().__init__(view, look, "No status messages received.")
+        model = TableRowModel(look, (tr("Time"), tr("Message")), right=frozenset({0}))
+        view = TableRowView(
+            model, look, tr("Status messages"), stretch=1, widths={0: WIDEST_TIME_TEXT}
+        )
+        super().__init__(view, look, tr("No status messages received."))
         view.opened.connect(self.jump_requested)
-        view.menu.add_command("Go to", lambda: self.jump_requested.emit(view.current_key()))
+        view.menu.add_command(tr("Go to"), lambda: self.jump_requested.emit(view.current_key()))

@@ -16,18 +16,19 @@ from ui.gap.gap_view_models import (
     list_effect_statuses,
 )
 from ui.gap.stage_view import StageView
+from ui.translation import QT_TR_NOOP, tr
 from ui.widgets.action_button import ActionButton
 from ui.widgets.labels import create_label
 from ui.widgets.layout_widgets import NameValueTable, StackingColumns, create_button_row
 from ui.widgets.table_view import FittedTableView
 
 _BUTTONS = (
-    ("gap_accept", "Accept next"),
-    ("gap_refuse", "Refuse"),
-    ("gap_force", "Force another…"),
-    ("undo", "Undo"),
-    ("redo", "Redo"),
-    ("gap_save", "Save the model…"),
+    ("gap_accept", QT_TR_NOOP("Accept next")),
+    ("gap_refuse", QT_TR_NOOP("Refuse")),
+    ("gap_force", QT_TR_NOOP("Force another…")),
+    ("undo", QT_TR_NOOP("Undo")),
+    ("redo", QT_TR_NOOP("Redo")),
+    ("gap_save", QT_TR_NOOP("Save the model…")),
 )
 
 
@@ -36,25 +37,28 @@ class AddStage(StageView):
 
     def __init__(self, look: DisplayStyle, actions: Mapping[str, QAction]) -> None:
         super().__init__(look)
-        self.buttons = {name: ActionButton(actions[name], words, look) for name, words in _BUTTONS}
+        self.buttons = {
+            name: ActionButton(actions[name], tr(words), look) for name, words in _BUTTONS
+        }
         self.buttons["gap_accept"].setProperty("role", "primary")
         pair = StackingColumns(look, (6, 5))
         self.column.addWidget(pair, 1)
-        pair.left.addWidget(create_label("Effects", "heading"))
+        pair.left.addWidget(create_label(tr("Effects"), "heading"))
         self.effects = FittedTableView(
-            look, "Effects: in the model, next, rejected", ("Step", "Effect", "State"),
-            stretch=1, widths={0: 52, 2: 150}, least=3,
+            look, tr("Effects: in the model, next, rejected"),
+            (tr("Step"), tr("Effect"), tr("State")), stretch=1, widths={0: 52, 2: 150}, least=3,
         )  # fmt: skip
         pair.left.addWidget(self.effects, 30)
         self.none = create_label("", "muted", wrap=True)
         pair.left.addWidget(self.none)
         pair.left.addWidget(create_button_row(look, *self.buttons.values()))
         pair.left.addSpacing(look.px(8))
-        self.values_heading = create_label("Values that moved beyond their bounds", "heading")
+        self.values_heading = create_label(tr("Values that moved beyond their bounds"), "heading")
         pair.left.addWidget(self.values_heading)
         self.values = FittedTableView(
-            look, "Values that moved", ("Derivative", "Before", "After", "Moved by"),
-            stretch=2, widths={0: 100, 1: 100, 3: 76}, right=frozenset({1, 2, 3}), least=2,
+            look, tr("Values that moved"),
+            (tr("Derivative"), tr("Before"), tr("After"), tr("Moved by")), stretch=2,
+            widths={0: 100, 1: 100, 3: 76}, right=frozenset({1, 2, 3}), least=2,
         )  # fmt: skip
         pair.left.addWidget(self.values, 30)
         self.settled = create_label("", "muted", wrap=True, remarks_in=look)
@@ -97,18 +101,22 @@ class AddStage(StageView):
         last = step == len(answer.discrepancy.steps) - 1
         self.none.setVisible(last)
         self.none.setText(
-            "All proven effects are in the model. Force another to see its effect."
+            tr("All proven effects are in the model. Force another to see its effect.")
             if any(one.step for one in states)
-            else "No effect is proven. Force one to see its effect."
+            else tr("No effect is proven. Force one to see its effect.")
         )
         values = build_changed_value_rows(answer)
         self.values.show_rows(values)
         self.values.setVisible(bool(values))
         self.values_heading.setVisible(bool(values))
         gust = answer.discrepancy.disturbance.get("gust")
-        sentences = [] if values else ["All other values stay within their bounds."]
+        sentences = [] if values else [tr("All other values stay within their bounds.")]
         if gust:
-            sentences.append(f"Turbulence of {gust:.2f} m/s (rms) is a disturbance, not an effect.")
+            sentences.append(
+                tr("Turbulence of {gust:.2f} m/s (rms) is a disturbance, not an effect.").format(
+                    gust=gust
+                )
+            )
         self.settled.setText(" ".join(sentences))
         self.settled.setVisible(bool(sentences))
         self.remarks.setText("\n".join((*answer.discrepancy.warnings, *answer.remarks)))
@@ -126,15 +134,18 @@ class AddStage(StageView):
         self.equation.setVisible(bool(equation))
         self.parameters.show_rows(build_parameter_rows(answer, effect, self.look.units))
         if found is None:
-            self.sentences.setText("Rejected: excluded from the search." if effect else "")
+            self.sentences.setText(tr("Rejected: excluded from the search.") if effect else "")
             return
         said = [
-            "Forced by the crew." if found.forced else f"{effect_confidence_text(answer, found)}."
+            tr("Forced by the crew.")
+            if found.forced
+            else f"{effect_confidence_text(answer, found)}."
         ]
         said[0] = said[0][:1].upper() + said[0][1:]
         said.append(describe_runner_up(answer, found))
         said.append(
-            "Log-likelihood gain on the held-out maneuvers: "
-            f"{signed_number_text(found.held_out, 1)}."
+            tr("Log-likelihood gain on the held-out maneuvers: {held_out}.").format(
+                held_out=signed_number_text(found.held_out, 1)
+            )
         )
         self.sentences.setText("\n".join(said))

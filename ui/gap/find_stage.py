@@ -20,6 +20,7 @@ from ui.gap.gap_view_models import (
     list_instrument_texts,
 )
 from ui.gap.stage_view import StageView
+from ui.translation import tr
 from ui.widgets.analysis_plot import FLIGHT_TIME_LABEL, AnalysisPlot, PlotBand, PlotCurve
 from ui.widgets.labels import create_label
 from ui.widgets.layout_widgets import LabeledComboBox, StackingColumns
@@ -33,16 +34,18 @@ class FindStage(StageView):
         super().__init__(look)
         pair = StackingColumns(look, (5, 6))
         self.column.addWidget(pair, 1)
-        pair.left.addWidget(create_label("Times the noise floor", "heading"))
+        pair.left.addWidget(create_label(tr("Times the noise floor"), "heading"))
         self.map = DisagreementMapView(look)
         pair.left.addWidget(self.map, 30)
         pair.left.addWidget(DisagreementMapLegend(look))
-        pair.left.addWidget(create_label("A corner marks significant cells.", "hint", wrap=True))
-        self.heading = create_label("Disagreements", "heading")
+        pair.left.addWidget(
+            create_label(tr("A corner marks significant cells."), "hint", wrap=True)
+        )
+        self.heading = create_label(tr("Disagreements"), "heading")
         pair.left.addWidget(self.heading)
         self.lines = FittedTableView(
-            look, "Disagreements, most significant first", ("Maneuver", "What and where"),
-            stretch=1, widths={0: 76}, least=3,
+            look, tr("Disagreements, most significant first"),
+            (tr("Maneuver"), tr("What and where")), stretch=1, widths={0: 76}, least=3,
         )  # fmt: skip
         pair.left.addWidget(self.lines, 20)
         self.none = create_label("", "muted", wrap=True)
@@ -50,11 +53,11 @@ class FindStage(StageView):
         self.detail = create_label("", "hint", wrap=True)
         pair.left.addWidget(self.detail)
         pair.left.addStretch(1)
-        self.trace = AnalysisPlot(look, "Coefficient residual over time")
+        self.trace = AnalysisPlot(look, tr("Coefficient residual over time"))
         pair.right.addWidget(self.trace, 1)
-        self.variable = LabeledComboBox(look, "Against", letters=18)
+        self.variable = LabeledComboBox(look, tr("Against"), letters=18)
         pair.right.addWidget(self.variable, 0, Qt.AlignmentFlag.AlignLeft)
-        self.cloud = AnalysisPlot(look, "Coefficient residual over the region")
+        self.cloud = AnalysisPlot(look, tr("Coefficient residual over the region"))
         pair.right.addWidget(self.cloud, 1)
         self.map.cell_selected.connect(self._cell)
         self.lines.opened.connect(self._open)
@@ -85,8 +88,10 @@ class FindStage(StageView):
         self.lines.setVisible(bool(lines))
         self._show_detail()
         instruments = list_instrument_texts(answer)
-        sentences = [] if lines else ["None: residuals are at the noise floor in all maneuvers."]
-        sentences += [f"Instruments: {words}" for words in instruments]
+        sentences = (
+            [] if lines else [tr("None: residuals are at the noise floor in all maneuvers.")]
+        )
+        sentences += [tr("Instruments: {words}").format(words=words) for words in instruments]
         self.none.setText("\n".join(sentences))
         self.none.setVisible(bool(sentences))
         view = find_maneuver_view(answer, selection.maneuver)
@@ -104,21 +109,23 @@ class FindStage(StageView):
         if view is None or chosen.coefficient not in view.coefficients:
             return
         picture = missing_history(found, view, chosen.coefficient, chosen.step)
-        title = f"Missing {coefficient_text(chosen.coefficient)}, maneuver {view.id}"
+        title = tr("Missing {coefficient}, maneuver {id}").format(
+            coefficient=coefficient_text(chosen.coefficient), id=view.id
+        )
         curves = []
-        missing, name = picture.before, "missing"
+        missing, name = picture.before, tr("missing")
         if picture.after is not None:
-            missing, name = picture.after, "residual"
+            missing, name = picture.after, tr("residual")
             curves.append(
-                PlotCurve(x=picture.times, y=picture.before, color="previous", name="baseline",
+                PlotCurve(x=picture.times, y=picture.before, color="previous", name=tr("baseline"),
                       dashed=True)
             )  # fmt: skip
         curves.append(
             PlotCurve(x=picture.times, y=missing, name=name, color=trace_color(chosen.coefficient))
         )
-        bands = [PlotBand(low=-picture.floor, high=picture.floor, name="noise floor")]
+        bands = [PlotBand(low=-picture.floor, high=picture.floor, name=tr("noise floor"))]
         bands += [
-            PlotBand(low=low, high=high, name="" if place else "proven", is_horizontal=False)
+            PlotBand(low=low, high=high, name="" if place else tr("proven"), is_horizontal=False)
             for place, (low, high) in enumerate(picture.spans)
         ]
         cell = self.map.cell(self.selection.maneuver, self.selection.coefficient)
@@ -129,7 +136,9 @@ class FindStage(StageView):
             title=title,
             bottom=FLIGHT_TIME_LABEL,
             left=symbol_markup(self.selection.coefficient),
-            words=f"{title}: {noise_ratio_text(ratio)} times the noise floor",
+            words=tr("{title}: {ratio} times the noise floor").format(
+                title=title, ratio=noise_ratio_text(ratio)
+            ),
         )
 
     def _draw_cloud(self) -> None:
@@ -144,9 +153,9 @@ class FindStage(StageView):
             # As one cloud: drawn at once, and quickly.
             x, y = (np.concatenate(parts) for parts in zip(*picture.others, strict=True))
             curves.append(
-                PlotCurve(x=x, y=y, color="previous", name="other maneuvers", points=True)
+                PlotCurve(x=x, y=y, color="previous", name=tr("other maneuvers"), points=True)
             )
-        here = f"maneuver {self.selection.maneuver}"
+        here = tr("maneuver {maneuver}").format(maneuver=self.selection.maneuver)
         curves.append(
             PlotCurve(
                 x=picture.selected[0], y=picture.selected[1], name=here, points=True,
@@ -156,7 +165,7 @@ class FindStage(StageView):
         bands = [PlotBand(low=-picture.floor, high=picture.floor)]
         if picture.region is not None:
             low, high = picture.region
-            bands.append(PlotBand(low=low, high=high, name="largest here", is_horizontal=False))
+            bands.append(PlotBand(low=low, high=high, name=tr("largest here"), is_horizontal=False))
         unit = f", {picture.unit}" if picture.unit else ""
         self.cloud.draw(
             curves,
@@ -164,7 +173,9 @@ class FindStage(StageView):
             title=picture.title,
             bottom=f"{picture.axis}{unit}",
             left=symbol_markup(self.selection.coefficient),
-            words=f"{coefficient_text(self.selection.coefficient)} against {picture.axis}",
+            words=tr("{coefficient} against {axis}").format(
+                coefficient=coefficient_text(self.selection.coefficient), axis=picture.axis
+            ),
         )
 
     def _cell(self, maneuver: str, coefficient: str) -> None:

@@ -11,6 +11,7 @@ from PySide6.QtWidgets import QLineEdit, QVBoxLayout, QWidget
 from ui.dialogs.form_dialog import FieldMessage, FormDialog
 from ui.display_style import DisplayStyle
 from ui.gap.gap_view_models import ForceableEffect
+from ui.translation import tr
 from ui.widgets.row_model import TableRow
 from ui.widgets.table_view import BoxedListView
 
@@ -36,16 +37,18 @@ class ForceEffectDialog(FormDialog):
         self, look: DisplayStyle, choices: Sequence[ForceableEffect], parent: QWidget | None = None
     ) -> None:
         super().__init__(
-            "Force another effect",
-            "Adds the effect regardless of its evidence and refits all values. Undo removes it.",
-            "Force",
+            tr("Force another effect"),
+            tr(
+                "Adds the effect regardless of its evidence and refits all values. Undo removes it."
+            ),
+            tr("Force"),
             look,
             parent,
         )
-        self.listed = BoxedListView(look, "Effects")
+        self.listed = BoxedListView(look, tr("Effects"))
         self.search = _SearchEdit(self.listed)
-        self.search.setPlaceholderText("Search the effects")
-        self.search.setAccessibleName("Search the effects")
+        self.search.setPlaceholderText(tr("Search the effects"))
+        self.search.setAccessibleName(tr("Search the effects"))
         self.search.setClearButtonEnabled(True)
         self.search.textChanged.connect(self._narrow)
         self.note = FieldMessage()
@@ -65,7 +68,7 @@ class ForceEffectDialog(FormDialog):
         column.addWidget(self.search)
         column.addWidget(self.listed)
         holder.setFocusProxy(self.search)
-        self.add_row("Effect", holder, self.note)
+        self.add_row(tr("Effect"), holder, self.note)
         self.listed.row_changed.connect(lambda _key: self._judge())
         self.listed.doubleClicked.connect(lambda _index: self.accept())
         self._narrow("")
@@ -86,9 +89,9 @@ class ForceEffectDialog(FormDialog):
         chosen = self.selected_effect
         self.button.setEnabled(chosen is not None)
         if chosen is None:
-            self.note.set_message("No such effect.", "warning")
+            self.note.set_message(tr("No such effect."), "warning")
         else:
-            self.note.set_message(chosen.reason or "Not a candidate here.")
+            self.note.set_message(chosen.reason or tr("Not a candidate here."))
 
     @property
     def selected_effect(self) -> ForceableEffect | None:

@@ -16,6 +16,7 @@ from ui.display_style import DisplayStyle
 from ui.gap.gap_text import channel_symbol, noise_ratio_text
 from ui.gap.gap_view_models import ARROW
 from ui.shortcut_filter import ArrowKeyNavigation
+from ui.translation import tr
 from ui.widgets.paint_primitives import curve_color, paint_focus_frame
 
 _RIGHT = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
@@ -52,15 +53,18 @@ class ChannelGapBars(_PaintedWidget):
     """The gap of each channel before (gray) and after (colored), and the noise floor as a line."""
 
     def __init__(self, look: DisplayStyle) -> None:
-        super().__init__(look, "Gap per channel")
+        super().__init__(look, tr("Gap per channel"))
         self._pairs: tuple[ChannelGapPair, ...] = ()
 
     def show_pairs(self, pairs: Sequence[ChannelGapPair]) -> None:
         """Show other gaps."""
         self._pairs = tuple(pairs)
         words = "; ".join(
-            f"{channel_symbol(one.channel)} from {noise_ratio_text(one.before)} to "
-            f"{noise_ratio_text(one.after)} times the noise"
+            tr("{channel} from {before} to {after} times the noise").format(
+                channel=channel_symbol(one.channel),
+                before=noise_ratio_text(one.before),
+                after=noise_ratio_text(one.after),
+            )
             for one in pairs
         )
         self.setAccessibleDescription(words)
@@ -104,7 +108,7 @@ class ChannelGapBars(_PaintedWidget):
         self._floor_line(painter, x, 0, bottom)
         painter.setFont(look.font("label"))
         painter.setPen(look.color("muted"))
-        words = "1 = noise floor"
+        words = tr("1 = noise floor")
         across = QFontMetricsF(painter.font()).horizontalAdvance(words)
         left = min(max(x - across / 2, 0), self.width() - across)
         painter.drawText(QRectF(left, bottom, across + 2, look.px(20)), _LEFT, words)
@@ -115,7 +119,7 @@ class MisfitWaterfall(_PaintedWidget):
     """How the misfit of all channels fell, effect by effect, towards the noise floor."""
 
     def __init__(self, look: DisplayStyle) -> None:
-        super().__init__(look, "Residual by step")
+        super().__init__(look, tr("Residual by step"))
         self._falls: tuple[WaterfallStep, ...] = ()
         self._titles: tuple[str, ...] = ()
         self._current = 0
@@ -126,7 +130,9 @@ class MisfitWaterfall(_PaintedWidget):
         """Show other steps, one of them current."""
         self._falls, self._titles, self._current = tuple(falls), tuple(titles), current
         words = "; ".join(
-            f"{title}: {noise_ratio_text(one.after)} times the noise floor"
+            tr("{title}: {after} times the noise floor").format(
+                title=title, after=noise_ratio_text(one.after)
+            )
             for title, one in zip(titles, falls, strict=True)
         )
         self.setAccessibleDescription(words)
@@ -186,7 +192,7 @@ class MisfitWaterfall(_PaintedWidget):
             self._floor_line(painter, x, top, top + thick + look.px(2))
         painter.setFont(look.font("label"))
         painter.setPen(look.color("muted"))
-        words = "1 = noise floor"
+        words = tr("1 = noise floor")
         across = QFontMetricsF(painter.font()).horizontalAdvance(words)
         left = min(max(x - across / 2, 0), self.width() - across)
         painter.drawText(QRectF(left, bottom, across + 2, look.px(20)), _LEFT, words)
@@ -199,10 +205,14 @@ class StepSlider(ArrowKeyNavigation, QSlider):
     def __init__(self, look: DisplayStyle) -> None:
         super().__init__(Qt.Orientation.Horizontal)
         self._look = look
-        self._names: tuple[str, ...] = ("Baseline",)
-        self.setAccessibleName("Model from the baseline to the last effect")
+        self._names: tuple[str, ...] = (tr("Baseline"),)
+        self.setAccessibleName(tr("Model from the baseline to the last effect"))
         back, on = shortcut_text("Alt+Left"), shortcut_text("Alt+Right")
-        self.setToolTip(f"Left and Right, or {back} and {on} from anywhere on this page")
+        self.setToolTip(
+            tr("Left and Right, or {back} and {on} from anywhere on this page").format(
+                back=back, on=on
+            )
+        )
         self.setPageStep(1)
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
@@ -212,7 +222,7 @@ class StepSlider(ArrowKeyNavigation, QSlider):
     def show_steps(self, names: Sequence[str], step: int) -> None:
         """Show other models, with one chosen."""
         self.blockSignals(True)
-        self._names = tuple(names) or ("Baseline",)
+        self._names = tuple(names) or (tr("Baseline"),)
         self.setRange(0, len(self._names) - 1)
         self.setValue(step)
         self.blockSignals(False)
@@ -221,7 +231,11 @@ class StepSlider(ArrowKeyNavigation, QSlider):
 
     def _tell(self) -> None:
         name = self._names[min(self.value(), len(self._names) - 1)]
-        self.setAccessibleDescription(f"Step {self.value()} of {self.maximum()}: {name}")
+        self.setAccessibleDescription(
+            tr("Step {value} of {maximum}: {name}").format(
+                value=self.value(), maximum=self.maximum(), name=name
+            )
+        )
 
     def sizeHint(self) -> QSize:
         return QSize(self._look.px(240), self._look.px(44))

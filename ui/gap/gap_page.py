@@ -20,6 +20,7 @@ from ui.gap.gap_stages import GAP_STAGES
 from ui.job_process.job_runner import JobRunner
 from ui.number_format import sanitize_file_name
 from ui.settings import SettingsStore, initial_dialog_folder, recording_folder, writable_folder
+from ui.translation import QT_TR_NOOP, tr
 from ui.undo import UndoHistory
 from ui.window_frame.banners import BannerStack
 from ui.window_frame.step_page import JobPage
@@ -28,8 +29,8 @@ if TYPE_CHECKING:
     from ui.gap.gap_result_view import GapResultView
     from ui.gap.search_setup_page import SearchSetupPage
 
-_REPORT_FILTER = "Report (*.html);;Report (*.pdf)"
-_MODEL_FILTER = "Model (*.toml)"
+_REPORT_FILTER = QT_TR_NOOP("Report (*.html);;Report (*.pdf)")
+_MODEL_FILTER = QT_TR_NOOP("Model (*.toml)")
 _RESULT_VIEW_MODULE = "ui.gap.gap_result_view"
 
 
@@ -63,7 +64,7 @@ class GapPage(JobPage):
         faults: ErrorReporter,
         engine: JobRunner | None = None,
     ) -> None:
-        super().__init__("Model gap", actions, look, store, banners, "search", "gap_cancel")
+        super().__init__(tr("Model gap"), actions, look, store, banners, tr("search"), "gap_cancel")
         self._faults = faults
         self._open: Path | None = None
         self._trial: BackgroundJob | None = None
@@ -219,7 +220,7 @@ class GapPage(JobPage):
         """Load in a thread what the answer will be drawn with, once: it takes a second."""
         if self.story is None and self._loading is None:
             self._loading = BackgroundJob(
-                "Loading the page",
+                tr("Loading the page"),
                 lambda _progress: importlib.import_module(_RESULT_VIEW_MODULE),
                 self,
             )
@@ -248,8 +249,8 @@ class GapPage(JobPage):
         if had_focus:
             story.begin()
         else:
-            words = answer.discrepancy.why or "The search has ended."
-            self._banner.show_result(words, "Look (F5)", self.show_requested.emit)
+            words = answer.discrepancy.why or tr("The search has ended.")
+            self._banner.show_result(words, tr("Look (F5)"), self.show_requested.emit)
         self.changed.emit()
 
     def cancel(self) -> None:
@@ -283,7 +284,7 @@ class GapPage(JobPage):
         def run(progress: JobProgress) -> Path:
             return simulate_virtual_flight(folder, progress)
 
-        work = BackgroundJob("Flying the virtual aircraft", run, self)
+        work = BackgroundJob(tr("Flying the virtual aircraft"), run, self)
         self._trial = work
         work.progressed.connect(self._show_progress)
         work.done.connect(self._flown)
@@ -340,10 +341,12 @@ class GapPage(JobPage):
             initial_dialog_folder(self._store.current)
             / f"{sanitize_file_name(model.name) or 'model'}.toml"
         )
-        path = ask_save_file(self, "Save the model", start, _MODEL_FILTER)
+        path = ask_save_file(self, tr("Save the model"), start, tr(_MODEL_FILTER))
         if path is not None:
             written = save_model(model, path)
-            self._banners.show_banner("note", f"The model is saved as {written}.")
+            self._banners.show_banner(
+                "note", tr("The model is saved as {written}.").format(written=written)
+            )
 
     def write_report(self) -> None:
         """Ask for a file and write the report in the background."""
@@ -352,7 +355,7 @@ class GapPage(JobPage):
             return
         name = answer.request.flights[0].stem if answer.request.flights else "flight"
         start = initial_dialog_folder(self._store.current) / f"{name} model gap.html"
-        path = ask_save_file(self, "Write the report", start, _REPORT_FILTER)
+        path = ask_save_file(self, tr("Write the report"), start, tr(_REPORT_FILTER))
         if path is not None:
             self.search.write_report(path, self._look.units)
 
@@ -362,6 +365,6 @@ class GapPage(JobPage):
 
         self._banners.show_banner(
             "note",
-            f"The report is written: {path}.",
-            ("Open it", lambda: QDesktopServices.openUrl(QUrl.fromLocalFile(str(path)))),
+            tr("The report is written: {path}.").format(path=path),
+            (tr("Open it"), lambda: QDesktopServices.openUrl(QUrl.fromLocalFile(str(path)))),
         )

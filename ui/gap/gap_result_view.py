@@ -40,6 +40,7 @@ from ui.gap.show_stage import ShowStage
 from ui.gap.stage_view import StageView
 from ui.icons import IndicatorState, paint_indicator
 from ui.settings import SettingsStore
+from ui.translation import tr
 from ui.widgets.action_button import ActionButton
 from ui.widgets.labels import create_label
 from ui.window_frame.exclusive_button_group import ExclusiveButtonGroup
@@ -122,7 +123,7 @@ class GapResultView(QScrollArea):
         self.setFocusPolicy(Qt.FocusPolicy.NoFocus)
         self.setWidgetResizable(True)
         self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
-        self.setAccessibleName("Search result")
+        self.setAccessibleName(tr("Search result"))
         page = _ScrollContent(look)
         self.setWidget(page)
         self._column = QVBoxLayout(page)
@@ -147,7 +148,7 @@ class GapResultView(QScrollArea):
         policy.setHeightForWidth(True)
         self.verdict.setSizePolicy(policy)
         row.addWidget(self.verdict, 1)
-        self.again = ActionButton(self._actions["gap_search"], "New search…", self._look)
+        self.again = ActionButton(self._actions["gap_search"], tr("New search…"), self._look)
         row.addWidget(self.again, 0, Qt.AlignmentFlag.AlignTop)
         head.addLayout(row)
         self.why = create_label("", wrap=True, remarks_in=self._look)
@@ -169,11 +170,16 @@ class GapResultView(QScrollArea):
         self._group = ExclusiveButtonGroup(self)
         for number, chapter in enumerate(GAP_STAGES, start=1):
             action = self._actions[f"gap_{chapter.id}"]
-            button = QPushButton(f"{number}  {chapter.title}")
+            title, question = tr(chapter.title), tr(chapter.question)
+            button = QPushButton(f"{number}  {title}")
             button.setCheckable(True)
             key = shortcut_text(action.shortcut().toString())
-            button.setAccessibleName(f"Step {number}, {chapter.title}: {chapter.question}")
-            button.setToolTip(f"{chapter.question} ({key})")
+            button.setAccessibleName(
+                tr("Step {number}, {title}: {question}").format(
+                    number=number, title=title, question=question
+                )
+            )
+            button.setToolTip(f"{question} ({key})")
             button.clicked.connect(lambda _checked=False, name=chapter.id: self.go_to_stage(name))
             self._group.add_button(button)
             row.addWidget(button)
@@ -197,7 +203,7 @@ class GapResultView(QScrollArea):
                 "show": lambda: ShowStage(look, actions),
             }
             view = kinds[name]()
-            view.setAccessibleName(name)
+            view.setAccessibleName(tr(next(one.title for one in GAP_STAGES if one.id == name)))
             view.selection_requested.connect(self._choose)
             view.hide()
             self._column.addWidget(view, 1)

@@ -11,6 +11,7 @@ from ui.background_job import BackgroundJob, JobProgress
 from ui.gap.gap_worker import GapJob, GapReportJob, SearchJob, serve_gap_jobs
 from ui.gap.search_request import EffectDecisions, GapRequest, SearchResult
 from ui.job_process.job_runner import JobRunner, ProcessJobRunner
+from ui.translation import tr
 from ui.undo import UndoCommand, UndoStack
 
 _RESULT_CACHE_SIZE = 8
@@ -19,7 +20,7 @@ _RESULT_CACHE_SIZE = 8
 
 def create_search_job_runner() -> ProcessJobRunner:
     """Return the process that searches; it begins with its first job."""
-    return ProcessJobRunner(serve_gap_jobs, name="search", remedy="use fewer flights")
+    return ProcessJobRunner(serve_gap_jobs, name=tr("search"), remedy=tr("use fewer flights"))
 
 
 class GapSearch(QObject):
@@ -77,14 +78,17 @@ class GapSearch(QObject):
 
     def search(self, request: GapRequest) -> None:
         """Search flights from the beginning."""
-        self._look(request, EffectDecisions(), "Searching for missing effects", "search")
+        self._look(request, EffectDecisions(), tr("Searching for missing effects"), tr("search"))
 
     def refuse(self, effect: str, title: str) -> None:
         """Search again without an effect."""
         if self.answer is not None:
             decisions = self.answer.decisions.refuse(effect)
             self._look(
-                self.answer.request, decisions, f"Searching without “{title}”", f"refuse {title}"
+                self.answer.request,
+                decisions,
+                tr("Searching without “{title}”").format(title=title),
+                tr("refuse {title}").format(title=title),
             )
 
     def force(self, effect: str, title: str) -> None:
@@ -92,7 +96,10 @@ class GapSearch(QObject):
         if self.answer is not None:
             decisions = self.answer.decisions.force(effect)
             self._look(
-                self.answer.request, decisions, f"Searching with “{title}”", f"force {title}"
+                self.answer.request,
+                decisions,
+                tr("Searching with “{title}”").format(title=title),
+                tr("force {title}").format(title=title),
             )
 
     def _show_answer(self, answer: SearchResult) -> None:
@@ -105,7 +112,7 @@ class GapSearch(QObject):
         if answer is None or self.running:
             return
         job = GapReportJob(answer=answer, path=path, units=units)
-        self._start(f"Writing {path.name}", job, self._report_done)
+        self._start(tr("Writing {name}").format(name=path.name), job, self._report_done)
 
     def cancel(self) -> None:
         """Stop what runs; what was known before stays."""

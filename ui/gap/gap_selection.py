@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from gsapp.discrepancy.results import ManeuverHistories
 from gsapp.report.discrepancy_pictures import CONDITIONS
 from ui.gap.search_request import SearchResult
+from ui.translation import tr
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -108,4 +109,6 @@ def list_plot_variables(view: ManeuverHistories) -> tuple[str, ...]:
 def list_model_names(answer: SearchResult) -> tuple[str, ...]:
     """Return the names of the models from the baseline on."""
     steps = answer.discrepancy.steps
-    return tuple(f"+ {answer.title(step.added)}" if step.added else "Baseline" for step in steps)
+    return tuple(
+        f"+ {answer.title(step.added)}" if step.added else tr("Baseline") for step in steps
+    )

@@ -19,6 +19,7 @@ from gsapp.dynamics.buildup import COEFFICIENT_TITLES
 from ui.display_style import DisplayStyle
 from ui.gap.gap_view_models import MAP_LEVELS, MapCell
 from ui.number_format import percent_text
+from ui.translation import tr
 from ui.widgets.paint_primitives import level_brushes, paint_focus_frame
 from ui.widgets.row_model import VALUE_ROLE, ModelIndex, TableRow
 from ui.widgets.table_view import FittedTableView
@@ -66,7 +67,7 @@ class DisagreementMapView(FittedTableView):
 
     def __init__(self, look: DisplayStyle) -> None:
         super().__init__(
-            look, "Disagreement map: maneuvers by coefficients", (), stretch=None,
+            look, tr("Disagreement map: maneuvers by coefficients"), (), stretch=None,
             least=4, most=16, wrap=False, row_height=_ROW,
         )  # fmt: skip
         self.setItemDelegate(_MapCellDelegate(look, self))
@@ -126,10 +127,12 @@ class DisagreementMapLegend(QWidget):
         super().__init__()
         self._look = look
         bounds = [f"{bound:g}" for bound in MAP_LEVELS]
-        self._words = ("noise", *(f"from {bound}" for bound in bounds))
+        self._words = (tr("noise"), *(tr("from {bound}").format(bound=bound) for bound in bounds))
         self.setAccessibleName(
-            f"Colors: noise, then from {', '.join(bounds)} times the noise floor; a corner "
-            "marks significant cells"
+            tr(
+                "Colors: noise, then from {bounds} times the noise floor; a corner "
+                "marks significant cells"
+            ).format(bounds=", ".join(bounds))
         )
         look.changed.connect(self._restyle)
         self._restyle()
@@ -187,8 +190,8 @@ class RankingView(FittedTableView):
     def __init__(self, look: DisplayStyle) -> None:
         super().__init__(
             look,
-            "Candidates, best first",
-            ("Effect", "Evidence", "Gain", "Held out", "Size"),
+            tr("Candidates, best first"),
+            (tr("Effect"), tr("Evidence"), tr("Gain"), tr("Held out"), tr("Size")),
             stretch=0,
             right=frozenset({2, 3, 4}),
             least=4,
@@ -196,10 +199,10 @@ class RankingView(FittedTableView):
             wrap=False,
             row_height=_ROW,
             title_details={
-                1: "Probability among all candidates",
-                2: "Log-likelihood gain, minus the penalty for its parameters",
-                3: "Log-likelihood gain on held-out maneuvers",
-                4: "Size / standard deviation",
+                1: tr("Probability among all candidates"),
+                2: tr("Log-likelihood gain, minus the penalty for its parameters"),
+                3: tr("Log-likelihood gain on held-out maneuvers"),
+                4: tr("Size / standard deviation"),
             },
         )
         self.setItemDelegateForColumn(1, _EvidenceBarDelegate(look, self))

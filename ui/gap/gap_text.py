@@ -34,6 +34,7 @@ from ui.number_format import (
     unit_text,
     value_with_std_text,
 )
+from ui.translation import QT_TR_NOOP, tr
 
 _VERDICT_STATES: Mapping[str, IndicatorState] = {
     "effects-found": "caution",
@@ -44,16 +45,16 @@ _VERDICT_STATES: Mapping[str, IndicatorState] = {
     "not-observable": "unknown",
 }
 _CONFIDENCE = (
-    (0.90, "very likely"),
-    (0.80, "likely"),
-    (0.50, "more likely than not"),
-    (0.0, "a guess"),
+    (0.90, QT_TR_NOOP("very likely")),
+    (0.80, QT_TR_NOOP("likely")),
+    (0.50, QT_TR_NOOP("more likely than not")),
+    (0.0, QT_TR_NOOP("a guess")),
 )
 _OBSERVABILITY_TEXTS = (
-    (10.0, "clearly"),
-    (5.0, "well enough"),
-    (3.0, "barely"),
-    (-math.inf, "too little"),
+    (10.0, QT_TR_NOOP("clearly")),
+    (5.0, QT_TR_NOOP("well enough")),
+    (3.0, QT_TR_NOOP("barely")),
+    (-math.inf, QT_TR_NOOP("too little")),
 )
 MIN_OBSERVABLE_SIGMA = 3.0
 """Standard deviations below which these flights could not have shown an effect."""
@@ -75,39 +76,40 @@ def verdict_text(answer: SearchResult) -> str:
     found = answer.discrepancy
     titles = [effect.title for effect in found.effects]
     if found.verdict == "effects-found" and len(titles) == 1:
-        return f"One effect is missing: {titles[0]}"
+        return tr("One effect is missing: {title}").format(title=titles[0])
     headlines = {
-        "effects-found": f"{_count_text(len(titles))} effects are missing",
-        "values-wrong": f"No effect is missing; {count_text(len(found.values), 'value')} must "
-        "change",
-        "model-adequate": "No effect is missing: model and flight agree within the noise",
-        "ambiguous": "An effect is missing; these flights cannot tell which",
-        "unexplained": "An effect is missing that is not in the catalog",
-        "not-observable": "These flights cannot show the missing effect",
+        "effects-found": tr("{count} effects are missing").format(count=_count_text(len(titles))),
+        "values-wrong": tr("No effect is missing; {values} must change").format(
+            values=count_text(len(found.values), "value")
+        ),
+        "model-adequate": tr("No effect is missing: model and flight agree within the noise"),
+        "ambiguous": tr("An effect is missing; these flights cannot tell which"),
+        "unexplained": tr("An effect is missing that is not in the catalog"),
+        "not-observable": tr("These flights cannot show the missing effect"),
     }
     return headlines.get(found.verdict, found.verdict)
 
 
 def _count_text(count: int) -> str:
-    words = ("No", "One", "Two", "Three", "Four", "Five", "Six")
+    words = (tr("No"), tr("One"), tr("Two"), tr("Three"), tr("Four"), tr("Five"), tr("Six"))
     return words[count] if count < len(words) else str(count)
 
 
 def confidence_text(probability: float) -> str:
     """Return ``very likely: right in 97 of 100 cases``."""
     if not math.isfinite(probability):
-        return "confidence unknown"
-    words = next(word for bound, word in _CONFIDENCE if probability >= bound)
+        return tr("confidence unknown")
+    words = tr(next(word for bound, word in _CONFIDENCE if probability >= bound))
     # Never a certainty: no number of flights earns it.
     share = min(max(round(100 * probability), 1), 99)
-    return f"{words}: right in {share} of 100 such cases"
+    return tr("{words}: right in {share} of 100 such cases").format(words=words, share=share)
 
 
 def effect_confidence_text(answer: SearchResult, effect: FoundEffect) -> str:
     """Return how sure an effect is, or what it cannot be told from."""
     others = [f"“{answer.title(name)}”" for name in effect.one_of if name != effect.effect]
     if others:
-        return f"these flights cannot tell it from {', '.join(others)}"
+        return tr("these flights cannot tell it from {others}").format(others=", ".join(others))
     return confidence_text(effect.confidence)
 
 
@@ -115,7 +117,7 @@ def observability_text(sigma: float) -> str:
     """Return how well an effect of plausible size would show: ``12 σ, clearly``."""
     if not math.isfinite(sigma):
         return DASH
-    words = next(word for bound, word in _OBSERVABILITY_TEXTS if sigma >= bound)
+    words = tr(next(word for bound, word in _OBSERVABILITY_TEXTS if sigma >= bound))
     return f"{sigma_text(sigma)}, {words}"
 
 
@@ -182,7 +184,7 @@ def axis_unit(name: str, system: str) -> str:
 def maneuver_kind_text(kind: str) -> str:
     """Return the kind of a maneuver in words: ``elevator doublet`` stays, ``de`` is spelled."""
     words = re.split(r"(\W+)", kind.strip())
-    return "".join(SURFACE_NAMES.get(word, word) for word in words) or "maneuver"
+    return "".join(SURFACE_NAMES.get(word, word) for word in words) or tr("maneuver")
 
 
 def maneuver_text(answer: SearchResult, view: ManeuverHistories, *, clock: bool = True) -> str:
@@ -192,7 +194,7 @@ def maneuver_text(answer: SearchResult, view: ManeuverHistories, *, clock: bool 
         parts.append(clock_text(float(view.times[0]), decimals=1))
     if view.held_out:
         # Where there is no room for everything, this matters more than the kind.
-        parts.insert(len(parts) if clock else 1, "held out")
+        parts.insert(len(parts) if clock else 1, tr("held out"))
     return " · ".join(parts)
 
 
@@ -206,24 +208,23 @@ def p_value_text(p_value: float) -> str:
     if not math.isfinite(p_value):
         return ""
     if p_value <= 0.0 or p_value < 1e-6:
-        return "chance below 1 in a million"
+        return tr("chance below 1 in a million")
     if p_value < 0.095:
         count = 1.0 / p_value
         digits = 10 ** max(math.floor(math.log10(count)) - 1, 0)
-        return f"chance 1 in {round(count / digits) * digits:,.0f}"
-    return f"chance {percent_text(p_value)}"
+        return tr("chance 1 in {count:,.0f}").format(count=round(count / digits) * digits)
+    return tr("chance {p_value}").format(p_value=percent_text(p_value))
 
 
 def gap_closed_text(closed: float | None, std: float | None) -> str:
     """Return ``94 ± 3 % of the gap is closed``."""
     if closed is None:
-        return "No gap to close"
+        return tr("No gap to close")
     if std is None:
-        return f"{number_text(100 * closed, 0)} % of the gap is closed"
+        return tr("{closed} % of the gap is closed").format(closed=number_text(100 * closed, 0))
     decimals = 0 if 100 * std >= 0.95 else 1
-    return (
-        f"{number_text(100 * closed, decimals)} ± {number_text(100 * std, decimals)} % "
-        "of the gap is closed"
+    return tr("{closed} ± {std} % of the gap is closed").format(
+        closed=number_text(100 * closed, decimals), std=number_text(100 * std, decimals)
     )
 
 
@@ -232,4 +233,4 @@ def join_with_and(words: Iterable[str]) -> str:
     listed = list(words)
     if len(listed) < 2:
         return "".join(listed)
-    return f"{', '.join(listed[:-1])} and {listed[-1]}"
+    return tr("{names} and {last}").format(names=", ".join(listed[:-1]), last=listed[-1])

@@ -37,6 +37,7 @@ from ui.gap.gap_text import (
 )
 from ui.gap.search_request import SearchResult
 from ui.number_format import DASH, clock_text, symbol_text, value_to_std_digits
+from ui.translation import tr
 from ui.widgets.row_model import CellFormat, TableRow
 
 MAP_LEVELS = (1.5, 2.5, 5.0, 10.0)
@@ -94,8 +95,12 @@ def build_map_rows(answer: SearchResult, step: int) -> tuple[TableRow, ...]:
         texts = tuple(noise_ratio_text(cell.ratio) for cell in cells)
         formats = {
             column: CellFormat(
-                detail=f"{COEFFICIENT_TITLES.get(name, name)} of maneuver {heading}: {text} "
-                f"times the noise floor{', significant' if cell.proven else ''}"
+                detail=tr(
+                    "{coefficient} of maneuver {heading}: {ratio} times the noise floor"
+                ).format(
+                    coefficient=COEFFICIENT_TITLES.get(name, name), heading=heading, ratio=text
+                )
+                + (tr(", significant") if cell.proven else "")
             )
             for column, (name, text, cell) in enumerate(
                 zip(found.coefficients, texts, cells, strict=True)
@@ -161,7 +166,9 @@ def build_missing_scatter(
         low, high = to_display_units(name, np.array([region.low, region.high]), system)
         bounds = (float(low), float(high))
     return MissingCoefficientScatter(
-        title=f"Missing {symbol_text(coefficient)} against {channel_symbol(name)}",
+        title=tr("Missing {coefficient} against {channel}").format(
+            coefficient=symbol_text(coefficient), channel=channel_symbol(name)
+        ),
         axis=channel_text(name),
         unit=axis_unit(name, system),
         selected=pairs.pop(view.id),
@@ -176,18 +183,24 @@ def describe_disagreement(one: Disagreement, system: str) -> str:
     ratio = noise_ratio_text(one.rms / one.noise_floor) if one.noise_floor > 0 else DASH
     what = coefficient_text(one.coefficient) if one.coefficient else channel_text(one.channel)
     where = region_text(one.region, system)
-    grows = f", most with {where}" if where else ""
-    return f"{what}: {ratio} times the noise{grows}"
+    grows = tr(", most with {where}").format(where=where) if where else ""
+    return tr("{what}: {ratio} times the noise{grows}").format(what=what, ratio=ratio, grows=grows)
 
 
 def build_disagreement_rows(answer: SearchResult, system: str) -> tuple[TableRow, ...]:
     """Return the list of disagreements, most significant first; keys are their places."""
     lines = []
     for place, one in enumerate(answer.discrepancy.disagreements):
-        when = f"{clock_text(one.t_start, decimals=1)} to {clock_text(one.t_end, decimals=1)}"
-        detail = (
-            f"Maneuver {one.maneuver}, {when}, largest in {channel_text(one.channel)}; "
-            f"{p_value_text(one.p_value)} that it is noise alone."
+        when = tr("{start} to {end}").format(
+            start=clock_text(one.t_start, decimals=1), end=clock_text(one.t_end, decimals=1)
+        )
+        detail = tr(
+            "Maneuver {maneuver}, {when}, largest in {channel}; {p_value} that it is noise alone."
+        ).format(
+            maneuver=one.maneuver,
+            when=when,
+            channel=channel_text(one.channel),
+            p_value=p_value_text(one.p_value),
         )
         lines.append(
             TableRow(
@@ -238,23 +251,25 @@ def describe_ranking(answer: SearchResult, step: int) -> str:
     found = answer.discrepancy
     rows = found.steps[step].ranking if found.steps else ()
     if not rows:
-        return "No candidate: this model leaves no gap for an effect to close."
+        return tr("No candidate: this model leaves no gap for an effect to close.")
     effect = find_step_effect(answer, step + 1)
     if effect is None:
         best = rows[0]
-        return (
-            f"No further effect is proven. Best remaining candidate: “{best.title}”, with "
-            f"{percent_text(best.evidence)} of the evidence."
-        )
+        return tr(
+            "No further effect is proven. Best remaining candidate: “{title}”, with "
+            "{evidence} of the evidence."
+        ).format(title=best.title, evidence=percent_text(best.evidence))
     return f"“{effect.title}” – {effect_confidence_text(answer, effect)}."
 
 
 def describe_runner_up(answer: SearchResult, effect: FoundEffect) -> str:
     """Return the runner-up of an effect and the margin over it."""
     if not effect.runner_up:
-        return "No other candidate is close."
+        return tr("No other candidate is close.")
     margin = number_text(effect.margin, 1)
-    return f"Second: “{answer.title(effect.runner_up)}”, behind by {margin}."
+    return tr("Second: “{title}”, behind by {margin}.").format(
+        title=answer.title(effect.runner_up), margin=margin
+    )
 
 
 def find_step_effect(answer: SearchResult, step: int) -> FoundEffect | None:
@@ -280,25 +295,28 @@ def describe_effect(answer: SearchResult, effect: str) -> EffectDescription:
     note = answer.effect_infos.get(effect)
     seen = next((one for one in answer.discrepancy.observability if one.effect == effect), None)
     paragraphs: list[tuple[str, str]] = []
-    alike = [f"{answer.title(name)} ({percent_text(abs(cosine))} alike here)"
+    alike = [tr("{title} ({percent} alike here)").format(
+                 title=answer.title(name), percent=percent_text(abs(cosine)))
              for name, cosine in (seen.aliases if seen is not None else ())]  # fmt: skip
     if alike:
-        paragraphs.append(("Looks the same in these flights as", join_with_and(alike)))
+        paragraphs.append((tr("Looks the same in these flights as"), join_with_and(alike)))
     if note is not None and note.mistaken_for:
         others = join_with_and(answer.title(name) for name in note.mistaken_for)
-        paragraphs.append(("Mistaken for", others))
+        paragraphs.append((tr("Mistaken for"), others))
     told = seen.fly if seen is not None and seen.fly else ""
     if note is not None and note.distinguished_by and note.distinguished_by != told:
         told = f"{told}; {note.distinguished_by}" if told else note.distinguished_by
     if told:
-        paragraphs.append(("Maneuver that tells it apart", told))
+        paragraphs.append((tr("Maneuver that tells it apart"), told))
     if note is not None and note.remedy:
-        paragraphs.append(("Ground measurement", note.remedy))
+        paragraphs.append((tr("Ground measurement"), note.remedy))
     if seen is not None:
         paragraphs.append(
             (
-                "Observable in these flights?",
-                f"A plausible size shows {observability_text(seen.sigma)}",
+                tr("Observable in these flights?"),
+                tr("A plausible size shows {observability}").format(
+                    observability=observability_text(seen.sigma)
+                ),
             )
         )
     found = next((one for one in answer.discrepancy.effects if one.effect == effect), None)
@@ -317,12 +335,18 @@ def build_observability_rows(answer: SearchResult, *, hidden_only: bool) -> tupl
             cells=(
                 answer.title(one.effect),
                 # What merely rescales coefficients no maneuver shows.
-                "on the ground only" if one.effect_class == "C" else observability_text(one.sigma),
+                tr("on the ground only")
+                if one.effect_class == "C"
+                else observability_text(one.sigma),
                 one.fly or _alias_text(answer, one),
             ),
             state="caution" if one.sigma < MIN_OBSERVABLE_SIGMA else "plain",
             colored=frozenset({1}),
-            detail=f"{one.effect}, class {one.effect_class}. {_alias_text(answer, one)}".strip(),
+            detail=tr("{effect}, class {effect_class}. {alias}")
+            .format(
+                effect=one.effect, effect_class=one.effect_class, alias=_alias_text(answer, one)
+            )
+            .strip(),
         )
         for one in table
         if not hidden_only or one.sigma < MIN_OBSERVABLE_SIGMA
@@ -333,7 +357,9 @@ def _alias_text(answer: SearchResult, one: Observability) -> str:
     if not one.aliases:
         return ""
     name, cosine = one.aliases[0]
-    return f"looks like {answer.title(name)} ({percent_text(abs(cosine))})"
+    return tr("looks like {title} ({percent})").format(
+        title=answer.title(name), percent=percent_text(abs(cosine))
+    )
 
 
 def build_alternative_rows(answer: SearchResult, system: str) -> tuple[tuple[str, str, str], ...]:
@@ -372,14 +398,20 @@ def list_effect_statuses(answer: SearchResult, step: int) -> tuple[EffectStatus,
     for place, one in enumerate(answer.discrepancy.steps):
         if not place:
             continue
-        words = "in the model" if place <= step else "next" if place == step + 1 else "later"
+        words = (
+            tr("in the model")
+            if place <= step
+            else tr("next")
+            if place == step + 1
+            else tr("later")
+        )
         if one.added in answer.decisions.forced:
-            words += ", forced"
+            words += tr(", forced")
         states.append(
             EffectStatus(effect=one.added, title=answer.title(one.added), text=words, step=place)
         )
     states += [
-        EffectStatus(effect=name, title=answer.title(name), text="refused", step=0)
+        EffectStatus(effect=name, title=answer.title(name), text=tr("refused"), step=0)
         for name in answer.decisions.refused
     ]
     return tuple(states)
@@ -391,7 +423,7 @@ def build_effect_status_rows(states: tuple[EffectStatus, ...]) -> tuple[TableRow
         TableRow(
             key=one.effect,
             cells=(str(one.step) if one.step else DASH, one.title, one.text),
-            is_bold=one.text.startswith("in the model"),
+            is_bold=one.text.startswith(tr("in the model")),
             italic=one.text == "refused",
             detail=one.effect,
         )
@@ -487,7 +519,9 @@ def list_forceable_effects(answer: SearchResult, step: int) -> tuple[ForceableEf
         one.effect: ForceableEffect(
             effect=one.effect,
             title=one.title,
-            reason=f"{percent_text(one.evidence)} of the evidence, size {sigma_text(one.sigma)}",
+            reason=tr("{evidence} of the evidence, size {sigma}").format(
+                evidence=percent_text(one.evidence), sigma=sigma_text(one.sigma)
+            ),
         )
         for one in ranked
         if one.effect not in there

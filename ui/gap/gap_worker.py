@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Protocol
 from gsapp.foundation import GroundStationError
 from ui.gap.search_request import EffectDecisions, EffectInfo, GapRequest, SearchResult
 from ui.job_process.job_server import JobProgressCallback, JobStoppedError, StopEvent, serve_jobs
+from ui.translation import QT_TR_NOOP
 
 if TYPE_CHECKING:
     from gsapp.aircraft import Aircraft
@@ -158,7 +159,7 @@ class GapJobHandler:
             self._tell(_READ_SHARE * done / steps, words)
             done += 1
 
-        doing("starting")
+        doing(QT_TR_NOOP("starting"))
         flown = open_flights_with_maneuvers(
             request.flights,
             aircraft=request.aircraft or None,
@@ -182,14 +183,14 @@ class GapJobHandler:
             one.id: " ".join(filter(None, ("+".join(one.inputs), one.kind))) for one in maneuvers
         }
         self._aircraft = flown[0].aircraft.name
-        doing("preparing the maneuvers")
+        doing(QT_TR_NOOP("preparing the maneuvers"))
         model = _load_model(request.model) if request.model else None
         search = self._prepare(maneuvers, flown[0].aircraft, model)
         self._notes = load_effect_infos()
         return search
 
     def _write(self, job: GapReportJob) -> Path:
-        self._tell(None, "drawing the figures")
+        self._tell(None, QT_TR_NOOP("drawing the figures"))
         return write_gap_report(job)
 
 

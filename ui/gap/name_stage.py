@@ -16,6 +16,7 @@ from ui.gap.gap_view_models import (
     find_step_effect,
 )
 from ui.gap.stage_view import StageView
+from ui.translation import tr
 from ui.widgets.labels import create_label
 from ui.widgets.layout_widgets import HeadedParagraphs, StackingColumns
 from ui.widgets.table_view import FittedTableView
@@ -28,20 +29,20 @@ class NameStage(StageView):
         super().__init__(look)
         pair = StackingColumns(look, (6, 5))
         self.column.addWidget(pair, 1)
-        pair.left.addWidget(create_label("Candidate effects", "heading"))
+        pair.left.addWidget(create_label(tr("Candidate effects"), "heading"))
         self.winner = create_label("", "strong", wrap=True)
         pair.left.addWidget(self.winner)
         self.margin = create_label("", "muted", wrap=True)
         pair.left.addWidget(self.margin)
         self.ranking = RankingView(look)
         pair.left.addWidget(self.ranking, 30)
-        pair.left.addWidget(create_label("Observability", "heading"))
-        self.hidden_only = QCheckBox("Unobservable only")
-        self.hidden_only.setAccessibleName("Only effects that these flights cannot show")
+        pair.left.addWidget(create_label(tr("Observability"), "heading"))
+        self.hidden_only = QCheckBox(tr("Unobservable only"))
+        self.hidden_only.setAccessibleName(tr("Only effects that these flights cannot show"))
         pair.left.addWidget(self.hidden_only)
         self.observability = FittedTableView(
-            look, "Observability of each effect",
-            ("Effect", "A plausible size shows", "To see it, fly"),
+            look, tr("Observability of each effect"),
+            (tr("Effect"), tr("A plausible size shows"), tr("To see it, fly")),
             stretch=2, widths={0: 190, 1: 150}, least=3,
         )  # fmt: skip
         pair.left.addWidget(self.observability, 30)
@@ -52,7 +53,7 @@ class NameStage(StageView):
         pair.right.addWidget(self.equation)
         self.about = HeadedParagraphs(look)
         pair.right.addWidget(self.about)
-        self.same = create_label("Indistinguishable", "heading")
+        self.same = create_label(tr("Indistinguishable"), "heading")
         pair.right.addWidget(self.same)
         self.alternatives = HeadedParagraphs(look)
         pair.right.addWidget(self.alternatives)
@@ -88,7 +89,7 @@ class NameStage(StageView):
         same = build_alternative_rows(answer, self.look.units)
         self.same.setVisible(bool(same))
         self.alternatives.show_paragraphs(
-            [(title, f"{why} {f'To tell: {fly}.' if fly else ''}".strip())
+            [(title, " ".join((why, tr("To tell: {fly}.").format(fly=fly))) if fly else why)
              for title, why, fly in same]
         )  # fmt: skip
 

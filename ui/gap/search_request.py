@@ -7,6 +7,8 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from ui.translation import tr
+
 if TYPE_CHECKING:
     # The window starts without the numerics behind an answer.
     from gsapp.discrepancy.results import DiscrepancyResult
@@ -37,8 +39,12 @@ class GapRequest:
     def text(self) -> str:
         """Return what is searched: ``flight 3 and 2 more · model b777``."""
         names = [path.name for path in self.flights]
-        more = f" and {len(names) - 1} more" if len(names) > 1 else ""
-        model = f"model {Path(self.model).stem}" if self.model else "baseline fitted here"
+        more = tr(" and {count} more").format(count=len(names) - 1) if len(names) > 1 else ""
+        model = (
+            tr("model {stem}").format(stem=Path(self.model).stem)
+            if self.model
+            else tr("baseline fitted here")
+        )
         return f"{names[0]}{more} · {model}" if names else model
 
 

@@ -23,16 +23,19 @@ from ui.display_style import DisplayStyle
 from ui.gap.gap_stages import GAP_STAGES
 from ui.gap.search_request import GapRequest
 from ui.settings import SettingsStore
+from ui.translation import QT_TR_NOOP, tr
 from ui.widgets.labels import CenteredPage, create_label
 from ui.widgets.layout_widgets import create_button_row
 from ui.widgets.row_model import TableRow
 from ui.widgets.table_view import BoxedListView
 
 _STAGE_DESCRIPTIONS = {
-    "find": "Where simulation and flight disagree: coefficient, maneuver, region.",
-    "name": "The missing effect, its confidence, and the maneuver that tells it from others.",
-    "add": "The effect in the model, all values refitted; reject it, or force another.",
-    "show": "Before and after, on held-out maneuvers.",
+    "find": QT_TR_NOOP("Where simulation and flight disagree: coefficient, maneuver, region."),
+    "name": QT_TR_NOOP(
+        "The missing effect, its confidence, and the maneuver that tells it from others."
+    ),
+    "add": QT_TR_NOOP("The effect in the model, all values refitted; reject it, or force another."),
+    "show": QT_TR_NOOP("Before and after, on held-out maneuvers."),
 }
 
 
@@ -61,28 +64,33 @@ class SearchSetupPage(CenteredPage):
         self._store = store
         self._open: Path | None = None
         self._busy = False
-        self.setAccessibleName("Search for a missing effect")
+        self.setAccessibleName(tr("Search for a missing effect"))
         settings = store.current
-        self.column.addWidget(create_label("Model gap", "title"))
+        self.column.addWidget(create_label(tr("Model gap"), "title"))
         self.column.addWidget(
             create_label(
-                "Find where simulation and measurement disagree, and which effect the model lacks.",
+                tr(
+                    "Find where simulation and measurement disagree, and which effect the model "
+                    "lacks."
+                ),
                 "muted",
                 wrap=True,
             )
         )
         self.column.addWidget(self._story())
         self.column.addSpacing(look.px(8))
-        self.column.addWidget(create_label("Flights", "heading"))
+        self.column.addWidget(create_label(tr("Flights"), "heading"))
         self.paths: tuple[Path, ...] = ()
-        self.flights = BoxedListView(look, "Flights to search", elide=Qt.TextElideMode.ElideMiddle)
+        self.flights = BoxedListView(
+            look, tr("Flights to search"), elide=Qt.TextElideMode.ElideMiddle
+        )
         self.column.addWidget(self.flights)
         self.sentence = FieldMessage()
         self.column.addWidget(self.sentence)
-        self.add_open = self._button("Add the open flight", self._add_open)
-        self.add_file = self._button("Add a file…", self._add_file)
-        self.add_folder = self._button("Add a folder…", self._add_folder)
-        self.remove = self._button("Remove", self._remove)
+        self.add_open = self._button(tr("Add the open flight"), self._add_open)
+        self.add_file = self._button(tr("Add a file…"), self._add_file)
+        self.add_folder = self._button(tr("Add a folder…"), self._add_folder)
+        self.remove = self._button(tr("Remove"), self._remove)
         self.column.addWidget(
             create_button_row(look, self.add_open, self.add_file, self.add_folder, self.remove)
         )
@@ -94,39 +102,43 @@ class SearchSetupPage(CenteredPage):
         grid.setVerticalSpacing(look.px(8))
         grid.setColumnStretch(1, 1)
         self.aircraft = ShippedFileField(
-            "Aircraft", shipped_aircraft(), settings.gap_aircraft, none="From each flight"
+            tr("Aircraft"), shipped_aircraft(), settings.gap_aircraft, none=tr("From each flight")
         )
         self.model = ShippedFileField(
-            "Current model", tuple(filter(None, (settings.gap_model,))), settings.gap_model,
-            none="None: fit the baseline from these flights",
+            tr("Current model"), tuple(filter(None, (settings.gap_model,))), settings.gap_model,
+            none=tr("None: fit the baseline from these flights"),
         )  # fmt: skip
         for row, (name, field) in enumerate(
-            (("Aircraft", self.aircraft), ("Current model", self.model))
+            ((tr("Aircraft"), self.aircraft), (tr("Current model"), self.model))
         ):
             grid.addWidget(create_label(name, "strong"), row, 0)
             grid.addWidget(field, row, 1)
         self.column.addWidget(form)
         self.column.addSpacing(look.px(8))
-        self.search = self._button("Search", self.request_search)
+        self.search = self._button(tr("Search"), self.request_search)
         self.search.setProperty("role", "primary")
         self.search.setMinimumHeight(look.px(44))
-        self.back = self._button("Back to the result", self.back_requested.emit)
+        self.back = self._button(tr("Back to the result"), self.back_requested.emit)
         self.back.setMinimumHeight(look.px(44))
         self.back.hide()
         self.column.addWidget(create_button_row(look, self.search, self.back))
         self.column.addSpacing(look.px(8))
-        self.other = create_label("No flight available?", "heading")
+        self.other = create_label(tr("No flight available?"), "heading")
         self.column.addWidget(self.other)
-        self.open = self._button("Open a flight…", lambda: self.command_requested.emit("open_file"))
+        self.open = self._button(
+            tr("Open a flight…"), lambda: self.command_requested.emit("open_file")
+        )
         self.virtual = self._button(
-            "Fly the virtual aircraft…", lambda: self.command_requested.emit("virtual")
+            tr("Fly the virtual aircraft…"), lambda: self.command_requested.emit("virtual")
         )
         self.trial = self._button(
-            "Try a flight with a hidden effect", self.virtual_flight_requested.emit
+            tr("Try a flight with a hidden effect"), self.virtual_flight_requested.emit
         )
         self.trial.setToolTip(
-            "Simulates a flight whose throttle pitches the nose (about half a minute), then "
-            "searches it with a model without that effect"
+            tr(
+                "Simulates a flight whose throttle pitches the nose (about half a minute), then "
+                "searches it with a model without that effect"
+            )
         )
         self.column.addWidget(create_button_row(look, self.open, self.virtual, self.trial))
         for path in settings.gap_flights:
@@ -153,12 +165,12 @@ class SearchSetupPage(CenteredPage):
         grid.setColumnStretch(1, 1)
         for row, chapter in enumerate(GAP_STAGES):
             grid.addWidget(
-                create_label(f"{row + 1}  {chapter.title}", "strong"),
+                create_label(f"{row + 1}  {tr(chapter.title)}", "strong"),
                 row,
                 0,
                 Qt.AlignmentFlag.AlignTop,
             )
-            grid.addWidget(create_label(_STAGE_DESCRIPTIONS[chapter.id], wrap=True), row, 1)
+            grid.addWidget(create_label(tr(_STAGE_DESCRIPTIONS[chapter.id]), wrap=True), row, 1)
         return card
 
     def _read_models(self) -> None:
@@ -169,11 +181,11 @@ class SearchSetupPage(CenteredPage):
 
             return shipped_models()
 
-        work = BackgroundJob("Reading the models", names, self)
+        work = BackgroundJob(tr("Reading the models"), names, self)
         work.done.connect(self._offer_models)
         work.failed.connect(
             lambda error: self.sentence.set_message(
-                f"The models cannot be read: {error}", "warning"
+                tr("The models cannot be read: {error}").format(error=error), "warning"
             )
         )
         work.start()
@@ -230,7 +242,7 @@ class SearchSetupPage(CenteredPage):
             self.add_flight(path)
 
     def _add_folder(self) -> None:
-        if path := ask_flight_folder(self, "Add a flight folder", self._store.current):
+        if path := ask_flight_folder(self, tr("Add a flight folder"), self._store.current):
             self.add_flight(path)
 
     def _remove(self) -> None:
@@ -247,27 +259,33 @@ class SearchSetupPage(CenteredPage):
         self.remove.setEnabled(self.flights.current_key() is not None)
         self.search.setEnabled(bool(paths) and not self._busy)
         self.trial.setEnabled(not self._busy)
-        busy = "A search is running" if self._busy else ""
-        self.remove.setToolTip("" if self.remove.isEnabled() else "Choose a flight first")
-        self.search.setToolTip("" if self.search.isEnabled() else busy or "Add a flight first")
+        busy = tr("A search is running") if self._busy else ""
+        self.remove.setToolTip("" if self.remove.isEnabled() else tr("Choose a flight first"))
+        self.search.setToolTip("" if self.search.isEnabled() else busy or tr("Add a flight first"))
         self.trial.setToolTip(busy)
         gone = [path.name for path in paths if path_kind(path) == "missing"]
         if gone:
-            self.sentence.set_message(f"{gone[0]} no longer exists; remove it.", "warning")
+            self.sentence.set_message(
+                tr("{gone} no longer exists; remove it.").format(gone=gone[0]), "warning"
+            )
         elif not paths:
             self.sentence.set_message(
-                "No flight. Add one with doublets of every surface, or try a flight with a "
-                "hidden effect below.",
+                tr(
+                    "No flight. Add one with doublets of every surface, or try a flight with a "
+                    "hidden effect below."
+                ),
                 "caution",
             )
         elif self._busy:
-            self.sentence.set_message("Changes apply to the next search.")
+            self.sentence.set_message(tr("Changes apply to the next search."))
         elif len(paths) == 1:
             self.sentence.set_message(
-                "One flight. Several flights with the same maneuvers give more certain names."
+                tr("One flight. Several flights with the same maneuvers give more certain names.")
             )
         else:
-            self.sentence.set_message(f"{len(paths)} flights, searched together.", "good")
+            self.sentence.set_message(
+                tr("{count} flights, searched together.").format(count=len(paths)), "good"
+            )
 
     def _rescale(self) -> None:
         self.search.setMinimumHeight(self._look.px(44))

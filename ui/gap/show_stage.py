@@ -17,6 +17,7 @@ from ui.gap.gap_view_models import (
     build_gap_rows,
 )
 from ui.gap.stage_view import StageView
+from ui.translation import tr
 from ui.widgets.action_button import ActionButton
 from ui.widgets.analysis_plot import FLIGHT_TIME_LABEL, AnalysisPlot, PlotBand, PlotCurve
 from ui.widgets.labels import create_label
@@ -34,27 +35,27 @@ class ShowStage(StageView):
         super().__init__(look)
         pair = StackingColumns(look, (7, 5))
         self.column.addWidget(pair, 1)
-        self.maneuver = LabeledComboBox(look, "Maneuver", letters=32)
-        self.channel = LabeledComboBox(look, "Channel", letters=16)
+        self.maneuver = LabeledComboBox(look, tr("Maneuver"), letters=32)
+        self.channel = LabeledComboBox(look, tr("Channel"), letters=16)
         self.buttons = {
-            "gap_report": ActionButton(actions["gap_report"], "Write the report…", look),
-            "gap_save": ActionButton(actions["gap_save"], "Save the model…", look),
+            "gap_report": ActionButton(actions["gap_report"], tr("Write the report…"), look),
+            "gap_save": ActionButton(actions["gap_save"], tr("Save the model…"), look),
         }
         pair.left.addWidget(create_button_row(look, self.maneuver, self.channel))
-        self.overlay = AnalysisPlot(look, "Measured and simulated")
+        self.overlay = AnalysisPlot(look, tr("Measured and simulated"))
         pair.left.addWidget(self.overlay, 3)
-        self.rest = AnalysisPlot(look, "Residual", high=132)
+        self.rest = AnalysisPlot(look, tr("Residual"), high=132)
         pair.left.addWidget(self.rest, 2)
         self.closed = create_label("", "heading", wrap=True)
         pair.right.addWidget(self.closed)
         self.on = create_label("", "muted", wrap=True)
         pair.right.addWidget(self.on)
         pair.right.addWidget(
-            create_label("Gap per channel: gray before, color after", "strong", wrap=True)
+            create_label(tr("Gap per channel: gray before, color after"), "strong", wrap=True)
         )
         self.bars = ChannelGapBars(look)
         pair.right.addWidget(self.bars)
-        pair.right.addWidget(create_label("All channels by step", "strong"))
+        pair.right.addWidget(create_label(tr("All channels by step"), "strong"))
         self.falls = MisfitWaterfall(look)
         pair.right.addWidget(self.falls)
         pair.right.addWidget(create_button_row(look, *self.buttons.values()))
@@ -62,8 +63,8 @@ class ShowStage(StageView):
         self.numbers_heading = create_label("", "heading", wrap=True)
         self.column.addWidget(self.numbers_heading)
         self.numbers = FittedTableView(
-            look, "Numbers of each channel",
-            ("Channel", "RMS", "Noise", "of range", "Theil", "In 3 floors"),
+            look, tr("Numbers of each channel"),
+            (tr("Channel"), "RMS", tr("Noise"), tr("of range"), "Theil", tr("In 3 floors")),
             stretch=0, widths={1: 140, 2: 68, 3: 104, 4: 120, 5: 112},
             right=frozenset({1, 2, 3, 4, 5}), least=5, most=12,
         )  # fmt: skip
@@ -103,17 +104,19 @@ class ShowStage(StageView):
         self._draw_overlay()
         gap = found.gap
         self.closed.setText(f"{gap_closed_text(gap.closed, gap.closed_std)}.")
-        kept = "No held-out maneuver: fly one more of each kind."
+        kept = tr("No held-out maneuver: fly one more of each kind.")
         if gap.on:
-            kept = f"Validated on maneuvers {join_with_and(gap.on)}, held out of the search."
-        self.on.setText(f"From the baseline to the last effect. {kept}")
+            kept = tr("Validated on maneuvers {names}, held out of the search.").format(
+                names=join_with_and(gap.on)
+            )
+        self.on.setText(tr("From the baseline to the last effect. {kept}").format(kept=kept))
         self.bars.show_pairs(channel_gaps(found, selection.step))
         self.falls.show_steps(waterfall_steps(found), list_model_names(answer), selection.step)
         lines = build_gap_rows(answer, self.look.units)
         self.numbers.setMaximumWidth(self.look.px(760))
         self.numbers.show_rows(lines)
         self.numbers.setVisible(bool(lines))
-        self.numbers_heading.setText("Baseline → last effect, held-out maneuvers")
+        self.numbers_heading.setText(tr("Baseline → last effect, held-out maneuvers"))
         self.numbers_heading.setVisible(bool(lines))
 
     def _draw_overlay(self) -> None:
@@ -128,16 +131,16 @@ class ShowStage(StageView):
         name = list_model_names(answer)[selection.step]
         axis, unit = channel_text(selection.channel), axis_unit(selection.channel, self.look.units)
         left = f"{axis.split(', ')[0]}{f', {unit}' if unit else ''}"
-        kept = "held out" if view.held_out else "used in the search"
+        kept = tr("held out") if view.held_out else tr("used in the search")
         color = trace_color(selection.channel)
         curves = [
-            PlotCurve(x=picture.times, y=picture.before, color="previous", name="baseline",
+            PlotCurve(x=picture.times, y=picture.before, color="previous", name=tr("baseline"),
                   dashed=True),
-            PlotCurve(x=picture.times, y=picture.measured, color=color, name="measured"),
+            PlotCurve(x=picture.times, y=picture.measured, color=color, name=tr("measured")),
         ]  # fmt: skip
         rests = [
             PlotCurve(x=picture.times, y=picture.measured - picture.before, color="previous",
-                  name="baseline", dashed=True)
+                  name=tr("baseline"), dashed=True)
         ]  # fmt: skip
         if picture.after is not None:
             curves.append(
@@ -147,12 +150,12 @@ class ShowStage(StageView):
                 PlotCurve(x=picture.times, y=picture.measured - picture.after, color=color,
                       name=name)
             )  # fmt: skip
-        title = f"Maneuver {view.id}, {kept}"
+        title = tr("Maneuver {id}, {kept}").format(id=view.id, kept=kept)
         self.overlay.draw(curves, title=title, bottom=FLIGHT_TIME_LABEL, left=left)
         self.rest.draw(
             rests,
-            [PlotBand(low=-picture.floor, high=picture.floor, name="noise floor")],
-            title=f"Residual: {axis}",
+            [PlotBand(low=-picture.floor, high=picture.floor, name=tr("noise floor"))],
+            title=tr("Residual: {axis}").format(axis=axis),
             bottom=FLIGHT_TIME_LABEL,
             left=left,
         )

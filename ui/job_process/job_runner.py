@@ -15,6 +15,7 @@ from typing import Any, Protocol
 from gsapp.foundation import GroundStationError
 from ui.background_job import JobCanceledError
 from ui.job_process.job_server import JobProgressCallback, JobReport
+from ui.translation import tr
 
 _STOP_TIMEOUT = 2.0
 """Seconds that the process has to stop by itself before it is ended."""
@@ -82,7 +83,7 @@ class ProcessJobRunner:
         with self._lock:
             connection = self._begin()
             share: float | None = 0.0
-            words = "starting"
+            words = tr("starting")
             try:
                 if self._stop is not None:
                     self._stop.clear()
@@ -93,7 +94,7 @@ class ProcessJobRunner:
                         continue
                     told = connection.recv()
                     if told.kind == "doing":
-                        share, words = told.share, told.text
+                        share, words = told.share, tr(told.text)
                     else:
                         return _result(told)
             except JobCanceledError:
@@ -102,8 +103,10 @@ class ProcessJobRunner:
             except (EOFError, OSError) as error:
                 code = self._ended()
                 raise JobError(
-                    f"the {self._name} ended without a message (exit code {code}): probably out "
-                    f"of memory; {self._remedy}"
+                    tr(
+                        "the {name} ended without a message (exit code {code}): probably out "
+                        "of memory; {remedy}"
+                    ).format(name=self._name, code=code, remedy=self._remedy)
                 ) from error
 
     def _begin(self) -> Connection:

@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Final, Literal
 
+from ui.translation import tr
+
 DisplayTone = Literal["plain", "good", "caution", "warning", "strong", "unknown"]
 """How something is colored: ``strong`` is ink with light letters, ``unknown`` has no value."""
 
@@ -140,7 +142,7 @@ class CueDisplay:
             f"{self.status_text} {self.count}".rstrip(),
             *(hint.text for hint in self.hints),
             *gauges,
-            f"leg {self.leg_time_text} s" if self.leg_time_text else "",
+            tr("leg {time} s").format(time=self.leg_time_text) if self.leg_time_text else "",
             self.card.text,
             self.card.benefit_text,
             self.card.time_left_text,

@@ -38,6 +38,7 @@ from ui.pilot.pilot_text import (
     find_sign,
     surfaces_text,
 )
+from ui.translation import tr
 
 _MAX_HINTS: Final = 2
 _DELIBERATE_SHARE: Final = 0.5
@@ -98,11 +99,17 @@ def build_cue_display(reading: CueDisplayInput) -> CueDisplay:
     cues = reading.cues
     if not reading.is_flight_open:
         connect, train = plain_shortcut_text("Ctrl+L"), plain_shortcut_text("Ctrl+Shift+T")
-        hints = (Hint(text=f"connect with {connect}, or train with {train}"),)
-        return CueDisplay(status_text="NO FLIGHT", sign="unknown", tone="unknown", hints=hints)
+        hints = (
+            Hint(
+                text=tr("connect with {connect}, or train with {train}").format(
+                    connect=connect, train=train
+                )
+            ),
+        )
+        return CueDisplay(status_text=tr("NO FLIGHT"), sign="unknown", tone="unknown", hints=hints)
     if cues is None:
-        hints = (Hint(text="this flight was opened without cues"),)
-        return CueDisplay(status_text="NO CUE", sign="unknown", tone="unknown", hints=hints)
+        hints = (Hint(text=tr("this flight was opened without cues")),)
+        return CueDisplay(status_text=tr("NO CUE"), sign="unknown", tone="unknown", hints=hints)
     head = _build_status(reading, cues)
     gauges = (
         head.gauges if head.gauges is not None else build_test_point_gauges(cues, reading.units)
@@ -135,22 +142,26 @@ def build_cue_display(reading: CueDisplayInput) -> CueDisplay:
 def _build_status(reading: CueDisplayInput, cues: CueSnapshot) -> _StatusDisplay:
     """Return the state: silence first, then danger, the input, its verdict, and the trim."""
     if reading.seconds_without_data is not None:
-        words = f"no samples for {duration_text(reading.seconds_without_data)}: fly by eye"
+        words = tr("no samples for {time}: fly by eye").format(
+            time=duration_text(reading.seconds_without_data)
+        )
         return _StatusDisplay(
-            word="NO DATA",
+            word=tr("NO DATA"),
             sign="unknown",
             tone="unknown",
             hints=(Hint(text=words),),
-            gauges=(Gauge(title="SPEED", number=DASH),),
+            gauges=(Gauge(title=tr("SPEED"), number=DASH),),
         )
     if reading.monitored_fraction < 1.0:
-        words = f"catching up: {floor_percent(reading.monitored_fraction)} %"
+        words = tr("catching up: {percent} %").format(
+            percent=floor_percent(reading.monitored_fraction)
+        )
         return _StatusDisplay(
-            word="NO CUE",
+            word=tr("NO CUE"),
             sign="unknown",
             tone="unknown",
             hints=(Hint(text=words),),
-            gauges=(Gauge(title="SPEED", number=DASH),),
+            gauges=(Gauge(title=tr("SPEED"), number=DASH),),
         )
     worst = cues.alerts[0] if cues.alerts else None
     if worst is not None and worst.level is AlertLevel.WARNING:
@@ -207,15 +218,17 @@ def _build_input(under_way: InputInProgress, cues: CueSnapshot, units: str) -> _
     gauges = build_input_gauges(under_way, wanted, units)
     if under_way.phase == "moving":
         hints = (Hint(text=surfaces_text(under_way.surfaces)),)
-        return _StatusDisplay(word="INPUT", sign="stick", tone="strong", hints=hints, gauges=gauges)
+        return _StatusDisplay(
+            word=tr("INPUT"), sign="stick", tone="strong", hints=hints, gauges=gauges
+        )
     left, total = under_way.hands_off_left, under_way.hands_off_total
     return _StatusDisplay(
-        word="HANDS OFF",
+        word=tr("HANDS OFF"),
         sign="hand",
         tone="strong",
         ring=min(max(left / total, 0.0), 1.0) if total > 0.0 else 0.0,
         count=f"{max(math.ceil(left), 0)}",
-        hints=(Hint(text="hands off, let it oscillate", sign="hand"),),
+        hints=(Hint(text=tr("hands off, let it oscillate"), sign="hand"),),
         gauges=gauges,
     )
 
@@ -227,11 +240,13 @@ def _build_verdict(
     advice = advice_text(verdict)
     counted = cues.card if cues.card is not None and cues.card.card.id == verdict.card else None
     if verdict.result == "good" and counted is not None:
-        done = f"{counted.good_repeats} of {counted.card.repeats}"
+        done = tr("{good} of {repeats}").format(
+            good=counted.good_repeats, repeats=counted.card.repeats
+        )
         advice = f"{advice}, {done}" if advice else f"{verdict.card}: {done}"
     advice = advice or f"{surfaces_text(verdict.surfaces)} {verdict.kind}"
     return _StatusDisplay(
-        word=word,
+        word=tr(word),
         sign=sign,
         tone=tone,
         hints=(Hint(text=advice),),
@@ -241,8 +256,8 @@ def _build_verdict(
 
 def _build_trim(trim: TrimCue | None, cues: CueSnapshot, units: str) -> _StatusDisplay:
     if trim is None:
-        hints = (Hint(text="waiting for the first samples"),)
-        return _StatusDisplay(word="NO CUE", sign="unknown", tone="unknown", hints=hints)
+        hints = (Hint(text=tr("waiting for the first samples")),)
+        return _StatusDisplay(word=tr("NO CUE"), sign="unknown", tone="unknown", hints=hints)
     word, sign, tone = TRIM_STATE_SIGNS[trim.state]
     off = tuple(
         Hint(text=one.format_text(units), sign=find_sign(one))
@@ -259,22 +274,24 @@ def _build_trim(trim: TrimCue | None, cues: CueSnapshot, units: str) -> _StatusD
         sign = hints[0].sign or sign if hints else sign
     elif trim.state == "hold":
         ring = min(max(trim.progress, 0.0), 1.0)
-        hints = (Hint(text="hold it"),)
+        hints = (Hint(text=tr("hold it")),)
     elif trim.state == "go":
-        hints = (Hint(text=wanted or "fly the input"),)
+        hints = (Hint(text=wanted or tr("fly the input")),)
         unseen = [name for name in _next_surfaces(cues) if name in cues.unmeasured_surfaces]
         if unseen:
-            words = f"no verdict: {surfaces_text(unseen)} not measured"
+            words = tr("no verdict: {surfaces} not measured").format(surfaces=surfaces_text(unseen))
             hints += (Hint(text=words, sign="unknown", tone="caution"),)
         if cues.card is not None and cues.speed is None and cues.alpha is None:
-            hints += (Hint(text="speed not measured: judge by eye"),)
+            hints += (Hint(text=tr("speed not measured: judge by eye")),)
     elif trim.state == "gusty":
-        hints = (Hint(text="gusty: wait for calmer air"),)
+        hints = (Hint(text=tr("gusty: wait for calmer air")),)
     elif trim.state == "turn":
         turning = next((one for one in off if one.sign.startswith("turn")), None)
         sign = turning.sign if turning is not None else sign
-        hints = (Hint(text=f"then {wanted}" if wanted else "next leg"),)
-    return _StatusDisplay(word=word, sign=sign, tone=tone, ring=ring, hints=hints)
+        hints = (
+            Hint(text=tr("then {wanted}").format(wanted=wanted) if wanted else tr("next leg")),
+        )
+    return _StatusDisplay(word=tr(word), sign=sign, tone=tone, ring=ring, hints=hints)
 
 
 def _next_surfaces(cues: CueSnapshot) -> tuple[str, ...]:
@@ -285,7 +302,7 @@ def _next_surfaces(cues: CueSnapshot) -> tuple[str, ...]:
 def _guidance_hints(off: tuple[Hint, ...], guidance: str) -> tuple[Hint, ...]:
     """Return what is off, with the way to the test point in place of the words it begins with."""
     if not guidance:
-        return off or (Hint(text="stabilize"),)
+        return off or (Hint(text=tr("stabilize")),)
     start = guidance.partition(":")[0]
     told = tuple(
         Hint(text=guidance, sign=one.sign) if one.text == start else one for one in off[:_MAX_HINTS]
@@ -299,13 +316,13 @@ def _build_card(cues: CueSnapshot, browsed: TestCard | None) -> CardDisplay:
     outlook, next_card = cues.outlook, cues.card
     time = room = ""
     if outlook is not None and outlook.time_left is not None:
-        time = f"{clock_text(max(outlook.time_left, 0.0))} left"
+        time = tr("{clock} left").format(clock=clock_text(max(outlook.time_left, 0.0)))
     if outlook is not None and outlook.maneuvers_left is not None:
         room = count_text(outlook.maneuvers_left, "maneuver")
     prospects = {one.card: one.text for one in outlook.forecasts} if outlook is not None else {}
     if browsed is not None:
         return CardDisplay(
-            heading=f"SHOWING {browsed.id} · Enter flies it",
+            heading=tr("SHOWING {id} · Enter flies it").format(id=browsed.id),
             text=browsed.display_title,
             benefit_text=prospects.get(browsed.id, browsed.remarks),
             time_left_text=time,
@@ -314,19 +331,21 @@ def _build_card(cues: CueSnapshot, browsed: TestCard | None) -> CardDisplay:
     if next_card is None:
         done = cues.requested_repeats > 0
         return CardDisplay(
-            heading="CARDS",
-            text="all cards flown: land" if done else "no test cards for this flight",
+            heading=tr("CARDS"),
+            text=tr("all cards flown: land") if done else tr("no test cards for this flight"),
             benefit_text=""
             if done
-            else f"choose them at Preflight: {plain_shortcut_text('F1')}, "
-            f"{plain_shortcut_text('Alt+4')}",
+            else tr("choose them at Preflight: {page}, {cards}").format(
+                page=plain_shortcut_text("F1"), cards=plain_shortcut_text("Alt+4")
+            ),
             time_left_text=time,
             maneuvers_left_text=room,
         )
     card = next_card.card
     return CardDisplay(
-        heading=f"NEXT {card.id} · {next_card.good_repeats} of {card.repeats} good · "
-        f"{next_card.reason}",
+        heading=tr("NEXT {id} · {good} of {repeats} good · {reason}").format(
+            id=card.id, good=next_card.good_repeats, repeats=card.repeats, reason=next_card.reason
+        ),
         text=next_card.text or card.display_title,
         benefit_text=next_card.problem or prospects.get(card.id, ""),
         problem=bool(next_card.problem),
@@ -339,7 +358,7 @@ def _footer_text(cues: CueSnapshot) -> str:
     """Return what can and cannot be judged, the gaps first."""
     missing = cues.limitations or (cues.trim.limitations if cues.trim is not None else ())
     judged = cues.judged_by or (cues.trim.judged_by if cues.trim is not None else ())
-    told = [f"Not evaluated: {'; '.join(missing)}"] if missing else []
+    told = [tr("Not evaluated: {missing}").format(missing="; ".join(missing))] if missing else []
     if judged:
-        told.append(f"Judged: {'; '.join(judged)}")
+        told.append(tr("Judged: {judged}").format(judged="; ".join(judged)))
     return STATEMENT_SEPARATOR.join(told)

@@ -10,6 +10,7 @@ from gsapp.excitation.debrief_maneuver import EvaluatedManeuver
 from gsapp.quantities import SURFACE_NAMES, FloatArray, channel, from_si, trace_color
 from ui.display_style import DisplayStyle
 from ui.number_format import symbol_text, unit_text
+from ui.translation import tr
 from ui.widgets.analysis_plot import FLIGHT_TIME_LABEL, AnalysisPlot, PlotBand, PlotCurve
 
 _MAX_SURFACES: Final = 2
@@ -33,10 +34,12 @@ class ManeuverCharts(QWidget):
         self._grid = QGridLayout(self)
         self._grid.setContentsMargins(0, 0, 0, 0)
         self.surfaces = [
-            AnalysisPlot(look, f"Surface {place + 1}", high=_MIN_CHART_HEIGHT)
+            AnalysisPlot(
+                look, tr("Surface {place}").format(place=place + 1), high=_MIN_CHART_HEIGHT
+            )
             for place in range(_MAX_SURFACES)
         ]
-        self.answer = AnalysisPlot(look, "Response", high=_MIN_CHART_HEIGHT)
+        self.answer = AnalysisPlot(look, tr("Response"), high=_MIN_CHART_HEIGHT)
         for place, chart in enumerate(self.surfaces):
             self._grid.addWidget(chart, 0, place)
         self._grid.addWidget(self.answer, 1, 0, 1, _MAX_SURFACES)
@@ -59,18 +62,18 @@ class ManeuverCharts(QWidget):
         if wanted is not None:
             low, high = (float(self._shown(name, end)) for end in (wanted.low, wanted.high))
             bands = [
-                PlotBand(low=low, high=high, name="wanted", is_target=True),
+                PlotBand(low=low, high=high, name=tr("wanted"), is_target=True),
                 PlotBand(low=-high, high=-low, is_target=True),
             ]
         title = SURFACE_NAMES.get(name, name).capitalize()
-        curve = PlotCurve(x=judged.curves.times, y=moved, color=trace_color(name), name="moved")
+        curve = PlotCurve(x=judged.curves.times, y=moved, color=trace_color(name), name=tr("moved"))
         chart.draw(
             [curve],
             [*bands, self._hands_off(judged)],
             title=title,
             bottom=FLIGHT_TIME_LABEL,
-            left=f"From trim [{self._unit(name)}]",
-            words=f"{title} of {judged.verdict.id}",
+            left=tr("From trim [{unit}]").format(unit=self._unit(name)),
+            words=tr("{title} of {id}").format(title=title, id=judged.verdict.id),
         )
 
     def _draw_answer(self, judged: EvaluatedManeuver) -> None:
@@ -88,10 +91,10 @@ class ManeuverCharts(QWidget):
         self.answer.draw(
             curves,
             [self._hands_off(judged)],
-            title="Response" if curves else "Response not measured",
+            title=tr("Response") if curves else tr("Response not measured"),
             bottom=FLIGHT_TIME_LABEL,
-            left=f"Rate [{unit}]",
-            words=f"Rates of {judged.verdict.id}",
+            left=tr("Rate [{unit}]").format(unit=unit),
+            words=tr("Rates of {id}").format(id=judged.verdict.id),
         )
 
     def _hands_off(self, judged: EvaluatedManeuver) -> PlotBand:
@@ -99,7 +102,7 @@ class ManeuverCharts(QWidget):
         return PlotBand(
             low=verdict.t_input_end,
             high=verdict.t_end,
-            name="hands off",
+            name=tr("hands off"),
             is_horizontal=False,
         )
 

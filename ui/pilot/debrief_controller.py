@@ -16,6 +16,7 @@ from ui.error_reporter import ErrorReporter
 from ui.flight_controller import FlightController
 from ui.pilot.flight_cues import FlightCues
 from ui.settings import SettingsStore, catalog_path
+from ui.translation import tr
 
 if TYPE_CHECKING:
     from ui.pilot.debrief_page import DebriefPage
@@ -112,13 +113,16 @@ class DebriefController(QObject):
         catalog, path = catalog_path(self._store.current), session.path
         aircraft = "" if session.aircraft is None else session.aircraft.name
         work = BackgroundJob(
-            "Saving the debrief",
+            tr("Saving the debrief"),
             lambda _tell: save_debrief(path, debrief, catalog, aircraft),
             self,
         )
         work.done.connect(lambda _catalog: self.read_trends())
         work.failed.connect(self._faults.report)
-        self._desk.job_started.emit(work, f"Debrief of {session.name} is in {catalog}.")
+        self._desk.job_started.emit(
+            work,
+            tr("Debrief of {name} is in {catalog}.").format(name=session.name, catalog=catalog),
+        )
         work.start()
 
     def show_in_charts(self) -> None:

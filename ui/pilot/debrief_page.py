@@ -25,6 +25,7 @@ from ui.pilot.debrief_text import (
     list_verdict_reasons,
 )
 from ui.pilot.text_table import TextTable
+from ui.translation import tr
 from ui.widgets.labels import create_label
 from ui.widgets.status_list import StatusListView
 
@@ -55,7 +56,7 @@ class DebriefPage(QWidget):
         super().__init__()
         self.setObjectName("page")
         self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
-        self.setAccessibleName("Debrief")
+        self.setAccessibleName(tr("Debrief"))
         self._look = look
         self.debrief: Debrief | None = None
         self._shown: tuple[object, ...] = ()
@@ -66,7 +67,7 @@ class DebriefPage(QWidget):
         self._row = QHBoxLayout()
         outer.addLayout(self._row, 1)
         self._outer = outer
-        self.list = StatusListView(look, "Maneuvers", commands)
+        self.list = StatusListView(look, tr("Maneuvers"), commands)
         self.list.current_item_changed.connect(lambda _key: self._show_maneuver())
         self.list.item_activated.connect(lambda _key: self.focus_maneuver())
         self._row.addWidget(self.list, 2)
@@ -75,7 +76,7 @@ class DebriefPage(QWidget):
         self.scroll.setWidgetResizable(True)
         self.scroll.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self.scroll.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
-        self.scroll.setAccessibleName("The maneuver, the cards, the flights")
+        self.scroll.setAccessibleName(tr("The maneuver, the cards, the flights"))
         self._row.addWidget(self.scroll, 3)
         body = QWidget()
         body.setObjectName("page")
@@ -83,8 +84,8 @@ class DebriefPage(QWidget):
         self.title = create_label("", "title", wrap=True)
         self.why = create_label("", wrap=True, remarks_in=look)
         self.charts = ManeuverCharts(look)
-        self.cards = TextTable(look, "Score by card", CARD_COLUMN_TITLES, 1)
-        self.trends = TextTable(look, "From flight to flight", TREND_COLUMN_TITLES, 3)
+        self.cards = TextTable(look, tr("Score by card"), CARD_COLUMN_TITLES, 1)
+        self.trends = TextTable(look, tr("From flight to flight"), TREND_COLUMN_TITLES, 3)
         for part in (self.title, self.why, self.charts, self.cards, self.trends):
             self._column.addWidget(part)
         self._column.addStretch(1)
@@ -118,7 +119,7 @@ class DebriefPage(QWidget):
         self._shown = state
         self.headline.setText(debrief_headline(debrief))
         self.list.set_items([build_maneuver_item(one, self._look.units) for one in maneuvers])
-        self.cards.show_rows(build_card_rows(debrief), "This flight has no test cards.")
+        self.cards.show_rows(build_card_rows(debrief), tr("This flight has no test cards."))
         self._show_maneuver()
         self.changed.emit()
 
@@ -126,7 +127,9 @@ class DebriefPage(QWidget):
         """Show flights in a row."""
         self.trends.show_rows(
             build_trend_rows(trends),
-            f"No flight in the catalog. {shortcut_text('Ctrl+S')} saves this one.",
+            tr("No flight in the catalog. {keys} saves this one.").format(
+                keys=shortcut_text("Ctrl+S")
+            ),
         )
 
     @property
@@ -141,7 +144,7 @@ class DebriefPage(QWidget):
         self.charts.setVisible(judged is not None)
         self.why.setVisible(judged is not None)
         if judged is None:
-            self.title.setText("Inputs are listed here as they are flown")
+            self.title.setText(tr("Inputs are listed here as they are flown"))
             return
         line = build_maneuver_item(judged, self._look.units)
         self.title.setText(f"{line.text}: {line.state_text}")

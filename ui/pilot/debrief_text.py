@@ -20,6 +20,7 @@ from ui.number_format import (
     percent_text,
 )
 from ui.pilot.pilot_text import RESULT_SIGNS, surfaces_text
+from ui.translation import QT_TR_NOOP, tr
 from ui.widgets.status_list import StatusListItem
 
 _RESULT_STATES: Final[Mapping[str, IndicatorState]] = {"good": "good", "unclear": "unknown"}
@@ -29,12 +30,16 @@ _RESULT_STATES: Final[Mapping[str, IndicatorState]] = {"good": "good", "unclear"
 def debrief_headline(debrief: Debrief | None) -> str:
     """Return how the flight went, in one line."""
     if debrief is None:
-        return "No flight with cues is open"
+        return tr("No flight with cues is open")
     flown = len(debrief.maneuvers)
-    good = f"{debrief.good} of {count_text(flown, 'input')} good" if flown else "no inputs yet"
+    good = (
+        tr("{good} of {inputs} good").format(good=debrief.good, inputs=count_text(flown, "input"))
+        if flown
+        else tr("no inputs yet")
+    )
     words = f"{debrief.flight}: {good}"
     if debrief.score is not None:
-        words += f" · {percent_text(debrief.score)} of the card set"
+        words += tr(" · {score} of the card set").format(score=percent_text(debrief.score))
     return words
 
 
@@ -42,13 +47,13 @@ def build_maneuver_item(judged: EvaluatedManeuver, units: str) -> StatusListItem
     """Return one maneuver as a line of the list."""
     verdict = judged.verdict
     speed = "" if verdict.V is None else f", {channel_value_text(channel('V'), verdict.V, units)}"
-    counts = "counts" if verdict.counts else ""
+    counts = tr("counts") if verdict.counts else ""
     return StatusListItem(
         key=verdict.id,
         text=f"{verdict.id}  {surfaces_text(verdict.surfaces)} {verdict.kind}",
         detail=f"{clock_text(verdict.t_input, decimals=1)}{speed}: {verdict.advice}",
         state=_RESULT_STATES.get(verdict.result, "caution"),
-        state_text=RESULT_SIGNS[verdict.result][0].lower(),
+        state_text=tr(RESULT_SIGNS[verdict.result][0]).lower(),
         note=" ".join(filter(None, (verdict.card, counts))),
     )
 
@@ -56,12 +61,12 @@ def build_maneuver_item(judged: EvaluatedManeuver, units: str) -> StatusListItem
 def list_verdict_reasons(judged: EvaluatedManeuver, units: str) -> tuple[str, ...]:
     """Return why a maneuver got its verdict, and what was measured of it, as sentences."""
     verdict = judged.verdict
-    said = [finding.words for finding in verdict.findings] or ["no objection"]
+    said = [finding.words for finding in verdict.findings] or [tr("no objection")]
     said += [_input_shape_text(judged, name, units) for name in verdict.surfaces]
     moved = [f"{SURFACE_NAMES.get(name, name)} {_angle_text(name, size, units)}"
              for name, size in verdict.cross.items()]  # fmt: skip
     if moved:
-        said.append(f"also moved: {', '.join(moved)}")
+        said.append(tr("also moved: {moved}").format(moved=", ".join(moved)))
     said.append(_input_start_text(judged))
     said += verdict.judged_by
     return tuple(said)
@@ -76,14 +81,18 @@ def _input_shape_text(judged: EvaluatedManeuver, name: str, units: str) -> str:
     if wanted is not None and name in wanted.amplitudes:
         band = wanted.amplitudes[name]
         low, high = (_angle_text(name, limit, units) for limit in (band.low, band.high))
-        words += f" (wanted {low} to {high})"
+        words += tr(" (wanted {low} to {high})").format(low=low, high=high)
     halves = verdict.halves.get(name, ())
     if halves:
-        words += f", steps of {', '.join(number_text(step, 2) for step in halves)} s"
+        words += tr(", steps of {steps} s").format(
+            steps=", ".join(number_text(step, 2) for step in halves)
+        )
     if name in verdict.symmetry:
-        words += f", halves symmetric to {percent_text(verdict.symmetry[name])}"
+        words += tr(", halves symmetric to {percent}").format(
+            percent=percent_text(verdict.symmetry[name])
+        )
     if name in verdict.left_over:
-        words += f", {percent_text(verdict.left_over[name])} residual"
+        words += tr(", {percent} residual").format(percent=percent_text(verdict.left_over[name]))
     return words
 
 
@@ -95,12 +104,22 @@ def _input_start_text(judged: EvaluatedManeuver) -> str:
     """Return how it began: with GO or without, and what was off."""
     go = judged.go_at
     begun = judged.verdict.t_input
-    words = "started without GO" if go is None else f"begun {duration_text(begun - go)} after GO"
+    words = (
+        tr("started without GO")
+        if go is None
+        else tr("begun {duration} after GO").format(duration=duration_text(begun - go))
+    )
     off = [f"{name} {number_text(share, 1)}" for name, share in judged.trim_deviations.items()]
-    return f"{words}; deviations in tolerances: {', '.join(off)}" if off else words
+    return (
+        tr("{words}; deviations in tolerances: {off}").format(words=words, off=", ".join(off))
+        if off
+        else words
+    )
 
 
-CARD_COLUMN_TITLES: Final = ("Card", "", "Good", "Flown", "Wanted")
+CARD_COLUMN_TITLES: Final = (
+    QT_TR_NOOP("Card"), "", QT_TR_NOOP("Good"), QT_TR_NOOP("Flown"), QT_TR_NOOP("Wanted"),
+)  # fmt: skip
 
 
 def build_card_rows(debrief: Debrief | None) -> tuple[tuple[str, ...], ...]:
@@ -112,7 +131,8 @@ def build_card_rows(debrief: Debrief | None) -> tuple[tuple[str, ...], ...]:
 
 
 TREND_COLUMN_TITLES: Final = (
-    "Flight", "Good", "Cards", "Size flown / target", "Trim deviation at start", "Apart",
+    QT_TR_NOOP("Flight"), QT_TR_NOOP("Good"), QT_TR_NOOP("Cards"),
+    QT_TR_NOOP("Size flown / target"), QT_TR_NOOP("Trim deviation at start"), QT_TR_NOOP("Apart"),
 )  # fmt: skip
 
 
@@ -121,7 +141,7 @@ def build_trend_rows(trends: Sequence[FlightTrend]) -> tuple[tuple[str, ...], ..
     return tuple(
         (
             one.flight,
-            f"{one.good} of {one.inputs}",
+            tr("{good} of {inputs}").format(good=one.good, inputs=one.inputs),
             percent_text(one.score),
             _share_texts(
                 {SURFACE_NAMES.get(name, name): value for name, value in one.amplitudes.items()}

@@ -10,6 +10,7 @@ from gsapp.excitation.test_points.target_input import TargetInput, ToleranceBand
 from gsapp.quantities import SURFACE_NAMES, ChannelSpec, channel
 from ui.pilot.cue_display import Gauge
 from ui.pilot.pilot_text import coarse_number_text, display_unit_text
+from ui.translation import tr
 
 _MAX_GAUGES: Final = 2
 _TOLERANCE_SHARE: Final = 0.2
@@ -30,7 +31,7 @@ def build_test_point_gauges(snapshot: CueSnapshot, units: str) -> tuple[Gauge, .
     if point is not None and point.speed is not None:
         return (_target_gauge(speed, None, point.speed, point.speed_tolerance, units),)
     number = coarse_number_text(speed, snapshot.speed, units, _DECIMALS["V"])
-    return (Gauge(title="SPEED", number=number, unit=display_unit_text(speed, units)),)
+    return (Gauge(title=tr("SPEED"), number=number, unit=display_unit_text(speed, units)),)
 
 
 def _target_gauge(
@@ -40,11 +41,13 @@ def _target_gauge(
     decimals = _DECIMALS[spec.id]
     share = None if value is None else 0.5 + _TOLERANCE_SHARE * (value - wanted) / tolerance
     return Gauge(
-        title="SPEED" if spec.id == "V" else "ALPHA",
+        title=tr("SPEED") if spec.id == "V" else tr("ALPHA"),
         number=coarse_number_text(spec, value, units, decimals),
         unit=display_unit_text(spec, units),
-        target_text=f"want {coarse_number_text(spec, wanted, units, decimals)}"
-        f" ± {coarse_number_text(spec, tolerance, units, decimals)}",
+        target_text=tr("want {wanted} ± {tolerance}").format(
+            wanted=coarse_number_text(spec, wanted, units, decimals),
+            tolerance=coarse_number_text(spec, tolerance, units, decimals),
+        ),
         marker=share,
         low=0.5 - _TOLERANCE_SHARE,
         high=0.5 + _TOLERANCE_SHARE,
@@ -75,8 +78,10 @@ def _amplitude_gauge(
         title=title,
         number=number,
         unit=display_unit_text(spec, units),
-        target_text=f"want {coarse_number_text(spec, band.low, units, 0)}"
-        f"–{coarse_number_text(spec, band.high, units, 0)}",
+        target_text=tr("want {low}–{high}").format(
+            low=coarse_number_text(spec, band.low, units, 0),
+            high=coarse_number_text(spec, band.high, units, 0),
+        ),
         marker=None if value is None else value / full,
         low=band.low / full,
         high=band.high / full,

@@ -8,23 +8,24 @@ from typing import Final
 from PySide6.QtGui import QAction
 
 from ui.commands import shortcut_text
+from ui.translation import QT_TR_NOOP, tr
 from ui.widgets.action_bar import ActionItem
 
 _ACTION_LABELS: Final[Mapping[str, str]] = {
-    "pilot_dismiss": "Dismiss",
-    "pilot_previous_card": "Previous card",
-    "pilot_next_card": "Next card",
-    "pilot_fly_card": "Fly this card",
-    "pilot_repeat": "Repeat card",
-    "pilot_any_card": "Best card",
-    "pilot_sticks": "Sticks",
-    "pilot_charts": "Show in charts",
-    "pilot_keep": "Keep",
-    "pilot_debrief": "Debrief",
-    "pilot_page": "In flight",
-    "pilot_window": "Separate window",
-    "pilot_train": "Train",
-    "mute": "Sound",
+    "pilot_dismiss": QT_TR_NOOP("Dismiss"),
+    "pilot_previous_card": QT_TR_NOOP("Previous card"),
+    "pilot_next_card": QT_TR_NOOP("Next card"),
+    "pilot_fly_card": QT_TR_NOOP("Fly this card"),
+    "pilot_repeat": QT_TR_NOOP("Repeat card"),
+    "pilot_any_card": QT_TR_NOOP("Best card"),
+    "pilot_sticks": QT_TR_NOOP("Sticks"),
+    "pilot_charts": QT_TR_NOOP("Show in charts"),
+    "pilot_keep": QT_TR_NOOP("Keep"),
+    "pilot_debrief": QT_TR_NOOP("Debrief"),
+    "pilot_page": QT_TR_NOOP("In flight"),
+    "pilot_window": QT_TR_NOOP("Separate window"),
+    "pilot_train": QT_TR_NOOP("Train"),
+    "mute": QT_TR_NOOP("Sound"),
 }
 """Short words of the commands that have a button."""
 
@@ -57,7 +58,7 @@ def build_page_actions(
     return tuple(
         ActionItem(
             id=name,
-            text=sticks if name == "pilot_sticks" else _ACTION_LABELS[name],
+            text=sticks if name == "pilot_sticks" else tr(_ACTION_LABELS[name]),
             # Letters are sticks while a trainee flies: the last key is no letter.
             key=shortcut_text(
                 actions[name].shortcuts()[-1 if sticks and name == "mute" else 0].toString()

@@ -16,6 +16,7 @@ from ui.pilot.font_fitting import elide_text, fit_font
 from ui.pilot.gauge_painter import TITLE_SHARE, paint_gauge
 from ui.pilot.page_regions import SMALL_FONT_SIZE, PageRegions, compute_regions
 from ui.pilot.sign_shapes import paint_ring, paint_sign
+from ui.translation import tr
 
 _ALIGN: Final = Qt.AlignmentFlag
 _WRAP: Final = Qt.TextFlag.TextWordWrap
@@ -50,11 +51,11 @@ class PilotCanvas(QWidget):
     def __init__(self, look: DisplayStyle) -> None:
         super().__init__()
         self._look = look
-        self.display = CueDisplay(status_text="NO FLIGHT", sign="unknown", tone="unknown")
+        self.display = CueDisplay(status_text=tr("NO FLIGHT"), sign="unknown", tone="unknown")
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
         self.setAttribute(Qt.WidgetAttribute.WA_OpaquePaintEvent)
-        self.setAccessibleName("Pilot page")
+        self.setAccessibleName(tr("Pilot page"))
         look.changed.connect(self.update)
 
     def sizeHint(self) -> QSize:
@@ -189,7 +190,7 @@ class PilotCanvas(QWidget):
         if not self.display.leg_time_text:
             return
         title, number = places.split_title(box, TITLE_SHARE)
-        self._title(painter, "LEG LEFT", title, right=True)
+        self._title(painter, tr("LEG LEFT"), title, right=True)
         role = "caution" if self.display.leg_short else "text"
         words = (
             self.display.leg_time_text
@@ -214,7 +215,7 @@ class PilotCanvas(QWidget):
         title, below = places.split_title(time, _LEAD_SHARE)
         upper, lower = _split_card_box(below)
         if card.time_left_text or card.maneuvers_left_text:
-            self._title(painter, "FLIGHT", title, right=True)
+            self._title(painter, tr("FLIGHT"), title, right=True)
         self._text(painter, card.time_left_text, upper, 400, "text", bold=True, right=True)
         self._text(painter, card.maneuvers_left_text, lower, 400, "text", right=True)
 

@@ -25,6 +25,7 @@ from ui.pilot.stick_key_filter import StickKeyFilter
 from ui.pilot.training_flight import TrainingFlight
 from ui.pilot.training_status_line import TrainingStatusLine
 from ui.settings import SettingsStore
+from ui.translation import tr
 from ui.voice.voice import Voice
 from ui.widgets.action_bar import ActionBar
 from ui.window_frame.step_page import WindowPage
@@ -74,7 +75,7 @@ class PilotPage(WindowPage):
         desk: FlightController,
         voice: Voice,
     ) -> None:
-        super().__init__("Pilot", actions, look, store)
+        super().__init__(tr("Pilot"), actions, look, store)
         self._desk = desk
         self.cues = FlightCues(desk)
         self.state = PilotPageState(self.cues)
@@ -204,7 +205,7 @@ class PilotPage(WindowPage):
     def _sticks_words(self) -> str:
         if not self.training.running:
             return ""
-        return "You have control" if self.training.trainee_has_control else "I have control"
+        return tr("You have control") if self.training.trainee_has_control else tr("I have control")
 
     # Speech
 

@@ -10,27 +10,28 @@ from gsapp.excitation.trim.trim_cue import TrimDeviation, TrimState
 from gsapp.quantities import SURFACE_NAMES, ChannelSpec, from_si
 from ui.number_format import DASH, number_text, unit_text
 from ui.pilot.cue_display import DisplayTone, SignName
+from ui.translation import QT_TR_NOOP, tr
 
 TRIM_STATE_SIGNS: Final[Mapping[TrimState, tuple[str, SignName, DisplayTone]]] = {
-    "blind": ("NO CUE", "unknown", "unknown"),
-    "ground": ("ON THE GROUND", "level", "plain"),
-    "fly": ("FLY", "stick", "plain"),
-    "hold": ("HOLD", "hold", "plain"),
-    "go": ("GO", "go", "good"),
-    "gusty": ("WAIT", "wait", "caution"),
-    "turn": ("TURN", "turn", "plain"),
+    "blind": (QT_TR_NOOP("NO CUE"), "unknown", "unknown"),
+    "ground": (QT_TR_NOOP("ON THE GROUND"), "level", "plain"),
+    "fly": (QT_TR_NOOP("FLY"), "stick", "plain"),
+    "hold": (QT_TR_NOOP("HOLD"), "hold", "plain"),
+    "go": (QT_TR_NOOP("GO"), "go", "good"),
+    "gusty": (QT_TR_NOOP("WAIT"), "wait", "caution"),
+    "turn": (QT_TR_NOOP("TURN"), "turn", "plain"),
 }
 """Word, shape and color of every state."""
 
 RESULT_SIGNS: Final[Mapping[VerdictResult, tuple[str, SignName, DisplayTone]]] = {
-    "good": ("GOOD", "check", "good"),
-    "too-small": ("TOO SMALL", "more", "caution"),
-    "too-large": ("TOO LARGE", "less", "caution"),
-    "too-fast": ("TOO FAST", "slower", "caution"),
-    "too-slow": ("TOO SLOW", "quicker", "caution"),
-    "not-trimmed": ("NOT TRIMMED", "level", "caution"),
-    "spoiled": ("SPOILED", "cross", "caution"),
-    "unclear": ("UNCLEAR", "unknown", "unknown"),
+    "good": (QT_TR_NOOP("GOOD"), "check", "good"),
+    "too-small": (QT_TR_NOOP("TOO SMALL"), "more", "caution"),
+    "too-large": (QT_TR_NOOP("TOO LARGE"), "less", "caution"),
+    "too-fast": (QT_TR_NOOP("TOO FAST"), "slower", "caution"),
+    "too-slow": (QT_TR_NOOP("TOO SLOW"), "quicker", "caution"),
+    "not-trimmed": (QT_TR_NOOP("NOT TRIMMED"), "level", "caution"),
+    "spoiled": (QT_TR_NOOP("SPOILED"), "cross", "caution"),
+    "unclear": (QT_TR_NOOP("UNCLEAR"), "unknown", "unknown"),
 }
 """Word, shape and color of every verdict; an arrow shows what to do next time."""
 
@@ -51,7 +52,7 @@ def find_sign(off: TrimDeviation) -> SignName:
 
 def surfaces_text(surfaces: Iterable[str]) -> str:
     """Return ``aileron and rudder``."""
-    return " and ".join(SURFACE_NAMES.get(name, name) for name in surfaces)
+    return tr(" and ").join(SURFACE_NAMES.get(name, name) for name in surfaces)
 
 
 def coarse_number_text(spec: ChannelSpec, value: float | None, system: str, decimals: int) -> str:

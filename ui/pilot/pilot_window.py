@@ -12,6 +12,7 @@ from PySide6.QtWidgets import QVBoxLayout, QWidget
 from ui.commands import FULL_SCREEN_KEYS
 from ui.display_style import DisplayStyle
 from ui.pilot.pilot_canvas import PilotCanvas
+from ui.translation import tr
 
 _WINDOW_SHARE: Final = 0.75
 """Of its screen, where the window does not fill it: on the only one, or after F11 on a second."""
@@ -39,8 +40,8 @@ class PilotWindow(QWidget):
         super().__init__()
         self.setObjectName("page")
         self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
-        self.setWindowTitle("Pilot – Ground station")
-        self.setAccessibleName("Pilot page, window of its own")
+        self.setWindowTitle(tr("Pilot – Ground station"))
+        self.setAccessibleName(tr("Pilot page, window of its own"))
         full_screen = dict.fromkeys(FULL_SCREEN_KEYS, self.toggle_full_screen)
         self._keys = {**keys, **full_screen, "Esc": self.close}
         self.canvas = PilotCanvas(look)

@@ -8,6 +8,8 @@ from typing import Final
 
 from PySide6.QtCore import Qt
 
+from ui.translation import QT_TR_NOOP
+
 _STICK_KEYS: Final[Mapping[Qt.Key, tuple[str, float]]] = {
     Qt.Key.Key_Down: ("pitch", 1.0),
     Qt.Key.Key_Up: ("pitch", -1.0),
@@ -33,11 +35,11 @@ _TRAVEL_KEYS: Final[Mapping[Qt.Key, float]] = {
 }
 """How far a key pushes its stick, as the words of the cues go: quarter, third, half ..."""
 STICK_TRAVEL_TEXTS: Final[Mapping[float, str]] = {
-    0.25: "quarter stick",
-    1.0 / 3.0: "third of stick",
-    0.5: "half stick",
-    2.0 / 3.0: "two thirds",
-    1.0: "full stick",
+    0.25: QT_TR_NOOP("quarter stick"),
+    1.0 / 3.0: QT_TR_NOOP("third of stick"),
+    0.5: QT_TR_NOOP("half stick"),
+    2.0 / 3.0: QT_TR_NOOP("two thirds"),
+    1.0: QT_TR_NOOP("full stick"),
 }
 _RATE_KEYS: Final[Mapping[Qt.Key, bool]] = {Qt.Key.Key_9: False, Qt.Key.Key_0: True}
 """Position of the rate switch."""

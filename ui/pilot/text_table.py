@@ -9,6 +9,7 @@ from PySide6.QtWidgets import QGridLayout, QVBoxLayout, QWidget
 
 from gsapp.quantities import convert_text_units
 from ui.display_style import DisplayStyle
+from ui.translation import tr
 from ui.widgets.labels import create_label
 from ui.widgets.table_menu import create_table_actions
 
@@ -30,7 +31,7 @@ class TextTable(QWidget):
     def __init__(self, look: DisplayStyle, title: str, heads: Sequence[str], stretch: int) -> None:
         super().__init__()
         self._look = look
-        self._heads = tuple(heads)
+        self._heads = tuple(map(tr, heads))
         self._rows: tuple[tuple[str, ...], ...] | None = None
         self._stretch = stretch
         self.setAccessibleName(title)

@@ -20,6 +20,7 @@ from ui.pilot.stick_keys import (
     StickKeys,
     StickTravel,
 )
+from ui.translation import tr
 from ui.virtual_flight_session import VIRTUAL_AIRCRAFT, VirtualFlightSession
 
 _PERIOD_MS: Final = 20
@@ -86,7 +87,9 @@ class TrainingFlight(QObject):
     @property
     def settings_text(self) -> str:
         """Return how the keys are set, in words."""
-        return f"{STICK_TRAVEL_TEXTS[self._size]}, {'high' if self._high else 'low'} rate"
+        return tr("{travel}, {rate} rate").format(
+            travel=tr(STICK_TRAVEL_TEXTS[self._size]), rate=tr("high") if self._high else tr("low")
+        )
 
     def start(self) -> bool:
         """Record what the aircraft will send, and open it; it flies when that is done.

@@ -7,13 +7,9 @@ from PySide6.QtWidgets import QLabel
 from ui.commands import shortcut_text
 from ui.display_style import DisplayStyle
 from ui.pilot.training_flight import TrainingFlight
+from ui.translation import tr
 
 _CONTROL_KEY_TEXT = shortcut_text("Ctrl+Up").removesuffix(shortcut_text("Up"))
-_KEYS_TEXT = (
-    "arrows: stick (Down pulls) · A D: rudder · W S: throttle · "
-    "1 2 3 4 5: quarter, third, half, two thirds, full · 9 0: low, high rate · "
-    f"{_CONTROL_KEY_TEXT}arrows: trim · {shortcut_text('Ctrl+M')}: sound"
-)
 
 
 class TrainingStatusLine(QLabel):
@@ -29,7 +25,7 @@ class TrainingStatusLine(QLabel):
         super().__init__()
         self._look = look
         self.setWordWrap(True)
-        self.setAccessibleName("Training")
+        self.setAccessibleName(tr("Training"))
         self.hide()
         look.changed.connect(self._restyle)
         self._restyle()
@@ -42,8 +38,16 @@ class TrainingStatusLine(QLabel):
         """Say who has it, and the keys."""
         if training.trainee_has_control:
             self.setText(
-                f"You have control ({training.settings_text}) · {_KEYS_TEXT} · H: give it back"
+                tr(
+                    "You have control ({settings}) · arrows: stick (Down pulls) · A D: rudder · "
+                    "W S: throttle · 1 2 3 4 5: quarter, third, half, two thirds, full · "
+                    "9 0: low, high rate · {control}arrows: trim · {sound}: sound · H: give it back"
+                ).format(
+                    settings=training.settings_text,
+                    control=_CONTROL_KEY_TEXT,
+                    sound=shortcut_text("Ctrl+M"),
+                )
             )
         else:
-            self.setText("The built-in pilot flies the pattern · H: take control")
+            self.setText(tr("The built-in pilot flies the pattern · H: take control"))
         self.setVisible(training.running)

@@ -13,6 +13,7 @@ from calibration.polynomial_fit import evaluate_polynomial
 from gsapp.quantities import FloatArray, trace_color
 from ui.display_style import DisplayStyle
 from ui.number_format import unit_text
+from ui.translation import tr
 from ui.widgets.analysis_plot import AnalysisPlot, PlotCurve
 from ui.widgets.paint_primitives import curve_color
 
@@ -44,8 +45,8 @@ class CalibrationCharts(QWidget):
         row = QHBoxLayout(self)
         row.setContentsMargins(0, 0, 0, 0)
         row.setSpacing(look.px(8))
-        self.curve = AnalysisPlot(look, "Calibration curve", high=170)
-        self.residuals = AnalysisPlot(look, "Residuals", high=170)
+        self.curve = AnalysisPlot(look, tr("Calibration curve"), high=170)
+        self.residuals = AnalysisPlot(look, tr("Residuals"), high=170)
         row.addWidget(self.curve, 1)
         row.addWidget(self.residuals, 1)
         self._here = pyqtgraph.InfiniteLine(angle=90, movable=False)
@@ -74,7 +75,7 @@ class CalibrationCharts(QWidget):
         curves = [
             PlotCurve(
                 x=x, y=y, color=color, points=True, symbol=symbol,
-                name=DIRECTION_TEXT[way] or "both directions",
+                name=DIRECTION_TEXT[way] or tr("both directions"),
             )
             for (x, y), (way, symbol) in zip(points, _DIRECTION_SYMBOLS, strict=True)
             if x.size
@@ -85,14 +86,22 @@ class CalibrationCharts(QWidget):
             places = np.linspace(volts.min(), volts.max(), _CURVE_SAMPLES)
             if calibration is not None:
                 line = evaluate_polynomial(calibration.fit.coefficients, places)
-                curves.insert(0, PlotCurve(x=places, y=line, color="ink", name="curve"))
+                curves.insert(0, PlotCurve(x=places, y=line, color="ink", name=tr("curve")))
             off = self._residuals(view, places, color)
-        words = f"{len(view.points)} points"
+        words = tr("{count} points").format(count=len(view.points))
         self.curve.draw(
-            curves, title="Calibration curve", bottom="Volts", left=f"Angle [{unit}]", words=words
+            curves,
+            title=tr("Calibration curve"),
+            bottom=tr("Volts"),
+            left=tr("Angle [{unit}]").format(unit=unit),
+            words=words,
         )
         self.residuals.draw(
-            off, title="Residuals", bottom="Volts", left=f"Off [{unit}]", words=words
+            off,
+            title=tr("Residuals"),
+            bottom=tr("Volts"),
+            left=tr("Off [{unit}]").format(unit=unit),
+            words=words,
         )
 
     def _residuals(self, view: WizardView, places: FloatArray, color: str) -> list[PlotCurve]:
@@ -102,7 +111,7 @@ class CalibrationCharts(QWidget):
         if calibration is not None:
             width = calibration.quality.half_width(places)
             for sign in (-1.0, 1.0):
-                name = "95 % bound" if sign > 0 else ""
+                name = tr("95 % bound") if sign > 0 else ""
                 made.append(
                     PlotCurve(x=places, y=sign * width, color="previous", name=name, dashed=True)
                 )

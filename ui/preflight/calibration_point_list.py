@@ -11,10 +11,11 @@ from PySide6.QtWidgets import QSizePolicy, QWidget
 from calibration.points import DIRECTION_TEXT, Direction
 from ui.display_style import DisplayStyle
 from ui.icons import paint_indicator
+from ui.translation import QT_TR_NOOP, tr
 
 _ROW, _HEAD = 26, 24
 _ALIGN = Qt.AlignmentFlag
-_TITLES = ("Set to", "Volts", "Residual")
+_TITLES = (QT_TR_NOOP("Set to"), QT_TR_NOOP("Volts"), QT_TR_NOOP("Residual"))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -52,7 +53,7 @@ class CalibrationPointRow:
         """Return the row in words."""
         way = DIRECTION_TEXT[self.direction]
         if self.index is None:
-            parts = (self.value, way, "now" if self.current else "pending")
+            parts = (self.value, way, tr("now") if self.current else tr("pending"))
         else:
             parts = (self.value, way, self.volts, self.residual, self.remark)
         return ", ".join(part for part in parts if part)
@@ -79,7 +80,7 @@ class CalibrationPointList(QWidget):
         self._look = look
         self.rows: tuple[CalibrationPointRow, ...] = ()
         self.choice: int | None = None
-        self.setAccessibleName("Points")
+        self.setAccessibleName(tr("Points"))
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
         look.changed.connect(self._restyle)
 
@@ -140,7 +141,7 @@ class CalibrationPointList(QWidget):
         for title, column, right in zip(_TITLES, columns[:3], (False, True, True), strict=True):
             box = QRectF(column.left(), 0, column.width(), head)
             side = _ALIGN.AlignRight if right else _ALIGN.AlignLeft
-            painter.drawText(box, _ALIGN.AlignVCenter | side, title)
+            painter.drawText(box, _ALIGN.AlignVCenter | side, tr(title))
         top = float(head)
         for row in self.rows:
             self._paint_row(painter, row, top, columns)

@@ -9,6 +9,7 @@ from gsapp.quantities import channel, to_si
 from ui.number_format import parse_number, unit_text
 from ui.preflight.question_bar import QuestionBar
 from ui.preflight.wizard_controller import WizardController
+from ui.translation import tr
 
 _PRESSURE = channel("static_pressure").quantity
 _TEMPERATURE = channel("temperature").quantity
@@ -48,11 +49,13 @@ class CalibrationQuestions:
     def _skip(self, run: WizardController) -> None:
         full = run.view.mode == "full"
         self._bar.ask(
-            f"Leave this instrument {'uncalibrated' if full else 'unchecked'}? Give the reason.",
+            tr("Leave this instrument {state}? Give the reason.").format(
+                state=tr("uncalibrated") if full else tr("unchecked")
+            ),
             lambda reason: run.perform(WizardAction(kind="skip", reason=reason)),
             typed=True,
-            yes="Skip",
-            text="not calibrated today" if full else "not today",
+            yes=tr("Skip"),
+            text=tr("not calibrated today") if full else tr("not today"),
         )
 
     def _add(self, run: WizardController) -> None:
@@ -65,18 +68,18 @@ class CalibrationQuestions:
             if value is not None:
                 run.perform(WizardAction(kind="add", value=value))
 
-        question = f"Which further setting, in {instrument.unit}?"
-        self._bar.ask(question, add, typed=True, yes="Add", wrong=_no_number)
+        question = tr("Which further setting, in {unit}?").format(unit=instrument.unit)
+        self._bar.ask(question, add, typed=True, yes=tr("Add"), wrong=_no_number)
 
     def _abort(self, run: WizardController) -> None:
         full = run.view.mode == "full"
         self._bar.ask(
-            "Stop the calibration? Accepted certificates stay in force."
+            tr("Stop the calibration? Accepted certificates stay in force.")
             if full
-            else "Stop the check? The certificates stay in force.",
+            else tr("Stop the check? The certificates stay in force."),
             lambda _: run.perform(WizardAction(kind="abort")),
             typed=False,
-            yes="Stop",
+            yes=tr("Stop"),
         )
 
     def _air(self, run: WizardController) -> None:
@@ -89,15 +92,19 @@ class CalibrationQuestions:
                 return
             pressure = to_si(value, unit, _PRESSURE)
             self._bar.ask(
-                f"Temperature of the air in the shade, in {unit_text(degrees)}?",
+                tr("Temperature of the air in the shade, in {degrees}?").format(
+                    degrees=unit_text(degrees)
+                ),
                 lambda typed: self._air_entered(run, pressure, typed, degrees),
                 typed=True,
-                yes="Enter",
+                yes=tr("Enter"),
                 wrong=_no_number,
             )
 
-        question = f"Pressure at the field, not reduced to sea level, in {unit}?"
-        self._bar.ask(question, pressure_entered, typed=True, yes="Go on", wrong=_no_number)
+        question = tr("Pressure at the field, not reduced to sea level, in {unit}?").format(
+            unit=unit
+        )
+        self._bar.ask(question, pressure_entered, typed=True, yes=tr("Go on"), wrong=_no_number)
 
     @staticmethod
     def _air_entered(run: WizardController, pressure: float, typed: str, degrees: str) -> None:
@@ -111,17 +118,21 @@ class CalibrationQuestions:
             if text in _FIT_ORDERS:
                 run.perform(WizardAction(kind="choose_degree", degree=_FIT_ORDERS[text]))
 
-        question = "Fit order: 1, 2, 3, or 0 for automatic"
+        question = tr("Fit order: 1, 2, 3, or 0 for automatic")
         self._bar.ask(
             question,
             choose,
             typed=True,
-            yes="Apply",
+            yes=tr("Apply"),
             text="0",
-            wrong=lambda text: "" if text in _FIT_ORDERS else f"'{text}' is not a choice.",
+            wrong=lambda text: (
+                "" if text in _FIT_ORDERS else tr("'{text}' is not a choice.").format(text=text)
+            ),
         )
 
 
 def _no_number(text: str) -> str:
     """Return that something typed is no number; nothing if it is one."""
-    return "" if parse_number(text) is not None else f"'{text}' is not a number."
+    return (
+        "" if parse_number(text) is not None else tr("'{text}' is not a number.").format(text=text)
+    )

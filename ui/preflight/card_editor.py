@@ -17,6 +17,7 @@ from ui.preflight.flight_card_fields import CardField, format_field
 from ui.preflight.form_editor import FormEditor
 from ui.preflight.form_fields import FormField
 from ui.preflight.form_part import FormPart
+from ui.translation import tr
 from ui.widgets.form_columns import FormColumns, FormSection
 from ui.widgets.labels import create_label
 
@@ -33,8 +34,8 @@ class CardEditor(FormPart[CardSet]):
         self.fields: dict[str, FormField] = {}
         self.area = FormColumns(look, 2)
         self._column.addWidget(self.area)
-        point, maneuver = FormSection(look, "Test point"), FormSection(look, "Maneuver")
-        allowed = FormSection(look, "Tolerance")
+        point, maneuver = FormSection(look, tr("Test point")), FormSection(look, tr("Maneuver"))
+        allowed = FormSection(look, tr("Tolerance"))
         plain = {value.key[-1]: value for value in create_card_fields(0)}
         for name in ("id", "title", "speed", "alpha", "height", "flap"):
             point.add(self._field(name, plain[name]))
@@ -46,7 +47,7 @@ class CardEditor(FormPart[CardSet]):
             maneuver.add(self._field(name, plain[name]))
         for value in create_tolerance_fields(0):
             allowed.add(self._field(f"tolerance.{value.key[-1]}", value))
-        self.area.head.addWidget(create_label("Esc: back to the list", "hint"))
+        self.area.head.addWidget(create_label(tr("Esc: back to the list"), "hint"))
         self.area.show_sections([(point, 0), (maneuver, 1), (allowed, 0)])
 
     def _field(self, name: str, value: CardField) -> FormField:
@@ -83,7 +84,7 @@ class CardEditor(FormPart[CardSet]):
             self.fields[name].setVisible(name in card.surfaces)
         for name, value in values.items():
             field = self.fields[name]
-            field.name.setText(value.name)
+            field.name.setText(tr(value.name))
             field.set_text(editor.field_text(value, units))
             field.show_unit(value.unit_label(units) if value.kind == "number" else "")
             if name.startswith("tolerance."):
@@ -100,7 +101,9 @@ class CardEditor(FormPart[CardSet]):
             return
         for name, value in self._values(editor.file.model.cards[self._row]).items():
             problem = editor.problems.get(value.key, "")
-            self.fields[name].show_message(f"Not saved: {problem}" if problem else "", "warning")
+            self.fields[name].show_message(
+                tr("Not saved: {problem}").format(problem=problem) if problem else "", "warning"
+            )
 
     def _typed(self, name: str, text: str) -> None:
         editor = self._editor

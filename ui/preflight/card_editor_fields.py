@@ -10,12 +10,14 @@ from gsapp.flight.cards.card import CardInputKind
 from gsapp.quantities import SURFACE_NAMES, from_si
 from ui.number_format import count_text, number_text, unit_text
 from ui.preflight.flight_card_fields import CardField
+from ui.translation import QT_TR_NOOP, tr
 from ui.widgets.status_list import StatusListItem
 from ui.window_frame.page_steps import StepStatus
 
-_KIND_TITLES = {"doublet": "Doublet", "3-2-1-1": "3-2-1-1", "pulse": "Pulse",
-"multistep": "Multistep",
-          "sweep": "Sweep"}  # fmt: skip
+_KIND_TITLES = {
+    "doublet": QT_TR_NOOP("Doublet"), "3-2-1-1": "3-2-1-1", "pulse": QT_TR_NOOP("Pulse"),
+    "multistep": QT_TR_NOOP("Multistep"), "sweep": QT_TR_NOOP("Sweep"),
+}  # fmt: skip
 _SURFACE_ORDERS = ("de", "da", "dr", "da,dr", "dr,da")
 _SPEED_UNITS = {"US": "ft/s", "SI": "m/s"}
 
@@ -37,26 +39,26 @@ def create_card_fields(row: int) -> tuple[CardField, ...]:
     """Return the values of a card, but for its surfaces and their amplitudes."""
     kinds = tuple((name, _KIND_TITLES[name]) for name in get_args(CardInputKind))
     return (
-        CardField(key=_key(row, "id"), name="Radio call"),
-        CardField(key=_key(row, "title"), name="Title"),
-        _number(row, "speed", "Speed", "speed", "ft/s", "m/s", 1),
-        _number(row, "alpha", "Angle of attack", "angle", "deg", "deg", 1),
-        _number(row, "height", "Height", "length", "ft", "m", 0),
-        _number(row, "flap", "Flap", "angle", "deg", "deg", 1),
-        CardField(key=_key(row, "kind"), name="Input", kind="choice", choices=kinds),
-        _number(row, "width", "Width of a step", "time", "s", "s", 2),
-        CardField(key=_key(row, "repeats"), name="Good repeats required", kind="whole"),
-        CardField(key=_key(row, "remarks"), name="For the pilot", kind="lines"),
+        CardField(key=_key(row, "id"), name=tr("Radio call")),
+        CardField(key=_key(row, "title"), name=tr("Title")),
+        _number(row, "speed", tr("Speed"), "speed", "ft/s", "m/s", 1),
+        _number(row, "alpha", tr("Angle of attack"), "angle", "deg", "deg", 1),
+        _number(row, "height", tr("Height"), "length", "ft", "m", 0),
+        _number(row, "flap", tr("Flap"), "angle", "deg", "deg", 1),
+        CardField(key=_key(row, "kind"), name=tr("Input"), kind="choice", choices=kinds),
+        _number(row, "width", tr("Width of a step"), "time", "s", "s", 2),
+        CardField(key=_key(row, "repeats"), name=tr("Good repeats required"), kind="whole"),
+        CardField(key=_key(row, "remarks"), name=tr("For the pilot"), kind="lines"),
     )
 
 
 def create_tolerance_fields(row: int) -> tuple[CardField, ...]:
     """Return how far off still counts."""
     return (
-        _number(row, "tolerance.speed", "Speed ±", "speed", "ft/s", "m/s", 1),
-        _number(row, "tolerance.alpha", "Angle of attack ±", "angle", "deg", "deg", 1),
-        _number(row, "tolerance.amplitude", "Amplitude ±", "ratio", "%", "%", 0),
-        _number(row, "tolerance.width", "Width ±", "ratio", "%", "%", 0),
+        _number(row, "tolerance.speed", tr("Speed ±"), "speed", "ft/s", "m/s", 1),
+        _number(row, "tolerance.alpha", tr("Angle of attack ±"), "angle", "deg", "deg", 1),
+        _number(row, "tolerance.amplitude", tr("Amplitude ±"), "ratio", "%", "%", 0),
+        _number(row, "tolerance.width", tr("Width ±"), "ratio", "%", "%", 0),
     )
 
 
@@ -66,19 +68,19 @@ def create_surfaces_field(row: int, present: Sequence[str] = ()) -> CardField:
     if present and ",".join(present) not in orders:
         orders.append(",".join(present))
     return CardField(
-        key=_key(row, "surfaces"), name="Surfaces", kind="choice",
+        key=_key(row, "surfaces"), name=tr("Surfaces"), kind="choice",
         choices=tuple((order, _order_text(order)) for order in orders),
     )  # fmt: skip
 
 
 def _order_text(order: str) -> str:
-    return ", then ".join(SURFACE_NAMES[name] for name in order.split(",")).capitalize()
+    return tr(", then ").join(SURFACE_NAMES[name] for name in order.split(",")).capitalize()
 
 
 def create_amplitude_field(row: int, surface: str, *, alone: bool) -> CardField:
     """Return how far a surface is moved: half of peak to peak."""
     key = "amplitude" if alone else f"amplitude.{surface}"
-    name = "Amplitude ±" if alone else f"{SURFACE_NAMES[surface].capitalize()} ±"
+    name = tr("Amplitude ±") if alone else f"{SURFACE_NAMES[surface].capitalize()} ±"
     return _number(row, key, name, "angle", "deg", "deg", 1)
 
 
@@ -104,12 +106,14 @@ def build_card_item(card: TestCard, progress: CardProgress | None, system: str) 
     parts = [f"{speed} {unit_text(unit)}", f"{card.kind}", sizes, f"{card.width:g} s"]
     state, words, note = "plain", count_text(card.repeats, "time"), ""
     if progress is not None:
-        words = f"{progress.good_count} of {card.repeats}"
+        words = tr("{good_count} of {repeats}").format(
+            good_count=progress.good_count, repeats=card.repeats
+        )
         state = "good" if progress.state == "done" else "unknown"
-        note = {"done": "done", "begun": "begun", "open": "not yet"}[progress.state]
+        note = {"done": tr("done"), "begun": tr("begun"), "open": tr("not yet")}[progress.state]
         misses = [attempt for attempt in progress.attempts if attempt.reasons]
         if misses and progress.state != "done":
-            parts.append(f"last miss: {misses[-1].reasons[0]}")
+            parts.append(tr("last miss: {reason}").format(reason=misses[-1].reasons[0]))
     return StatusListItem(
         key=card.id, text=f"{card.id}  {card.display_title}", detail=" · ".join(parts), state=state,
         state_text=words, note=note,
@@ -140,20 +144,27 @@ def find_cards_state(
     """
     count = count_text(len(cards.cards), "card")
     if problems:
-        words = f"{count_text(len(problems), 'value')} wrong"
+        words = tr("{values} wrong").format(values=count_text(len(problems), "value"))
         return StepStatus(state="warning", text=words, detail=". ".join(problems))
     if flies and not own:
-        return StepStatus(text="none in this flight", detail=f"{count} shipped sets to choose from")
+        return StepStatus(
+            text=tr("none in this flight"),
+            detail=tr("{count} shipped sets to choose from").format(count=count),
+        )
     if flown is None:
         repeats = sum(card.repeats for card in cards.cards)
         return StepStatus(
             state="good" if own else "plain",
-            text=f"{count} planned" if own else f"{count} as shipped",
+            text=tr("{count} planned").format(count=count)
+            if own
+            else tr("{count} as shipped").format(count=count),
             detail=f"{cards.name}: {count_text(repeats, 'maneuver')}",
         )
     done = sum(one.state == "done" for one in flown.cards)
     return StepStatus(
         state="good" if flown.is_complete else "plain",
-        text=f"{done} of {count} done",
-        detail=f"{count_text(len(flown.unplanned), 'maneuver')} not on a card",
+        text=tr("{done} of {count} done").format(done=done, count=count),
+        detail=tr("{maneuvers} not on a card").format(
+            maneuvers=count_text(len(flown.unplanned), "maneuver")
+        ),
     )

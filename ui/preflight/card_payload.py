@@ -17,6 +17,7 @@ from ui.preflight.flight_card_fields import (
 )
 from ui.preflight.form_editor import FormEditor
 from ui.preflight.form_part import FormPart
+from ui.translation import tr
 from ui.widgets.labels import create_label
 
 _LOADING = ("loading",)
@@ -29,14 +30,14 @@ class PayloadForm(FormPart[FlightInfo]):
     def __init__(self, look: DisplayStyle) -> None:
         super().__init__(look)
         self._column.addWidget(
-            create_label("Ballast, cameras; negative for removed items", "hint", wrap=True)
+            create_label(tr("Ballast, cameras; negative for removed items"), "hint", wrap=True)
         )
         self.rows = GrowingFieldGrid(
             look,
             [
-                GridColumn(name="What", share=3),
-                GridColumn(name="Mass", share=2),
-                GridColumn(name="Ahead of CG", share=2),
+                GridColumn(name=tr("What"), share=3),
+                GridColumn(name=tr("Mass"), share=2),
+                GridColumn(name=tr("Ahead of CG"), share=2),
             ],
         )
         self.rows.rows_changed.connect(self._listed)
@@ -52,7 +53,13 @@ class PayloadForm(FormPart[FlightInfo]):
             create_payload_position_field().unit_label(units),
         )
         for title, words in zip(
-            self.rows.titles, ("What", f"Mass, {mass}", f"Ahead of CG, {place}"), strict=True
+            self.rows.titles,
+            (
+                tr("What"),
+                tr("Mass, {mass}").format(mass=mass),
+                tr("Ahead of CG, {place}").format(place=place),
+            ),
+            strict=True,
         ):
             title.setText(words)
         if _LOADING not in editor.problems:
@@ -82,7 +89,7 @@ class PayloadForm(FormPart[FlightInfo]):
         items, problem = [], ""
         for row in self.rows.rows:
             if not all(row):
-                problem = "Incomplete: enter item, mass and distance ahead of the CG."
+                problem = tr("Incomplete: enter item, mass and distance ahead of the CG.")
                 continue
             try:
                 items.append(self._item(row, known))

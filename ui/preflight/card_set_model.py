@@ -14,6 +14,7 @@ from gsapp.foundation import FlightError, GroundStationError
 from gsapp.session import Session
 from ui.preflight.card_editor_fields import find_cards_state
 from ui.preflight.form_editor import FormEditor
+from ui.translation import tr
 from ui.window_frame.page_steps import StepStatus
 
 _CARDS = ("cards",)
@@ -72,7 +73,7 @@ class CardSetModel:
     def state(self) -> StepStatus:
         """Return how the step stands."""
         if self.editor is None:
-            return StepStatus(state="warning", text="cannot be read", detail=self.read_error)
+            return StepStatus(state="warning", text=tr("cannot be read"), detail=self.read_error)
         file = self.editor.file
         problems = tuple(self.editor.problems.values())
         flies = self.session is not None

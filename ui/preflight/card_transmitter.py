@@ -20,6 +20,7 @@ from ui.preflight.flight_card_fields import (
 )
 from ui.preflight.form_editor import FormEditor
 from ui.preflight.form_part import FormPart
+from ui.translation import tr
 from ui.widgets.labels import create_label
 
 _MIXERS = ("transmitter", "mixers")
@@ -32,11 +33,11 @@ class TransmitterForm(FormPart[FlightInfo]):
 
     def __init__(self, look: DisplayStyle) -> None:
         super().__init__(look)
-        titles = (*(words for _name, words in THROW_COLUMNS), "Trim")
+        titles = (*(tr(words) for _name, words in THROW_COLUMNS), tr("Trim"))
         self.throws = FieldGrid(
             look,
             [GridColumn(name=f"{words} %") for words in titles],
-            [words for _stick, words in STICKS],
+            [tr(words) for _stick, words in STICKS],
         )
         self.values: list[list[CardField]] = [
             [create_throw_field(stick, name) for name in _COLUMNS] for stick, _words in STICKS
@@ -44,14 +45,14 @@ class TransmitterForm(FormPart[FlightInfo]):
         self.throws.cell_edited.connect(self._typed)
         self.throws.editing_finished.connect(self.editing_finished)
         self._column.addWidget(self.throws)
-        self._column.addWidget(create_label("Mixers", "strong"))
+        self._column.addWidget(create_label(tr("Mixers"), "strong"))
         levers = (_NO_CHANNEL_CHOICE, *TRANSMITTER_CONTROLS)
         self.mixers = GrowingFieldGrid(
             look,
             [
-                GridColumn(name="From", choices=levers, share=3),
-                GridColumn(name="To", choices=levers, share=3),
-                GridColumn(name="Share %", share=2),
+                GridColumn(name=tr("From"), choices=levers, share=3),
+                GridColumn(name=tr("To"), choices=levers, share=3),
+                GridColumn(name=tr("Share %"), share=2),
             ],
         )
         self.mixers.rows_changed.connect(self._mixed)
@@ -102,7 +103,7 @@ class TransmitterForm(FormPart[FlightInfo]):
         problem = ""
         for source, target, share in self.mixers.rows:
             if not (source and target and share):
-                problem = "Incomplete: a mixer needs from, to and share."
+                problem = tr("Incomplete: a mixer needs from, to and share.")
                 continue
             try:
                 written = parse_field(create_mixer_field(), share, self._look.units)

@@ -20,6 +20,7 @@ from ui.preflight.flight_card_text import describe_weighing, format_takeoff_weig
 from ui.preflight.form_editor import FormEditor
 from ui.preflight.form_fields import FormField, set_touch_height
 from ui.preflight.form_part import FormPart
+from ui.translation import tr
 from ui.widgets.labels import create_label
 
 _TABLE = ("weighing",)
@@ -33,7 +34,7 @@ class WeighingForm(FormPart[FlightInfo]):
         super().__init__(look)
         self._aircraft: Aircraft | None = None
         self._way = ""
-        self.way = FormField(look, "Weighed on", choices=WEIGHING_METHODS)
+        self.way = FormField(look, tr("Weighed on"), choices=WEIGHING_METHODS)
         self.way.text_edited.connect(self._choose)
         self._column.addWidget(self.way)
         self.fields: dict[str, tuple[CardField, FormField]] = {}
@@ -41,8 +42,8 @@ class WeighingForm(FormPart[FlightInfo]):
             self._add(value.key[-1], value)
         self.weight = create_label("", "title")
         self.words = create_label("", wrap=True)
-        self.take = QPushButton("Use as take-off weight")
-        self.take.setAccessibleName("Use the measured weight as take-off weight")
+        self.take = QPushButton(tr("Use as take-off weight"))
+        self.take.setAccessibleName(tr("Use the measured weight as take-off weight"))
         set_touch_height(self.take)
         self.take.clicked.connect(self._take)
         self.doubts = FieldMessage()
@@ -108,7 +109,7 @@ class WeighingForm(FormPart[FlightInfo]):
             return "", ""
         asked = [self.fields[name][1] for name in self._scales(self._way)]
         if any(not one.text.strip() for one in asked):
-            return "Incomplete: read the other scales too.", "caution"
+            return tr("Incomplete: read the other scales too."), "caution"
         return problem, "warning"
 
     def show_warning(self, words: str) -> None:

@@ -24,13 +24,14 @@ from ui.preflight.form_fields import set_touch_height
 from ui.preflight.preflight_model import PreflightModel
 from ui.preflight.step_page import PreflightStepPage
 from ui.settings import SettingsStore, initial_dialog_folder
+from ui.translation import QT_TR_NOOP, tr
 from ui.undo import UndoHistory
 from ui.widgets.action_button import ActionButton
 from ui.widgets.labels import create_label
 from ui.widgets.layout_widgets import create_button_row
 from ui.widgets.status_list import StatusListView
 
-_CARD_FILE_FILTER = "Test cards (*.toml)"
+_CARD_FILE_FILTER = QT_TR_NOOP("Test cards (*.toml)")
 _SAVE_MS = 400
 _SIDE_BY_SIDE_WIDTH = 900
 """Points of width below which the card stands in place of the list."""
@@ -60,7 +61,7 @@ class CardsPage(PreflightStepPage):
         store: SettingsStore,
         fail: Callable[[BaseException], object],
     ) -> None:
-        super().__init__(look, "Test cards")
+        super().__init__(look, tr("Test cards"))
         self._store = store
         self._fail = fail
         self.book: CardSetModel | None = None
@@ -77,7 +78,7 @@ class CardsPage(PreflightStepPage):
         self.said = FieldMessage()
         self._left.addWidget(self.said)
         changes = ("cards_up", "cards_down", "cards_remove", "cards_add")
-        self.list = StatusListView(look, "Test cards", [actions[name] for name in changes])
+        self.list = StatusListView(look, tr("Test cards"), [actions[name] for name in changes])
         self.list.current_item_changed.connect(lambda _key: self._show_card())
         self.list.move_requested.connect(self.move)
         self.list.delete_requested.connect(self.remove)
@@ -86,12 +87,12 @@ class CardsPage(PreflightStepPage):
         buttons = [
             ActionButton(actions[name], words, look)
             for name, words in (
-                ("cards_add", "Add"),
-                ("cards_remove", "Remove"),
-                ("cards_up", "Up"),
-                ("cards_down", "Down"),
-                ("cards_open", "Open…"),
-                ("cards_save", "Save as…"),
+                ("cards_add", tr("Add")),
+                ("cards_remove", tr("Remove")),
+                ("cards_up", tr("Up")),
+                ("cards_down", tr("Down")),
+                ("cards_open", tr("Open…")),
+                ("cards_save", tr("Save as…")),
             )
         ]
         for button in buttons:
@@ -189,11 +190,12 @@ class CardsPage(PreflightStepPage):
         book = self.book
         cards = book.cards if book is not None else None
         if book is None or cards is None:
-            self.title.setText("Test cards")
+            self.title.setText(tr("Test cards"))
             self.list.set_items(())
             return
         total = sum(card.repeats for card in cards.cards)
-        self.title.setText(f"{cards.name or 'Test cards'}: {count_text(total, 'maneuver')}")
+        name = cards.name or tr("Test cards")
+        self.title.setText(f"{name}: {count_text(total, 'maneuver')}")
         units = self.display_style.units
         self.list.set_items(
             [build_card_item(card, book.progress(card.id), units) for card in cards.cards]
@@ -215,19 +217,19 @@ class CardsPage(PreflightStepPage):
         if book is None or book.editor is None:
             self.said.set_message("" if book is None else book.read_error, "warning")
         elif book.editor.problems:
-            self.said.set_message("Saved, except the marked fields.", "warning")
+            self.said.set_message(tr("Saved, except the marked fields."), "warning")
         elif not book.editor.file.is_saved:
             if self._later.isActive():
-                self.said.set_message("Saving…")
+                self.said.set_message(tr("Saving…"))
             else:
-                self.said.set_message("Not saved", "warning")
+                self.said.set_message(tr("Not saved"), "warning")
         elif not book.editor.file.path.exists():
-            self.said.set_message("Shipped cards; a change makes a copy of your own.")
+            self.said.set_message(tr("Shipped cards; a change makes a copy of your own."))
         elif book.flown is not None and book.flown.unplanned:
             beside = count_text(len(book.flown.unplanned), "maneuver")
-            self.said.set_message(f"Flown outside the cards: {beside}.")
+            self.said.set_message(tr("Flown outside the cards: {beside}.").format(beside=beside))
         else:
-            self.said.set_message("Saved", "good")
+            self.said.set_message(tr("Saved"), "good")
 
     def begin(self) -> None:
         """Put the keyboard into the list."""
@@ -261,7 +263,7 @@ class CardsPage(PreflightStepPage):
                 self._tell()
                 self.changed.emit()
 
-        self._work = BackgroundJob("Looking for maneuvers", run, self)
+        self._work = BackgroundJob(tr("Looking for maneuvers"), run, self)
         self._work.done.connect(found)
         self._work.failed.connect(self._fail)
         self._work.start()
@@ -320,7 +322,9 @@ class CardsPage(PreflightStepPage):
         if self.book.remove(row):
             self._after(row)
         else:
-            self.said.set_message("The last card cannot be removed: a set needs one.", "caution")
+            self.said.set_message(
+                tr("The last card cannot be removed: a set needs one."), "caution"
+            )
 
     def move(self, steps: int) -> None:
         """Move the card up or down."""
@@ -330,7 +334,9 @@ class CardsPage(PreflightStepPage):
     def open(self) -> None:
         """Ask for a file, and take its cards in place of these; Ctrl+Z takes that back."""
         start = str(initial_dialog_folder(self._store.current))
-        path, _kind = QFileDialog.getOpenFileName(self, "Open test cards", start, _CARD_FILE_FILTER)
+        path, _kind = QFileDialog.getOpenFileName(
+            self, tr("Open test cards"), start, tr(_CARD_FILE_FILTER)
+        )
         if not path or self.book is None:
             return
         try:
@@ -346,7 +352,7 @@ class CardsPage(PreflightStepPage):
         if file is None:
             return
         start = initial_dialog_folder(self._store.current) / "test cards.toml"
-        path = ask_save_file(self, "Save the test cards", start, _CARD_FILE_FILTER)
+        path = ask_save_file(self, tr("Save the test cards"), start, tr(_CARD_FILE_FILTER))
         if path is None:
             return
         try:
@@ -354,7 +360,7 @@ class CardsPage(PreflightStepPage):
         except GroundStationError as error:
             self._fail(error)
         else:
-            self.said.set_message(f"Saved as {path}.", "good")
+            self.said.set_message(tr("Saved as {path}.").format(path=path), "good")
 
     @property
     def undo_history(self) -> UndoHistory | None:

@@ -9,6 +9,7 @@ from gsapp.foundation import FlightError
 from ui.background_job import BackgroundJob, JobProgress
 from ui.flight_controller import FlightController
 from ui.preflight.calibration_folder import CalibrationFolder, current_local_time
+from ui.translation import tr
 
 
 class CertificatePrinter:
@@ -42,10 +43,12 @@ class CertificatePrinter:
         folder = shelf.store.in_force_folder.parent
         if not shelf.store.in_force():
             raise FlightError(
-                f"no instrument was calibrated on the {shelf.aircraft}; no certificate to print"
+                tr(
+                    "no instrument was calibrated on the {aircraft}; no certificate to print"
+                ).format(aircraft=shelf.aircraft)
             )
         work = BackgroundJob(
-            "Writing the certificates",
+            tr("Writing the certificates"),
             lambda told: _write_pages(folder, units, told),
             parent=self._desk,
         )
@@ -56,9 +59,14 @@ class CertificatePrinter:
         work.start()
 
     def _written(self, pages: tuple[Path, ...]) -> None:
-        count = "1 page is" if len(pages) == 1 else f"{len(pages)} pages are"
+        count = (
+            tr("1 page is") if len(pages) == 1 else tr("{count} pages are").format(count=len(pages))
+        )
         self._desk.message_posted.emit(
-            "note", f"{count} written, one per certificate: {pages[0].parent}."
+            "note",
+            tr("{count} written, one per certificate: {parent}.").format(
+                count=count, parent=pages[0].parent
+            ),
         )
 
 
@@ -68,7 +76,9 @@ def _write_pages(folder: Path, units: str, told: JobProgress) -> tuple[Path, ...
     standing = load_certificate_overview(folder).in_force
     pages = []
     for number, one in enumerate(standing):
-        told(number / len(standing), f"Drawing {one.certificate.channel}")
+        told(
+            number / len(standing), tr("Drawing {channel}").format(channel=one.certificate.channel)
+        )
         page = folder / "pages" / f"{one.certificate.channel}.pdf"
         pages.append(
             write_certificate_report(

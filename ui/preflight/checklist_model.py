@@ -22,6 +22,7 @@ from gsapp.session.checklist import (
 )
 from gsapp.session.pending_checklist import PendingChecklist
 from ui.number_format import count_text
+from ui.translation import tr
 from ui.undo import UndoCommand, UndoStack
 from ui.window_frame.page_steps import StepStatus
 
@@ -156,9 +157,11 @@ class ChecklistModel:
         at = datetime.fromtimestamp(event.host_time_us / 1e6).astimezone()
         left = sum(len(event.data.get(state, ())) for state in ("red", "amber", "open"))
         if not left:
-            return f"Flight started at {at:%H:%M}, all green. Recorded."
+            return tr("Flight started at {at:%H:%M}, all green. Recorded.").format(at=at)
         items = count_text(left, "item")
-        return f"Flight started at {at:%H:%M} anyway, {items} not green. Recorded."
+        return tr("Flight started at {at:%H:%M} anyway, {items} not green. Recorded.").format(
+            at=at, items=items
+        )
 
     @property
     def state(self) -> StepStatus:
@@ -166,12 +169,16 @@ class ChecklistModel:
         left = self.open_items
         if not self.accepts_ticks:
             return StepStatus(
-                state="plain", text="a replay", detail=f"{len(left)} not green in this replay"
+                state="plain",
+                text=tr("a replay"),
+                detail=tr("{count} not green in this replay").format(count=len(left)),
             )
         if not left:
-            return StepStatus(state="good", text="all green")
-        detail = f"Not green: {', '.join(item.text for item in left)}"
-        return StepStatus(state="warning", text=f"{len(left)} not green", detail=detail)
+            return StepStatus(state="good", text=tr("all green"))
+        detail = tr("Not green: {items}").format(items=", ".join(item.text for item in left))
+        return StepStatus(
+            state="warning", text=tr("{count} not green").format(count=len(left)), detail=detail
+        )
 
     # What the crew does
 
@@ -188,7 +195,7 @@ class ChecklistModel:
             return False
         former = self.ticks
         self._set(former ^ {item_id})
-        self._push("untick" if item_id in former else "tick", former)
+        self._push(tr("untick") if item_id in former else tr("tick"), former)
         return True
 
     def restart(self) -> None:
@@ -204,7 +211,7 @@ class ChecklistModel:
             self._going.restart()
             self.update_items()
             if self.ticks != former:
-                self._push("restart", former)
+                self._push(tr("restart"), former)
 
     def _push(self, text: str, former: Ticks) -> None:
         now = self.ticks
@@ -238,4 +245,8 @@ class ChecklistModel:
 def describe_summary(items: Sequence[EvaluatedItem]) -> str:
     """Return the one line on top: ``3 not green``."""
     left = [item for item in items if item.state != "green"]
-    return f"{len(left)} not green" if left else f"All green: {count_text(len(items), 'item')}"
+    return (
+        tr("{count} not green").format(count=len(left))
+        if left
+        else tr("All green: {items}").format(items=count_text(len(items), "item"))
+    )

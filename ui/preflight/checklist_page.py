@@ -18,6 +18,7 @@ from ui.preflight.checklist_model import ChecklistModel, describe_summary
 from ui.preflight.form_fields import set_touch_height
 from ui.preflight.preflight_model import PreflightModel
 from ui.preflight.step_page import PreflightStepPage
+from ui.translation import QT_TR_NOOP, tr
 from ui.undo import UndoHistory
 from ui.widgets.action_button import ActionButton
 from ui.widgets.labels import create_label
@@ -74,10 +75,10 @@ class _Summary(QWidget):
 
 
 _STATE_TEXTS: Mapping[str, tuple[IndicatorState, str]] = {
-    "red": ("warning", "Not OK"),
-    "amber": ("caution", "Look"),
-    "open": ("unknown", "To do"),
-    "green": ("good", "Done"),
+    "red": ("warning", QT_TR_NOOP("Not OK")),
+    "amber": ("caution", QT_TR_NOOP("Look")),
+    "open": ("unknown", QT_TR_NOOP("To do")),
+    "green": ("good", QT_TR_NOOP("Done")),
 }
 """Sign and words of each state."""
 
@@ -89,8 +90,8 @@ def _build_item(item: EvaluatedItem) -> StatusListItem:
         text=item.text,
         detail=item.why,
         state=state,
-        state_text=words,
-        note="manual" if item.checked_by == "hand" or item.can_tick else "automatic",
+        state_text=tr(words),
+        note=tr("manual") if item.checked_by == "hand" or item.can_tick else tr("automatic"),
         is_checkable=item.can_tick and item.state != "green",
         is_done=item.state == "green",
     )
@@ -115,17 +116,17 @@ class ChecklistPage(PreflightStepPage):
         actions: Mapping[str, QAction],
         fail: Callable[[BaseException], object],
     ) -> None:
-        super().__init__(look, "Checklist")
+        super().__init__(look, tr("Checklist"))
         self._fail = fail
         self.book: ChecklistModel | None = None
         self._column = QVBoxLayout(self)
         self._top = QHBoxLayout()
         self.summary = _Summary(look)
         self._top.addWidget(self.summary, 1)
-        self.start = ActionButton(actions["preflight_start"], "Start the flight", look)
+        self.start = ActionButton(actions["preflight_start"], tr("Start the flight"), look)
         self.start.setProperty("role", "primary")
-        self.anew = ActionButton(actions["checklist_reset"], "Reset", look)
-        self.change = ActionButton(actions["checklist_edit"], "Edit the list…", look)
+        self.anew = ActionButton(actions["checklist_reset"], tr("Reset"), look)
+        self.change = ActionButton(actions["checklist_edit"], tr("Edit the list…"), look)
         for button in (self.start, self.anew, self.change):
             set_touch_height(button)
             self._top.addWidget(button)
@@ -136,7 +137,7 @@ class ChecklistPage(PreflightStepPage):
         self.said = FieldMessage()
         self._column.addWidget(self.said)
         self.list = StatusListView(
-            look, "Checklist", [actions["checklist_tick"], actions["checklist_edit"]]
+            look, tr("Checklist"), [actions["checklist_tick"], actions["checklist_edit"]]
         )
         self.list.item_activated.connect(self._tick)
         self._column.addWidget(self.list, 1)
@@ -206,15 +207,20 @@ class ChecklistPage(PreflightStepPage):
         )
         names = [item.text for item in left[:_MAX_NAMED_ITEMS]]
         if len(left) > _MAX_NAMED_ITEMS:
-            names.append(f"{len(left) - _MAX_NAMED_ITEMS} more")
+            names.append(tr("{count} more").format(count=len(left) - _MAX_NAMED_ITEMS))
         self.red.setText("; ".join(names))
         self.red.setVisible(bool(left) and book.accepts_ticks)
         if book.own_list_error:
-            self.said.set_message(f"The previous list applies: {book.own_list_error}", "warning")
+            self.said.set_message(
+                tr("The previous list applies: {own_list_error}").format(
+                    own_list_error=book.own_list_error
+                ),
+                "warning",
+            )
         elif book.started_text:
             self.said.set_message(book.started_text)
         elif not book.accepts_ticks:
-            self.said.set_message("Replay: checklist from telemetry; items cannot be ticked.")
+            self.said.set_message(tr("Replay: checklist from telemetry; items cannot be ticked."))
         self.said.setVisible(bool(self.said.text()))
 
     def begin(self) -> None:
@@ -249,8 +255,10 @@ class ChecklistPage(PreflightStepPage):
         self.said.set_message("")
         self._do(lambda book: done.append(book.toggle(item_id)))
         if done == [False]:
-            who = "Checked by telemetry" if book.accepts_ticks else "This is a replay"
-            self.said.set_message(f"{who}: “{item.text}” cannot be ticked.", "caution")
+            who = tr("Checked by telemetry") if book.accepts_ticks else tr("This is a replay")
+            self.said.set_message(
+                tr("{who}: “{text}” cannot be ticked.").format(who=who, text=item.text), "caution"
+            )
             self.said.show()
         elif item.state != "green":
             # What was ticked went down; the next one stands in its place.
@@ -273,8 +281,11 @@ class ChecklistPage(PreflightStepPage):
             return
         self._watch()
         opened = QDesktopServices.openUrl(QUrl.fromLocalFile(str(path)))
-        words = "is open in the editor" if opened else "is the file to edit"
-        self.said.set_message(f"{path} {words}; saved changes apply at once.", "good")
+        words = tr("is open in the editor") if opened else tr("is the file to edit")
+        self.said.set_message(
+            tr("{path} {words}; saved changes apply at once.").format(path=path, words=words),
+            "good",
+        )
         self.said.show()
 
     @property

@@ -11,6 +11,7 @@ from PySide6.QtWidgets import QComboBox, QGridLayout, QLineEdit, QSizePolicy, QW
 from ui.dialogs.form_dialog import FieldMessage
 from ui.display_style import DisplayStyle
 from ui.preflight.form_fields import FormLineEdit, set_touch_height
+from ui.translation import tr
 from ui.widgets.labels import create_label
 
 _MOST_ROWS = 6  # that grow
@@ -91,11 +92,15 @@ class FieldGrid(QWidget):
 
     def _cell(self, row: int, place: int, name: str) -> QLineEdit | QComboBox:
         column = self._columns[place]
-        spoken = f"{column.name} of {name.lower()}" if name else f"{column.name}, row {row + 1}"
+        spoken = (
+            tr("{column} of {name}").format(column=column.name, name=name.lower())
+            if name
+            else tr("{name}, row {row}").format(name=column.name, row=row + 1)
+        )
         if column.choices:
             box = QComboBox()
             for key, words in column.choices:
-                box.addItem(words, key)
+                box.addItem(tr(words), key)
             box.activated.connect(
                 lambda _index: self.cell_edited.emit(row, place, str(box.currentData()))
             )

@@ -12,6 +12,7 @@ from gsapp.foundation import UnitError
 from gsapp.quantities import from_si
 from gsapp.quantities.units import normalize_unit, parse_quantity
 from ui.number_format import MINUS, parse_number, unit_text
+from ui.translation import QT_TR_NOOP, tr
 
 _NUMBER_WITH_UNIT = re.compile(r"\s*([-+]?[0-9.]+(?:[eE][-+]?\d+)?)\s*(.*)")
 
@@ -83,75 +84,100 @@ def _multiline_field(key: str, name: str) -> CardField:
 
 
 FLIGHT_FIELDS = (
-    _text_field("name", "Flight name"),
-    _text_field("crew.pilot", "Pilot"),
-    _text_field("crew.engineer", "Flight-test engineer"),
-    _text_field("crew.ground_station", "Ground station"),
-    _text_field("crew.safety", "Safety observer"),
-    _number_field("flap", "Flap setting", "angle", "deg", "deg"),
+    _text_field("name", QT_TR_NOOP("Flight name")),
+    _text_field("crew.pilot", QT_TR_NOOP("Pilot")),
+    _text_field("crew.engineer", QT_TR_NOOP("Flight-test engineer")),
+    _text_field("crew.ground_station", QT_TR_NOOP("Ground station")),
+    _text_field("crew.safety", QT_TR_NOOP("Safety observer")),
+    _number_field("flap", QT_TR_NOOP("Flap setting"), "angle", "deg", "deg"),
 )
 WEIGHT_FIELDS = (
-    _number_field("takeoff_weight", "Take-off weight", "weight", "lb", "kg", 2),
-    _number_field("landing_weight", "Landing weight", "weight", "lb", "kg", 2),
-    _number_field("fuel", "Fuel at start", "mass", "lb", "kg", 2),
-    _number_field("fuel_end", "Fuel at end", "mass", "lb", "kg", 2),
+    _number_field("takeoff_weight", QT_TR_NOOP("Take-off weight"), "weight", "lb", "kg", 2),
+    _number_field("landing_weight", QT_TR_NOOP("Landing weight"), "weight", "lb", "kg", 2),
+    _number_field("fuel", QT_TR_NOOP("Fuel at start"), "mass", "lb", "kg", 2),
+    _number_field("fuel_end", QT_TR_NOOP("Fuel at end"), "mass", "lb", "kg", 2),
 )
 WEATHER_FIELDS = (
-    _number_field("weather.temperature", "Temperature", "temperature", "degF", "degC"),
-    _number_field("weather.pressure", "Pressure", "pressure", "inHg", "hPa", 2),
-    _number_field("weather.wind_speed", "Wind", "speed", "mph", "m/s"),
-    _number_field("weather.wind_from", "Wind from", "angle", "deg", "deg", 0),
-    _text_field("weather.remarks", "Clouds, gusts"),
+    _number_field("weather.temperature", QT_TR_NOOP("Temperature"), "temperature", "degF", "degC"),
+    _number_field("weather.pressure", QT_TR_NOOP("Pressure"), "pressure", "inHg", "hPa", 2),
+    _number_field("weather.wind_speed", QT_TR_NOOP("Wind"), "speed", "mph", "m/s"),
+    _number_field("weather.wind_from", QT_TR_NOOP("Wind from"), "angle", "deg", "deg", 0),
+    _text_field("weather.remarks", QT_TR_NOOP("Clouds, gusts")),
 )
 DEBRIEF_FIELDS = (
-    _multiline_field("pilot_comments", "Pilot's comments at the debrief"),
-    _multiline_field("notes", "Notes"),
+    _multiline_field("pilot_comments", QT_TR_NOOP("Pilot's comments at the debrief")),
+    _multiline_field("notes", QT_TR_NOOP("Notes")),
 )
 RATE_SWITCH_FIELD = CardField(
-    key=("transmitter", "rate"), name="Rate switch", kind="choice",
-    choices=(("", "Not noted"), ("high", "High rate"), ("low", "Low rate")),
+    key=("transmitter", "rate"), name=QT_TR_NOOP("Rate switch"), kind="choice",
+    choices=(
+        ("", QT_TR_NOOP("Not noted")), ("high", QT_TR_NOOP("High rate")),
+        ("low", QT_TR_NOOP("Low rate")),
+    ),
 )  # fmt: skip
-TRANSMITTER_FIELDS = (_text_field("transmitter.model", "Transmitter, memory"), RATE_SWITCH_FIELD)
-TRANSMITTER_REMARKS_FIELD = _multiline_field("transmitter.remarks", "Remarks on the set-up")
-STICKS = (("elevator", "Elevator"), ("aileron", "Aileron"), ("rudder", "Rudder"))
-TRANSMITTER_CONTROLS = (*STICKS, ("throttle", "Throttle"), ("flap", "Flap"), ("gear", "Gear"))
-THROW_COLUMNS = (("high", "High"), ("low", "Low"), ("expo", "Expo"))
+TRANSMITTER_FIELDS = (
+    _text_field("transmitter.model", QT_TR_NOOP("Transmitter, memory")),
+    RATE_SWITCH_FIELD,
+)
+TRANSMITTER_REMARKS_FIELD = _multiline_field(
+    "transmitter.remarks", QT_TR_NOOP("Remarks on the set-up")
+)
+STICKS = (
+    ("elevator", QT_TR_NOOP("Elevator")),
+    ("aileron", QT_TR_NOOP("Aileron")),
+    ("rudder", QT_TR_NOOP("Rudder")),
+)
+TRANSMITTER_CONTROLS = (
+    *STICKS,
+    ("throttle", QT_TR_NOOP("Throttle")),
+    ("flap", QT_TR_NOOP("Flap")),
+    ("gear", QT_TR_NOOP("Gear")),
+)
+THROW_COLUMNS = (
+    ("high", QT_TR_NOOP("High")),
+    ("low", QT_TR_NOOP("Low")),
+    ("expo", QT_TR_NOOP("Expo")),
+)
 
 
 def create_throw_field(stick: str, column: str) -> CardField:
     """Return the value of a dual rate or of a trim, in percent."""
-    words = dict(STICKS)[stick].lower()
+    words = tr(dict(STICKS)[stick]).lower()
     if column == "trim":
         return _number_field(
-            f"transmitter.trims.{stick}", f"Trim of the {words}", "ratio", "%", "%", 0
-        )
+            f"transmitter.trims.{stick}", tr("Trim of the {control}").format(control=words),
+            "ratio", "%", "%", 0,
+        )  # fmt: skip
     return _number_field(
-        f"transmitter.dual_rates.{stick}.{column}", f"{dict(THROW_COLUMNS)[column]} of the {words}",
+        f"transmitter.dual_rates.{stick}.{column}",
+        tr("{column} of the {control}").format(
+            column=tr(dict(THROW_COLUMNS)[column]), control=words
+        ),
         "ratio", "%", "%", 0, group=f"transmitter.dual_rates.{stick}",
     )  # fmt: skip
 
 
 def create_payload_mass_field() -> CardField:
     """Return the mass of something on board."""
-    return _number_field("loading", "Mass", "mass", "lb", "kg", 2)
+    return _number_field("loading", tr("Mass"), "mass", "lb", "kg", 2)
 
 
 def create_payload_position_field() -> CardField:
     """Return how far ahead of the CG something lies."""
-    return _number_field("loading", "Ahead of the CG", "length", "in", "mm", 1)
+    return _number_field("loading", tr("Ahead of the CG"), "length", "in", "mm", 1)
 
 
 def create_mixer_field() -> CardField:
     """Return the share of a mixer, in percent."""
-    return _number_field("transmitter.mixers", "Share", "ratio", "%", "%", 0)
+    return _number_field("transmitter.mixers", tr("Share"), "ratio", "%", "%", 0)
 
 
 _SCALE_TITLES = {
-    "nose": "Scale, nose wheel",
-    "main": "Scale, main axle",
-    "left": "Scale, left wheel",
-    "right": "Scale, right wheel",
-    "tail": "Scale, tail wheel",
+    "nose": QT_TR_NOOP("Scale, nose wheel"),
+    "main": QT_TR_NOOP("Scale, main axle"),
+    "left": QT_TR_NOOP("Scale, left wheel"),
+    "right": QT_TR_NOOP("Scale, right wheel"),
+    "tail": QT_TR_NOOP("Scale, tail wheel"),
 }
 
 
@@ -161,9 +187,9 @@ def list_weighed_supports(way: str, third: str) -> tuple[str, ...]:
 
 
 WEIGHING_METHODS = (
-    ("", "Not weighed on wheels"),
-    ("axles", "Two axles: weight, CG along x"),
-    ("wheels", "Three wheels: CG along x and y"),
+    ("", QT_TR_NOOP("Not weighed on wheels")),
+    ("axles", QT_TR_NOOP("Two axles: weight, CG along x")),
+    ("wheels", QT_TR_NOOP("Three wheels: CG along x and y")),
 )
 
 
@@ -176,9 +202,17 @@ def create_scale_fields() -> tuple[CardField, ...]:
 
 
 WEIGHING_CONDITION_FIELDS = (
-    _number_field("weighing.fuel", "Fuel on board then", "mass", "lb", "kg", 2, group="weighing"),
     _number_field(
-        "weighing.pitch", "Nose up on the scales", "angle", "deg", "deg", 1, group="weighing"
+        "weighing.fuel", QT_TR_NOOP("Fuel on board then"), "mass", "lb", "kg", 2, group="weighing"
+    ),
+    _number_field(
+        "weighing.pitch",
+        QT_TR_NOOP("Nose up on the scales"),
+        "angle",
+        "deg",
+        "deg",
+        1,
+        group="weighing",
     ),
 )
 
@@ -228,7 +262,9 @@ def parse_field(value: CardField, text: str, system: str) -> Any:
         return None
     if value.kind == "whole":
         if not text.isdigit():
-            raise UnitError(f"'{text}' is not a whole number; write one, such as 3")
+            raise UnitError(
+                tr("'{text}' is not a whole number; write one, such as 3").format(text=text)
+            )
         return int(text)
     if value.kind != "number":
         return text
@@ -238,10 +274,14 @@ def parse_field(value: CardField, text: str, system: str) -> Any:
     else:
         written = plain
         if not plain[:1].isdigit() and plain[:1] not in "-+.":
-            raise UnitError(f"'{text}' is not a number; write one, such as {_example_text(value)}")
+            raise UnitError(
+                tr("'{text}' is not a number; write one, such as {example}").format(
+                    text=text, example=_example_text(value)
+                )
+            )
     parse_quantity(written, value.quantity)
     return written
 
 
 def _example_text(value: CardField) -> str:
-    return f"10 or 10 {value.us}" if value.us != "%" else "60"
+    return tr("10 or 10 {us}").format(us=value.us) if value.us != "%" else "60"

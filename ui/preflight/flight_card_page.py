@@ -29,6 +29,7 @@ from ui.preflight.form_editor import FormEditor
 from ui.preflight.form_fields import FormField
 from ui.preflight.preflight_model import PreflightModel
 from ui.preflight.step_page import PreflightStepPage
+from ui.translation import tr
 from ui.undo import UndoHistory
 from ui.widgets.form_columns import FormColumns, FormSection
 from ui.widgets.labels import create_label
@@ -49,7 +50,7 @@ class FlightCardPage(PreflightStepPage):
     """
 
     def __init__(self, look: DisplayStyle, fail: Callable[[BaseException], object]) -> None:
-        super().__init__(look, "Flight card")
+        super().__init__(look, tr("Flight card"))
         self._fail = fail
         self._aircraft: Aircraft | None = None
         self.editor: FormEditor[FlightInfo] | None = None
@@ -82,16 +83,16 @@ class FlightCardPage(PreflightStepPage):
         self.area.head.addLayout(row)
 
     def _sections(self) -> None:
-        flight = self._section("Flight", FLIGHT_FIELDS)
-        weights = self._section("Weight and fuel", WEIGHT_FIELDS)
-        wheels = FormSection(self.display_style, "On the scales")
+        flight = self._section(tr("Flight"), FLIGHT_FIELDS)
+        weights = self._section(tr("Weight and fuel"), WEIGHT_FIELDS)
+        wheels = FormSection(self.display_style, tr("On the scales"))
         wheels.add(self.weighing)
-        board = FormSection(self.display_style, "Payload not in the aircraft file")
+        board = FormSection(self.display_style, tr("Payload not in the aircraft file"))
         board.add(self.loading)
-        weather = self._section("Weather at the field", WEATHER_FIELDS)
-        sticks = self._section("Transmitter", TRANSMITTER_FIELDS)
+        weather = self._section(tr("Weather at the field"), WEATHER_FIELDS)
+        sticks = self._section(tr("Transmitter"), TRANSMITTER_FIELDS)
         sticks.add(self.transmitter, self._field(TRANSMITTER_REMARKS_FIELD))
-        debrief = self._section("Debrief", DEBRIEF_FIELDS)
+        debrief = self._section(tr("Debrief"), DEBRIEF_FIELDS)
         self.area.show_sections(
             [
                 (flight, 0),
@@ -166,7 +167,9 @@ class FlightCardPage(PreflightStepPage):
             doubts.setdefault(doubt.field, []).append(doubt.text)
         for name, (value, field) in self.fields.items():
             if value.key in editor.problems:
-                field.show_message(f"Not saved: {editor.problems[value.key]}", "warning")
+                field.show_message(
+                    tr("Not saved: {problem}").format(problem=editor.problems[value.key]), "warning"
+                )
             else:
                 field.show_message(" ".join(doubts.get(name, ())), "caution")
         self.weighing.show_warning(" ".join(doubts.get("weighing", ())))
@@ -177,13 +180,13 @@ class FlightCardPage(PreflightStepPage):
         if editor is None:
             return
         if editor.problems:
-            self.saved.set_message("Saved, except the marked fields", "warning")
+            self.saved.set_message(tr("Saved, except the marked fields"), "warning")
         elif editor.file.is_saved:
-            self.saved.set_message("Saved", "good")
+            self.saved.set_message(tr("Saved"), "good")
         elif self._later.isActive():
-            self.saved.set_message("Saving…")
+            self.saved.set_message(tr("Saving…"))
         else:
-            self.saved.set_message("Not saved", "warning")
+            self.saved.set_message(tr("Not saved"), "warning")
 
     # Typing
 

@@ -13,16 +13,17 @@ from gsapp.foundation import FlightError
 from gsapp.quantities import from_si
 from gsapp.session.checklist.rule_evaluators import is_card_field_filled
 from ui.number_format import count_text, number_text, unit_text
+from ui.translation import QT_TR_NOOP, tr
 from ui.window_frame.page_steps import StepStatus
 
 _WEIGHT_UNITS = {"US": "lb", "SI": "kg"}
 _LENGTH_UNITS = {"US": ("in", 2), "SI": ("mm", 0)}
 _REQUIRED_VALUES = (
-    ("crew.pilot", "pilot"),
-    ("takeoff_weight", "take-off weight"),
-    ("fuel", "fuel at start"),
-    ("weather.temperature", "temperature"),
-    ("weather.pressure", "pressure"),
+    ("crew.pilot", QT_TR_NOOP("pilot")),
+    ("takeoff_weight", QT_TR_NOOP("take-off weight")),
+    ("fuel", QT_TR_NOOP("fuel at start")),
+    ("weather.temperature", QT_TR_NOOP("temperature")),
+    ("weather.pressure", QT_TR_NOOP("pressure")),
 )
 """What an analysis needs: key path and words."""
 
@@ -64,7 +65,7 @@ def describe_weighing(info: FlightInfo, aircraft: Aircraft | None, system: str) 
     if weighed.measured[1]:
         lines.append(_cg_text(weighed, 1, aircraft, system))
     shares = ", ".join(f"{name} {100 * share:.1f} %" for name, share in weighed.shares.items())
-    lines.append(f"Weight on the wheels: {shares}")
+    lines.append(tr("Weight on the wheels: {shares}").format(shares=shares))
     return WeighingText(
         weight=f"{weight} {_WEIGHT_UNITS[system]}", lines=tuple(lines), weighed=weighed
     )
@@ -80,11 +81,13 @@ def _cg_text(weighed: Weighing, axis: int, aircraft: Aircraft | None, system: st
     off, std = weighed.cg[axis], weighed.cg_std[axis]
     size = number_text(from_si(abs(off), unit, "length"), digits)
     about = number_text(from_si(2 * std, unit, "length"), digits)
-    side = (("behind", "ahead of"), ("left of", "right of"))[axis][off > 0.0]
-    words = f"CG {size} ± {about} {unit_text(unit)} {side} the aircraft file's"
+    side = ((tr("behind"), tr("ahead of")), (tr("left of"), tr("right of")))[axis][off > 0.0]
+    words = tr("CG {size} ± {about} {unit} {side} the aircraft file's").format(
+        size=size, about=about, unit=unit_text(unit), side=side
+    )
     if axis == 0 and aircraft is not None:
         share = 100.0 * abs(off) / aircraft.geometry.chord
-        words += f" ({share:.1f} % of the chord)"
+        words += tr(" ({share:.1f} % of the chord)").format(share=share)
     return words
 
 
@@ -104,16 +107,22 @@ def describe_card_owner(
     if not next_flight:
         date = "" if info.date is None else f", {info.date.day} {info.date:%B %Y %H:%M}"
         aircraft = f", {info.aircraft}" if info.aircraft else ""
-        return f"Card of {name}{date}{aircraft}: saved in its flight.toml."
-    goes = "copied to the flight folder when recording starts"
+        return tr("Card of {name}{date}{aircraft}: saved in its flight.toml.").format(
+            name=name, date=date, aircraft=aircraft
+        )
+    goes = tr("copied to the flight folder when recording starts")
     if file_name:
-        return f"{file_name} has no card. Showing the card of the next flight: {goes}."
-    return f"Card of the next flight: {goes}."
+        return tr("{file_name} has no card. Showing the card of the next flight: {goes}.").format(
+            file_name=file_name, goes=goes
+        )
+    return tr("Card of the next flight: {goes}.").format(goes=goes)
 
 
 def list_missing_values(info: FlightInfo) -> tuple[str, ...]:
     """Return in words what an analysis will need and nobody has written yet."""
-    return tuple(words for key, words in _REQUIRED_VALUES if not is_card_field_filled(info, key))
+    return tuple(
+        tr(words) for key, words in _REQUIRED_VALUES if not is_card_field_filled(info, key)
+    )
 
 
 def card_state(
@@ -122,15 +131,23 @@ def card_state(
     """Return how the card stands."""
     missing = list_missing_values(info)
     if problems:
-        words = f"{count_text(len(problems), 'value')} wrong"
+        words = tr("{values} wrong").format(values=count_text(len(problems), "value"))
         return StepStatus(state="warning", text=words, detail=". ".join(problems))
     if missing:
-        words = f"{missing[0]} missing" if len(missing) == 1 else f"{len(missing)} missing"
-        return StepStatus(state="caution", text=words, detail=f"Missing: {', '.join(missing)}")
+        words = (
+            tr("{missing} missing").format(missing=missing[0])
+            if len(missing) == 1
+            else tr("{count} missing").format(count=len(missing))
+        )
+        return StepStatus(
+            state="caution",
+            text=words,
+            detail=tr("Missing: {missing}").format(missing=", ".join(missing)),
+        )
     if doubts:
         return StepStatus(
             state="caution",
             text=count_text(len(doubts), "doubt"),
             detail="\n".join(doubt.text for doubt in doubts),
         )
-    return StepStatus(state="good", text="complete")
+    return StepStatus(state="good", text=tr("complete"))

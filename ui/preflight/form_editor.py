@@ -11,6 +11,7 @@ from gsapp.flight.toml_document import KeyPath, TomlDocument
 from gsapp.foundation import FileProblemsError, FlightError, UnitError
 from ui.disk_checks import may_block
 from ui.preflight.flight_card_fields import CardField, format_field, parse_field
+from ui.translation import tr
 from ui.undo import UndoCommand, UndoStack
 
 Model = TypeVar("Model", bound=BaseModel)
@@ -117,7 +118,7 @@ class FormEditor(Generic[Model]):
         now = self.file.content
         if now != former:
             command = UndoCommand(
-                "edit",
+                tr("edit"),
                 lambda: self.file.restore(former),
                 lambda: self.file.restore(now),
                 f"{typing} {self._merge_serial}" if typing else "",
@@ -154,7 +155,7 @@ class FormEditor(Generic[Model]):
         return self._undo_stack.canRedo()
 
     def undoText(self) -> str:
-        return "edit" if self._pending else self._undo_stack.undoText()
+        return tr("edit") if self._pending else self._undo_stack.undoText()
 
     def redoText(self) -> str:
         return self._undo_stack.redoText()
@@ -181,5 +182,7 @@ class FormEditor(Generic[Model]):
             If the disk refuses, or does not respond.
         """
         if may_block(self.file.path):
-            raise FlightError(f"{self.file.path} does not respond; not saved yet")
+            raise FlightError(
+                tr("{path} does not respond; not saved yet").format(path=self.file.path)
+            )
         self.file.save()

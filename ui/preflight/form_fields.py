@@ -17,6 +17,7 @@ from PySide6.QtWidgets import (
 
 from ui.dialogs.form_dialog import FieldMessage
 from ui.display_style import DisplayStyle
+from ui.translation import tr
 from ui.widgets.labels import create_label
 
 _NAME, _UNIT = 128, 40
@@ -134,12 +135,12 @@ class FormField(QWidget):
         super().__init__()
         self._look = look
         self._rows = rows
-        self.name = create_label(name, wrap=True)
+        self.name = create_label(tr(name), wrap=True)
         self.unit = create_label("", "muted")
         self.sentence = FieldMessage()
         self.sentence.hide()
         self.edit = self._made(rows, choices)
-        self.edit.setAccessibleName(name)
+        self.edit.setAccessibleName(tr(name))
         set_touch_height(self.edit)
         self.setFocusProxy(self.edit)
         self._grid = QGridLayout(self)
@@ -161,7 +162,7 @@ class FormField(QWidget):
             box = _WidePopupComboBox()
             box.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Fixed)
             for key, words in choices:
-                box.addItem(words, key)
+                box.addItem(tr(words), key)
             box.activated.connect(lambda _index: self.text_edited.emit(self.text))
             return box
         if rows > 1:
@@ -203,7 +204,7 @@ class FormField(QWidget):
             if [box.itemData(place) for place in range(box.count())] != [key for key, _ in choices]:
                 box.clear()
                 for key, words in choices:
-                    box.addItem(words, key)
+                    box.addItem(tr(words), key)
             self.set_text(chosen)
 
     def select_all(self) -> None:

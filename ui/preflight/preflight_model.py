@@ -26,6 +26,7 @@ from ui.preflight.checklist_model import ChecklistModel
 from ui.preflight.flight_card_text import card_state, describe_card_owner
 from ui.preflight.form_editor import FormEditor
 from ui.settings import SettingsStore, calibrations_path, checklist_path, next_flight_path
+from ui.translation import tr
 from ui.window_frame.page_steps import StepStatus
 
 _CHECK_INTERVAL_SECONDS = 0.4
@@ -95,10 +96,9 @@ class PreflightModel:
                 file_name=session.path.name if session is not None else "",
             )
         except GroundStationError:
-            self.card_owner_text = (
-                f"The card {folder.info_file} cannot be read; correct or remove that file, then "
-                "return."
-            )
+            self.card_owner_text = tr(
+                "The card {info_file} cannot be read; correct or remove that file, then return."
+            ).format(info_file=folder.info_file)
             raise
         finally:
             self.cards.set_flight(session, self.folder, self.aircraft)
@@ -139,14 +139,13 @@ class PreflightModel:
         """See which certificates are in force: for the open flight, or for those to come."""
         session, settings = self.session, self._store.current
         if session is None and may_block(settings.calibration):
-            self._calibration_problem = (
-                f"{settings.calibration} does not respond; "
-                "choose other certificates when connecting"
-            )
+            self._calibration_problem = tr(
+                "{calibration} does not respond; choose other certificates when connecting"
+            ).format(calibration=settings.calibration)
             return
         kept = calibrations_path(self._store.path)
         if may_block(kept):
-            self._calibration_problem = f"{kept} does not respond"
+            self._calibration_problem = tr("{kept} does not respond").format(kept=kept)
             return
         shelf = CalibrationFolder(kept, find_current_aircraft(session, settings))
         self._planned, self._calibration_begun = None, has_unfinished_calibration(shelf.journal)
@@ -172,15 +171,17 @@ class PreflightModel:
         in_force = self._planned if self.session is None else self.session.calibration_in_force
         if self._calibration_problem or in_force is None:
             detail = self._calibration_problem
-            return StepStatus(state="warning", text="cannot be read", detail=detail)
+            return StepStatus(state="warning", text=tr("cannot be read"), detail=detail)
         status = in_force.evaluate()
-        begun = ". A calibration is not finished" if self._calibration_begun else ""
+        begun = tr(". A calibration is not finished") if self._calibration_begun else ""
         return StepStatus(state=status.state, text=status.summary, detail=f"{status.detail}{begun}")
 
     def _card_state(self) -> StepStatus:
         card = self.card
         if card is None:
-            return StepStatus(state="warning", text="cannot be read", detail=self.card_owner_text)
+            return StepStatus(
+                state="warning", text=tr("cannot be read"), detail=self.card_owner_text
+            )
         info = card.file.model
         return card_state(
             info,

@@ -16,6 +16,7 @@ from ui.flight_controller import FlightController
 from ui.preflight.preflight_steps import PREFLIGHT_STEPS
 from ui.preflight.step_page import PreflightStepPage
 from ui.settings import SettingsStore
+from ui.translation import QT_TR_NOOP, tr
 from ui.window_frame.banners import BannerStack
 from ui.window_frame.step_page import MultiStepPage
 
@@ -57,7 +58,7 @@ class PreflightPage(MultiStepPage):
     prefix = "preflight"
     setting = "preflight_step"
     all_steps = PREFLIGHT_STEPS
-    step_list_name = "Steps before the flight"
+    step_list_name = QT_TR_NOOP("Steps before the flight")
     step_command_prefixes = ("checklist_", "cards_")
     flight_started = Signal()
 
@@ -71,7 +72,7 @@ class PreflightPage(MultiStepPage):
         desk: FlightController,
         prompter: Prompter | None = None,
     ) -> None:
-        super().__init__("Preflight", actions, look, store)
+        super().__init__(tr("Preflight"), actions, look, store)
         self._banners = banners
         self._faults = faults
         self._desk = desk
@@ -201,6 +202,8 @@ class PreflightPage(MultiStepPage):
         else:
             self._banners.show_banner(
                 "note",
-                f"No flight to start: connect the aircraft first ({shortcut_text('Ctrl+L')}). "
-                "The card and the checklist go into its folder.",
+                tr(
+                    "No flight to start: connect the aircraft first ({keys}). "
+                    "The card and the checklist go into its folder."
+                ).format(keys=shortcut_text("Ctrl+L")),
             )

@@ -9,6 +9,7 @@ from PySide6.QtGui import QKeyEvent
 from PySide6.QtWidgets import QFrame, QHBoxLayout, QLineEdit, QPushButton, QSizePolicy, QWidget
 
 from ui.display_style import DisplayStyle
+from ui.translation import QT_TR_NOOP, tr
 from ui.widgets.labels import create_label
 
 
@@ -47,7 +48,7 @@ class QuestionBar(QFrame):
         self.field.setSizePolicy(high, high)
         self.yes = QPushButton()
         self.yes.setProperty("role", "primary")
-        self.no = QPushButton("No   Esc")
+        self.no = QPushButton(tr("No   Esc"))
         for button, act in ((self.yes, self.accept), (self.no, self.cancel)):
             button.clicked.connect(act)
             button.setSizePolicy(QSizePolicy.Policy.Preferred, high)
@@ -73,7 +74,7 @@ class QuestionBar(QFrame):
         answer: Callable[[str], object],
         *,
         typed: bool,
-        yes: str = "Yes",
+        yes: str = QT_TR_NOOP("Yes"),
         text: str = "",
         wrong: Callable[[str], str] = _accept_any,
     ) -> None:
@@ -102,7 +103,7 @@ class QuestionBar(QFrame):
         self.field.setVisible(typed)
         self.field.setText(text)
         self.field.setAccessibleName(question)
-        self.yes.setText(f"{yes}   Enter")
+        self.yes.setText(tr("{yes}   Enter").format(yes=yes))
         self._behind.hide()
         self.show()
         if typed:

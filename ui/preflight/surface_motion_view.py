@@ -19,6 +19,7 @@ from ui.preflight.aircraft_outlines import (
     ViewDirection,
 )
 from ui.preflight.aircraft_pose_figure import AircraftPoseFigure, body_color, paint_pose, to_polygon
+from ui.translation import tr
 
 SurfaceKind = Literal["surface", "vane"]
 _TALL_ASPECT = 0.5
@@ -62,23 +63,25 @@ class SurfaceFigure:
     @property
     def travel_end_texts(self) -> tuple[str, str]:
         """Return where the trailing edge is at the lowest and at the highest angle, in words."""
-        first, second = ("up", "down") if self.view == "side" else ("right", "left")
+        first, second = (tr("up"), tr("down")) if self.view == "side" else (tr("right"), tr("left"))
         return (first, second) if self.sense > 0 else (second, first)
 
     @property
     def accessible_text(self) -> str:
         """Return the picture in a sentence, for those who hear it."""
         if self.angle is None:
-            return f"{self.title}: angle unknown"
-        return f"{self.title}: trailing edge {self.trailing_edge_side}"
+            return tr("{title}: angle unknown").format(title=self.title)
+        return tr("{title}: trailing edge {side}").format(
+            title=self.title, side=self.trailing_edge_side
+        )
 
     @property
     def trailing_edge_side(self) -> str:
         """Return where the trailing edge is now."""
         if self.angle is None:
-            return "not known"
+            return tr("not known")
         if abs(self.angle) < 1.0:
-            return "neutral"
+            return tr("neutral")
         return self.travel_end_texts[1] if self.angle > 0 else self.travel_end_texts[0]
 
 
@@ -111,7 +114,7 @@ class SurfaceMotionView(QWidget):
         if figure == self.figure:
             return
         self.figure = figure
-        self.setAccessibleName("The aircraft" if figure is None else figure.accessible_text)
+        self.setAccessibleName(tr("The aircraft") if figure is None else figure.accessible_text)
         self.update()
 
     def paintEvent(self, _event: QPaintEvent) -> None:
@@ -265,7 +268,8 @@ class SurfaceCloseup:
         hinge, reach = self.layout(box)
         letters = QFontMetrics(look.font("label", strong=True))
         wide = max(
-            letters.horizontalAdvance(line) for line in ("trailing edge", *figure.travel_end_texts)
+            letters.horizontalAdvance(line)
+            for line in (tr("trailing edge"), *figure.travel_end_texts)
         )
         high, gap = 2 * letters.lineSpacing(), look.px(4)
         slope = math.tan(math.radians(min(self._widest, 60.0)))
@@ -339,7 +343,7 @@ class SurfaceCloseup:
         painter.setPen(look.color("text"))
         flags = Qt.AlignmentFlag.AlignCenter | Qt.TextFlag.TextDontClip
         for words, place in zip(self._figure.travel_end_texts, self.side_boxes(box), strict=True):
-            painter.drawText(place, flags, f"trailing edge\n{words}")
+            painter.drawText(place, flags, tr("trailing edge\n{words}").format(words=words))
 
     def _paint_fixed(self, painter: QPainter, hinge: QPointF, reach: float) -> None:
         look, figure = self._look, self._figure

@@ -40,6 +40,7 @@ from ui.preflight.wizard_text import (
     build_wizard_actions,
 )
 from ui.settings import SettingsStore
+from ui.translation import tr
 from ui.widgets.action_bar import ActionBar, ActionItem
 
 if TYPE_CHECKING:
@@ -96,7 +97,7 @@ class WizardPage(QWidget):
         self._in_force = CalibrationController(desk, store, self.practice)
         self.pages_on_paper = CertificatePrinter(desk)
         self.run: WizardController | None = None
-        self.setAccessibleName("Calibration")
+        self.setAccessibleName(tr("Calibration"))
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         column = QVBoxLayout(self)
         column.setContentsMargins(0, 0, 0, 0)
@@ -264,7 +265,9 @@ class WizardPage(QWidget):
         except GroundStationError as error:
             self.start.show_statuses(())
             self.start.resume.hide()
-            self.start.sentence.set_message(f"{error}\nCorrect it, then return.", "warning")
+            self.start.sentence.set_message(
+                tr("{error}\nCorrect it, then return.").format(error=error), "warning"
+            )
             self.actions_bar.show_actions((PRACTICE_ACTION,))
             return
         self.start.show_statuses(standings)
@@ -272,7 +275,7 @@ class WizardPage(QWidget):
         self.start.show_connection(self._desk.session)
         self._left, self._made = has_unfinished_calibration(shelf.journal), made
         self.start.resume.setVisible(self._left)
-        self.start.resume.set_message("Unfinished calibration: all steps are saved.")
+        self.start.resume.set_message(tr("Unfinished calibration: all steps are saved."))
         self._show_start_offers()
 
     def _show_start_offers(self) -> None:
@@ -291,11 +294,15 @@ class WizardPage(QWidget):
         if view.instrument is None and view.phase in ("done", "aborted"):
             self._in_force.reload_flight()
             plan = self.folder.load_plan_in_use()
-            what = "Calibration" if view.mode == "full" else "Check"
-            title = f"{what} done" if view.phase == "done" else f"{what} stopped"
+            what = tr("Calibration") if view.mode == "full" else tr("Check")
+            title = (
+                tr("{what} done").format(what=what)
+                if view.phase == "done"
+                else tr("{what} stopped").format(what=what)
+            )
             self.summary.show_outcomes(title, view.prompt, list_outcomes(view, plan))
             self.pages.setCurrentWidget(self.summary)
-            closing = ActionItem(id="leave", text="Done", key="Space", is_default=True)
+            closing = ActionItem(id="leave", text=tr("Done"), key="Space", is_default=True)
             others = tuple(one for one in build_wizard_actions(view) if one.id in ("undo", "back"))
             paper = (PRINT_ACTION,) if self.folder.store.in_force() else ()
             self.actions_bar.show_actions((closing, *paper, *others))
@@ -310,7 +317,7 @@ class WizardPage(QWidget):
         self.pages.setCurrentWidget(self.work)
         catching_up = self.run is not None and self.run.catching_up
         self.work.show_view(view, self._choice, catching_up=catching_up)
-        helping = (ActionItem(id="help", text="Practice: set angle", key="H"),)
+        helping = (ActionItem(id="help", text=tr("Practice: set angle"), key="H"),)
         self.actions_bar.show_actions(
             (
                 *build_wizard_actions(view)[:1],

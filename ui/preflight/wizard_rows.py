@@ -20,6 +20,7 @@ from ui.preflight.wizard_text import (
     signed_error_text,
     volts_text,
 )
+from ui.translation import QT_TR_NOOP, tr
 
 if TYPE_CHECKING:
     from calibration import Certificate
@@ -56,12 +57,14 @@ def list_instrument_statuses(
         good = name in held and in_force.evaluate((name,)).state == "good"
         words, check = _calibrated_text(known.get(name)), checks.get(name)
         if name in left:
-            words = f"uncalibrated: {left[name].reason}"
+            words = tr("uncalibrated: {reason}").format(reason=left[name].reason)
         elif name in known and name not in held and known[name].who != SHIPPED_EXAMPLE:
-            words = f"not calibrated: the certificate of {words} applies"
+            words = tr("not calibrated: the certificate of {words} applies").format(words=words)
         if check is not None:
             day = day_text(check.stamp.astimezone(), current_local_time())
-            words += f"; check {day} {check.stamp:%H:%M}: {_check_text(check.result, instrument)}"
+            words += tr("; check {day} {stamp:%H:%M}: {check}").format(
+                day=day, stamp=check.stamp, check=_check_text(check.result, instrument)
+            )
         found.append(
             InstrumentStatus(channel=name, title=instrument.title, text=words, is_calibrated=good)
         )
@@ -71,17 +74,17 @@ def list_instrument_statuses(
 def _calibrated_text(certificate: Certificate | None) -> str:
     """Return when an instrument was calibrated and by whom."""
     if certificate is None:
-        return "uncalibrated"
+        return tr("uncalibrated")
     if certificate.who == SHIPPED_EXAMPLE:
-        return "example values, not of this aircraft"
-    by = f" by {certificate.who}" if certificate.who else ""
+        return tr("example values, not of this aircraft")
+    by = tr(" by {who}").format(who=certificate.who) if certificate.who else ""
     stamp = certificate.stamp.astimezone()
     return f"{day_text(stamp, current_local_time())} {stamp:%H:%M}{by}"
 
 
 def _check_text(check: CheckResult, instrument: InstrumentPlan) -> str:
     """Return what a check has found, in few words."""
-    verdict = "holds" if check.passed else "has moved"
+    verdict = tr("holds") if check.passed else tr("has moved")
     what, size = describe_shift(check, instrument)
     return f"{verdict}: {what} {size}"
 
@@ -137,16 +140,16 @@ def build_quality_rows(view: WizardView) -> tuple[tuple[str, str], ...]:
     if instrument is None or calibration is None or view.phase != "fit":
         return ()
     quality = calibration.quality
-    chosen = ", set manually" if view.degree else ""
+    chosen = tr(", set manually") if view.degree else ""
     lines = [
-        ("Curve", f"{fit_order_text(calibration.degree)}{chosen}"),
-        ("Hysteresis", error_text(quality.hysteresis, instrument)),
-        ("Return to zero", error_text(quality.return_to_zero, instrument)),
-        ("Linearity", error_text(quality.linearity, instrument)),
-        ("ADC resolution", error_text(quality.resolution, instrument)),
+        (tr("Curve"), f"{fit_order_text(calibration.degree)}{chosen}"),
+        (tr("Hysteresis"), error_text(quality.hysteresis, instrument)),
+        (tr("Return to zero"), error_text(quality.return_to_zero, instrument)),
+        (tr("Linearity"), error_text(quality.linearity, instrument)),
+        (tr("ADC resolution"), error_text(quality.resolution, instrument)),
     ]
     if quality.coverage is not None:
-        lines.append(("Calibrated range", f"{100 * quality.coverage:.0f} %"))
+        lines.append((tr("Calibrated range"), f"{100 * quality.coverage:.0f} %"))
     return tuple((name, value) for name, value in lines if DASH not in value)
 
 
@@ -190,7 +193,7 @@ def list_outcomes(view: WizardView, plan: CalibrationPlan) -> tuple[InstrumentOu
                 InstrumentOutcome(title=instrument.title, text=words, is_calibrated=check.passed)
             )
         elif name in view.skipped:
-            left = "uncalibrated" if view.mode == "full" else "not checked"
+            left = tr("uncalibrated") if view.mode == "full" else tr("not checked")
             words = f"{left}: {view.skipped[name]}"
             found.append(InstrumentOutcome(title=instrument.title, text=words, is_calibrated=False))
         elif certificate is not None:
@@ -198,8 +201,12 @@ def list_outcomes(view: WizardView, plan: CalibrationPlan) -> tuple[InstrumentOu
             width = quality.uncertainty if quality is not None else None
             parts = [
                 fit_order_text(certificate.degree),
-                f"within ±{error_text(width, instrument)}" if width is not None else "",
-                f"hysteresis {error_text(certificate.hysteresis, instrument)}"
+                tr("within ±{error}").format(error=error_text(width, instrument))
+                if width is not None
+                else "",
+                tr("hysteresis {error}").format(
+                    error=error_text(certificate.hysteresis, instrument)
+                )
                 if certificate.hysteresis
                 else "",
             ]
@@ -209,9 +216,19 @@ def list_outcomes(view: WizardView, plan: CalibrationPlan) -> tuple[InstrumentOu
 
 
 _COMBINED_DEFLECTIONS = (
-    ("Elevator", ("elevator_left", "elevator_right"), "de", "mean of left and right (6.1.1)"),
-    ("Aileron", ("aileron_left", "aileron_right"), "da", "mean, both rolling right (6.1.2)"),
-    ("Rudder", ("rudder",), "dr", "as measured (6.1.3)"),
+    (
+        QT_TR_NOOP("Elevator"),
+        ("elevator_left", "elevator_right"),
+        "de",
+        QT_TR_NOOP("mean of left and right (6.1.1)"),
+    ),
+    (
+        QT_TR_NOOP("Aileron"),
+        ("aileron_left", "aileron_right"),
+        "da",
+        QT_TR_NOOP("mean, both rolling right (6.1.2)"),
+    ),
+    (QT_TR_NOOP("Rudder"), ("rudder",), "dr", QT_TR_NOOP("as measured (6.1.3)")),
 )
 
 
@@ -230,10 +247,10 @@ def list_combined_deflections(
             symbol = symbol_text(channel(whole).symbol)
             found.append(
                 CombinedDeflection(
-                    title=title,
+                    title=tr(title),
                     parts="   ".join(shown),
                     combined=f"{symbol} = {_latest_value_text(history, whole, units)}",
-                    rule=rule,
+                    rule=tr(rule),
                 )
             )
     return tuple(found)

@@ -23,6 +23,7 @@ from ui.commands import shortcut_text
 from ui.dialogs.form_dialog import FieldMessage
 from ui.display_style import DisplayStyle
 from ui.number_format import number_text, parse_number, unit_text
+from ui.translation import tr
 from ui.widgets.labels import CenteredPage, create_label
 from ui.widgets.row_model import TableRow
 from ui.widgets.table_view import FittedTableView
@@ -70,11 +71,11 @@ class InstrumentList(FittedTableView):
     calibration_requested = Signal(str)
 
     def __init__(self, look: DisplayStyle) -> None:
-        super().__init__(look, "Instruments", ("", ""), stretch=1, least=99, most=99)
+        super().__init__(look, tr("Instruments"), ("", ""), stretch=1, least=99, most=99)
         self.setFrameShape(QFrame.Shape.NoFrame)
         # The page scrolls; the list is as high as its rows.
         self.setVerticalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
-        self.menu.add_command("Calibrate again", self._calibrate)
+        self.menu.add_command(tr("Calibrate again"), self._calibrate)
         self.opened.connect(self._calibrate)
 
     def _fit_columns(self) -> None:
@@ -152,8 +153,8 @@ class WizardStartPanel(CenteredPage):
 
     def __init__(self, look: DisplayStyle) -> None:
         super().__init__(look, 860)
-        self.setAccessibleName("Calibration")
-        self.column.addWidget(create_label("Calibration", "title"))
+        self.setAccessibleName(tr("Calibration"))
+        self.column.addWidget(create_label(tr("Calibration"), "title"))
         self.sentence = FieldMessage()
         self.sentence.setProperty("role", "")
         self.column.addWidget(self.sentence)
@@ -178,7 +179,7 @@ class WizardStartPanel(CenteredPage):
         self.who = QLineEdit()
         self.temperature = QLineEdit()
         for column, (name, field) in enumerate(
-            (("Calibrated by", self.who), ("Ground temperature", self.temperature))
+            ((tr("Calibrated by"), self.who), (tr("Ground temperature"), self.temperature))
         ):
             title = create_label(name, "label")
             grid.addWidget(title, 0, column)
@@ -213,7 +214,7 @@ class WizardStartPanel(CenteredPage):
             kelvin = to_si(typed, self._unit, _TEMPERATURE.quantity)
             self.temperature.setText(number_text(from_si(kelvin, unit, _TEMPERATURE.quantity), 1))
         self._unit = unit
-        name = f"Ground temperature [{unit_text(unit)}]"
+        name = tr("Ground temperature [{unit}]").format(unit=unit_text(unit))
         self._temperature_title.setText(name)
         self.temperature.setAccessibleName(name)
 
@@ -232,12 +233,14 @@ class WizardStartPanel(CenteredPage):
         value = parse_number(text)
         if value is None:
             degrees = (
-                "degrees Celsius, such as 21.5"
+                tr("degrees Celsius, such as 21.5")
                 if self._unit == "degC"
-                else ("degrees Fahrenheit, such as 70.5")
+                else (tr("degrees Fahrenheit, such as 70.5"))
             )
             raise UnitError(
-                f"the ground temperature '{text}' is not a number; write {degrees}, or nothing"
+                tr(
+                    "the ground temperature '{text}' is not a number; write {degrees}, or nothing"
+                ).format(text=text, degrees=degrees)
             )
         return float(to_si(value, self._unit, _TEMPERATURE.quantity))
 
@@ -256,14 +259,20 @@ class WizardStartPanel(CenteredPage):
 
     def show_connection(self, session: Session | None) -> None:
         """Say what to do, or what is missing for it."""
-        connects = f"{shortcut_text('Ctrl+L')} connects one."
+        connects = tr("{keys} connects one.").format(keys=shortcut_text("Ctrl+L"))
         if session is None:
-            self.sentence.set_message(f"No aircraft is connected: {connects}", "caution")
+            self.sentence.set_message(
+                tr("No aircraft is connected: {connects}").format(connects=connects), "caution"
+            )
         elif session.replay_feed is not None:
-            words = f"This is a replay: no aircraft to calibrate. {connects}"
+            words = tr("This is a replay: no aircraft to calibrate. {connects}").format(
+                connects=connects
+            )
             self.sentence.set_message(words, "caution")
         else:
             self.sentence.set_message(
-                "Put the protractor on the surface shown, move it to each angle and hold it: "
-                "points are recorded automatically."
+                tr(
+                    "Put the protractor on the surface shown, move it to each angle and hold it: "
+                    "points are recorded automatically."
+                )
             )

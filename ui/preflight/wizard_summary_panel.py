@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from PySide6.QtWidgets import QFrame, QGridLayout, QWidget
 
 from ui.display_style import DisplayStyle
+from ui.translation import tr
 from ui.widgets.labels import CenteredPage, create_label
 
 
@@ -73,7 +74,7 @@ class WizardSummaryPanel(CenteredPage):
         self.outcomes: tuple[InstrumentOutcome, ...] = ()
         self._outcomes = _TableFrame(look)
         self.column.addWidget(self._outcomes)
-        self._live_title = create_label("Move the stick: left and right together", "heading")
+        self._live_title = create_label(tr("Move the stick: left and right together"), "heading")
         self._live_title.hide()
         self.column.addWidget(self._live_title)
         self._together = _TableFrame(look)

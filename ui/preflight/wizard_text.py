@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 from gsapp.quantities import channel
 from ui.icons import IndicatorState
 from ui.number_format import DASH, MINUS, number_text, unit_text
+from ui.translation import QT_TR_NOOP, tr
 from ui.widgets.action_bar import ActionItem
 
 if TYPE_CHECKING:
@@ -19,11 +20,11 @@ if TYPE_CHECKING:
     from calibration.wizard import WizardView
 
 _READING_STATES: dict[str, tuple[IndicatorState, str]] = {
-    "absent": ("warning", "No signal"),
-    "moving": ("caution", "Moving"),
-    "steady": ("good", "Steady"),
-    "noisy": ("warning", "Noisy"),
-    "clipped": ("warning", "Signal clipped"),
+    "absent": ("warning", QT_TR_NOOP("No signal")),
+    "moving": ("caution", QT_TR_NOOP("Moving")),
+    "steady": ("good", QT_TR_NOOP("Steady")),
+    "noisy": ("warning", QT_TR_NOOP("Noisy")),
+    "clipped": ("warning", QT_TR_NOOP("Signal clipped")),
 }
 _STATIONARY_PHASES = frozenset({"gyro_still", "accel_position", "pressure_zero"})
 """Phases in which something is to be left alone for a while."""
@@ -130,8 +131,8 @@ def describe_shift(check: CheckResult, instrument: InstrumentPlan) -> tuple[str,
     """
     beyond = abs(check.slope) * check.zero_uncertainty > abs(check.zero) * check.slope_uncertainty
     if beyond and not check.passed:
-        return "slope", _add_sign(f"{number_text(100.0 * check.slope, 1)} %")
-    return "zero", signed_error_text(check.zero, instrument)
+        return tr("slope"), _add_sign(f"{number_text(100.0 * check.slope, 1)} %")
+    return tr("zero"), signed_error_text(check.zero, instrument)
 
 
 def volts_text(volts: float | None) -> str:
@@ -143,7 +144,7 @@ def volts_text(volts: float | None) -> str:
 
 def fit_order_text(degree: int) -> str:
     """Return the name of a curve of a degree."""
-    return {1: "straight line", 2: "quadratic", 3: "cubic"}[degree]
+    return {1: tr("straight line"), 2: tr("quadratic"), 3: tr("cubic")}[degree]
 
 
 # The large part
@@ -152,11 +153,12 @@ def fit_order_text(degree: int) -> str:
 def describe_reading(reading: VoltageReading | None) -> tuple[IndicatorState, str]:
     """Return sign and words of what is known of the volts."""
     if reading is None:
-        return "warning", "No signal"
+        return "warning", tr("No signal")
     if math.isnan(reading.time):
         # Of an instrument that was just turned to nothing is known yet.
-        return "unknown", "Waiting"
-    return _READING_STATES[reading.state]
+        return "unknown", tr("Waiting")
+    state, words = _READING_STATES[reading.state]
+    return state, tr(words)
 
 
 def build_prompt(view: WizardView, *, catching_up: bool = False) -> WizardPrompt:
@@ -171,10 +173,10 @@ def build_prompt(view: WizardView, *, catching_up: bool = False) -> WizardPrompt
     """
     instrument = view.instrument
     if instrument is None:
-        return WizardPrompt(title="Calibration", prompt=view.prompt, message=view.message)
+        return WizardPrompt(title=tr("Calibration"), prompt=view.prompt, message=view.message)
     state, words = _prompt_state(view)
     if view.reading is None and instrument.is_angle_sensor and catching_up:
-        state, words = "unknown", "Catching up"
+        state, words = "unknown", tr("Catching up")
     lead, big, beside, wanted = _main_texts(view, instrument)
     now = volts = ""
     if view.reading is not None:
@@ -182,7 +184,7 @@ def build_prompt(view: WizardView, *, catching_up: bool = False) -> WizardPrompt
         volts = volts_text(view.reading.volts)
     return WizardPrompt(
         title=_prompt_title(view, instrument),
-        position_text=f"{view.index + 1} of {view.count}",
+        position_text=tr("{index} of {count}").format(index=view.index + 1, count=view.count),
         caption=lead,
         main_text=big,
         side_text=beside,
@@ -199,7 +201,11 @@ def build_prompt(view: WizardView, *, catching_up: bool = False) -> WizardPrompt
 
 def _prompt_title(view: WizardView, instrument: InstrumentPlan) -> str:
     """Return what is calibrated; gyros, accelerometers and pressures are so together."""
-    together = {"gyro": "Gyros", "accelerometer": "Accelerometers", "pressure": "Pressures"}
+    together = {
+        "gyro": tr("Gyros"),
+        "accelerometer": tr("Accelerometers"),
+        "pressure": tr("Pressures"),
+    }
     if view.phase in _STATIONARY_PHASES or view.phase == "fit":
         return together.get(instrument.kind, instrument.title)
     return instrument.title
@@ -210,83 +216,95 @@ def _prompt_state(view: WizardView) -> tuple[IndicatorState, str]:
     if instrument is not None and instrument.is_angle_sensor:
         return describe_reading(view.reading)
     if view.phase in _STATIONARY_PHASES:
-        return ("good", "Still") if view.amount else ("caution", "Not steady")
+        return ("good", tr("Still")) if view.amount else ("caution", tr("Not steady"))
     if view.phase == "gyro_turn":
-        return ("caution", "Turning") if view.amount else ("good", "Ready")
+        return ("caution", tr("Turning")) if view.amount else ("good", tr("Ready"))
     if view.phase == "fit":
-        return ("caution", "Check direction") if view.problems else ("good", "Good")
-    return "unknown", "Waiting"
+        return ("caution", tr("Check direction")) if view.problems else ("good", tr("Good"))
+    return "unknown", tr("Waiting")
 
 
 def _main_texts(view: WizardView, instrument: InstrumentPlan) -> tuple[str, str, str, bool]:
     """Return what stands above the number, the number, beside it; and whether it is wanted."""
     goal = quantity_text(view.amount_goal, view.amount_unit)
     if view.phase == "sign":
-        return "Move it", instrument.positive, "", True
+        return tr("Move it"), instrument.positive, "", True
     if view.phase == "fit":
         return _result_texts(view, instrument)
     if view.phase == "gyro_turn":
         way = instrument.positive if (view.target or 0.0) > 0.0 else instrument.negative
-        return "Turned so far", quantity_text(view.amount, "deg", 0), f"of {goal} {way}", False
+        return (
+            tr("Turned so far"),
+            quantity_text(view.amount, "deg", 0),
+            tr("of {goal} {way}").format(goal=goal, way=way),
+            False,
+        )
     if view.phase == "pressure_blow":
-        return "Breath", quantity_text(view.amount, view.amount_unit, 0), "", False
+        return tr("Breath"), quantity_text(view.amount, view.amount_unit, 0), "", False
     if view.phase in _STATIONARY_PHASES:
-        return "Still for", quantity_text(view.amount, view.amount_unit, 1), f"of {goal}", False
+        return (
+            tr("Still for"),
+            quantity_text(view.amount, view.amount_unit, 1),
+            tr("of {goal}").format(goal=goal),
+            False,
+        )
     if view.target is None:
         return "", DASH, "", False
     side = instrument.positive if view.target > 0.0 else instrument.negative
     shown = quantity_text(view.target, instrument.unit)
-    return "Set to", shown, side if view.target else "neutral", True
+    return tr("Set to"), shown, side if view.target else tr("neutral"), True
 
 
 def _result_texts(view: WizardView, instrument: InstrumentPlan) -> tuple[str, str, str, bool]:
     check, calibration = view.check_result, view.calibration
     if check is not None:
-        holds = "certificate valid" if check.passed else "calibrate again"
+        holds = tr("certificate valid") if check.passed else tr("calibrate again")
         what, size = describe_shift(check, instrument)
-        return f"The {what} has moved by", size, holds, False
+        return tr("The {what} has moved by").format(what=what), size, holds, False
     if calibration is None:
-        return "", "Look" if view.problems else "Good", "", False
+        return "", tr("Look") if view.problems else tr("Good"), "", False
     width = calibration.quality.uncertainty
-    text = "no bound" if width is None else f"±{error_text(width, instrument)}"
-    return "Uncertainty (95 %)", text, fit_order_text(calibration.degree), False
+    text = tr("no bound") if width is None else f"±{error_text(width, instrument)}"
+    return tr("Uncertainty (95 %)"), text, fit_order_text(calibration.degree), False
 
 
 # Actions
 
 _WIZARD_ACTIONS: tuple[tuple[str, str, str], ...] = (
-    ("confirm_sign", "Direction correct", "Space"),
-    ("take", "Record now", "Space"),
-    ("accept", "Accept", "Space"),
-    ("undo", "Undo", "Backspace"),
-    ("repeat", "Repeat {what}", "R"),
-    ("delete", "Delete {what}", "Delete"),
-    ("add", "Add a setting", "A"),
-    ("choose_degree", "Fit order: auto, 1, 2, 3", "D"),
-    ("enter", "Field air", "E"),
-    ("next", "Later", "PgDown"),
-    ("back", "Previous instrument", "PgUp"),
-    ("skip", "Skip: uncalibrated", "X"),
-    ("abort", "Stop", "Esc"),
+    ("confirm_sign", QT_TR_NOOP("Direction correct"), "Space"),
+    ("take", QT_TR_NOOP("Record now"), "Space"),
+    ("accept", QT_TR_NOOP("Accept"), "Space"),
+    ("undo", QT_TR_NOOP("Undo"), "Backspace"),
+    ("repeat", QT_TR_NOOP("Repeat {what}"), "R"),
+    ("delete", QT_TR_NOOP("Delete {what}"), "Delete"),
+    ("add", QT_TR_NOOP("Add a setting"), "A"),
+    ("choose_degree", QT_TR_NOOP("Fit order: auto, 1, 2, 3"), "D"),
+    ("enter", QT_TR_NOOP("Field air"), "E"),
+    ("next", QT_TR_NOOP("Later"), "PgDown"),
+    ("back", QT_TR_NOOP("Previous instrument"), "PgUp"),
+    ("skip", QT_TR_NOOP("Skip: uncalibrated"), "X"),
+    ("abort", QT_TR_NOOP("Stop"), "Esc"),
 )
 _ACTION_OBJECTS: Mapping[str, str] = {
-    "gyro": "the turn",
-    "accelerometer": "the position",
-    "pressure": "from zero",
+    "gyro": QT_TR_NOOP("the turn"),
+    "accelerometer": QT_TR_NOOP("the position"),
+    "pressure": QT_TR_NOOP("from zero"),
 }
 _PHASE_ACTION_TEXTS: Mapping[tuple[str, str], str] = {
-    ("begin", "next"): "Start now",
-    ("points", "next"): "Skip this setting",
-    ("gyro_turn", "next"): "Skip this turn",
-    ("pressure_blow", "next"): "Without a breath",
-    ("pressure_zero", "take"): "Covered",
-    ("accel_position", "take"): "In position",
+    ("begin", "next"): QT_TR_NOOP("Start now"),
+    ("points", "next"): QT_TR_NOOP("Skip this setting"),
+    ("gyro_turn", "next"): QT_TR_NOOP("Skip this turn"),
+    ("pressure_blow", "next"): QT_TR_NOOP("Without a breath"),
+    ("pressure_zero", "take"): QT_TR_NOOP("Covered"),
+    ("accel_position", "take"): QT_TR_NOOP("In position"),
 }
 """Words of an action in a phase where they are others."""
 
-PRACTICE_ACTION = ActionItem(id="practice", text="Practice without an aircraft", key="P")
-PRINT_ACTION = ActionItem(id="paper", text="Print certificates", key="W")
-_KIND_NAMES = {"accelerometer": "accelerometers", "pressure": "pressures"}
+PRACTICE_ACTION = ActionItem(
+    id="practice", text=QT_TR_NOOP("Practice without an aircraft"), key="P"
+)
+PRINT_ACTION = ActionItem(id="paper", text=QT_TR_NOOP("Print certificates"), key="W")
+_KIND_NAMES = {"accelerometer": QT_TR_NOOP("accelerometers"), "pressure": QT_TR_NOOP("pressures")}
 """Several instruments of a kind that are calibrated in the same steps."""
 
 
@@ -307,25 +325,25 @@ def build_start_actions(
         Whether there are certificates to print.
     """
     offers = [
-        ActionItem(id="calibrate", text="Surfaces and vanes", key="N"),
-        ActionItem(id="others", text="Gyros, accelerometers, pressures", key="G"),
-        ActionItem(id="check", text="Check in a minute", key="C"),
+        ActionItem(id="calibrate", text=tr("Surfaces and vanes"), key="N"),
+        ActionItem(id="others", text=tr("Gyros, accelerometers, pressures"), key="G"),
+        ActionItem(id="check", text=tr("Check in a minute"), key="C"),
         PRACTICE_ACTION,
     ]
     if made:
         offers.append(PRINT_ACTION)
     if left:
-        offers.insert(0, ActionItem(id="resume", text="Resume", key="R"))
+        offers.insert(0, ActionItem(id="resume", text=tr("Resume"), key="R"))
     if plan is not None:
         one = plan[chosen]
         several = len(plan.instruments) > 1
-        text = _KIND_NAMES[one.kind] if several else one.title.lower()
-        offers.insert(0, ActionItem(id="again", text=f"Calibrate {text}"))
+        text = tr(_KIND_NAMES[one.kind]) if several else one.title.lower()
+        offers.insert(0, ActionItem(id="again", text=tr("Calibrate {text}").format(text=text)))
     first, *others = offers
     return (ActionItem(id=first.id, text=first.text, key="Space", is_default=True), *others)
 
 
-_CHECK_ACTION_TEXTS: Mapping[str, str] = {"skip": "Skip: not checked"}
+_CHECK_ACTION_TEXTS: Mapping[str, str] = {"skip": QT_TR_NOOP("Skip: not checked")}
 """Words of an action where certificates are only checked."""
 
 
@@ -333,7 +351,7 @@ def build_wizard_actions(view: WizardView) -> tuple[ActionItem, ...]:
     """Return what can be done now, the wanted one first."""
     found: list[ActionItem] = []
     what = (
-        _ACTION_OBJECTS.get(view.instrument.kind, "the point")
+        tr(_ACTION_OBJECTS.get(view.instrument.kind, QT_TR_NOOP("the point")))
         if view.instrument is not None
         else ""
     )
@@ -343,8 +361,8 @@ def build_wizard_actions(view: WizardView) -> tuple[ActionItem, ...]:
             continue
         wanted = wanted or key == "Space"
         words = _CHECK_ACTION_TEXTS.get(name, usual) if view.mode == "check" else usual
-        text = _PHASE_ACTION_TEXTS.get((view.phase, name), words).format(what=what)
+        text = tr(_PHASE_ACTION_TEXTS.get((view.phase, name), words)).format(what=what)
         found.append(ActionItem(id=name, text=text, key=key, is_default=key == "Space"))
         if name == "confirm_sign":
-            found.append(ActionItem(id="deny_sign", text="Direction reversed", key="N"))
+            found.append(ActionItem(id="deny_sign", text=tr("Direction reversed"), key="N"))
     return tuple(found)

@@ -11,6 +11,7 @@ from gsapp.quantities import channel, trace_color
 from ui.display_style import DisplayStyle
 from ui.number_format import symbol_text
 from ui.review.timeline_charts import TIMELINE_CHANNELS
+from ui.translation import tr
 from ui.widgets.flow_layout import FlowLayout
 from ui.widgets.labels import create_label
 
@@ -37,14 +38,14 @@ class ChannelToggles(QWidget):
         column = QVBoxLayout(self)
         column.setContentsMargins(0, 0, 0, 0)
         column.setSpacing(look.px(6))
-        column.addWidget(create_label("Channels", "heading"))
+        column.addWidget(create_label(tr("Channels"), "heading"))
         holder = QWidget()
         flow = FlowLayout(holder, spacing=look.px(10))
         self.boxes: dict[str, QCheckBox] = {}
         for name in TIMELINE_CHANNELS:
             spec = channel(name)
             box = QCheckBox(symbol_text(spec.symbol))
-            box.setAccessibleName(f"Show {spec.title.lower()}")
+            box.setAccessibleName(tr("Show {title}").format(title=spec.title.lower()))
             box.setToolTip(spec.title)
             box.toggled.connect(self._toggled)
             flow.addWidget(box)

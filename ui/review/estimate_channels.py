@@ -11,17 +11,18 @@ from PySide6.QtWidgets import QAbstractItemView, QHeaderView
 from gsapp.identification.axes import AXIS_RESPONSES, AXIS_STATES, DEFAULT_BIASES, Axis
 from ui.display_style import DisplayStyle
 from ui.estimate_form import EstimateForm
+from ui.translation import QT_TR_NOOP, tr
 from ui.widgets.row_model import CellFormat, ModelIndex, TableRow, TableRowModel
 from ui.widgets.table_view import TableRowView
 
 FIT_CHANNELS: Final = AXIS_RESPONSES["both"]
 """Rows of the table."""
 CHANNEL_COLUMNS: Final = (
-    ("responses", "Compared"),
-    ("states", "State"),
-    ("biases", "Bias"),
-    ("scale_factors", "Scale"),
-    ("time_shifts", "Shift"),
+    ("responses", QT_TR_NOOP("Compared")),
+    ("states", QT_TR_NOOP("State")),
+    ("biases", QT_TR_NOOP("Bias")),
+    ("scale_factors", QT_TR_NOOP("Scale")),
+    ("time_shifts", QT_TR_NOOP("Shift")),
 )
 """Fields of the form, and their titles."""
 _DEFAULTS_BY_AXIS: Final = {
@@ -45,7 +46,7 @@ class FitChannelTable(TableRowView):
     def __init__(self, look: DisplayStyle) -> None:
         titles = ("", *(title for _, title in CHANNEL_COLUMNS))
         model = TableRowModel(look, titles, centered=frozenset(range(1, len(titles))))
-        super().__init__(model, look, "Channels", wrap=False, row_height=28)
+        super().__init__(model, look, tr("Channels"), wrap=False, row_height=28)
         self.setSelectionBehavior(QAbstractItemView.SelectionBehavior.SelectItems)
         self.setAlternatingRowColors(True)
         self.setVerticalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
@@ -69,7 +70,8 @@ class FitChannelTable(TableRowView):
             is_on = channel in self.selected_channels(field)
             is_editable = self.is_cell_editable(field, channel)
             texts.append("✓" if is_on else "·" if is_editable else "")
-            detail = f"{channel}, {title.lower()}: {'yes' if is_on else 'no'}"
+            on = tr("yes") if is_on else tr("no")
+            detail = f"{channel}, {tr(title).lower()}: {on}"
             color = "" if is_on and is_editable else "muted"
             formats[column] = CellFormat(color=color, detail=detail, accessible_text=detail)
         return TableRow(key=channel, cells=tuple(texts), formats=formats)

@@ -9,6 +9,7 @@ from PySide6.QtWidgets import QFrame, QHBoxLayout, QSizePolicy, QVBoxLayout
 from ui.dialogs.form_dialog import FieldMessage
 from ui.display_style import DisplayStyle
 from ui.review.estimate_text import FIELD_HELP
+from ui.translation import tr
 from ui.widgets.action_button import ActionButton
 from ui.widgets.labels import create_label
 
@@ -30,7 +31,7 @@ class EstimateHeader(QFrame):
         self.setObjectName("banner")
         self._column = QVBoxLayout(self)
         self._row = QHBoxLayout()
-        self.button = ActionButton(run, "Estimate", look)
+        self.button = ActionButton(run, tr("Estimate"), look)
         self.button.setProperty("role", "primary")
         self.button.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         self._row.addWidget(self.button, 0, Qt.AlignmentFlag.AlignTop)
@@ -60,4 +61,4 @@ class EstimateHeader(QFrame):
     def show_field_help(self, field: str) -> None:
         """Say what a field does and when to change it."""
         words = FIELD_HELP[field]
-        self.explained.setText(f"{words.title}: {words.help_text}")
+        self.explained.setText(f"{tr(words.title)}: {tr(words.help_text)}")

@@ -8,6 +8,7 @@ from gsapp.identification.axes import AXIS_SURFACES
 from ui.estimate_form import EstimateForm
 from ui.number_format import plain_shortcut_text
 from ui.review.estimate_text import format_maneuver_count
+from ui.translation import tr
 
 if TYPE_CHECKING:
     from gsapp.identification.runs.request import SelectedManeuver
@@ -47,11 +48,11 @@ def describe_selection(maneuvers: tuple[SelectedManeuver, ...]) -> str:
 
 def describe_empty_selection(wishes: EstimateForm, review: Review) -> str:
     """Return why a run would take nothing, and what to do."""
-    there = f"on the Maneuvers page ({plain_shortcut_text('Alt+1')})"
+    there = tr("on the Maneuvers page ({keys})").format(keys=plain_shortcut_text("Alt+1"))
     if wishes.maneuvers == "chosen":
-        return f"No maneuver selected: select one {there} or in a figure."
+        return tr("No maneuver selected: select one {there} or in a figure.").format(there=there)
     if not review.rows():
-        return f"These flights have no maneuvers: add some {there}."
+        return tr("These flights have no maneuvers: add some {there}.").format(there=there)
     if wishes.axis != "both":
-        return "No maneuver in use moved a surface of this axis: choose another axis."
-    return f"No maneuver is in use: check some {there}."
+        return tr("No maneuver in use moved a surface of this axis: choose another axis.")
+    return tr("No maneuver is in use: check some {there}.").format(there=there)

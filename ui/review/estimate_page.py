@@ -33,6 +33,7 @@ from ui.review.run_store import RunStore
 from ui.review.runs_view import RunsView
 from ui.review.step_page import ReviewStepPage
 from ui.settings import SettingsStore, catalog_path
+from ui.translation import tr
 from ui.undo import UNDO_LIMIT, UndoCommand, UndoHistory, UndoStack
 from ui.widgets.layout_widgets import StackingColumns
 from ui.window_frame.page_steps import StepStatus
@@ -81,7 +82,7 @@ class EstimatePage(ReviewStepPage):
         begin_job: JobSubmitter,
         report_error: Callable[[BaseException], None],
     ) -> None:
-        super().__init__(look, "Estimate")
+        super().__init__(look, tr("Estimate"))
         self._store = store
         self._selection = selection
         self._review = review
@@ -184,18 +185,24 @@ class EstimatePage(ReviewStepPage):
     def state(self) -> StepStatus:
         """Return how the chapter stands."""
         if self._runner.running:
-            return StepStatus(state="plain", text="running")
+            return StepStatus(state="plain", text=tr("running"))
         if self._checker.problem is not None:
             return StepStatus(
-                state="warning", text="a setting is wrong", detail=str(self._checker.problem)
+                state="warning", text=tr("a setting is wrong"), detail=str(self._checker.problem)
             )
         outcome = self._outcome
         if outcome is None:
             kept = len(self.book.runs)
-            words = f"{count_text(kept, 'run')} saved" if kept else "no run yet"
+            words = (
+                tr("{runs} saved").format(runs=count_text(kept, "run")) if kept else tr("no run yet")
+            )
             return StepStatus(state="plain", text=words)
         count = len(outcome.result.results)
-        words = f"run {outcome.number}" if outcome.number is not None else "not saved"
+        words = (
+            tr("run {number}").format(number=outcome.number)
+            if outcome.number is not None
+            else tr("not saved")
+        )
         detail = f"{words}: {count_text(count, 'maneuver')}"
         return StepStatus(state="plain", text=words, detail=detail)
 
@@ -221,7 +228,7 @@ class EstimatePage(ReviewStepPage):
         before, now = self._wishes, self.panel.wishes
         if now != before:
             self._take(now)
-            self._push("change of a setting", before, now)
+            self._push(tr("change of a setting"), before, now)
         else:
             self.refresh()
 
@@ -253,15 +260,19 @@ class EstimatePage(ReviewStepPage):
             self._report_error(error)
             return
         self._replace(wishes)
-        rest = f", except what this page does not show: {', '.join(lost)}" if lost else ""
-        self._told = f"The settings are those of {run.name}{rest}."
+        rest = (
+            tr(", except what this page does not show: {lost}").format(lost=", ".join(lost))
+            if lost
+            else ""
+        )
+        self._told = tr("The settings are those of {name}{rest}.").format(name=run.name, rest=rest)
         self.refresh()
 
     def _replace(self, wishes: EstimateForm) -> None:
         before = self._wishes
         if wishes != before:
             self._show(wishes)
-            self._push("change of settings", before, wishes)
+            self._push(tr("change of settings"), before, wishes)
             self.changed.emit()
 
     def _push(self, text: str, before: EstimateForm, now: EstimateForm) -> None:
@@ -306,16 +317,20 @@ class EstimatePage(ReviewStepPage):
         """Return what stands beside the button, and its state."""
         if not self._review.flights:
             keys = shortcut_text("Alt+1")
-            words = f"No flight under review: add one on the Maneuvers page ({keys})."
+            words = tr("No flight under review: add one on the Maneuvers page ({keys}).").format(
+                keys=keys
+            )
             return words, "caution"
         if not self._checker.ready:
-            return "Loading …", ""
+            return tr("Loading …"), ""
         if self._checker.problem is not None:
             return join_sentences((str(self._checker.problem),)), "warning"
         if self._runner.running:
             return (
-                f"{describe_selection(self.selected_maneuvers)} Running; "
-                f"{shortcut_text('Ctrl+.')} stops it.",
+                tr("{selection} Running; {keys} stops it.").format(
+                    selection=describe_selection(self.selected_maneuvers),
+                    keys=shortcut_text("Ctrl+."),
+                ),
                 "",
             )
         if not self.selected_maneuvers:

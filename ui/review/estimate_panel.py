@@ -24,6 +24,7 @@ from ui.review.estimate_channels import FitChannelTable
 from ui.review.estimate_request import is_effect_parameter, method_uses
 from ui.review.estimate_table import DerivativeTable
 from ui.review.estimate_text import FIELD_HELP, SETTING_CHOICES
+from ui.translation import tr
 from ui.widgets.form_columns import FormSection
 from ui.widgets.labels import create_label
 
@@ -105,7 +106,7 @@ class EstimatePanel(QWidget):
         """Add a field with its name and room for what is wrong with it."""
         row = grid.rowCount()
         if not wide and not isinstance(edit, QCheckBox):
-            grid.addWidget(create_label(FIELD_HELP[field].title), row, 0)
+            grid.addWidget(create_label(tr(FIELD_HELP[field].title)), row, 0)
         grid.addWidget(edit, row, 0 if wide else 1, 1, 2 if wide else 1)
         sentence = FieldMessage()
         sentence.hide()
@@ -116,23 +117,23 @@ class EstimatePanel(QWidget):
 
     def _follow(self, field: str, edit: QWidget) -> None:
         words = FIELD_HELP[field]
-        edit.setAccessibleName(words.title)
-        edit.setAccessibleDescription(words.help_text)
-        edit.setToolTip(words.help_text)
+        edit.setAccessibleName(tr(words.title))
+        edit.setAccessibleDescription(tr(words.help_text))
+        edit.setToolTip(tr(words.help_text))
         edit.installEventFilter(self)
         self._fields[edit] = field
 
     def _choice(self, grid: QGridLayout, field: str) -> QComboBox:
         box = QComboBox()
         for key, words in SETTING_CHOICES[field]:
-            box.addItem(words, key)
+            box.addItem(tr(words), key)
         box.activated.connect(lambda _index: self._take(field, box.currentData()))
         self._boxes[field] = box
         self._row(grid, field, box)
         return box
 
     def _check(self, grid: QGridLayout, field: str) -> QCheckBox:
-        box = QCheckBox(FIELD_HELP[field].title)
+        box = QCheckBox(tr(FIELD_HELP[field].title))
         box.toggled.connect(lambda on: self._take(field, on))
         self._checks[field] = box
         self._row(grid, field, box)
@@ -152,7 +153,7 @@ class EstimatePanel(QWidget):
         *, folder: bool = False,
     ) -> ShippedFileField:  # fmt: skip
         box = ShippedFileField(
-            FIELD_HELP[field].title, shipped, str(getattr(self.wishes, field)), none=none,
+            tr(FIELD_HELP[field].title), shipped, str(getattr(self.wishes, field)), none=none,
             folder=folder,
         )  # fmt: skip
         box.currentIndexChanged.connect(lambda _index: self._take(field, box.value))
@@ -161,43 +162,45 @@ class EstimatePanel(QWidget):
         return box
 
     def _question(self) -> None:
-        _, grid = self._section("question", "What")
+        _, grid = self._section("question", tr("What"))
         self.maneuvers = self._choice(grid, "maneuvers")
         self.method = self._choice(grid, "method")
         self.axis = self._choice(grid, "axis")
         self.six_degrees = self._check(grid, "six_degrees")
         self.joint = self._check(grid, "joint")
         self.label = QLineEdit()
-        self.label.setPlaceholderText("optional")
+        self.label.setPlaceholderText(tr("optional"))
         self.label.returnPressed.connect(self._enter)
         self._row(grid, "label", self.label)
 
     def _derivatives(self) -> None:
-        _, grid = self._section("derivatives", "Derivatives")
+        _, grid = self._section("derivatives", tr("Derivatives"))
         self.derivatives = DerivativeTable(self._look)
         self.derivatives.edited.connect(self._taken)
         self._row(grid, "derivatives", self.derivatives, wide=True)
 
     def _noise(self) -> None:
-        _, grid = self._section("noise", "Noise and bounds")
-        self.weights = self._file(grid, "weights", (), "From the residuals")
+        _, grid = self._section("noise", tr("Noise and bounds"))
+        self.weights = self._file(grid, "weights", (), tr("From the residuals"))
         self.noise = self._choice(grid, "noise")
-        self.bound_factor = self._line(grid, "bound_factor", "corrected for colored residuals")
+        self.bound_factor = self._line(grid, "bound_factor", tr("corrected for colored residuals"))
         self.integration = self._choice(grid, "integration")
 
     def _channels(self) -> None:
-        _, grid = self._section("channels", "Responses, states, instrument errors")
+        _, grid = self._section("channels", tr("Responses, states, instrument errors"))
         self.channels = FitChannelTable(self._look)
         self.channels.edited.connect(self._taken)
         self._row(grid, "channels", self.channels, wide=True)
-        self.stand_ins = self._line(grid, "stand_ins", "for channels not measured: V=30")
+        self.stand_ins = self._line(grid, "stand_ins", tr("for channels not measured: V=30"))
 
     def _sources(self) -> None:
-        _, grid = self._section("files", "Model, aircraft, certificates")
-        self.model = self._file(grid, "model", (), "None: campaign means")
-        self.aircraft = self._file(grid, "aircraft", tuple(shipped_aircraft()), "From each flight")
+        _, grid = self._section("files", tr("Model, aircraft, certificates"))
+        self.model = self._file(grid, "model", (), tr("None: campaign means"))
+        self.aircraft = self._file(
+            grid, "aircraft", tuple(shipped_aircraft()), tr("From each flight")
+        )
         self.calibration = self._file(
-            grid, "calibration", _SHIPPED_SETS, "Certificates of each flight", folder=True
+            grid, "calibration", _SHIPPED_SETS, tr("Certificates of each flight"), folder=True
         )
 
     # What is wished
@@ -278,17 +281,30 @@ class EstimatePanel(QWidget):
         wishes = self.wishes
         if field == "derivatives":
             if not method_uses(wishes, "held"):
-                return f"{short_method_title(wishes.method)} takes the derivatives of the tables."
+                return tr("{method} takes the derivatives of the tables.").format(
+                    method=short_method_title(wishes.method)
+                )
             free = [name for name, one in wishes.derivatives.items() if one.treated == "free"]
             here = [n for n in free if n in self.derivatives.names and not is_effect_parameter(n)]
             if here:
-                only = f"Only {', '.join(here)}" if len(here) < 7 else f"Only these {len(here)}"
-                return f"{only} {'is' if len(here) == 1 else 'are'} estimated; the rest is held."
+                only = (
+                    tr("Only {here}").format(here=", ".join(here))
+                    if len(here) < 7
+                    else tr("Only these {count}").format(count=len(here))
+                )
+                words = (
+                    tr("{only} is estimated; the rest is held.")
+                    if len(here) == 1
+                    else tr("{only} are estimated; the rest is held.")
+                )
+                return words.format(only=only)
         if field == "channels":
             if not method_uses(wishes, "responses"):
-                return f"{short_method_title(wishes.method)} compares no responses."
+                return tr("{method} compares no responses.").format(
+                    method=short_method_title(wishes.method)
+                )
             if wishes.axis == "both" and not wishes.six_degrees:
-                return (
+                return tr(
                     "Each maneuver uses the responses and states of its axis; choose one axis "
                     "above to change them."
                 )

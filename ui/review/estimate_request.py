@@ -12,6 +12,7 @@ from gsapp.identification.estimate_settings import EstimateSettings, FitSettings
 from gsapp.identification.methods import estimation_method
 from ui.estimate_form import DerivativeEntry, EstimateForm
 from ui.number_format import parse_number
+from ui.translation import tr
 
 if TYPE_CHECKING:
     # The window starts without the numerics behind an estimation.
@@ -50,17 +51,17 @@ def parse_derivative_settings(form: EstimateForm) -> dict[str, Any]:
         entry = form.derivative(name)
         if entry.treated == "held":
             if not entry.value:
-                raise SettingError("held", f"{name} is held: enter its value")
+                raise SettingError("held", tr("{name} is held: enter its value").format(name=name))
             held[name] = _number("held", name, entry.value)
             continue
         if entry.treated == "free":
             free.append(name)
         if entry.start and method_uses(form, "start"):
-            start[name] = _number("start", f"the start of {name}", entry.start)
+            start[name] = _number("start", tr("the start of {name}").format(name=name), entry.start)
         if (entry.prior or entry.deviation) and method_uses(form, "priors"):
             priors[name] = _prior(name, entry)
     if all(name in held for name in names):
-        raise SettingError("held", "every derivative is held: free at least one")
+        raise SettingError("held", tr("every derivative is held: free at least one"))
     return {
         "free": tuple(name for name in free if name not in effects) or None,
         "free_effects": tuple(name for name in free if name in effects),
@@ -103,18 +104,27 @@ def load_effect_parameters(model: str, aircraft: Aircraft) -> dict[str, float]:
 
 def _prior(name: str, entry: DerivativeEntry) -> tuple[float, float]:
     if not entry.prior or not entry.deviation:
-        missing = "a value" if not entry.prior else "a deviation"
-        raise SettingError("priors", f"the prior of {name} needs {missing}")
+        missing = tr("a value") if not entry.prior else tr("a deviation")
+        raise SettingError(
+            "priors", tr("the prior of {name} needs {missing}").format(name=name, missing=missing)
+        )
     return (
-        _number("priors", f"the prior of {name}", entry.prior),
-        _number("priors", f"the prior standard deviation of {name}", entry.deviation),
+        _number("priors", tr("the prior of {name}").format(name=name), entry.prior),
+        _number(
+            "priors",
+            tr("the prior standard deviation of {name}").format(name=name),
+            entry.deviation,
+        ),
     )
 
 
 def _number(field: str, what: str, text: str) -> float:
     found = parse_number(text)
     if found is None:
-        raise SettingError(field, f"{what}: '{text}' is not a number; write it as -0.34")
+        raise SettingError(
+            field,
+            tr("{what}: '{text}' is not a number; write it as -0.34").format(what=what, text=text),
+        )
     return found
 
 

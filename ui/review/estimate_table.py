@@ -14,10 +14,19 @@ from ui.display_style import DisplayStyle
 from ui.estimate_form import DerivativeEntry, EstimateForm
 from ui.number_format import MINUS, symbol_text, value_with_std_text
 from ui.review.estimate_text import AS_MODEL_TEXT, TREATMENT_CHOICES
+from ui.translation import QT_TR_NOOP, tr
 from ui.widgets.row_model import CellFormat, ModelIndex, TableRow, TableRowModel
 from ui.widgets.table_view import TableRowView
 
-ESTIMATE_COLUMN_TITLES: Final = ("", "Treated", "Last run", "Held at", "Start", "Known", "±")
+ESTIMATE_COLUMN_TITLES: Final = (
+    "",
+    QT_TR_NOOP("Treated"),
+    QT_TR_NOOP("Last run"),
+    QT_TR_NOOP("Held at"),
+    QT_TR_NOOP("Start"),
+    QT_TR_NOOP("Known"),
+    "±",
+)
 (
     NAME_COLUMN,
     TREATMENT_COLUMN,
@@ -34,10 +43,10 @@ _FIELDS: Final = {
     DEVIATION_COLUMN: "deviation",
 }
 _COLUMN_DESCRIPTIONS: Final = {
-    VALUE_COLUMN: "held value",
-    START_COLUMN: "start value",
+    VALUE_COLUMN: QT_TR_NOOP("held value"),
+    START_COLUMN: QT_TR_NOOP("start value"),
     PRIOR_COLUMN: "prior",
-    DEVIATION_COLUMN: "standard deviation of the prior",
+    DEVIATION_COLUMN: QT_TR_NOOP("standard deviation of the prior"),
 }
 _MOST_ROWS: Final = 12
 _PADDING: Final = 14
@@ -75,7 +84,7 @@ class DerivativeTable(TableRowView):
         right = frozenset(range(LAST_COLUMN, len(ESTIMATE_COLUMN_TITLES)))
         model = TableRowModel(look, ESTIMATE_COLUMN_TITLES, right, frozenset(_FIELDS))
         # Not wrapped: a bound that has no room would go to a second line, where nobody sees it.
-        super().__init__(model, look, "Derivatives", wrap=False, row_height=30)
+        super().__init__(model, look, tr("Derivatives"), wrap=False, row_height=30)
         self.setProperty("role", "close")
         self.setAlternatingRowColors(True)
         self.setSelectionBehavior(QAbstractItemView.SelectionBehavior.SelectItems)
@@ -131,7 +140,7 @@ class DerivativeTable(TableRowView):
             return symbol_text(name)
         if column == TREATMENT_COLUMN:
             usual = name in self.effects and entry.treated == "tables"
-            return AS_MODEL_TEXT if usual else dict(TREATMENT_CHOICES)[entry.treated]
+            return tr(AS_MODEL_TEXT if usual else dict(TREATMENT_CHOICES)[entry.treated])
         if column == LAST_COLUMN:
             return self.last.get(name, "")
         if column == VALUE_COLUMN and name in self.effects and not entry.value:
@@ -223,10 +232,16 @@ def _has_effect(entry: DerivativeEntry, column: int) -> bool:
 
 def _describe_cell(name: str, column: int, text: str) -> str:
     if column == TREATMENT_COLUMN:
-        return f"{symbol_text(name)} {text}; Space changes it"
+        return tr("{name} {text}; Space changes it").format(name=symbol_text(name), text=text)
     if column in _COLUMN_DESCRIPTIONS:
-        return f"{_COLUMN_DESCRIPTIONS[column]} of {symbol_text(name)}: {text or 'none'}"
-    return f"{symbol_text(name)}, last run: {text}" if column == LAST_COLUMN and text else text
+        return tr("{what} of {name}: {text}").format(
+            what=tr(_COLUMN_DESCRIPTIONS[column]), name=symbol_text(name), text=text or tr("none")
+        )
+    return (
+        tr("{name}, last run: {text}").format(name=symbol_text(name), text=text)
+        if column == LAST_COLUMN and text
+        else text
+    )
 
 
 def format_last_values(

@@ -13,6 +13,7 @@ from gsapp.identification.estimate_settings import SettingError
 from ui.background_job import BackgroundJob, JobProgress
 from ui.estimate_form import EstimateForm
 from ui.review.estimate_request import find_form_error, load_effect_parameters
+from ui.translation import tr
 
 if TYPE_CHECKING:
     from gsapp.aircraft import Aircraft
@@ -46,7 +47,7 @@ class EstimateValidator(QObject):
         self._judged: EstimateForm | None = None
         self._model = ""
         self.effects: Mapping[str, float] = {}
-        work = BackgroundJob("Loading the settings", _load, self)
+        work = BackgroundJob(tr("Loading the settings"), _load, self)
         work.done.connect(self._loaded)
         work.failed.connect(report_error)
         work.start()

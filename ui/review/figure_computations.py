@@ -8,6 +8,7 @@ from PySide6.QtCore import QObject, Signal
 
 from ui.background_job import JobCanceledError
 from ui.review.review_jobs import FtrHistoryJob, JobSubmitter, LinearModelsJob, ReviewJob
+from ui.translation import QT_TR_NOOP, tr
 
 if TYPE_CHECKING:
     from gsapp.identification.runs.outcome import RunOutcome
@@ -15,8 +16,8 @@ if TYPE_CHECKING:
     from gsapp.report.ftr_histories import FlightEstimateHistory
 
 _PROGRESS_TEXTS = {
-    "ftr_histories": "Computing FTR over the flights, from take-off…",
-    "comparison": "Fitting linear models and validating them on held-out maneuvers…",
+    "ftr_histories": QT_TR_NOOP("Computing FTR over the flights, from take-off…"),
+    "comparison": QT_TR_NOOP("Fitting linear models and validating them on held-out maneuvers…"),
 }
 
 
@@ -84,7 +85,7 @@ class FigureComputations(QObject):
                 lambda result: self._done(what, run, result),
                 failed=lambda error: self._failed(what, run, error),
             )
-        return self._refused.get(what, _PROGRESS_TEXTS[what])
+        return self._refused.get(what) or tr(_PROGRESS_TEXTS[what])
 
     def _done(self, what: str, run: RunOutcome | None, result: object) -> None:
         # Another run is looked at meanwhile: this one came too late.
@@ -95,6 +96,8 @@ class FigureComputations(QObject):
 
     def _failed(self, what: str, run: RunOutcome | None, error: BaseException) -> None:
         if run is self._outcome:
-            why = "stopped" if isinstance(error, JobCanceledError) else str(error)
-            self._refused[what] = f"Not computed: {why}. Choose this figure again to retry."
+            why = tr("stopped") if isinstance(error, JobCanceledError) else str(error)
+            self._refused[what] = tr(
+                "Not computed: {why}. Choose this figure again to retry."
+            ).format(why=why)
             self.changed.emit()

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 from gsapp.identification.methods import short_method_title
 from gsapp.quantities import channel, symbol_text, typeset
 from ui.number_format import channel_value_text
+from ui.translation import QT_TR_NOOP, tr
 
 if TYPE_CHECKING:
     from gsapp.identification.campaign import ManeuverResult
@@ -17,7 +18,7 @@ if TYPE_CHECKING:
     from gsapp.identification.summary.linear_model_validation import LinearModelValidation
     from gsapp.report.ftr_histories import FlightEstimateHistory
 
-_EXCLUDED_TEXT = "Excluded from the means manually."
+_EXCLUDED_TEXT = QT_TR_NOOP("Excluded from the means manually.")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -75,14 +76,18 @@ def format_run_name(outcome: RunOutcome) -> str:
     method = short_method_title(outcome.result.settings.method)
     if outcome.request.label:
         return outcome.request.label
-    return f"run {outcome.number}, {method}" if outcome.number is not None else method
+    return (
+        tr("run {number}, {method}").format(number=outcome.number, method=method)
+        if outcome.number is not None
+        else method
+    )
 
 
 def describe_maneuver(result: ManeuverResult) -> str:
     """Return ``2:M4  δr doublet  Flight E``."""
     maneuver = result.maneuver
     moved = "+".join(symbol_text(channel(name).symbol) for name in maneuver.inputs)
-    what = f"{moved or 'nothing'} {maneuver.kind}".strip()
+    what = " ".join((moved or tr("nothing"), maneuver.kind)).strip()
     return f"{maneuver.id}  {what}  {maneuver.flight}"
 
 
@@ -100,12 +105,27 @@ def describe_point(material: FigureData, derivative: str, maneuver: str) -> str:
     """Return what is known of a point: maneuver, value, conditions, why it does not count."""
     summary = material.outcome.summary.derivatives.get(derivative)
     result = find_result(material.outcome, maneuver)
-    lines = [f"Maneuver {describe_maneuver(result)}" if result is not None else maneuver]
+    lines = [
+        tr("Maneuver {maneuver}").format(maneuver=describe_maneuver(result))
+        if result is not None
+        else maneuver
+    ]
     point = None if summary is None else _find_point(summary, maneuver)
     if summary is not None and point is not None:
         percent = f" ({100.0 * point.std / abs(point.value):.2g} %)" if point.value else ""
-        lines.append(f"{symbol_text(derivative)} {point.value:.4g}, bound {point.std:.2g}{percent}")
-        lines.append(f"mean {summary.value.mean:.4g}, bound {summary.value.std:.2g}")
+        lines.append(
+            tr("{derivative} {value:.4g}, bound {std:.2g}{percent}").format(
+                derivative=symbol_text(derivative),
+                value=point.value,
+                std=point.std,
+                percent=percent,
+            )
+        )
+        lines.append(
+            tr("mean {mean:.4g}, bound {std:.2g}").format(
+                mean=summary.value.mean, std=summary.value.std
+            )
+        )
         lines.append(describe_conditions(point.conditions, material.units))
         lines += _describe_exclusion(summary, maneuver)
     elif result is not None:
@@ -113,7 +133,7 @@ def describe_point(material: FigureData, derivative: str, maneuver: str) -> str:
 
         lines.append(describe_conditions(mean_conditions(result.maneuver), material.units))
         if maneuver in material.outcome.summary.excluded_maneuvers:
-            lines.append(_EXCLUDED_TEXT)
+            lines.append(tr(_EXCLUDED_TEXT))
     return typeset("\n".join(line for line in lines if line))
 
 
@@ -130,11 +150,13 @@ def _find_point(summary: DerivativeSummary, maneuver: str) -> DerivativePoint | 
 
 def _describe_exclusion(summary: DerivativeSummary, maneuver: str) -> list[str]:
     if any(one.maneuver == maneuver for one in summary.excluded):
-        return [_EXCLUDED_TEXT]
+        return [tr(_EXCLUDED_TEXT)]
     if any(one.maneuver == maneuver for one in summary.nonconverged_points):
-        return ["Excluded from the mean: the fit did not converge."]
+        return [tr("Excluded from the mean: the fit did not converge.")]
     return [
-        f"Excluded from the mean, {one.sigmas:+.1f} sigma off: {'; '.join(one.reasons)}."
+        tr("Excluded from the mean, {sigmas:+.1f} sigma off: {reasons}.").format(
+            sigmas=one.sigmas, reasons="; ".join(one.reasons)
+        )
         for one in summary.outliers
         if one.point.maneuver == maneuver
     ]

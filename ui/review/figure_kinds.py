@@ -31,6 +31,7 @@ from ui.review.figure_options import (
     selected_choice,
 )
 from ui.review.figure_renderer import FigureSize
+from ui.translation import QT_TR_NOOP, tr
 
 if TYPE_CHECKING:
     from gsapp.identification.results import Estimate
@@ -44,14 +45,14 @@ _MIN_CHART_WIDTH = 2.3
 """Inches that a small chart of a value takes at least."""
 _HISTORY_HEIGHT = 3.2
 """Inches of a history over a flight."""
-_NO_ESTIMATE_TEXT = "{method} found no derivative in maneuver {maneuver}: {why}."
+_NO_ESTIMATE_TEXT = QT_TR_NOOP("{method} found no derivative in maneuver {maneuver}: {why}.")
 _MAX_REASONS = 3
 """Reasons that a sentence holds."""
-_NO_COEFFICIENTS_TEXT = (
+_NO_COEFFICIENTS_TEXT = QT_TR_NOOP(
     "Maneuver {maneuver} has no force and moment coefficients to compare: they require "
     "measured airspeed and rates."
 )
-_NO_RESIDUALS_TEXT = (
+_NO_RESIDUALS_TEXT = QT_TR_NOOP(
     "{method} compares smoothed coefficients, whose residuals are never white. The Fit figure "
     "shows their fit; for residuals use maximum likelihood."
 )
@@ -115,7 +116,7 @@ def _build_values(material: FigureData, palette: Palette, room: FigureSize) -> D
         material, selected_choice(material, derivative_group_option(material))
     )
     if not names:
-        return "This run estimated no derivative; the Summary page gives the reasons."
+        return tr("This run estimated no derivative; the Summary page gives the reasons.")
     return value_figure(
         material.outcome.summary, names, selected_choice(material, abscissa_option(material)),
         units=material.units,
@@ -131,12 +132,14 @@ def _missing_fit_text(material: FigureData) -> str:
     """Return why there is nothing to draw of the maneuver that is looked at."""
     looked_at = material.current_maneuver
     if looked_at.estimate is None:
-        return f"Maneuver {looked_at.maneuver.id} could not be fitted: {looked_at.failure}."
+        return tr("Maneuver {id} could not be fitted: {failure}.").format(
+            id=looked_at.maneuver.id, failure=looked_at.failure
+        )
     estimate = looked_at.estimate
     if estimate.free:
-        return _NO_COEFFICIENTS_TEXT.format(maneuver=looked_at.maneuver.id)
+        return tr(_NO_COEFFICIENTS_TEXT).format(maneuver=looked_at.maneuver.id)
     whys = dict.fromkeys(one.why for one in estimate.derivatives.values() if one.why)
-    return _NO_ESTIMATE_TEXT.format(
+    return tr(_NO_ESTIMATE_TEXT).format(
         method=estimation_method(estimate.method).title,
         maneuver=looked_at.maneuver.id,
         why=", ".join([*whys][:_MAX_REASONS]) or estimate.message,
@@ -170,7 +173,7 @@ def _build_residuals(
     picture = residual_figure(material.current_maneuver, units=material.units, palette=palette)
     estimate = material.current_maneuver.estimate
     if picture is None and estimate is not None and compares_coefficients(estimate.method):
-        return _NO_RESIDUALS_TEXT.format(method=estimation_method(estimate.method).title)
+        return tr(_NO_RESIDUALS_TEXT).format(method=estimation_method(estimate.method).title)
     return picture or _missing_fit_text(material)
 
 
@@ -179,9 +182,13 @@ def _selected_fit(material: FigureData) -> tuple[Estimate | None, str]:
     key = selected_choice(material, fit_option(material))
     if key.startswith(JOINT_PREFIX):
         one = material.outcome.result.joint[int(key.removeprefix(JOINT_PREFIX))]
-        return one, f"{len(one.maneuvers)} {axis_text(one)} maneuvers jointly"
+        return one, tr("{count} {axis} maneuvers jointly").format(
+            count=len(one.maneuvers), axis=axis_text(one)
+        )
     looked_at = material.current_maneuver
-    return looked_at.estimate, f"maneuver {looked_at.maneuver.id} of {looked_at.maneuver.flight}"
+    return looked_at.estimate, tr("maneuver {id} of {flight}").format(
+        id=looked_at.maneuver.id, flight=looked_at.maneuver.flight
+    )
 
 
 def _build_correlations(
@@ -193,7 +200,9 @@ def _build_correlations(
     if estimate is None:
         return _missing_fit_text(material)
     picture = correlation_figure(estimate, subject, palette=palette)
-    return picture or f"The fit of {subject} has fewer than two free derivatives."
+    return picture or tr("The fit of {subject} has fewer than two free derivatives.").format(
+        subject=subject
+    )
 
 
 def _build_bounds(
@@ -205,7 +214,7 @@ def _build_bounds(
     if estimate is None:
         return _missing_fit_text(material)
     return bounds_figure(estimate, subject, palette=palette) or (
-        f"The fit of {subject} estimated no derivative."
+        tr("The fit of {subject} estimated no derivative.").format(subject=subject)
     )
 
 
@@ -222,7 +231,7 @@ def _build_ftr_history(
     one = next((one for one in flights if one.flight == name), None)
     if one is None or not one.histories:
         why = f" ({one.why})" if one is not None and one.why else ""
-        return f"FTR was not computed for this flight{why}."
+        return tr("FTR was not computed for this flight{why}.").format(why=why)
     lon = selected_choice(material, ftr_axis_option(material)) == "lon"
     histories = [
         history
@@ -249,7 +258,7 @@ def _build_linear(material: FigureData, palette: Palette, room: FigureSize) -> D
     axis = selected_choice(material, linear_model_axis_option(material))
     if comparison is None or not axis:
         remarks = () if comparison is None else comparison.remarks
-        return "No linear models to compare" + "".join(f": {one}" for one in remarks)
+        return tr("No linear models to compare") + "".join(f": {one}" for one in remarks)
     one, name = comparison.axes[axis], selected_choice(material, held_out_option(material))
     traces = tuple(trace for trace in one.traces if trace.maneuver == name)
     traces = traces or select_traces(one)[: max(1, int(room.width / _MIN_CHART_WIDTH))]
@@ -283,7 +292,7 @@ def _build_modes(material: FigureData, palette: Palette, _room: FigureSize) -> D
         from gsapp.identification.summary.campaign_linear_models import NO_LINEAR_MODEL_PREFIX
 
         why = [one for one in material.outcome.remarks if one.startswith(NO_LINEAR_MODEL_PREFIX)]
-        return "No linear model" + "".join(f": {one}" for one in why) + "."
+        return tr("No linear model") + "".join(f": {one}" for one in why) + "."
     return modes_figure(_modes_with_spread(material), palette=palette)
 
 
@@ -297,50 +306,50 @@ def _build_mode_table(material: FigureData) -> DocumentTable | None:
 
 FIGURE_KINDS = (
     FigureKind(
-        id="values", title="Values",
-        description="Each derivative by maneuver, with bounds and mean.",
+        id="values", title=QT_TR_NOOP("Values"),
+        description=QT_TR_NOOP("Each derivative by maneuver, with bounds and mean."),
         options=lambda material: (derivative_group_option(material), abscissa_option(material)),
         build=_build_values,
     ),
     FigureKind(
-        id="fit", title="Fit",
-        description="Inputs, and measured and computed responses or coefficients.",
+        id="fit", title=QT_TR_NOOP("Fit"),
+        description=QT_TR_NOOP("Inputs, and measured and computed responses or coefficients."),
         options=lambda material: (maneuver_option(material), comparison_run_option(material)),
         build=_build_fit,
         table=_methods_figure_data,
     ),
     FigureKind(
-        id="residuals", title="Residuals",
-        description="Residuals of the fit and their whiteness.",
+        id="residuals", title=QT_TR_NOOP("Residuals"),
+        description=QT_TR_NOOP("Residuals of the fit and their whiteness."),
         options=lambda material: (maneuver_option(material),), build=_build_residuals,
     ),
     FigureKind(
-        id="online", title="In flight",
-        description="FTR estimates over the flight, with the post-flight values.",
+        id="online", title=QT_TR_NOOP("In flight"),
+        description=QT_TR_NOOP("FTR estimates over the flight, with the post-flight values."),
         options=lambda material: (flight_option(material), ftr_axis_option(material)),
         build=_build_ftr_history,
         needs="ftr_histories",
     ),
     FigureKind(
-        id="linear", title="Linear models",
-        description="Linear models on held-out maneuvers.",
+        id="linear", title=QT_TR_NOOP("Linear models"),
+        description=QT_TR_NOOP("Linear models on held-out maneuvers."),
         options=lambda material: (linear_model_axis_option(material), held_out_option(material)),
         build=_build_linear,
         needs="comparison", table=_build_error_table,
     ),
     FigureKind(
-        id="correlations", title="Correlations",
-        description="Correlation of the estimates.",
+        id="correlations", title=QT_TR_NOOP("Correlations"),
+        description=QT_TR_NOOP("Correlation of the estimates."),
         options=lambda material: (fit_option(material),), build=_build_correlations,
     ),
     FigureKind(
-        id="bounds", title="Bounds",
-        description="Bounds in percent: Cramer-Rao and corrected.",
+        id="bounds", title=QT_TR_NOOP("Bounds"),
+        description=QT_TR_NOOP("Bounds in percent: Cramer-Rao and corrected."),
         options=lambda material: (fit_option(material),), build=_build_bounds,
     ),
     FigureKind(
-        id="modes", title="Modes",
-        description="Poles of the linear models with frequency and damping.",
+        id="modes", title=QT_TR_NOOP("Modes"),
+        description=QT_TR_NOOP("Poles of the linear models with frequency and damping."),
         options=lambda _material: (), build=_build_modes, table=_build_mode_table,
     ),
 )  # fmt: skip

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 from gsapp.identification.axes import AXIS_COEFFICIENTS, AXIS_TITLES
 from gsapp.quantities import name_in_text, symbol_text
 from ui.review.figure_data import FigureData, describe_maneuver, find_result, format_run_name
+from ui.translation import QT_TR_NOOP, tr
 
 if TYPE_CHECKING:
     from gsapp.identification.campaign import ManeuverResult
@@ -20,7 +21,7 @@ OptionChoices = tuple[tuple[str, str], ...]
 JOINT_PREFIX = "joint "
 """Begins the key of a fit of several maneuvers together."""
 _CONDITIONS = (
-    ("number", "maneuver"),
+    ("number", QT_TR_NOOP("maneuver")),
     *((name, name_in_text(name)) for name in ("V", "alpha", "beta")),
 )
 _COEFFICIENTS = AXIS_COEFFICIENTS["both"]
@@ -55,14 +56,14 @@ def derivative_group_option(material: FigureData) -> FigureOption:
     """Return which derivatives can be looked at together, and each alone."""
     names = _plotted_derivatives(material)
     groups = {
-        **{axis: f"all {AXIS_TITLES[axis]}" for axis in ("lon", "lat")},
-        **{one: f"of {symbol_text(one)}" for one in _COEFFICIENTS},
-        _EFFECTS_GROUP: "parameters of effects",
+        **{axis: tr("all {axis}").format(axis=AXIS_TITLES[axis]) for axis in ("lon", "lat")},
+        **{one: tr("of {control}").format(control=symbol_text(one)) for one in _COEFFICIENTS},
+        _EFFECTS_GROUP: tr("parameters of effects"),
     }
     choices = tuple((key, words) for key, words in groups.items() if _filter_by_group(names, key))
     return FigureOption(
         id="group",
-        title="Derivatives",
+        title=tr("Derivatives"),
         choices=(*choices, *((name, symbol_text(name)) for name in names)),
     )
 
@@ -97,7 +98,7 @@ def abscissa_option(material: FigureData) -> FigureOption:
     }
     return FigureOption(
         id="over",
-        title="Against",
+        title=tr("Against"),
         choices=tuple(one for one in _CONDITIONS if one[0] == "number" or one[0] in flown),
     )
 
@@ -106,7 +107,7 @@ def maneuver_option(material: FigureData) -> FigureOption:
     """Return the maneuvers of the run."""
     return FigureOption(
         id="maneuver",
-        title="Maneuver",
+        title=tr("Maneuver"),
         choices=tuple(
             (one.maneuver.id, describe_maneuver(one)) for one in material.outcome.result.results
         ),
@@ -123,7 +124,7 @@ def comparison_run_option(material: FigureData) -> FigureOption:
         and shown & _computed_channels(found)
     ]
     return FigureOption(
-        id="beside", title="Compare with", choices=(("", "no other run"), *comparable)
+        id="beside", title=tr("Compare with"), choices=(("", tr("no other run")), *comparable)
     )
 
 
@@ -136,11 +137,16 @@ def _computed_channels(result: ManeuverResult) -> frozenset[str]:
 def fit_option(material: FigureData) -> FigureOption:
     """Return the fits of the run: of each maneuver, and of several together."""
     joint = tuple(
-        (f"{JOINT_PREFIX}{place}", f"{len(one.maneuvers)} maneuvers jointly, {axis_text(one)}")
+        (
+            f"{JOINT_PREFIX}{place}",
+            tr("{count} maneuvers jointly, {axis}").format(
+                count=len(one.maneuvers), axis=axis_text(one)
+            ),
+        )
         for place, one in enumerate(material.outcome.result.joint)
     )
     single = maneuver_option(material)
-    return FigureOption(id="maneuver", title="Fit", choices=(*single.choices, *joint))
+    return FigureOption(id="maneuver", title=tr("Fit"), choices=(*single.choices, *joint))
 
 
 def axis_text(estimate: Estimate) -> str:
@@ -152,7 +158,7 @@ def flight_option(material: FigureData) -> FigureOption:
     """Return the flights that FTR listened to."""
     return FigureOption(
         id="flight",
-        title="Flight",
+        title=tr("Flight"),
         choices=tuple((one.flight, one.flight) for one in material.ftr_histories or ()),
     )
 
@@ -170,7 +176,7 @@ def linear_model_axis_option(material: FigureData) -> FigureOption:
 
 def _axis_option(axes: Sequence[str]) -> FigureOption:
     choices = tuple((one, AXIS_TITLES[one]) for one in axes)
-    return FigureOption(id="axis", title="Axis", choices=choices)
+    return FigureOption(id="axis", title=tr("Axis"), choices=choices)
 
 
 def held_out_option(material: FigureData) -> FigureOption:
@@ -179,9 +185,15 @@ def held_out_option(material: FigureData) -> FigureOption:
     traces = material.comparison.axes[axis].traces if material.comparison and axis else ()
     return FigureOption(
         id="kept_out",
-        title="Maneuver",
+        title=tr("Maneuver"),
         choices=(
-            ("", "some of them"),
-            *((one.maneuver, f"{one.maneuver} of {one.flight}") for one in traces),
+            ("", tr("some of them")),
+            *(
+                (
+                    one.maneuver,
+                    tr("{maneuver} of {flight}").format(maneuver=one.maneuver, flight=one.flight),
+                )
+                for one in traces
+            ),
         ),
     )

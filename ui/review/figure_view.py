@@ -13,6 +13,7 @@ from PySide6.QtWidgets import QFrame, QScrollArea, QVBoxLayout, QWidget
 from ui.display_style import DisplayStyle
 from ui.review.figure_canvas import FigureCanvas
 from ui.review.figure_renderer import FigureRenderer, FigureSize, RenderedFigure, RenderRequest
+from ui.translation import tr
 
 if TYPE_CHECKING:
     from gsapp.report.palette import Palette
@@ -188,7 +189,7 @@ class FigureView(QScrollArea):
 
     def _say(self) -> None:
         if self.drawer.busy:
-            self.canvas.show_progress_text("Drawing…")
+            self.canvas.show_progress_text(tr("Drawing…"))
 
     def _show(self, drawing: RenderedFigure) -> None:
         self._hint.stop()
@@ -209,7 +210,7 @@ class FigureView(QScrollArea):
             self._soon.start()
 
     def _fail(self, error: object) -> None:
-        words = f"This figure could not be drawn: {error}."
+        words = tr("This figure could not be drawn: {error}.").format(error=error)
         self._show(replace(self._ordered, message=words))
         self.failed.emit(error)
 

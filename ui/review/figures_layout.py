@@ -13,6 +13,7 @@ from ui.review.figure_kinds import FIGURE_KINDS, FigureKind
 from ui.review.figure_options import FigureOption
 from ui.review.figure_table import ReportTable
 from ui.review.figure_view import FigureView
+from ui.translation import tr
 from ui.widgets.action_button import ActionButton
 from ui.widgets.flow_layout import FlowLayout
 from ui.widgets.labels import create_label
@@ -73,15 +74,15 @@ class FiguresLayout(QWidget):
         self.detail.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
         self.caption = create_label("", "hint", wrap=True, remarks_in=look)
         below = (self.table, self.detail, self.caption)
-        self.view = FigureView(look, describe, "Figure", below)
+        self.view = FigureView(look, describe, tr("Figure"), below)
         self._column.addWidget(self.view, 1)
         self.buttons = create_button_row(
             look,
-            ActionButton(actions["review_exclude"], "Exclude / Include", look),
-            ActionButton(actions["review_open_fit"], "Its fit", look),
-            ActionButton(actions["review_figure_copy"], "Copy picture", look),
-            ActionButton(actions["review_figure_copy_numbers"], "Copy numbers", look),
-            ActionButton(actions["review_figure_save"], "Save as…", look),
+            ActionButton(actions["review_exclude"], tr("Exclude / Include"), look),
+            ActionButton(actions["review_open_fit"], tr("Its fit"), look),
+            ActionButton(actions["review_figure_copy"], tr("Copy picture"), look),
+            ActionButton(actions["review_figure_copy_numbers"], tr("Copy numbers"), look),
+            ActionButton(actions["review_figure_save"], tr("Save as…"), look),
         )
         self._column.addWidget(self.buttons)
         look.changed.connect(self._restyle)
@@ -90,11 +91,11 @@ class FiguresLayout(QWidget):
     def _made_list(self) -> QListWidget:
         made = QListWidget()
         made.setProperty("role", "boxed")
-        made.setAccessibleName("Figures")
+        made.setAccessibleName(tr("Figures"))
         made.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         for kind in FIGURE_KINDS:
-            made.addItem(kind.title)
-            made.item(made.count() - 1).setToolTip(kind.description)
+            made.addItem(tr(kind.title))
+            made.item(made.count() - 1).setToolTip(tr(kind.description))
         made.setCurrentRow(0)
         made.currentRowChanged.connect(lambda place: self.kind_chosen.emit(FIGURE_KINDS[place].id))
         return made
@@ -105,7 +106,7 @@ class FiguresLayout(QWidget):
         policy.setHeightForWidth(True)
         bar.setSizePolicy(policy)
         self._bar = FlowLayout(bar, spacing=self._look.px(8))
-        self.figure_choice = LabeledComboBox(self._look, "Figure")
+        self.figure_choice = LabeledComboBox(self._look, tr("Figure"))
         self.figure_choice.box.currentIndexChanged.connect(
             lambda _place: self.kind_chosen.emit(self.figure_choice.current_key)
         )
@@ -117,9 +118,10 @@ class FiguresLayout(QWidget):
         """Show which figure of the list is on screen."""
         with QSignalBlocker(self.list):
             self.list.setCurrentRow(FIGURE_KINDS.index(kind))
-        self.figure_choice.set_choices([(one.id, one.title) for one in FIGURE_KINDS], kind.id)
+        titles = [(one.id, tr(one.title)) for one in FIGURE_KINDS]
+        self.figure_choice.set_choices(titles, kind.id)
         for widget in (self.view, self.view.canvas):
-            widget.setAccessibleName(f"{kind.title}: {kind.description}")
+            widget.setAccessibleName(f"{tr(kind.title)}: {tr(kind.description)}")
 
     def show_options(self, options: Sequence[tuple[FigureOption, str]]) -> None:
         """Show the lists above the figure, each with the key that is chosen."""
@@ -136,7 +138,7 @@ class FiguresLayout(QWidget):
             choice = self.choices[option.id]
             choice.title.setText(option.title)
             choice.box.setAccessibleName(option.title)
-            choice.set_choices(option.choices, key)
+            choice.set_choices([(one, tr(words)) for one, words in option.choices], key)
         shown = {option.id for option, _ in options if option.choices}
         for name, choice in self.choices.items():
             choice.setVisible(name in shown)

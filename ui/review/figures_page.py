@@ -31,8 +31,9 @@ from ui.review.figure_renderer import FigureSize, RenderedFigure
 from ui.review.figures_layout import FiguresLayout
 from ui.review.review_jobs import JobSubmitter
 from ui.review.review_selection import ReviewSelection
-from ui.review.step_page import NO_RUN_TEXT, PREVIOUS_RUN_COUNT, ReviewStepPage
+from ui.review.step_page import PREVIOUS_RUN_COUNT, ReviewStepPage, no_run_text
 from ui.settings import SettingsStore, initial_dialog_folder
+from ui.translation import tr
 from ui.undo import UndoCommand, UndoHistory, UndoStack
 from ui.widgets.figure_menu import ContentFunction, FigureMenu
 from ui.window_frame.page_steps import StepStatus
@@ -41,8 +42,6 @@ if TYPE_CHECKING:
     from gsapp.identification.runs.outcome import RunOutcome
 
 log = logging.getLogger(__name__)
-
-_NO_RUN_FIGURES_TEXT = f"{NO_RUN_TEXT} the figures of the run appear here."
 
 
 class FiguresPage(ReviewStepPage):
@@ -77,7 +76,7 @@ class FiguresPage(ReviewStepPage):
         selection: ReviewSelection,
         begin_job: JobSubmitter,
     ) -> None:
-        super().__init__(look, "Figures")
+        super().__init__(look, tr("Figures"))
         self._selection = selection
         self._material: FigureData | None = None
         self._chosen: dict[str, str] = {}
@@ -150,7 +149,11 @@ class FiguresPage(ReviewStepPage):
             return StepStatus(state="unknown")
         outcome = self._material.outcome
         out = len(outcome.summary.excluded_maneuvers)
-        words = f"{format_run_name(outcome)}, {out} excluded" if out else format_run_name(outcome)
+        words = (
+            tr("{run_name}, {out} excluded").format(run_name=format_run_name(outcome), out=out)
+            if out
+            else format_run_name(outcome)
+        )
         return StepStatus(state="plain", text=words)
 
     def begin(self) -> None:
@@ -221,7 +224,9 @@ class FiguresPage(ReviewStepPage):
         options = () if material is None else kind.options(material)
         frame.show_options([(one, self._key(one)) for one in options])
         if material is None:
-            self.view.show_figure(lambda _palette, _room: _NO_RUN_FIGURES_TEXT)
+            self.view.show_figure(
+                lambda _palette, _room: no_run_text(tr("the figures of the run appear here."))
+            )
             return
         if kind.needs and getattr(material, kind.needs) is None:
             words = self._needs.request(kind.needs, material.outcome)
@@ -391,9 +396,13 @@ class FiguresPage(ReviewStepPage):
             former, name = self._excluded, self._selection.maneuver
             now = former ^ {name}
             self._exclude(now)
-            text = f"{'include' if name in former else 'exclude'} {name}"
+            text = tr("include {name}") if name in former else tr("exclude {name}")
             self._undo_stack.push(
-                UndoCommand(text, lambda: self._exclude(former), lambda: self._exclude(now))
+                UndoCommand(
+                    text.format(name=name),
+                    lambda: self._exclude(former),
+                    lambda: self._exclude(now),
+                )
             )
             self.changed.emit()
 

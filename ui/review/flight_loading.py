@@ -11,6 +11,7 @@ from gsapp.foundation import FlightError
 from gsapp.session.review import ReviewedFlight, open_reviewed_flight, save_maneuvers_to_catalog
 from ui.background_job import BackgroundJob, JobProgress
 from ui.disk_checks import may_block
+from ui.translation import tr
 
 
 class FlightLoader(QObject):
@@ -47,7 +48,9 @@ class FlightLoader(QObject):
         """Return what is being opened, in words; empty for nothing."""
         if self._work is None:
             return ""
-        left = f", {len(self._waiting)} more to come" if self._waiting else ""
+        left = (
+            tr(", {count} more to come").format(count=len(self._waiting)) if self._waiting else ""
+        )
         return f"{self._words[:1].upper()}{self._words[1:]}{left} …"
 
     def open(self, paths: Iterable[Path]) -> None:
@@ -66,12 +69,12 @@ class FlightLoader(QObject):
 
         def run(progress: JobProgress) -> ReviewedFlight:
             if may_block(path):
-                raise FlightError(f"{path} does not respond")
+                raise FlightError(tr("{path} does not respond").format(path=path))
             return open_reviewed_flight(
                 path, catalog=catalog, doing=lambda words: progress(None, words)
             )
 
-        self._words = f"opening {path.name}"
+        self._words = tr("opening {name}").format(name=path.name)
         self._work = BackgroundJob(self._words, run, self)
         self._work.progressed.connect(self._told)
         self._work.done.connect(self._done)
@@ -128,7 +131,7 @@ class CatalogWriter(QObject):
             self._work = None
             return
         write = self._waiting.pop(next(iter(self._waiting)))
-        self._work = BackgroundJob("Saving the maneuvers", lambda _progress: write(), self)
+        self._work = BackgroundJob(tr("Saving the maneuvers"), lambda _progress: write(), self)
         self._work.done.connect(lambda _result: self._next())
         self._work.failed.connect(self._missed)
         self._work.start()

@@ -14,6 +14,7 @@ from ui.commands import action_hint
 from ui.display_style import DisplayStyle
 from ui.number_format import count_text, join_sentences
 from ui.review.maneuver_text import grade_counts_text
+from ui.translation import tr
 from ui.widgets.labels import create_label
 from ui.widgets.layout_widgets import create_button_row
 from ui.widgets.row_model import TableRow
@@ -47,8 +48,8 @@ class FlightsPanel(QWidget):
         column = QVBoxLayout(self)
         column.setContentsMargins(0, 0, 0, 0)
         self._column = column
-        column.addWidget(create_label("Flights", "heading"))
-        self.flights = BoxedListView(look, "Flights under review")
+        column.addWidget(create_label(tr("Flights"), "heading"))
+        self.flights = BoxedListView(look, tr("Flights under review"))
         self.flights.row_changed.connect(self.flight_selected.emit)
         column.addWidget(self.flights)
         self.words = create_label("", "muted", wrap=True, remarks_in=look)
@@ -87,7 +88,7 @@ class FlightsPanel(QWidget):
             self._say(doing)
         elif not flights:
             self._say(
-                "No flight yet. Add one: a flight folder, or a file (tlog, bin, ulg, csv, mat)."
+                tr("No flight yet. Add one: a flight folder, or a file (tlog, bin, ulg, csv, mat).")
             )
         else:
             self._tell_of(flights[place])
@@ -98,9 +99,9 @@ class FlightsPanel(QWidget):
         said = flight.remarks[::-1]
         more = max(len(said) - _MAX_REMARKS, 0)
         lines = (
-            f"grades: {grades}" if grades else "",
+            tr("grades: {grades}").format(grades=grades) if grades else "",
             *said[:_MAX_REMARKS],
-            f"{count_text(more, 'remark')} more" if more else "",
+            tr("{remarks} more").format(remarks=count_text(more, "remark")) if more else "",
         )
         self._say(join_sentences(lines), flight.remarks)
 

@@ -11,11 +11,12 @@ from PySide6.QtCore import QObject, Signal
 from ui.background_job import BackgroundJob, JobCanceledError, JobProgress
 from ui.job_process.job_runner import JobRunner, ProcessJobRunner
 from ui.review.review_worker import serve_review_jobs
+from ui.translation import tr
 
 
 def create_review_job_runner() -> ProcessJobRunner:
     """Return the process of the review; it begins with its first job."""
-    return ProcessJobRunner(serve_review_jobs, name="work", remedy="use fewer flights")
+    return ProcessJobRunner(serve_review_jobs, name=tr("work"), remedy=tr("use fewer flights"))
 
 
 class RunnableJob(Protocol):

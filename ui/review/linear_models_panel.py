@@ -19,6 +19,7 @@ from ui.review.summary_rows import (
     build_mode_rows,
     describe_comparison,
 )
+from ui.translation import QT_TR_NOOP, tr
 from ui.widgets.action_button import ActionButton
 from ui.widgets.labels import create_label
 from ui.widgets.layout_widgets import create_button_row
@@ -28,7 +29,7 @@ if TYPE_CHECKING:
     from gsapp.identification.runs.outcome import RunOutcome
     from gsapp.identification.summary.linear_model_validation import LinearModelValidation
 
-_NO_COMPARISON_TEXT = (
+_NO_COMPARISON_TEXT = QT_TR_NOOP(
     "Predicts maneuvers with three linear models fitted to other maneuvers (Seanor, section 7.4)."
 )
 
@@ -58,21 +59,21 @@ class LinearModelsPanel(QWidget):
         self._column = QVBoxLayout(self)
         self._column.setContentsMargins(0, 0, 0, 0)
         self.modes = FittedTableView(
-            look, "Modes of the linear models", MODE_TITLES, stretch=0,
+            look, tr("Modes of the linear models"), MODE_TITLES, stretch=0,
             widths={1: 84, 2: 80, 3: 124}, right=frozenset({1, 2, 3}), least=2, most=8,
         )  # fmt: skip
         self.no_modes = create_label("", "muted", wrap=True, remarks_in=look)
         self.compared = create_label("", "muted", wrap=True, remarks_in=look)
         self.errors = FittedTableView(
-            look, "Errors of the linear models", ERROR_TITLES, stretch=0,
+            look, tr("Errors of the linear models"), ERROR_TITLES, stretch=0,
             widths={1: 96, 2: 84, 3: 88}, right=frozenset({1, 2, 3}), least=2, most=16,
         )  # fmt: skip
-        self.button = ActionButton(actions["review_compare"], "Compare with flight", look)
+        self.button = ActionButton(actions["review_compare"], tr("Compare with flight"), look)
         for widget in (
-            create_label("Linear models from the means: modes", "strong", wrap=True),
+            create_label(tr("Linear models from the means: modes"), "strong", wrap=True),
             self.modes,
             self.no_modes,
-            create_label("Linear models against flight", "strong", wrap=True),
+            create_label(tr("Linear models against flight"), "strong", wrap=True),
             self.compared,
             self.errors,
             create_button_row(look, self.button),
@@ -99,7 +100,7 @@ class LinearModelsPanel(QWidget):
         self.modes.setVisible(bool(outcome.models))
         why_not = [text for text in outcome.remarks if text.startswith("no linear")]
         if not why_not and not outcome.models:
-            why_not = ["no maneuver moved the surfaces of an axis"]
+            why_not = [tr("no maneuver moved the surfaces of an axis")]
         self.no_modes.setText(join_sentences(why_not))
         self.no_modes.setVisible(bool(why_not))
         self._show_comparison()
@@ -120,6 +121,6 @@ class LinearModelsPanel(QWidget):
         elif self._wanted:
             self.compared.setText(self._needs.request("comparison", outcome))
         else:
-            self.compared.setText(_NO_COMPARISON_TEXT)
+            self.compared.setText(tr(_NO_COMPARISON_TEXT))
         self.errors.setVisible(comparison is not None and bool(comparison.axes))
         self.button.setVisible(comparison is None)

@@ -9,6 +9,7 @@ from gsapp.quantities import channel
 from gsapp.session.review.review import ManeuverRow
 from ui.number_format import channel_value_text, clock_text, unit_text
 from ui.review.maneuver_text import GRADE_STATES, grade_text, surface_symbols_text
+from ui.translation import QT_TR_NOOP, tr
 from ui.widgets.row_model import CellFormat, TableRow
 
 _MISSING_SORT_VALUE = -1e9
@@ -50,8 +51,8 @@ class ManeuverColumn:
     def heading(self, units: str) -> str:
         """Return the title with the unit."""
         if not self.quantity:
-            return self.title
-        return f"{self.title} [{unit_text(channel(self.quantity).display_unit(units))}]"
+            return tr(self.title)
+        return f"{tr(self.title)} [{unit_text(channel(self.quantity).display_unit(units))}]"
 
     def cell_text(self, row: ManeuverRow, units: str) -> str:
         """Return what stands in a cell."""
@@ -90,55 +91,55 @@ def _pilot_verdict_text(row: ManeuverRow) -> str:
 
 MANEUVER_COLUMNS = (
     ManeuverColumn(
-        id="use", title="Use", width=46, key=lambda row: not row.in_use, text=lambda _row: "",
-        hint="Included in the estimate",
+        id="use", title=QT_TR_NOOP("Use"), width=46, key=lambda row: not row.in_use,
+        text=lambda _row: "", hint=QT_TR_NOOP("Included in the estimate"),
     ),
     ManeuverColumn(
-        id="id", title="Id", width=64, key=_flight_order_key, text=lambda row: row.id,
-        hint="Name, preceded by the flight number if there are several; click to edit",
+        id="id", title=QT_TR_NOOP("Id"), width=64, key=_flight_order_key, text=lambda row: row.id,
+        hint=QT_TR_NOOP("Name, preceded by the flight number if there are several; click to edit"),
     ),
     ManeuverColumn(
-        id="flight", title="Flight", width=150, key=_flight_order_key,
+        id="flight", title=QT_TR_NOOP("Flight"), width=150, key=_flight_order_key,
         text=lambda row: f"{row.flight_number} {row.flight}",
     ),
     ManeuverColumn(
-        id="start", title="Start", width=78, key=lambda row: row.maneuver.t_start,
+        id="start", title=QT_TR_NOOP("Start"), width=78, key=lambda row: row.maneuver.t_start,
         text=lambda row: clock_text(row.maneuver.t_start, decimals=1),
     ),
     ManeuverColumn(
-        id="length", title="Length [s]", width=84, key=_maneuver_length,
+        id="length", title=QT_TR_NOOP("Length [s]"), width=84, key=_maneuver_length,
         text=lambda row: f"{_maneuver_length(row):.1f}",
     ),
     ManeuverColumn(
-        id="inputs", title="Inputs", width=70, key=lambda row: row.maneuver.inputs,
+        id="inputs", title=QT_TR_NOOP("Inputs"), width=70, key=lambda row: row.maneuver.inputs,
         text=lambda row: surface_symbols_text(row.maneuver),
     ),
     ManeuverColumn(
-        id="kind", title="Kind", width=80, key=lambda row: row.maneuver.kind,
+        id="kind", title=QT_TR_NOOP("Kind"), width=80, key=lambda row: row.maneuver.kind,
         text=lambda row: row.maneuver.kind,
     ),
     ManeuverColumn(
-        id="size", title="Size", width=74, key=_numeric_sort_key("size"), quantity="de",
-        hint="Half of peak to peak of the main input",
+        id="size", title=QT_TR_NOOP("Size"), width=74, key=_numeric_sort_key("size"), quantity="de",
+        hint=QT_TR_NOOP("Half of peak to peak of the main input"),
     ),
     ManeuverColumn(
         id="V", title="V", width=78, key=_numeric_sort_key("V"), quantity="V",
-        hint="True airspeed at the start",
+        hint=QT_TR_NOOP("True airspeed at the start"),
     ),
     ManeuverColumn(
         id="alpha", title="α", width=66, key=_numeric_sort_key("alpha"), quantity="alpha",
-        hint="Angle of attack at the start",
+        hint=QT_TR_NOOP("Angle of attack at the start"),
     ),
     ManeuverColumn(
-        id="grade", title="Grade", width=100, key=lambda row: (row.maneuver.grade,
+        id="grade", title=QT_TR_NOOP("Grade"), width=100, key=lambda row: (row.maneuver.grade,
         *_flight_order_key(row)),
         text=lambda row: grade_text(row.maneuver),
     ),
-    ManeuverColumn(id="told", title="Cue to pilot", width=180, key=_pilot_verdict_text,
+    ManeuverColumn(id="told", title=QT_TR_NOOP("Cue to pilot"), width=180, key=_pilot_verdict_text,
     text=_pilot_verdict_text),
     ManeuverColumn(
-        id="note", title="Note", width=160, key=lambda row: row.maneuver.note,
-        text=lambda row: row.maneuver.note, hint="Click to edit",
+        id="note", title=QT_TR_NOOP("Note"), width=160, key=lambda row: row.maneuver.note,
+        text=lambda row: row.maneuver.note, hint=QT_TR_NOOP("Click to edit"),
     ),
 )  # fmt: skip
 """From left to right."""
@@ -155,15 +156,15 @@ def build_maneuver_table_row(row: ManeuverRow, units: str) -> TableRow:
     maneuver = row.maneuver
     color = "" if row.in_use else "muted"
     formats = {
-        place: CellFormat(color=color, detail=column.hint, is_bold=column.id == "id")
+        place: CellFormat(color=color, detail=tr(column.hint), is_bold=column.id == "id")
         for place, column in enumerate(MANEUVER_COLUMNS)
     }
     use, name, grade = (COLUMN_INDEXES[column] for column in ("use", "id", "grade"))
-    spoken = "used in the estimate" if row.in_use else "not used in the estimate"
+    spoken = tr("used in the estimate") if row.in_use else tr("not used in the estimate")
     formats[use] = replace(formats[use], is_checked=row.in_use, accessible_text=spoken)
     # The number of the flight is not to be changed.
     formats[name] = replace(formats[name], edit_text=maneuver.id)
-    reasons = "; ".join(maneuver.reasons) or "no objection"
+    reasons = "; ".join(maneuver.reasons) or tr("no objection")
     formats[grade] = CellFormat(is_bold=True, detail=reasons)
     return TableRow(
         key=(row.flight_number, maneuver.id),

@@ -18,6 +18,7 @@ from ui.review.maneuver_text import (
     times_text,
     title_text,
 )
+from ui.translation import tr
 from ui.widgets.flow_layout import FlowLayout
 from ui.widgets.labels import create_label
 
@@ -36,8 +37,8 @@ class ManeuverDetails(QWidget):
         self._look = look
         self._row: ManeuverRow | None = None
         self._hint = ""
-        self._nothing = "No maneuver is chosen"
-        self.setAccessibleName("Selected maneuver")
+        self._nothing = tr("No maneuver is chosen")
+        self.setAccessibleName(tr("Selected maneuver"))
         column = QVBoxLayout(self)
         column.setContentsMargins(0, 0, 0, 0)
         self._column = column
@@ -91,7 +92,7 @@ class ManeuverDetails(QWidget):
 
     def _show(self, name: str, maneuver: DetectedManeuver) -> None:
         self.title.setText(title_text(name, maneuver))
-        self.grade.setText(f"Grade {grade_text(maneuver)}")
+        self.grade.setText(tr("Grade {grade}").format(grade=grade_text(maneuver)))
         state = GRADE_STATES[maneuver.grade]
         if self.grade.property("state") != state:
             self.grade.setProperty("state", state)

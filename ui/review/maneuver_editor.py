@@ -12,6 +12,7 @@ from gsapp.session.review import ManeuverRow, Review, ReviewedFlight
 from ui.review.flight_loading import CatalogWriter
 from ui.review.review_selection import ReviewSelection
 from ui.review.reviewed_flights import ReviewedFlights
+from ui.translation import tr
 
 NUDGE_SECONDS = 0.1
 """Seconds that an edge moves by with one key; with the other it is a sample."""
@@ -216,11 +217,11 @@ class ManeuverEditor(QObject):
 
     def undo(self) -> None:
         """Undo the last change of the flight on screen."""
-        self._back("Undone", lambda flight: flight.undo())
+        self._back(tr("Undone"), lambda flight: flight.undo())
 
     def redo(self) -> None:
         """Redo the change of the flight on screen that was undone last."""
-        self._back("Redone", lambda flight: flight.redo())
+        self._back(tr("Redone"), lambda flight: flight.redo())
 
     def _back(self, what: str, act: Callable[[ReviewedFlight], str]) -> None:
         words = ""

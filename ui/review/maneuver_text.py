@@ -7,6 +7,7 @@ from gsapp.quantities import SURFACE_NAMES, channel
 from gsapp.session.review.review import ManeuverRow
 from ui.icons import IndicatorState
 from ui.number_format import DASH, channel_value_text, clock_text, symbol_text
+from ui.translation import tr
 
 GRADE_STATES: dict[str, IndicatorState] = {"A": "good", "B": "good", "C": "caution", "D": "warning"}
 """How a grade is colored; the letter says it too."""
@@ -28,15 +29,19 @@ def title_text(name: str, maneuver: DetectedManeuver) -> str:
     """
     names = [SURFACE_NAMES[name] for name in maneuver.inputs]
     if not names:
-        return f"Maneuver {name}, no surface moved"
-    listed = " and ".join(filter(None, (", ".join(names[:-1]), names[-1])))
-    return f"Maneuver {name}, {listed} {maneuver.kind}"
+        return tr("Maneuver {name}, no surface moved").format(name=name)
+    listed = tr(" and ").join(filter(None, (", ".join(names[:-1]), names[-1])))
+    return tr("Maneuver {name}, {listed} {kind}").format(
+        name=name, listed=listed, kind=maneuver.kind
+    )
 
 
 def times_text(maneuver: DetectedManeuver) -> str:
     """Return the edges, which move by samples, and the length: ``01:36.02 to 01:41.50, 5.48 s``."""
     start, end = (clock_text(time, decimals=2) for time in (maneuver.t_start, maneuver.t_end))
-    return f"{start} to {end}, {maneuver.t_end - maneuver.t_start:.2f} s long"
+    return tr("{start} to {end}, {length:.2f} s long").format(
+        start=start, end=end, length=maneuver.t_end - maneuver.t_start
+    )
 
 
 def condition_text(maneuver: DetectedManeuver, units: str) -> str:
@@ -61,7 +66,11 @@ def condition_text(maneuver: DetectedManeuver, units: str) -> str:
 
 def grade_text(maneuver: DetectedManeuver) -> str:
     """Return the grade with whose it is: ``C by hand``."""
-    return f"{maneuver.grade} (manual)" if maneuver.graded_by == GRADED_BY_CREW else maneuver.grade
+    return (
+        tr("{grade} (manual)").format(grade=maneuver.grade)
+        if maneuver.graded_by == GRADED_BY_CREW
+        else maneuver.grade
+    )
 
 
 def reasons_text(maneuver: DetectedManeuver) -> str:
@@ -69,10 +78,10 @@ def reasons_text(maneuver: DetectedManeuver) -> str:
     meaning = GRADES[maneuver.grade]
     parts = [f"{meaning[0].upper()}{meaning[1:]}."]
     if maneuver.graded_by == GRADED_BY_CREW:
-        parts.insert(0, "Graded manually.")
+        parts.insert(0, tr("Graded manually."))
     if maneuver.reasons:
         # A reason may begin with a symbol, which is never written large.
-        parts.append(f"Why: {'; '.join(maneuver.reasons)}.")
+        parts.append(tr("Why: {reasons}.").format(reasons="; ".join(maneuver.reasons)))
     return " ".join(parts)
 
 
@@ -80,17 +89,23 @@ def remarks_text(row: ManeuverRow) -> str:
     """Return what else is to be said: verdict, shared samples, use, changes, note."""
     parts = []
     if row.verdict is not None:
-        parts.append(f"Cue to the pilot: {row.verdict.advice or row.verdict.result}.")
+        parts.append(
+            tr("Cue to the pilot: {advice}.").format(
+                advice=row.verdict.advice or row.verdict.result
+            )
+        )
     if row.overlaps:
         parts.append(
-            f"Shares samples with {', '.join(row.overlaps)}: they would count twice in a mean."
+            tr("Shares samples with {overlaps}: they would count twice in a mean.").format(
+                overlaps=", ".join(row.overlaps)
+            )
         )
     if not row.in_use:
-        parts.append("Not used in the estimate.")
+        parts.append(tr("Not used in the estimate."))
     if row.is_edited:
-        parts.append("Edited.")
+        parts.append(tr("Edited."))
     if row.maneuver.note:
-        parts.append(f"Note: {row.maneuver.note}")
+        parts.append(tr("Note: {note}").format(note=row.maneuver.note))
     return " ".join(parts)
 
 

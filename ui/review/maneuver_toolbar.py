@@ -9,16 +9,17 @@ from PySide6.QtWidgets import QCheckBox, QVBoxLayout, QWidget
 
 from ui.display_style import DisplayStyle
 from ui.review.flights_panel import create_command_button
+from ui.translation import QT_TR_NOOP, tr
 from ui.widgets.layout_widgets import create_button_row
 
 _BUTTONS = (
-    ("review_zoom", "Zoom"),
-    ("review_add_maneuver", "Add"),
-    ("review_remove_maneuver", "Remove"),
-    ("review_merge", "Merge"),
-    ("review_rename", "Rename"),
-    ("review_note", "Note"),
-    ("review_grade", "Grade…"),
+    ("review_zoom", QT_TR_NOOP("Zoom")),
+    ("review_add_maneuver", QT_TR_NOOP("Add")),
+    ("review_remove_maneuver", QT_TR_NOOP("Remove")),
+    ("review_merge", QT_TR_NOOP("Merge")),
+    ("review_rename", QT_TR_NOOP("Rename")),
+    ("review_note", QT_TR_NOOP("Note")),
+    ("review_grade", QT_TR_NOOP("Grade…")),
 )
 
 
@@ -37,13 +38,13 @@ class ManeuverToolbar(QWidget):
         super().__init__()
         column = QVBoxLayout(self)
         column.setContentsMargins(0, 0, 0, 0)
-        self.use = QCheckBox("Use in the estimate")
+        self.use = QCheckBox(tr("Use in the estimate"))
         self._in_use = actions["review_in_use"]
         self.use.clicked.connect(actions["review_in_use"].trigger)
         self.buttons = {}
         for name, words in _BUTTONS:
             button = create_command_button(actions[name], quiet=True)
-            button.setText(words)
+            button.setText(tr(words))
             self.buttons[name] = button
         self._look = look
         column.addWidget(create_button_row(look, *self.buttons.values(), self.use))
@@ -59,5 +60,5 @@ class ManeuverToolbar(QWidget):
         """Show whether the maneuver takes part; None where there is none."""
         self.use.setEnabled(used is not None)
         known = used is not None
-        self.use.setToolTip(self._in_use.text() if known else "Choose a maneuver first")
+        self.use.setToolTip(self._in_use.text() if known else tr("Choose a maneuver first"))
         self.use.setChecked(bool(used))

@@ -25,6 +25,7 @@ from ui.review.reviewed_flights import ReviewedFlights
 from ui.review.step_page import ReviewStepPage
 from ui.review.timeline_painter import TimelineSpan
 from ui.settings import SettingsStore, catalog_path
+from ui.translation import tr
 from ui.undo import UndoHistory
 from ui.window_frame.page_steps import StepStatus
 
@@ -68,7 +69,7 @@ class ManeuversPage(ReviewStepPage):
         selection: ReviewSelection,
         review: Review,
     ) -> None:
-        super().__init__(look, "Maneuvers")
+        super().__init__(look, tr("Maneuvers"))
         self._store = store
         self._selection = selection
         self.review = review
@@ -100,7 +101,9 @@ class ManeuversPage(ReviewStepPage):
         editing.changed.connect(self._told_all)
         editing.message_changed.connect(self.details.show_message)
         self.keeping.failed.connect(
-            lambda error: self.details.show_message(f"Not saved in the catalog: {error}", "caution")
+            lambda error: self.details.show_message(
+                tr("Not saved in the catalog: {error}").format(error=error), "caution"
+            )
         )
         self.panel.flight_selected.connect(
             lambda place: flights.select_flight(self.review.flights[place])
@@ -172,13 +175,13 @@ class ManeuversPage(ReviewStepPage):
         """Return how many maneuvers there are, and how many are used."""
         doing = self.opening.status_text
         if doing:
-            return StepStatus(state="unknown", text="opening", detail=doing)
+            return StepStatus(state="unknown", text=tr("opening"), detail=doing)
         rows = self.review.rows()
         if not rows:
-            words = "no maneuver" if self.review.flights else "no flight"
+            words = tr("no maneuver") if self.review.flights else tr("no flight")
             return StepStatus(state="unknown", text=words)
         used = sum(row.in_use for row in rows)
-        words = f"{used} of {len(rows)} used"
+        words = tr("{used} of {count} used").format(used=used, count=len(rows))
         flights = count_text(len(self.review.flights), "flight")
         state = "good" if used else "caution"
         return StepStatus(state=state, text=words, detail=f"{flights}: {words}")
@@ -320,7 +323,7 @@ class ManeuversPage(ReviewStepPage):
         """Return what to do where no maneuver is looked at."""
         here = self.flights.flight
         if here is None:
-            return (
+            return tr(
                 "Add a flight folder or file. Its maneuvers are detected and graded; correct "
                 "them on the time line before estimating."
             )
@@ -328,11 +331,13 @@ class ManeuversPage(ReviewStepPage):
             ""
             if here.maneuvers
             else (
-                "No maneuver found: no fast input that returned to trim with a response in the "
-                "air. "
+                tr(
+                    "No maneuver found: no fast input that returned to trim with a response in the "
+                    "air. "
+                )
             )
         )
-        return f"{found}Drag across the charts and press Add to create one."
+        return tr("{found}Drag across the charts and press Add to create one.").format(found=found)
 
     def _refresh(self) -> None:
         """Show everything as it stands."""
@@ -343,7 +348,7 @@ class ManeuversPage(ReviewStepPage):
         known = here is not None
         self.board.set_flight_known(known=known)
         self.details.set_empty_title(
-            "No maneuver is chosen" if known else "No flight is under review"
+            tr("No maneuver is chosen") if known else tr("No flight is under review")
         )
         self.details.show_row(row, self._hint())
         number = self.review.flights.index(here) + 1 if here in self.review.flights else 0

@@ -16,6 +16,7 @@ from ui.review.maneuver_columns import (
     MANEUVER_COLUMNS,
     build_maneuver_table_row,
 )
+from ui.translation import tr
 from ui.widgets.row_model import ModelIndex, TableRowModel
 from ui.widgets.table_view import TableRowView
 
@@ -59,7 +60,7 @@ class ManeuversTable(TableRowView):
             right=frozenset(place for place, column in places if column.is_right_aligned),
             editable=frozenset(COLUMN_INDEXES[name] for name in EDITABLE_COLUMNS),
         )
-        super().__init__(model, look, "Maneuvers", wrap=False, row_height=30, commands=commands)
+        super().__init__(model, look, tr("Maneuvers"), wrap=False, row_height=30, commands=commands)
         self.setSortingEnabled(True)
         self.sortByColumn(COLUMN_INDEXES["id"], Qt.SortOrder.AscendingOrder)
         self.setSelectionMode(QAbstractItemView.SelectionMode.ExtendedSelection)
@@ -109,7 +110,7 @@ class ManeuversTable(TableRowView):
         """Show other rows; those selected stay selected, and what is being typed goes on."""
         self._given = tuple(rows)
         units = self._look.units
-        details = {place: one.hint or one.title for place, one in enumerate(MANEUVER_COLUMNS)}
+        details = {place: tr(one.hint or one.title) for place, one in enumerate(MANEUVER_COLUMNS)}
         self._is_quiet = True
         self.row_model.set_titles([one.heading(units) for one in MANEUVER_COLUMNS], details)
         self.row_model.set_rows(build_maneuver_table_row(row, units) for row in rows)

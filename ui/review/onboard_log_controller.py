@@ -15,6 +15,7 @@ from ui.review.job_queue import JobQueue
 from ui.review.onboard_log_job import OnboardLogJob, OnboardLogResult
 from ui.review.onboard_log_worker import create_log_job_runner
 from ui.settings import SettingsStore
+from ui.translation import tr
 from ui.window_frame.banners import BannerStack
 from ui.window_frame.job_banner import JobBanner
 
@@ -157,7 +158,10 @@ class OnboardLogController(QObject):
         self._banner.remove()
         if how == "cancelled":
             self._banners.show_banner(
-                "note", f"{title}: stopped. The flight is unchanged; received data is kept."
+                "note",
+                tr("{title}: stopped. The flight is unchanged; received data is kept.").format(
+                    title=title
+                ),
             )
         self.changed.emit()
 
@@ -165,7 +169,7 @@ class OnboardLogController(QObject):
         if not isinstance(result, OnboardLogResult):
             return
         back = OnboardLogJob(flight=result.flight, use=result.previous_log)
-        self._banners.show_banner("note", result.text, ("Take back", lambda: self.submit(back)))
+        self._banners.show_banner("note", result.text, (tr("Take back"), lambda: self.submit(back)))
         self.log_applied.emit(result.flight)
 
 

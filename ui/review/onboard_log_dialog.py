@@ -18,12 +18,13 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from ui.dialogs.flight_file_dialogs import LOG_NAME_FILTER
+from ui.dialogs.flight_file_dialogs import log_name_filter
 from ui.dialogs.form_dialog import FieldMessage, FormDialog
 from ui.dialogs.link_field import LinkField
 from ui.disk_checks import nearest_folder, path_kind
 from ui.display_style import DisplayStyle
 from ui.review.onboard_log_job import OnboardLogJob
+from ui.translation import tr
 
 if TYPE_CHECKING:
     from gsapp.flight.onboard_log import OnboardLogState
@@ -70,8 +71,8 @@ class ExistingFileField(QWidget):
         self.edit = QLineEdit()
         self.edit.setAccessibleName(name)
         row.addWidget(self.edit, 1)
-        self.button = QPushButton("Choose…")
-        self.button.setAccessibleName(f"Choose {name.lower()}")
+        self.button = QPushButton(tr("Choose…"))
+        self.button.setAccessibleName(tr("Choose {name}").format(name=name.lower()))
         self.button.clicked.connect(self._choose)
         row.addWidget(self.button)
         self.setFocusProxy(self.edit)
@@ -79,7 +80,7 @@ class ExistingFileField(QWidget):
     def _choose(self) -> None:
         text = self.edit.text().strip()
         start = str(nearest_folder(Path(text).expanduser() if text else Path.home()))
-        path, _kind = QFileDialog.getOpenFileName(self, self._name, start, LOG_NAME_FILTER)
+        path, _kind = QFileDialog.getOpenFileName(self, self._name, start, log_name_filter())
         if path:
             self.edit.setText(path)
 
@@ -108,10 +109,12 @@ class OnboardLogDialog(FormDialog):
         parent: QWidget | None = None,
     ) -> None:
         super().__init__(
-            "On-board log",
-            "Replaces the telemetry record by the full on-board log. Flight time, marks, "
-            "grades and maneuvers stay.",
-            "Apply",
+            tr("On-board log"),
+            tr(
+                "Replaces the telemetry record by the full on-board log. Flight time, marks, "
+                "grades and maneuvers stay."
+            ),
+            tr("Apply"),
             look,
             parent,
         )
@@ -120,18 +123,18 @@ class OnboardLogDialog(FormDialog):
         for one in self._flights:
             self.flight.addItem(one.name)
         self.now = FieldMessage()
-        self.add_row("Flight", self.flight, self.now)
+        self.add_row(tr("Flight"), self.flight, self.now)
         self.origin = QComboBox()
         self.verdict = FieldMessage()
-        self.add_row("Log", self.origin, self.verdict)
-        self.file = ExistingFileField("Log file", look)
+        self.add_row(tr("Log"), self.origin, self.verdict)
+        self.file = ExistingFileField(tr("Log file"), look)
         at_work = [one.link for one in self._flights if one.link]
         self.link = LinkField(list(dict.fromkeys([*at_work, *links])), parse, list_ports, look)
         self._pages = QStackedWidget()
         self._pages.addWidget(_align_to_top(self.file))
         self._pages.addWidget(self.link)
         self._pages.addWidget(QWidget())
-        self.add_row("From", self._pages)
+        self.add_row(tr("From"), self._pages)
         self.flight.currentIndexChanged.connect(self._flight_chosen)
         self.origin.currentIndexChanged.connect(self._judge)
         self.file.edit.textChanged.connect(self._judge)
@@ -153,22 +156,28 @@ class OnboardLogDialog(FormDialog):
         one = self._chosen
         state, in_force = one.state, one.in_force
         if not in_force:
-            self.now.set_message("Live record only (telemetry).")
+            self.now.set_message(tr("Live record only (telemetry)."))
         elif state is None or state.file != in_force:
-            self.now.set_message(f"{in_force} is in use; its clock offset is shown when it opens.")
+            self.now.set_message(
+                tr("{in_force} is in use; its clock offset is shown when it opens.").format(
+                    in_force=in_force
+                )
+            )
         else:
             self.now.set_message(
                 capitalize_sentence(state.remark()) + ".", "good" if state.in_place else "caution"
             )
         self.origin.blockSignals(True)
         self.origin.clear()
-        self.origin.addItem("A file, from a card or the data box", (_FILE, ""))
-        self.origin.addItem("The autopilot's, over the link", (_LINK, ""))
+        self.origin.addItem(tr("A file, from a card or the data box"), (_FILE, ""))
+        self.origin.addItem(tr("The autopilot's, over the link"), (_LINK, ""))
         for name in one.stored_logs:
             if name != in_force:
-                self.origin.addItem(f"{name}, in the flight's folder", (_STORED, name))
+                self.origin.addItem(
+                    tr("{name}, in the flight's folder").format(name=name), (_STORED, name)
+                )
         if in_force:
-            self.origin.addItem("None: live record only", (_NONE, ""))
+            self.origin.addItem(tr("None: live record only"), (_NONE, ""))
         self.origin.blockSignals(False)
         self._judge()
 
@@ -180,22 +189,26 @@ class OnboardLogDialog(FormDialog):
             typed = self.file.edit.text().strip()
             usable = path_kind(typed) == "file" if typed else False
             if not typed:
-                self.verdict.set_message("ArduPilot .bin, PX4 .ulg, .tlog, or a Flight CSV.")
+                self.verdict.set_message(tr("ArduPilot .bin, PX4 .ulg, .tlog, or a Flight CSV."))
             elif usable:
-                self.verdict.set_message("Compared with the live record first.", "good")
+                self.verdict.set_message(tr("Compared with the live record first."), "good")
             else:
-                self.verdict.set_message(f"There is no file {typed}.", "warning")
+                self.verdict.set_message(
+                    tr("There is no file {typed}.").format(typed=typed), "warning"
+                )
         elif kind == _LINK:
             usable = self.link.input_check.is_valid
             self.verdict.set_message(
-                "The aircraft has landed and is disarmed. An interrupted download resumes."
+                tr("The aircraft has landed and is disarmed. An interrupted download resumes.")
             )
         elif kind == _STORED:
             self.verdict.set_message(
-                f"{name} is in use again; the previous log stays in the folder."
+                tr("{name} is in use again; the previous log stays in the folder.").format(
+                    name=name
+                )
             )
         else:
-            self.verdict.set_message("The log stays in the folder and can be used again.")
+            self.verdict.set_message(tr("The log stays in the folder and can be used again."))
         self.button.setEnabled(usable)
 
     @property

@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
+from ui.translation import tr
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class OnboardLogJob:
@@ -30,8 +32,8 @@ class OnboardLogJob:
     @property
     def title(self) -> str:
         """Return what is being done, in words."""
-        what = "Fetching" if self.link is not None else "Aligning"
-        return f"{what} the on-board log of {self.flight.name}"
+        what = tr("Fetching") if self.link is not None else tr("Aligning")
+        return tr("{what} the on-board log of {name}").format(what=what, name=self.flight.name)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from ui.job_process.job_runner import ProcessJobRunner
 from ui.job_process.job_server import JobProgressCallback, StopEvent, serve_jobs
 from ui.review.onboard_log_job import OnboardLogJob, OnboardLogResult
+from ui.translation import QT_TR_NOOP, tr
 
 if TYPE_CHECKING:
     from gsapp.flight.onboard_log.log_storage import InstalledLog
@@ -16,10 +17,10 @@ if TYPE_CHECKING:
 _FETCH_SHARE = 0.95
 """Share of the bar when the log has come; then it is aligned."""
 _PHASES = {
-    "listening": "listening to the autopilot",
-    "listing": "requesting the log list",
-    "listed": "choosing the log of this flight",
-    "done": "log received",
+    "listening": QT_TR_NOOP("listening to the autopilot"),
+    "listing": QT_TR_NOOP("requesting the log list"),
+    "listed": QT_TR_NOOP("choosing the log of this flight"),
+    "done": QT_TR_NOOP("log received"),
 }
 
 
@@ -27,8 +28,8 @@ def create_log_job_runner() -> ProcessJobRunner:
     """Return the process; it begins with its first job."""
     return ProcessJobRunner(
         serve_log_jobs,
-        name="work on the log",
-        remedy="start again: the received part of the log is kept",
+        name=tr("work on the log"),
+        remedy=tr("start again: the received part of the log is kept"),
     )
 
 
@@ -56,10 +57,10 @@ class OnboardLogJobHandler:
 
         if job.use is not None:
             info = FlightFolder.open(job.flight).info()
-            self._tell(None, "reading the flight")
+            self._tell(None, QT_TR_NOOP("reading the flight"))
             flight = activate_log(job.flight, job.use)
             state = flight.onboard
-            words = state.remark() if state is not None else "live record only"
+            words = state.remark() if state is not None else QT_TR_NOOP("live record only")
             former = info.onboard_log if info is not None else ""
             return OnboardLogResult(
                 flight=job.flight, text=f"{flight.name}: {words}.", previous_log=former
@@ -93,7 +94,7 @@ class OnboardLogJobHandler:
             fetched = fetcher.fetch(entry) if entry is not None else None
         if fetched is None:
             raise LinkError("the log was not downloaded; start again")
-        self._tell(_FETCH_SHARE, "comparing it with the live record")
+        self._tell(_FETCH_SHARE, QT_TR_NOOP("comparing it with the live record"))
         placed = install_log(job.flight, fetched.path, begun=fetched.start_time)
         fetched.path.unlink(missing_ok=True)
         return placed

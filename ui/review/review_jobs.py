@@ -7,6 +7,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Protocol
 
+from ui.translation import tr
+
 if TYPE_CHECKING:
     # The window starts without the numerics behind an estimation.
     from gsapp.identification.runs.outcome import RunOutcome
@@ -38,7 +40,11 @@ class EstimateJob:
     @property
     def title(self) -> str:
         """Return what is being done, in words."""
-        return f"Estimating {self.request.label}" if self.request.label else "Estimating"
+        return (
+            tr("Estimating {label}").format(label=self.request.label)
+            if self.request.label
+            else tr("Estimating")
+        )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -51,7 +57,7 @@ class RepeatJob:
     @property
     def title(self) -> str:
         """Return what is being done, in words."""
-        return f"Repeating run {self.number}"
+        return tr("Repeating run {number}").format(number=self.number)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -63,7 +69,7 @@ class FtrHistoryJob:
     @property
     def title(self) -> str:
         """Return what is being done, in words."""
-        return "Computing FTR over the flights"
+        return tr("Computing FTR over the flights")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -83,7 +89,7 @@ class LinearModelsJob:
     @property
     def title(self) -> str:
         """Return what is being done, in words."""
-        return "Comparing linear models with flight"
+        return tr("Comparing linear models with flight")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -111,7 +117,7 @@ class RunReportJob:
     @property
     def title(self) -> str:
         """Return what is being done, in words."""
-        return f"Writing {self.path.name}"
+        return tr("Writing {name}").format(name=self.path.name)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -123,7 +129,7 @@ class VirtualFlightJob:
     @property
     def title(self) -> str:
         """Return what is being done, in words."""
-        return "Flying the virtual aircraft"
+        return tr("Flying the virtual aircraft")
 
 
 ReviewJob = (

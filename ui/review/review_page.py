@@ -20,6 +20,7 @@ from ui.review.review_selection import ReviewSelection
 from ui.review.review_steps import REVIEW_STEPS
 from ui.review.step_page import PREVIOUS_RUN_COUNT, ReviewStepPage
 from ui.settings import SettingsStore, recording_folder, writable_folder
+from ui.translation import QT_TR_NOOP, tr
 from ui.window_frame.banners import BannerStack
 from ui.window_frame.step_page import JobPage, MultiStepPage
 
@@ -58,7 +59,7 @@ class ReviewPage(MultiStepPage, JobPage):
     prefix = "review"
     setting = "review_chapter"
     all_steps = REVIEW_STEPS
-    step_list_name = "Steps of the review"
+    step_list_name = QT_TR_NOOP("Steps of the review")
     step_command_prefixes = ("review_",)
 
     def __init__(
@@ -70,7 +71,7 @@ class ReviewPage(MultiStepPage, JobPage):
         faults: ErrorReporter,
         engine: JobRunner | None = None,
     ) -> None:
-        super().__init__("Review", actions, look, store, banners, "work", "review_cancel")
+        super().__init__(tr("Review"), actions, look, store, banners, tr("work"), "review_cancel")
         self._faults = faults
         self._review: Review | None = None
         self._open: Path | None = None
@@ -220,13 +221,15 @@ class ReviewPage(MultiStepPage, JobPage):
     def _ended(self, title: str, how: str) -> None:
         self._show_ended(title, how)
         if how == "done" and not self.isVisible():
-            self._banner.show_result(f"{title}: done.", "Look (F4)", self.show_requested.emit)
+            self._banner.show_result(
+                tr("{title}: done.").format(title=title), tr("Look (F4)"), self.show_requested.emit
+            )
 
     def cancel(self) -> None:
         """Stop what runs; it may take a moment to put down what it holds."""
         self.work.cancel()
         if self.work.running:
-            self._show_progress(None, "stopping")
+            self._show_progress(None, tr("stopping"))
 
     @property
     def unfinished_work_title(self) -> tuple[str, ...]:

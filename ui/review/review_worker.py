@@ -19,6 +19,7 @@ from ui.review.review_jobs import (
     RunReportJob,
     VirtualFlightJob,
 )
+from ui.translation import QT_TR_NOOP
 from ui.virtual_flight_simulation import simulate_virtual_flight
 
 if TYPE_CHECKING:
@@ -88,7 +89,7 @@ class ReviewJobHandler:
         )
         if job.catalog is None:
             return outcome
-        self._tell(_FIT_SHARE, "saving the run")
+        self._tell(_FIT_SHARE, QT_TR_NOOP("saving the run"))
         try:
             job.catalog.parent.mkdir(parents=True, exist_ok=True)
             with Catalog(job.catalog) as catalog:
@@ -148,7 +149,8 @@ class ReviewJobHandler:
     def _fitting(self, done: int, total: int, what: str) -> bool:
         share = done / total if total else 1.0
         self._tell(
-            _READ_SHARE + (_FIT_SHARE - _READ_SHARE) * share, what or ("computing the summary")
+            _READ_SHARE + (_FIT_SHARE - _READ_SHARE) * share,
+            what or QT_TR_NOOP("computing the summary"),
         )
         return True
 

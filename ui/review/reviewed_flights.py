@@ -15,6 +15,7 @@ from ui.disk_checks import path_kind
 from ui.review.flight_loading import FlightLoader
 from ui.review.review_selection import ReviewSelection
 from ui.settings import SettingsStore, catalog_path
+from ui.translation import tr
 
 log = logging.getLogger(__name__)
 
@@ -75,7 +76,9 @@ class ReviewedFlights(QWidget):
         self.opening.open([path for path in known if path not in gone])
         if gone:
             names = ", ".join(map(str, gone))
-            self.failed.emit(f"{names}: not found; add it from its new location")
+            self.failed.emit(
+                tr("{names}: not found; add it from its new location").format(names=names)
+            )
 
     # The flight that is open in the window
 
@@ -102,7 +105,7 @@ class ReviewedFlights(QWidget):
 
     def add_folder(self) -> None:
         """Ask for a flight folder and review it, too."""
-        if path := ask_flight_folder(self, "Add a flight folder", self._store.current):
+        if path := ask_flight_folder(self, tr("Add a flight folder"), self._store.current):
             self.opening.open([path])
 
     def add_files(self) -> None:
@@ -137,7 +140,7 @@ class ReviewedFlights(QWidget):
     def _not_opened(self, path: Path, error: BaseException) -> None:
         if not isinstance(error, GroundStationError):
             log.error("%s is not opened", path, exc_info=error)
-        self.failed.emit(f"{path.name} is not opened: {error}")
+        self.failed.emit(tr("{name} is not opened: {error}").format(name=path.name, error=error))
 
     def _remember(self) -> None:
         paths = tuple(str(path.absolute()) for path in self._review.paths)

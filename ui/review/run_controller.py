@@ -12,6 +12,7 @@ from ui.number_format import join_sentences
 from ui.review.review_jobs import NOT_STORED_TEXT, EstimateJob, JobSubmitter, RepeatJob
 from ui.review.run_rows import count_derivatives
 from ui.review.run_store import RunStore
+from ui.translation import tr
 
 if TYPE_CHECKING:
     from gsapp.identification.runs.outcome import RunOutcome
@@ -79,7 +80,9 @@ class RunController(QObject):
 
     def _repeated(self, found: object) -> None:
         repeated: RepeatedRun = found  # type: ignore[assignment]
-        same = "Identical to the last bit." if repeated.is_identical else "The results differ."
+        same = (
+            tr("Identical to the last bit.") if repeated.is_identical else tr("The results differ.")
+        )
         self._end(" ".join((same, *(f"{one}." for one in repeated.differences))), repeated.outcome)
 
     def _end(self, words: str, outcome: RunOutcome) -> None:
@@ -104,9 +107,11 @@ class RunController(QObject):
         late = [run.number for run in self._book.runs if run.number not in self._kept_before]
         self._kept_before = None
         self.status_text = (
-            f"Stopped when run {late[0]} was already saved; delete it in the list."
+            tr("Stopped when run {late} was already saved; delete it in the list.").format(
+                late=late[0]
+            )
             if late
-            else "Stopped; nothing was saved."
+            else tr("Stopped; nothing was saved.")
         )
         self.changed.emit()
 
@@ -117,18 +122,34 @@ def _describe_run_end(outcome: RunOutcome) -> str:
 
     results = outcome.result.results
     failed = [one.maneuver.id for one in results if one.estimate is None]
-    name = f"Run {outcome.number}" if outcome.number is not None else "The run"
-    said = [f"{name}: {count_derivatives(outcome.summary.derivatives)} derivatives."]
+    name = (
+        tr("Run {number}").format(number=outcome.number)
+        if outcome.number is not None
+        else tr("The run")
+    )
+    said = [
+        tr("{name}: {count} derivatives.").format(
+            name=name, count=count_derivatives(outcome.summary.derivatives)
+        )
+    ]
     grave = (NOT_STORED_TEXT, SAME_SAMPLES_TEXT)
     said += [join_sentences((one,)) for one in outcome.remarks if one.startswith(grave)]
     if failed:
-        said.append(f"Not fitted: {', '.join(failed)}.")
+        said.append(tr("Not fitted: {failed}.").format(failed=", ".join(failed)))
     if outcome.summary.outlying_maneuvers:
         said.append(
-            f"Wild: {', '.join(one.maneuver for one in outcome.summary.outlying_maneuvers)}."
+            tr("Wild: {maneuvers}.").format(
+                maneuvers=", ".join(one.maneuver for one in outcome.summary.outlying_maneuvers)
+            )
         )
     gusty = [one.maneuver.id for one in results if one.equation_error_estimate is not None]
     if gusty:
-        said.append(f"In gusts, compare with equation error: {', '.join(gusty)}.")
-    said.append(f"See Figures ({shortcut_text('Alt+3')}), Summary ({shortcut_text('Alt+4')}).")
+        said.append(
+            tr("In gusts, compare with equation error: {gusty}.").format(gusty=", ".join(gusty))
+        )
+    said.append(
+        tr("See Figures ({figures}), Summary ({summary}).").format(
+            figures=shortcut_text("Alt+3"), summary=shortcut_text("Alt+4")
+        )
+    )
     return " ".join(said)

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from gsapp.identification.axes import AXIS_TITLES
 from gsapp.identification.methods import short_method_title
 from ui.number_format import DASH, symbol_text, value_with_std_text
+from ui.translation import tr
 from ui.widgets.row_model import TableRow
 
 if TYPE_CHECKING:
@@ -36,7 +37,10 @@ def build_run_rows(
     for one in runs:
         signs = [
             word
-            for on, word in ((one.number == marked, "◆ marked"), (one.number == shown, "shown"))
+            for on, word in (
+                (one.number == marked, tr("◆ marked")),
+                (one.number == shown, tr("shown")),
+            )
             if on
         ]
         lines.append(
@@ -45,13 +49,16 @@ def build_run_rows(
                 cells=(
                     str(one.number),
                     one.label,
-                    f"{short_method_title(one.method)}, "
-                    f"{'by surfaces' if one.axis == 'both' else AXIS_TITLES[one.axis]}",
+                    short_method_title(one.method)
+                    + ", "
+                    + (tr("by surfaces") if one.axis == "both" else AXIS_TITLES[one.axis]),
                     str(one.maneuver_count),
                     one.created_at.astimezone().strftime("%d %b %H:%M"),
                     ", ".join(signs),
                 ),
-                detail=f"run {one.number} of {', '.join(one.flights)}",
+                detail=tr("run {number} of {flights}").format(
+                    number=one.number, flights=", ".join(one.flights)
+                ),
             )
         )
     return lines
@@ -77,8 +84,10 @@ def build_run_value_rows(run: StoredRun, comparison: RunComparison | None) -> li
 
 
 def _build_comparison_row(one: ValueDifference) -> TableRow:
-    apart = "" if one.in_bounds is None else f"{abs(one.in_bounds):.1f} bounds"
-    words = "single value" if one.in_bounds is None else f"▲ {apart}" if one.differs else apart
+    apart = (
+        "" if one.in_bounds is None else tr("{bounds:.1f} bounds").format(bounds=abs(one.in_bounds))
+    )
+    words = tr("single value") if one.in_bounds is None else f"▲ {apart}" if one.differs else apart
     return TableRow(
         key=one.name,
         cells=(symbol_text(one.name), mean_text(one.one), mean_text(one.other), words),
@@ -100,21 +109,37 @@ def count_derivatives(names: Iterable[str]) -> int:
 def describe_run(run: StoredRun, comparison: RunComparison | None) -> str:
     """Return what there is to say of a run, or of two beside each other."""
     if comparison is None:
-        said = [f"{count_derivatives(run.values)} derivatives from {run.maneuver_count} maneuvers."]
+        said = [
+            tr("{count} derivatives from {maneuvers} maneuvers.").format(
+                count=count_derivatives(run.values), maneuvers=run.maneuver_count
+            )
+        ]
         if run.bounds_ratio is not None:
-            said.append(f"Scatter / bound: {run.bounds_ratio:.1f} (1 = consistent).")
+            said.append(
+                tr("Scatter / bound: {ratio:.1f} (1 = consistent).").format(ratio=run.bounds_ratio)
+            )
         if run.failures:
-            said.append(f"Not fitted: {', '.join(run.failures)}.")
+            said.append(tr("Not fitted: {failures}.").format(failures=", ".join(run.failures)))
         if run.outlying_maneuvers:
-            said.append(f"Wild: {', '.join(run.outlying_maneuvers)}.")
+            said.append(tr("Wild: {names}.").format(names=", ".join(run.outlying_maneuvers)))
         return " ".join(said)
     far = [symbol_text(one.name) for one in comparison.values if one.differs]
     what = (
-        f"{len(far)} of {len(comparison.values)} values differ: {', '.join(far[:6])}"
-        f"{' …' if len(far) > 6 else ''}."
+        tr("{count} of {total} values differ: {values}{more}.").format(
+            count=len(far),
+            total=len(comparison.values),
+            values=", ".join(far[:6]),
+            more=" …" if len(far) > 6 else "",
+        )
         if far
-        else "No value differs by more than the bounds allow."
+        else tr("No value differs by more than the bounds allow.")
     )
-    versions = f" Versions differ: {'; '.join(comparison.versions)}." if comparison.versions else ""
-    settings = "" if comparison.settings else " The settings are the same."
-    return f"{comparison.one} beside {comparison.other}: {what}{settings}{versions}"
+    versions = (
+        tr(" Versions differ: {versions}.").format(versions="; ".join(comparison.versions))
+        if comparison.versions
+        else ""
+    )
+    settings = "" if comparison.settings else tr(" The settings are the same.")
+    return tr("{one} beside {other}: {what}{settings}{versions}").format(
+        one=comparison.one, other=comparison.other, what=what, settings=settings, versions=versions
+    )

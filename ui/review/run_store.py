@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 from PySide6.QtCore import QObject, Signal
 
 from ui.background_job import BackgroundJob, JobProgress
+from ui.translation import tr
 from ui.undo import UndoCommand, UndoStack
 
 if TYPE_CHECKING:
@@ -83,7 +84,7 @@ class RunStore(QObject):
         self._rename(number, label)
         self._undo_stack.push(
             UndoCommand(
-                f"rename run {number}",
+                tr("rename run {number}").format(number=number),
                 lambda: self._rename(number, former),
                 lambda: self._rename(number, label),
             )
@@ -96,7 +97,7 @@ class RunStore(QObject):
         self._forget(number)
         self._undo_stack.push(
             UndoCommand(
-                f"remove run {number}",
+                tr("remove run {number}").format(number=number),
                 lambda: self._recall(number),
                 lambda: self._forget(number),
             )
@@ -160,7 +161,7 @@ class RunStore(QObject):
                     act(catalog)
                 return stored_runs(catalog)[::-1]
 
-        work = BackgroundJob("Reading the kept runs", run, self)
+        work = BackgroundJob(tr("Reading the kept runs"), run, self)
         self._work = work
         work.done.connect(self._read)
         work.failed.connect(self._failed)

@@ -18,6 +18,7 @@ from ui.review.run_rows import (
     describe_run,
 )
 from ui.review.run_store import RunStore
+from ui.translation import QT_TR_NOOP, tr
 from ui.widgets.action_button import ActionButton
 from ui.widgets.labels import create_label
 from ui.widgets.layout_widgets import create_button_row
@@ -27,10 +28,22 @@ if TYPE_CHECKING:
     from gsapp.identification.runs.run_comparison import RunComparison
     from gsapp.identification.runs.run_store import StoredRun
 
-_RUN_TITLES = ("No.", "Name", "Method", "Of", "When", "")
-_SETTING_TITLES = ("Setting", "This run", "Marked run")
-_NO_RUNS_TEXT = "No runs yet. Each run is saved here with its settings."
-_VALUE_TITLES = ("Derivative", "This run", "Marked run", "Apart")
+_RUN_TITLES = (
+    QT_TR_NOOP("No."),
+    QT_TR_NOOP("Name"),
+    QT_TR_NOOP("Method"),
+    QT_TR_NOOP("Of"),
+    QT_TR_NOOP("When"),
+    "",
+)
+_SETTING_TITLES = (QT_TR_NOOP("Setting"), QT_TR_NOOP("This run"), QT_TR_NOOP("Marked run"))
+_NO_RUNS_TEXT = QT_TR_NOOP("No runs yet. Each run is saved here with its settings.")
+_VALUE_TITLES = (
+    QT_TR_NOOP("Derivative"),
+    QT_TR_NOOP("This run"),
+    QT_TR_NOOP("Marked run"),
+    QT_TR_NOOP("Apart"),
+)
 
 
 class RunsView(QWidget):
@@ -68,35 +81,35 @@ class RunsView(QWidget):
         self.marked: int | None = None
         self._column = QVBoxLayout(self)
         self._column.setContentsMargins(0, 0, 0, 0)
-        self._column.addWidget(create_label("Saved runs", "heading"))
-        self.empty = create_label(_NO_RUNS_TEXT, "muted", wrap=True)
+        self._column.addWidget(create_label(tr("Saved runs"), "heading"))
+        self.empty = create_label(tr(_NO_RUNS_TEXT), "muted", wrap=True)
         self._column.addWidget(self.empty)
         self.list = _RunList(
-            look, "Saved runs", _RUN_TITLES, stretch=NAME_COLUMN_INDEX,
+            look, tr("Saved runs"), _RUN_TITLES, stretch=NAME_COLUMN_INDEX,
             widths={0: 44, 2: 132, 3: 52, 4: 112, 5: 88}, right=frozenset({0, 3}),
             least=2, most=7, editable=frozenset({NAME_COLUMN_INDEX}),
         )  # fmt: skip
         self._column.addWidget(self.list)
         self.buttons = create_button_row(
             look,
-            ActionButton(actions["review_repeat"], "Repeat exactly", look),
-            ActionButton(actions["review_use"], "Use its settings", look),
-            ActionButton(actions["review_mark"], "Mark to compare", look),
-            ActionButton(actions["review_name"], "Name", look),
-            ActionButton(actions["review_forget"], "Forget", look),
+            ActionButton(actions["review_repeat"], tr("Repeat exactly"), look),
+            ActionButton(actions["review_use"], tr("Use its settings"), look),
+            ActionButton(actions["review_mark"], tr("Mark to compare"), look),
+            ActionButton(actions["review_name"], tr("Name"), look),
+            ActionButton(actions["review_forget"], tr("Forget"), look),
         )
         self._column.addWidget(self.buttons)
         self.said = create_label("", wrap=True, remarks_in=look)
         self.said.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
         self._column.addWidget(self.said)
         self.values = FittedTableView(
-            look, "Values of the run", _VALUE_TITLES, stretch=0, widths={1: 164, 2: 164, 3: 96},
+            look, tr("Values of the run"), _VALUE_TITLES, stretch=0, widths={1: 164, 2: 164, 3: 96},
             right=frozenset({1, 2, 3}), most=12,
         )  # fmt: skip
         self._column.addWidget(self.values)
         self.settings = FittedTableView(
             look,
-            "Settings of the run",
+            tr("Settings of the run"),
             _SETTING_TITLES,
             stretch=1,
             widths={0: 140, 2: 160},
@@ -141,7 +154,11 @@ class RunsView(QWidget):
             self.marked = None
         self.list.show_rows(build_run_rows(runs, self.marked, self._shown))
         unread = self._book.read_error
-        self.empty.setText(f"They cannot be read: {unread}." if unread else _NO_RUNS_TEXT)
+        self.empty.setText(
+            tr("They cannot be read: {unread}.").format(unread=unread)
+            if unread
+            else tr(_NO_RUNS_TEXT)
+        )
         self.empty.setVisible(not runs)
         for part in (self.list, self.buttons, self.said, self.values, self.settings):
             part.setVisible(bool(runs))

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ui.commands import shortcut_text
+from ui.translation import tr
 from ui.window_frame.page_steps import StepStatus
 from ui.window_frame.step_page import AbstractStepPage
 
@@ -14,11 +15,14 @@ if TYPE_CHECKING:
 
 PREVIOUS_RUN_COUNT = 4
 """Runs looked at before that are kept, to be compared with."""
-NO_RUN_TEXT = (
-    f"No run selected. On the Estimate page ({shortcut_text('Alt+2')}) start an estimate, or "
-    "press Enter on a saved run;"
-)
-"""What to do on a page that shows a run; why goes after it."""
+
+
+def no_run_text(why: str) -> str:
+    """Return what to do on a page that shows a run, and why."""
+    return tr(
+        "No run selected. On the Estimate page ({keys}) start an estimate, or press Enter on a "
+        "saved run; {why}"
+    ).format(keys=shortcut_text("Alt+2"), why=why)
 
 
 class ReviewStepPage(AbstractStepPage):

@@ -14,12 +14,13 @@ from ui.dialogs.save_dialog import ask_save_file
 from ui.number_format import sanitize_file_name
 from ui.review.review_jobs import JobSubmitter, RunReportJob
 from ui.settings import SettingsStore, initial_dialog_folder
+from ui.translation import QT_TR_NOOP, tr
 
 if TYPE_CHECKING:
     from gsapp.identification.runs.outcome import RunOutcome
     from gsapp.identification.summary.linear_model_validation import LinearModelValidation
 
-_REPORT_FILTER: Final = "HTML (*.html);;PDF (*.pdf)"
+_REPORT_FILTER: Final = QT_TR_NOOP("HTML (*.html);;PDF (*.pdf)")
 
 
 class SummaryExporter(QObject):
@@ -56,7 +57,7 @@ class SummaryExporter(QObject):
     ) -> None:
         """Ask for a file and write the report there."""
         start = self._folder() / f"{_export_title(outcome)} report.html"
-        path = ask_save_file(self._window, "Write the report", start, _REPORT_FILTER)
+        path = ask_save_file(self._window, tr("Write the report"), start, tr(_REPORT_FILTER))
         if path is not None:
             self.write_report(outcome, path, units, linear)
 
@@ -65,7 +66,7 @@ class SummaryExporter(QObject):
     ) -> None:
         """Ask for a folder and write the report, its figures and all files there."""
         path = QFileDialog.getExistingDirectory(
-            self._window, "Write report and files into this folder", str(self._folder())
+            self._window, tr("Write report and files into this folder"), str(self._folder())
         )
         if path:
             self.write_report(outcome, Path(path), units, linear)
@@ -88,7 +89,7 @@ class SummaryExporter(QObject):
         ending = Path(name).suffix
         start = self._folder() / f"{_export_title(outcome)} {name}"
         kind = f"{ending[1:].upper()} (*{ending})"
-        path = ask_save_file(self._window, "Write the file", start, kind)
+        path = ask_save_file(self._window, tr("Write the file"), start, kind)
         if path is not None:
             self.write_file(outcome, name, path, linear)
 
@@ -104,7 +105,7 @@ class SummaryExporter(QObject):
 
             return write_atomically(path, file_content(name, outcome, linear))
 
-        work = BackgroundJob(f"Writing {path.name}", run, self)
+        work = BackgroundJob(tr("Writing {name}").format(name=path.name), run, self)
         work.done.connect(self._done)
         work.failed.connect(lambda error: self._failed(path, error))
         self._work = work
@@ -117,11 +118,13 @@ class SummaryExporter(QObject):
 
     def _done(self, path: object) -> None:
         self.written = Path(str(path))
-        self.status_reported.emit(f"Written: {self.written}")
+        self.status_reported.emit(tr("Written: {written}").format(written=self.written))
 
     def _failed(self, path: Path, error: BaseException) -> None:
-        why = "stopped; nothing was written" if isinstance(error, JobCanceledError) else error
-        self.status_reported.emit(f"{path.name} was not written: {why}")
+        why = tr("stopped; nothing was written") if isinstance(error, JobCanceledError) else error
+        self.status_reported.emit(
+            tr("{name} was not written: {why}").format(name=path.name, why=why)
+        )
 
     def _folder(self) -> Path:
         return initial_dialog_folder(self._store.current, self._store.current.review_folder)
@@ -133,6 +136,10 @@ class SummaryExporter(QObject):
 def _export_title(outcome: RunOutcome) -> str:
     """Return what a file of a run is called: its label, or its flights."""
     flights = [path.stem for path in outcome.request.flights]
-    names = flights[0] if len(flights) == 1 else f"{flights[0]} and {len(flights) - 1} more"
+    names = (
+        flights[0]
+        if len(flights) == 1
+        else tr("{flight} and {count} more").format(flight=flights[0], count=len(flights) - 1)
+    )
     label = outcome.request.label.strip()
     return sanitize_file_name(label) or names

@@ -15,7 +15,7 @@ from ui.number_format import count_text
 from ui.review.linear_models_panel import LinearModelsPanel
 from ui.review.review_jobs import JobSubmitter
 from ui.review.review_selection import ReviewSelection
-from ui.review.step_page import NO_RUN_TEXT, ReviewStepPage
+from ui.review.step_page import ReviewStepPage, no_run_text
 from ui.review.summary_export import SummaryExporter
 from ui.review.summary_rows import (
     ATTENTION_TITLES,
@@ -28,6 +28,7 @@ from ui.review.summary_rows import (
     format_derivative_table,
 )
 from ui.settings import SettingsStore
+from ui.translation import tr
 from ui.widgets.action_button import ActionButton
 from ui.widgets.labels import create_label
 from ui.widgets.layout_widgets import LabeledComboBox, StackingColumns, create_button_row
@@ -37,7 +38,6 @@ from ui.window_frame.page_steps import StepStatus
 if TYPE_CHECKING:
     from gsapp.identification.runs.outcome import RunOutcome
 
-_NO_RUN_SUMMARY_TEXT = f"{NO_RUN_TEXT} its results are summarized here."
 _DETAIL_HEIGHT = 92
 """Points of height that words on a derivative take."""
 _FULL_TABLE_WIDTH = 670
@@ -70,7 +70,7 @@ class SummaryPage(ReviewStepPage):
         selection: ReviewSelection,
         begin_job: JobSubmitter,
     ) -> None:
-        super().__init__(look, "Summary")
+        super().__init__(look, tr("Summary"))
         self._actions = actions
         self._selection = selection
         self._outcome: RunOutcome | None = None
@@ -116,7 +116,7 @@ class SummaryPage(ReviewStepPage):
 
     def _derivatives(self) -> None:
         self.table = FittedTableView(
-            self.display_style, "Derivatives", DERIVATIVE_TITLES, stretch=REMARK_COLUMN,
+            self.display_style, tr("Derivatives"), DERIVATIVE_TITLES, stretch=REMARK_COLUMN,
             widths={0: 84, 1: 84, 2: 84, 3: 62, 4: 74, 5: 74, 6: 32, 7: 42, 8: 80},
             right=frozenset(range(1, REMARK_COLUMN)), least=6, most=40,
         )  # fmt: skip
@@ -126,16 +126,16 @@ class SummaryPage(ReviewStepPage):
         self.detail = create_label("", wrap=True, remarks_in=self.display_style)
         self.detail.setAlignment(Qt.AlignmentFlag.AlignTop)
         self.detail.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
-        self._add(self._pair.left, create_label("Derivatives, per radian", "strong"))
+        self._add(self._pair.left, create_label(tr("Derivatives, per radian"), "strong"))
         self._add(self._pair.left, self.table)
         self._pair.left.addStretch(1)
-        self._add(self._pair.right, create_label("Selected derivative", "strong"))
+        self._add(self._pair.right, create_label(tr("Selected derivative"), "strong"))
         self._add(self._pair.right, self.detail)
 
     def _attention(self) -> None:
-        self.attention_heading = create_label("Needs attention", "strong")
+        self.attention_heading = create_label(tr("Needs attention"), "strong")
         self.attention = FittedTableView(
-            self.display_style, "Remarks", ATTENTION_TITLES, stretch=2, widths={0: 72,
+            self.display_style, tr("Remarks"), ATTENTION_TITLES, stretch=2, widths={0: 72,
             1: 120},
             least=2, most=12,
         )  # fmt: skip
@@ -146,20 +146,20 @@ class SummaryPage(ReviewStepPage):
 
     def _writing(self) -> None:
         look, actions = self.display_style, self._actions
-        self.file = LabeledComboBox(look, "One file", letters=24)
+        self.file = LabeledComboBox(look, tr("One file"), letters=24)
         self.buttons = {
             name: ActionButton(actions[name], words, look)
             for name, words in (
-                ("review_report", "Report…"),
-                ("review_everything", "Everything in a folder…"),
-                ("review_copy", "Copy the table"),
-                ("review_file", "Write it…"),
-                ("review_open_written", "Open it"),
+                ("review_report", tr("Report…")),
+                ("review_everything", tr("Everything in a folder…")),
+                ("review_copy", tr("Copy the table")),
+                ("review_file", tr("Write it…")),
+                ("review_open_written", tr("Open it")),
             )
         }
         self.buttons["review_report"].setProperty("role", "primary")
         right = self._pair.right
-        self._add(right, create_label("Export", "strong"))
+        self._add(right, create_label(tr("Export"), "strong"))
         first = ("review_report", "review_everything", "review_copy")
         self._add(right, create_button_row(look, *(self.buttons[name] for name in first)))
         self._add(right, create_button_row(look, self.file, self.buttons["review_file"]))
@@ -248,7 +248,7 @@ class SummaryPage(ReviewStepPage):
         """Put the table on the clipboard, as text with tabs."""
         if self._outcome is not None:
             QGuiApplication.clipboard().setText(format_derivative_table(self._outcome))
-            self._told("The table is on the clipboard.")
+            self._told(tr("The table is on the clipboard."))
 
     # Showing
 
@@ -264,7 +264,7 @@ class SummaryPage(ReviewStepPage):
         self._pair.setVisible(outcome is not None)
         self.trust.setVisible(outcome is not None)
         if outcome is None:
-            self.headline.setText(_NO_RUN_SUMMARY_TEXT)
+            self.headline.setText(no_run_text(tr("its results are summarized here.")))
             return
         from gsapp.report.estimate_export import FILE_TITLES, file_names
         from gsapp.report.estimate_text import (
@@ -274,7 +274,7 @@ class SummaryPage(ReviewStepPage):
         )
         from gsapp.report.residual_text import residual_text
 
-        kept = "" if outcome.number is None else f"Run {outcome.number}: "
+        kept = "" if outcome.number is None else tr("Run {number}: ").format(number=outcome.number)
         self.headline.setText(f"{kept}{estimate_headline(outcome.summary, outcome.result)}")
         said = (bound_consistency_text(outcome.summary), *residual_text(outcome.result))
         self.trust.setText(" ".join((*said, *exclusion_text(outcome.summary))))
@@ -284,7 +284,9 @@ class SummaryPage(ReviewStepPage):
             lines = build_attention_rows(outcome)
             self.attention.show_rows(lines)
         self.attention.setVisible(bool(lines))
-        self.attention_heading.setText("Needs attention" if lines else "Nothing needs attention")
+        self.attention_heading.setText(
+            tr("Needs attention") if lines else tr("Nothing needs attention")
+        )
         self.linear.show_outcome(outcome)
         names = [name for name in file_names(outcome) if name in FILE_TITLES]
         self.file.set_choices([(name, FILE_TITLES[name]) for name in names], self.file.current_key)
@@ -310,7 +312,7 @@ class SummaryPage(ReviewStepPage):
     def _tell_of(self, derivative: str) -> None:
         outcome = self._outcome
         words = describe_derivative(outcome, derivative) if outcome and derivative else ""
-        self.detail.setText(words or "Choose a derivative in the table.")
+        self.detail.setText(words or tr("Choose a derivative in the table."))
 
     def _looked_at(self) -> None:
         key = self.attention.current_key()

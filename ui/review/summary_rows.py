@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Final, Literal
 
 from gsapp.quantities import channel, typeset
 from ui.number_format import DASH, MINUS, number_text, symbol_text
+from ui.translation import QT_TR_NOOP, tr
 from ui.widgets.row_model import TableRow
 
 if TYPE_CHECKING:
@@ -17,7 +18,8 @@ if TYPE_CHECKING:
     from gsapp.identification.summary.linear_model_validation import LinearModelValidation
 
 DERIVATIVE_TITLES: Final = (
-    "", "Mean", "Std. error", "%", "Scatter", "/ bound", "n", "Out", "Before", "Remarks",
+    "", QT_TR_NOOP("Mean"), QT_TR_NOOP("Std. error"), "%", QT_TR_NOOP("Scatter"),
+    QT_TR_NOOP("/ bound"), "n", QT_TR_NOOP("Out"), QT_TR_NOOP("Before"), QT_TR_NOOP("Remarks"),
 )  # fmt: skip
 """Std. error is that of the mean; scatter the standard deviation from maneuver to maneuver,
 then in times the bounds of single maneuvers."""
@@ -92,7 +94,7 @@ def _short_reason(status: str, why: str) -> str:
     others = _CONFOUNDED_PATTERN.search(why)
     if status == "not-identifiable" and others is not None:
         names = re.split(", | and ", others[1])
-        return f"not told apart from {', '.join(names)}"
+        return tr("not told apart from {names}").format(names=", ".join(names))
     return f"{_status_text(status)}: {re.split('[:;]', why)[0]}"
 
 
@@ -101,12 +103,12 @@ def _format_number(text: str) -> str:
 
 
 def _status_text(status: str) -> str:
-    return "not identifiable" if status == "not-identifiable" else status
+    return tr("not identifiable") if status == "not-identifiable" else status
 
 
 def _trend_texts(one: DerivativeSummary) -> list[str]:
     return [
-        f"changes with {channel(trend.condition).title.lower()}"
+        tr("changes with {condition}").format(condition=channel(trend.condition).title.lower())
         for trend in one.trends
         if trend.is_significant
     ]
@@ -120,55 +122,78 @@ def describe_derivative(outcome: RunOutcome, name: str) -> str:
     if one is None:
         for other, status, why in unknown_rows(outcome.result):
             if other == name:
-                return typeset(f"{name} is {_status_text(status)}: {why}.")
+                return typeset(
+                    tr("{name} is {status}: {why}.").format(
+                        name=name, status=_status_text(status), why=why
+                    )
+                )
         return ""
     digits = decimals_for_std(one.value.std)
     said = [
-        f"{name} is {number_text(one.value.mean, digits)} ± "
-        f"{one.value.std:.{digits}f} per radian, from {one.value.n} of {len(one.points)} maneuvers."
+        tr("{name} is {mean} ± {std:.{digits}f} per radian, from {n} of {count} maneuvers.").format(
+            name=name,
+            mean=number_text(one.value.mean, digits),
+            std=one.value.std,
+            digits=digits,
+            n=one.value.n,
+            count=len(one.points),
+        )
     ]
     said += [
-        f"All maneuvers fitted together: {number_text(found.value, digits)} ± "
-        f"{found.std:.{digits}f}."
+        tr("All maneuvers fitted together: {value} ± {std:.{digits}f}.").format(
+            value=number_text(found.value, digits), std=found.std, digits=digits
+        )
         for found in (fit.derivatives.get(name) for fit in outcome.result.joint)
         if found is not None and found.value is not None and found.std
     ]
     if one.bound_consistency is None and one.value.n < _MIN_SCATTER_VALUES:
-        said.append(f"Fewer than {_MIN_SCATTER_VALUES} values: scatter cannot check the bounds.")
+        said.append(
+            tr("Fewer than {count} values: scatter cannot check the bounds.").format(
+                count=_MIN_SCATTER_VALUES
+            )
+        )
     elif one.bound_consistency is None:
         said.append(
-            "Its bound includes an instrument zero common to all maneuvers: scatter cannot "
-            "check it."
+            tr(
+                "Its bound includes an instrument zero common to all maneuvers: scatter cannot "
+                "check it."
+            )
         )
     else:
         said.append(
-            f"Scatter is {one.bound_consistency.ratio:.1f} times the bounds (expected by "
-            f"chance: up to {one.bound_consistency.p_value:.2g})."
+            tr(
+                "Scatter is {ratio:.1f} times the bounds (expected by chance: up to {p_value:.2g})."
+            ).format(ratio=one.bound_consistency.ratio, p_value=one.bound_consistency.p_value)
         )
         if one.bound_consistency.ratio > _SCATTER_RATIO_LIMIT:
-            said.append("The bound of the mean includes the scatter between maneuvers.")
+            said.append(tr("The bound of the mean includes the scatter between maneuvers."))
     said += [
-        f"Trend with {channel(trend.condition).title.lower()}: "
-        f"{'proven' if trend.is_significant else 'not proven'} (chance alone: "
-        f"{max(trend.p_value, 1e-9):.2g})."
+        tr("Trend with {condition}: {verdict} (chance alone: {p_value:.2g}).").format(
+            condition=channel(trend.condition).title.lower(),
+            verdict=tr("proven") if trend.is_significant else tr("not proven"),
+            p_value=max(trend.p_value, 1e-9),
+        )
         for trend in one.trends
     ]
     said += [
-        f"Maneuver {outlier.point.maneuver} is excluded, {_sigma_text(outlier.sigmas)} off: "
-        f"{'; '.join(outlier.reasons)}."
+        tr("Maneuver {maneuver} is excluded, {sigma} off: {reasons}.").format(
+            maneuver=outlier.point.maneuver,
+            sigma=_sigma_text(outlier.sigmas),
+            reasons="; ".join(outlier.reasons),
+        )
         for outlier in one.outliers
     ]
     if one.excluded:
         names = ", ".join(point.maneuver for point in one.excluded)
-        said.append(f"Excluded manually: {names}.")
+        said.append(tr("Excluded manually: {names}.").format(names=names))
     return typeset(" ".join(said))
 
 
 def _sigma_text(value: float) -> str:
-    return f"{number_text(value, 1)} standard deviations"
+    return tr("{value} standard deviations").format(value=number_text(value, 1))
 
 
-ATTENTION_TITLES: Final = ("Maneuver", "What", "Why")
+ATTENTION_TITLES: Final = (QT_TR_NOOP("Maneuver"), QT_TR_NOOP("What"), QT_TR_NOOP("Why"))
 
 
 def build_attention_rows(outcome: RunOutcome) -> tuple[TableRow, ...]:
@@ -179,8 +204,10 @@ def build_attention_rows(outcome: RunOutcome) -> tuple[TableRow, ...]:
             key=AttentionItem(kind="wild", maneuver=one.maneuver),
             cells=(
                 one.maneuver,
-                f"wild: {len(one.derivatives)} of {one.derivative_count} derivatives"
-                + (", though fitted well" if one.fits_well else ""),
+                tr("wild: {count} of {total} derivatives").format(
+                    count=len(one.derivatives), total=one.derivative_count
+                )
+                + (tr(", though fitted well") if one.fits_well else ""),
                 typeset(f"{', '.join(one.derivatives)}: {'; '.join(one.reasons)}"),
             ),
             state="caution",
@@ -196,7 +223,9 @@ def build_attention_rows(outcome: RunOutcome) -> tuple[TableRow, ...]:
             key=AttentionItem(kind="outlier", maneuver=outlier.point.maneuver, derivative=name),
             cells=(
                 outlier.point.maneuver,
-                f"{symbol_text(name)} {number_text(outlier.sigmas, 1)} σ off",
+                tr("{name} {sigmas} σ off").format(
+                    name=symbol_text(name), sigmas=number_text(outlier.sigmas, 1)
+                ),
                 "; ".join(outlier.reasons),
             ),
         )
@@ -213,7 +242,8 @@ def build_attention_rows(outcome: RunOutcome) -> tuple[TableRow, ...]:
             TableRow(
                 key=AttentionItem(kind="failed", maneuver=one.maneuver.id),
                 cells=(
-                    one.maneuver.id, "not fitted" if estimate is None else "not converged", why
+                    one.maneuver.id,
+                    tr("not fitted") if estimate is None else tr("not converged"), why,
                 ),
                 state="caution",
                 colored=frozenset({1}),
@@ -223,7 +253,7 @@ def build_attention_rows(outcome: RunOutcome) -> tuple[TableRow, ...]:
     lines += [
         TableRow(
             key=AttentionItem(kind="excluded", maneuver=maneuver),
-            cells=(maneuver, "excluded manually", "not in any mean"),
+            cells=(maneuver, tr("excluded manually"), tr("not in any mean")),
         )
         for maneuver in sorted(summary.excluded_maneuvers)
     ]
@@ -245,10 +275,12 @@ def _build_gust_rows(outcome: RunOutcome) -> list[TableRow]:
                 key=AttentionItem(kind="gusts", maneuver=one.maneuver.id),
                 cells=(
                     one.maneuver.id,
-                    "flown in gusts",
-                    f"equation error disagrees in {apart}: use the smaller bound"
+                    tr("flown in gusts"),
+                    tr("equation error disagrees in {apart}: use the smaller bound").format(
+                        apart=apart
+                    )
                     if apart
-                    else "equation error agrees",
+                    else tr("equation error agrees"),
                 ),
                 state="caution" if apart else "plain",
                 colored=frozenset({1}),
@@ -257,7 +289,12 @@ def _build_gust_rows(outcome: RunOutcome) -> list[TableRow]:
     return lines
 
 
-MODE_TITLES: Final = ("Mode", "ω, rad/s", "Damping", "Time constant, s")
+MODE_TITLES: Final = (
+    QT_TR_NOOP("Mode"),
+    QT_TR_NOOP("ω, rad/s"),
+    QT_TR_NOOP("Damping"),
+    QT_TR_NOOP("Time constant, s"),
+)
 
 
 def build_mode_rows(outcome: RunOutcome) -> tuple[TableRow, ...]:
@@ -268,14 +305,19 @@ def build_mode_rows(outcome: RunOutcome) -> tuple[TableRow, ...]:
         TableRow(
             key=(axis, place),
             cells=(name, *(text.replace("-", MINUS) for text in numbers)),
-            detail=f"pole {pole} 1/s".replace("-", MINUS),
+            detail=tr("pole {pole} 1/s").format(pole=pole).replace("-", MINUS),
         )
         for axis, model in outcome.models.items()
         for place, (name, pole, *numbers) in enumerate(mode_rows(model))
     )
 
 
-ERROR_TITLES: Final = ("RMS error over range, %", "Least squares", "Subspace", "Derivatives")
+ERROR_TITLES: Final = (
+    QT_TR_NOOP("RMS error over range, %"),
+    QT_TR_NOOP("Least squares"),
+    QT_TR_NOOP("Subspace"),
+    QT_TR_NOOP("Derivatives"),
+)
 
 
 def build_error_rows(comparison: LinearModelValidation) -> tuple[TableRow, ...]:
@@ -284,7 +326,7 @@ def build_error_rows(comparison: LinearModelValidation) -> tuple[TableRow, ...]:
 
     lines = []
     for axis, one in comparison.axes.items():
-        for words, found in (("", one.errors), (", whole flight", one.whole_flight_errors)):
+        for words, found in (("", one.errors), (tr(", whole flight"), one.whole_flight_errors)):
             for name, *errors in error_rows(one.outputs, found) if found else ():
                 cells = (f"{symbol_text(channel(name).symbol)}{words}", *errors)
                 lines.append(TableRow(key=(axis, name, words), cells=cells))

@@ -18,6 +18,7 @@ from ui.number_format import clock_text, number_text
 from ui.review.maneuver_text import GRADE_STATES
 from ui.review.timeline_charts import TimelineChart
 from ui.strips.axis_ticks import multiples, step_decimals, time_step, value_ticks
+from ui.translation import tr
 
 _TICK_SPACING = 15.0
 _OUTLINE_WIDTH = 3.0
@@ -327,7 +328,7 @@ def draw_timeline_axis(
     font = look.font("label")
     painter.setFont(font)
     metrics = QFontMetricsF(font)
-    unit = "flight time"
+    unit = tr("flight time")
     end = box.right() - metrics.horizontalAdvance(unit) - look.px(10)
     painter.setPen(look.color("muted"))
     right = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter

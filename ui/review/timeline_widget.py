@@ -17,6 +17,7 @@ from ui.review import timeline_painter as drawing
 from ui.review.timeline_charts import TIMELINE_CHANNELS, TimelineChart, build_timeline_charts
 from ui.review.timeline_painter import TimelineSpan, TimeScale
 from ui.review.visible_time_range import VisibleTimeRange
+from ui.translation import tr
 from ui.widgets.paint_primitives import paint_focus_frame
 
 _OVERVIEW_CHANNELS = ("altitude", "V", "q", "de")
@@ -74,7 +75,7 @@ class TimelineWidget(QWidget):
         self.marked_segment: tuple[float, float] | None = None
         self.view = VisibleTimeRange()
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
-        self.setAccessibleName("Time line of the flight")
+        self.setAccessibleName(tr("Time line of the flight"))
         look.changed.connect(self._restyle)
 
     # What it is given
@@ -230,7 +231,7 @@ class TimelineWidget(QWidget):
         painter.setPen(look.color("muted"))
         side = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
         painter.drawText(
-            QRectF(0, box.top(), box.left() - look.px(6), box.height()), side, "Whole\nflight"
+            QRectF(0, box.top(), box.left() - look.px(6), box.height()), side, tr("Whole\nflight")
         )
 
     def _draw_overview(self, painter: QPainter) -> None:
@@ -308,7 +309,7 @@ class TimelineWidget(QWidget):
         if not self.shown_charts:
             painter.setPen(look.color("muted"))
             painter.setFont(look.font("body"))
-            painter.drawText(plot, Qt.AlignmentFlag.AlignCenter, "No channel is shown")
+            painter.drawText(plot, Qt.AlignmentFlag.AlignCenter, tr("No channel is shown"))
             return
         gap = look.px(4)
         high = (plot.height() - gap * (len(self.shown_charts) - 1)) / len(self.shown_charts)
@@ -327,21 +328,33 @@ class TimelineWidget(QWidget):
     def _describe(self) -> None:
         """Say what is in sight, for those who hear the window."""
         view = self.view
-        words = [f"{_clock_text(view.start)} to {_clock_text(view.stop)} shown"]
+        words = [
+            tr("{start} to {stop} shown").format(
+                start=_clock_text(view.start), stop=_clock_text(view.stop)
+            )
+        ]
         for span in self._spans:
             if span.id == self._name:
                 words.insert(
                     0,
-                    f"maneuver {span.label}, {_clock_text(span.start)} to {_clock_text(span.stop)}",
+                    tr("maneuver {label}, {start} to {stop}").format(
+                        label=span.label, start=_clock_text(span.start), stop=_clock_text(span.stop)
+                    ),
                 )
         if self.marked_segment is not None:
             words.append(
-                f"{_clock_text(self.marked_segment[0])} to {_clock_text(self.marked_segment[1])} "
-                "marked"
+                tr("{start} to {stop} marked").format(
+                    start=_clock_text(self.marked_segment[0]),
+                    stop=_clock_text(self.marked_segment[1]),
+                )
             )
         if self.pointer is not None:
             values = [name for chart in self.shown_charts for name in self._names(chart)]
-            words.append(f"at {_clock_text(self.pointer)} {', '.join(values)}")
+            words.append(
+                tr("at {pointer} {values}").format(
+                    pointer=_clock_text(self.pointer), values=", ".join(values)
+                )
+            )
         self.setAccessibleDescription("; ".join(words))
 
 

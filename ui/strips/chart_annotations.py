@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import Literal, Protocol
 
 from gsapp.quantities import ChannelSpec, from_si
+from ui.translation import tr
 
 SpanKind = Literal["maneuver", "event"]
 LimitState = Literal["", "caution", "warning"]
@@ -97,9 +98,9 @@ def find_limit_state(value: float, limits: ChannelLimits | None) -> tuple[LimitS
     )
     for state, low, high in states:
         if low is not None and value < low:
-            return state, "LOW"
+            return state, tr("LOW")
         if high is not None and value > high:
-            return state, "HIGH"
+            return state, tr("HIGH")
     return "", ""
 
 

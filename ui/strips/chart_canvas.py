@@ -16,6 +16,7 @@ from ui.strips.chart_raster import ChartRaster
 from ui.strips.chart_state import DisplayedValue
 from ui.strips.raster import split_ring
 from ui.strips.repaint_region import RepaintRegion
+from ui.translation import tr
 
 
 class ChartCanvas:
@@ -192,12 +193,12 @@ class ChartCanvas:
         if exposed.clip_to(header):
             painter.fillRect(_rect(header), background)
             chart_painter.draw_header(
-                painter, pen, geometry, view, model.layout.name, recording=model.recording
+                painter, pen, geometry, view, tr(model.layout.name), recording=model.recording
             )
         clock = _clock_box(geometry)
         if exposed.clip_to(clock):
             painter.fillRect(_rect(clock), background)
-            chart_painter.draw_clock(painter, pen, geometry, view, model.newest_text)
+            chart_painter.draw_clock(painter, pen, geometry, view, tr(model.newest_text))
         if exposed.clip_to(lane):
             painter.fillRect(_rect(lane), background)
             chart_painter.draw_lane(painter, pen, geometry, view, model.spans, model.marks)
@@ -262,7 +263,7 @@ class ChartCanvas:
             painter.fillRect(_rect(plot), QColor(model.theme.background))
             for box in geometry.charts:
                 painter.fillRect(_rect(box), QColor(model.theme.plot))
-            text = model.empty_text if geometry.charts else "No chart chosen"
+            text = model.empty_text if geometry.charts else tr("No chart chosen")
             chart_painter.draw_empty_message(painter, self._pen, geometry, text)
             return
         seam = view.columns[0] % image.width()

@@ -25,6 +25,7 @@ from ui.strips.pixel_columns import SampleSource, column_extremes
 from ui.strips.strip_layout import StripLayout, default_layout
 from ui.strips.strip_view import StripView
 from ui.theme import DAYLIGHT, Theme
+from ui.translation import QT_TR_NOOP, tr
 
 _STALE_SECONDS = 3.0
 """Least age of a stale value, s."""
@@ -71,7 +72,7 @@ class ChartModel:
     sources: Mapping[str, OriginInfo] = field(default_factory=dict)
     stale_ages: Mapping[str, float] = field(default_factory=dict)
     recording: bool = False
-    newest_text: str = "now"
+    newest_text: str = QT_TR_NOOP("now")
     empty_text: str = ""
     shows_cursor_values: bool = True
     view: StripView = field(default_factory=StripView)
@@ -121,11 +122,15 @@ class ChartModel:
         """Return which chart is selected, for screen readers."""
         strips, selected = self.layout.strips, self.view.selected
         if not strips:
-            return "No chart chosen"
+            return tr("No chart chosen")
         chart = self.selected_chart
         unit = chart.displays[0].unit if chart is not None else ""
         title = channel(strips[selected].channel).title
-        return f"Chart {selected + 1} of {len(strips)}: {title} {unit}".rstrip()
+        return (
+            tr("Chart {selected} of {count}: {title} {unit}")
+            .format(selected=selected + 1, count=len(strips), title=title, unit=unit)
+            .rstrip()
+        )
 
     # Values
 

@@ -17,7 +17,6 @@ from ui.fonts import sans_serif_font
 from ui.icons import paint_indicator
 from ui.number_format import (
     DASH,
-    MINUS,
     clock_text,
     elapsed_text,
     number_text,
@@ -36,6 +35,7 @@ from ui.strips.chart_state import (
 )
 from ui.strips.strip_view import StripView
 from ui.theme import Theme
+from ui.translation import tr
 
 _LABEL_SIZE, _BODY_SIZE, _SYMBOL_SIZE, _VALUE_SIZE = 11, 13, 14, 18
 _WIDE_LABEL_SPACING, _LABEL_SPACING = 1.9, 1.2
@@ -150,7 +150,7 @@ def measure_column_widths(
     if width < pen.px(760):
         # Little room, as at 250 %: titles give way first.
         names = min(names, pen.px(84))
-    tag = pen.width("uncal", _LABEL_SIZE) + pen.px(12)
+    tag = pen.width(tr("uncal"), _LABEL_SIZE) + pen.px(12)
     return ColumnWidths(
         gutter=pen.px(22) if any(group_names) else pen.px(8),
         names=math.ceil(names) + pen.px(8),
@@ -187,7 +187,7 @@ def draw_names(
     """Write group names, symbols, units, titles and the labels of the y axes."""
     theme = pen.theme
     for name, box in geometry.groups:
-        _draw_group(painter, pen, name, box)
+        _draw_group(painter, pen, tr(name), box)
     lowest: dict[float, int] = {}
     for number_of_chart, box in zip(geometry.numbers, geometry.charts, strict=True):
         share = charts[number_of_chart].strip.height
@@ -410,10 +410,10 @@ def _draw_tags(
     tags: list[tuple[str, str, str]] = []
     if reading.state:
         fill = theme.warning_fill if reading.state == "warning" else theme.caution_fill
-        sign = "▲" if reading.state_text == "HIGH" else "▼"
+        sign = "▲" if reading.state_text == tr("HIGH") else "▼"
         tags.append((f"{sign} {reading.state_text}", theme.fill_text, fill))
     if reading.uncalibrated:
-        tags.append(("uncal", theme.caution, ""))
+        tags.append((tr("uncal"), theme.caution, ""))
     if reading.extrapolated:
         # In two lines: beside each other they reach into a long number.
         first, second = BEYOND_CALIBRATION_TEXT.split()
@@ -422,7 +422,7 @@ def _draw_tags(
             (second, theme.caution, ""),
         ]
     if reading.estimated:
-        tags.append(("est", theme.muted, ""))
+        tags.append((tr("est"), theme.muted, ""))
     fitting = max(int(cell.height() // pen.px(15)), 1)
     tags = tags[:fitting]
     for place, (word, color, fill) in enumerate(tags):
@@ -526,11 +526,11 @@ def draw_header(
                 QRectF(x + shift, middle - pen.px(5), bar, pen.px(10)), pen.color(theme.banner_text)
             )
         x += pen.px(18)
-        behind = f"PAUSED   {elapsed_text(view.seconds_behind)} behind"
+        behind = tr("PAUSED   {elapsed} behind").format(elapsed=elapsed_text(view.seconds_behind))
         x += pen.text(painter, x, middle, behind, theme.banner_text, _BODY_SIZE, bold=True)
-        note = "Home: back to now"
+        note = tr("Home: back to now")
         if recording:
-            note = f"Still recording. {note}"
+            note = tr("Still recording. {note}").format(note=note)
         end: float = plot.right - pen.px(10)
         if x + pen.px(14) + pen.width(note, _BODY_SIZE) < end:
             end -= pen.text(
@@ -571,10 +571,10 @@ def draw_clock(
 def visible_time_text(view: StripView) -> str:
     """Return how much time is in sight, and from A to B where both are set."""
     a, b = view.cursors.get("a"), view.cursors.get("b")
-    sight = f"{time_span_text(view.window)} shown"
+    sight = tr("{window} shown").format(window=time_span_text(view.window))
     if a is None or b is None:
         return sight
-    return f"B{MINUS}A {number_text(b - a, 2)} s \N{MIDDLE DOT} {sight}"
+    return tr("B−A {number} s · {sight}").format(number=number_text(b - a, 2), sight=sight)
 
 
 def draw_lane(
@@ -803,7 +803,7 @@ def draw_time_axis(
             painter, plot.x + (left + right) / 2.0, center, text, theme.background, _LABEL_SIZE,
             bold=True, align="center",
         )  # fmt: skip
-    note = "flight time" if not hidden else f"{hidden} more: Up, Down"
+    note = tr("flight time") if not hidden else tr("{hidden} more: Up, Down").format(hidden=hidden)
     pen.text(
         painter,
         geometry.columns.gutter + pen.px(4),

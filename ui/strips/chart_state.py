@@ -29,8 +29,9 @@ from ui.strips.pixel_columns import SampleSource
 from ui.strips.raster import BandPaint, ChartPaint, Color, TracePaint
 from ui.strips.strip_layout import Strip
 from ui.theme import Theme
+from ui.translation import QT_TR_NOOP
 
-BEYOND_CALIBRATION_MARK, BEYOND_CALIBRATION_TEXT = "*", "beyond cal"
+BEYOND_CALIBRATION_MARK, BEYOND_CALIBRATION_TEXT = "*", QT_TR_NOOP("beyond cal")
 """How a value is marked that an instrument gave beyond what it was calibrated for, and called."""
 _DASH = 5  # logical pixels of a third of a dash with its gap
 _MIN_TICK_SPACING = 13.5  # logical pixels between labels of the y axis

@@ -36,6 +36,7 @@ from ui.strips.strip_layout import StripLayout
 from ui.strips.strip_view import StripView
 from ui.strips.view_navigator import ViewNavigator
 from ui.theme import Theme, compute_sizes
+from ui.translation import tr
 
 _FRAME_MS = 16
 """Between looks at the history, ms."""
@@ -88,7 +89,7 @@ class StripChart(QWidget):
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
         self.setMouseTracking(False)
-        self.setAccessibleName("Strip charts")
+        self.setAccessibleName(tr("Strip charts"))
         self.model = ChartModel()
         self.navigator = ViewNavigator(self.model, self)
         self.editor = ChartEditor(self.model, self)

@@ -13,6 +13,7 @@ from pydantic import Field, field_validator, model_validator
 
 from gsapp.foundation import StrictModel, read_toml, write_toml
 from gsapp.quantities import CHANNELS, TRACE_COLORS, base_id, channel, from_si, parse_quantity
+from ui.translation import QT_TR_NOOP
 
 TraceStyle = Literal["measured", "computed", "previous"]
 RangeMode = Literal["auto", "fixed", "limits"]
@@ -96,8 +97,10 @@ class Strip(StrictModel):
     def _must_fit_together(self) -> Strip:
         quantities = {channel(trace.channel).quantity for trace in self.traces}
         if len(quantities) > 1:
-            names = " and ".join(sorted(quantities))
-            raise ValueError(f"one chart cannot show {names}; give each quantity its own chart")
+            raise ValueError(
+                f"one chart cannot show {' and '.join(sorted(quantities))}; give each quantity its "
+                "own chart"
+            )
         if self.range == "fixed" and (
             self.low is None or self.high is None or not self.low < self.high
         ):
@@ -145,7 +148,7 @@ class StripLayout(StrictModel):
         From top to bottom.
     """
 
-    name: str = "Flight test"
+    name: str = QT_TR_NOOP("Flight test")
     window: Annotated[float, Field(gt=0.0)] = 60.0
     groups: tuple[StripGroup, ...] = ()
 
@@ -218,9 +221,9 @@ def save_layout(path: Path | str, layout: StripLayout) -> Path:
 
 
 _DEFAULT_GROUPS = (
-    ("Pitch", ("de", "alpha", "q", "theta", "an")),
-    ("Roll and yaw", ("da", "dr", "beta", "p", "r", "phi", "ay")),
-    ("Flight", ("V", "altitude", "throttle", "battery")),
+    (QT_TR_NOOP("Pitch"), ("de", "alpha", "q", "theta", "an")),
+    (QT_TR_NOOP("Roll and yaw"), ("da", "dr", "beta", "p", "r", "phi", "ay")),
+    (QT_TR_NOOP("Flight"), ("V", "altitude", "throttle", "battery")),
 )
 # What stands in where a flight lacks the channel.
 _SUBSTITUTE_CHANNELS = {
@@ -264,5 +267,5 @@ def default_layout(channels: Sequence[str] | None = None) -> StripLayout:
             rest = [name for name in rest if not name.endswith("_volts")]
         others = tuple(Strip(traces=(Trace(channel=name),)) for name in rest[: 16 - len(used)])
         if others:
-            groups.append(StripGroup(name="Other", strips=others))
+            groups.append(StripGroup(name=QT_TR_NOOP("Other"), strips=others))
     return StripLayout(groups=tuple(groups))

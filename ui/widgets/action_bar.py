@@ -12,6 +12,7 @@ from PySide6.QtWidgets import QHBoxLayout, QMenu, QPushButton, QSizePolicy, QWid
 from ui.commands import shortcut_text
 from ui.dialogs.form_dialog import repolish
 from ui.display_style import DisplayStyle
+from ui.translation import tr
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -41,7 +42,8 @@ class ActionItem:
     @property
     def label(self) -> str:
         """Return the text with the key."""
-        return f"{self.text}   {shortcut_text(self.key)}" if self.key else self.text
+        text = tr(self.text)
+        return f"{text}   {shortcut_text(self.key)}" if self.key else text
 
 
 class ActionBar(QWidget):
@@ -67,8 +69,8 @@ class ActionBar(QWidget):
         self._buttons: list[QPushButton] = []
         self.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Fixed)
         self._row = QHBoxLayout(self)
-        self.more = QPushButton("More")
-        self.more.setAccessibleName("More actions")
+        self.more = QPushButton(tr("More"))
+        self.more.setAccessibleName(tr("More actions"))
         self.more.setFocusPolicy(Qt.FocusPolicy.TabFocus)
         self._menu = QMenu(self)
         self.more.setMenu(self._menu)

@@ -28,6 +28,7 @@ from ui.display_style import DisplayStyle
 from ui.number_format import MINUS, clock_text, sanitize_file_name
 from ui.shortcut_filter import ArrowKeyNavigation
 from ui.strips.axis_ticks import step_decimals, time_step
+from ui.translation import QT_TR_NOOP, tr
 from ui.widgets.figure_menu import ContentFunction, FigureMenu, render_widget
 from ui.widgets.flow_layout import FlowLayout, clear_layout
 from ui.widgets.labels import create_label
@@ -50,7 +51,7 @@ _ZOOM = 0.8
 """Factor of the range that a notch of the wheel zooms by."""
 _UNIT_PATTERN = re.compile(r"(.*?)(?:, | \[)([^\],]*)\]?")
 """Symbol and unit in the title of an axis."""
-FLIGHT_TIME_LABEL = "flight time, mm:ss.s"
+FLIGHT_TIME_LABEL = QT_TR_NOOP("flight time, mm:ss.s")
 """Title of an axis of flight time; its ticks are a clock."""
 
 
@@ -319,7 +320,7 @@ class _PlotArea(ArrowKeyNavigation, pyqtgraph.PlotWidget):
             axisItems={side: _PlotAxis(orientation=side) for side in ("left", "bottom")}
         )
         self._look = look
-        self.setAccessibleName(f"Chart: {name}")
+        self.setAccessibleName(tr("Chart: {name}").format(name=name))
         self.setMouseTracking(True)
         self.pointer: QPointF | None = None
         self._curves: tuple[PlotCurve, ...] = ()
@@ -379,7 +380,7 @@ class _PlotArea(ArrowKeyNavigation, pyqtgraph.PlotWidget):
         for curve in curves:
             item.addItem(self._made(curve))
         style = {"color": look.color("text").name(), "font-size": f"{look.sizes.label}px"}
-        item.setLabel("bottom", bottom, **style)
+        item.setLabel("bottom", tr(bottom), **style)
         item.setLabel("left", left, **style)
         finite = [curve.x[np.isfinite(curve.x)] for curve in curves]
         ends = [(float(x[0]), float(x[-1])) if x.size else None for x in map(np.sort, finite)]

@@ -14,8 +14,9 @@ from PySide6.QtWidgets import QMessageBox, QWidget
 from gsapp.foundation import write_atomically
 from ui.background_job import BackgroundJob
 from ui.dialogs.save_dialog import ask_save_file
+from ui.translation import QT_TR_NOOP, tr
 
-_KINDS = "Picture (*.png);;PDF (*.pdf);;Drawing (*.svg);;Numbers (*.csv)"
+_KINDS = QT_TR_NOOP("Picture (*.png);;PDF (*.pdf);;Drawing (*.svg);;Numbers (*.csv)")
 _EXACT = QPageSize.SizeMatchPolicy.ExactMatch
 _POINTS_PER_INCH, _PIXELS_PER_INCH = 72.0, 96
 
@@ -58,10 +59,10 @@ class FigureMenu(QObject):
         self._file = file
         self._content = content
         entries = (
-            ("Copy picture", self.copy_figure),
-            ("Copy numbers", self.copy_numbers),
-            ("Save as…", self.save_as),
-            ("Reset zoom", reset),
+            (tr("Copy picture"), self.copy_figure),
+            (tr("Copy numbers"), self.copy_numbers),
+            (tr("Save as…"), self.save_as),
+            (tr("Reset zoom"), reset),
         )
         self._actions = [QAction(words, widget) for words, _ in entries]
         for action, (_, act) in zip(self._actions, entries, strict=True):
@@ -79,23 +80,23 @@ class FigureMenu(QObject):
 
     def copy_figure(self) -> None:
         """Put the picture on the clipboard."""
-        self._begin("Copying the picture", self._content(".png"), self._copied_picture)
+        self._begin(tr("Copying the picture"), self._content(".png"), self._copied_picture)
 
     def _copied_picture(self, png: bytes) -> None:
         QGuiApplication.clipboard().setImage(QImage.fromData(png))
-        self.message_posted.emit("Picture copied.")
+        self.message_posted.emit(tr("Picture copied."))
 
     def copy_numbers(self) -> None:
         """Put the numbers on the clipboard, for a spreadsheet."""
-        self._begin("Copying the numbers", self._content(".tsv"), self._copied_numbers)
+        self._begin(tr("Copying the numbers"), self._content(".tsv"), self._copied_numbers)
 
     def _copied_numbers(self, rows: bytes) -> None:
         QGuiApplication.clipboard().setText(rows.decode())
-        self.message_posted.emit("Numbers copied.")
+        self.message_posted.emit(tr("Numbers copied."))
 
     def save_as(self) -> None:
         """Ask for a file and save the figure there."""
-        path = ask_save_file(self._widget, "Save the figure", self._file(), _KINDS)
+        path = ask_save_file(self._widget, tr("Save the figure"), self._file(), tr(_KINDS))
         if path is not None:
             self.save(path)
 
@@ -103,16 +104,20 @@ class FigureMenu(QObject):
         """Save the picture, or the numbers, by the ending of the name."""
         content = self._content(path.suffix.casefold())
         self._begin(
-            "Saving the figure",
+            tr("Saving the figure"),
             lambda: write_atomically(path, content()),
-            lambda written: self.message_posted.emit(f"Saved as {written}."),
+            lambda written: self.message_posted.emit(
+                tr("Saved as {written}.").format(written=written)
+            ),
         )
 
     def _begin(self, title: str, run: Callable[[], Any], done: Callable[[Any], None]) -> None:
         work = BackgroundJob(title, lambda _progress: run(), self)
         work.done.connect(done)
         work.failed.connect(
-            lambda error: QMessageBox.warning(self._widget, title, f"{title} failed: {error}")
+            lambda error: QMessageBox.warning(
+                self._widget, title, tr("{title} failed: {error}").format(title=title, error=error)
+            )
         )
         work.start()
 

@@ -11,6 +11,7 @@ from PySide6.QtGui import QColor
 
 from ui.display_style import DisplayStyle, TextRole
 from ui.icons import IndicatorState
+from ui.translation import tr
 
 ModelIndex = QModelIndex | QPersistentModelIndex
 VALUE_ROLE = Qt.ItemDataRole.UserRole
@@ -136,7 +137,7 @@ class TableRowModel(QAbstractTableModel):
     ) -> None:
         super().__init__()
         self._look = look
-        self.titles = tuple(titles)
+        self.titles = tuple(map(tr, titles))
         self.editable = editable
         self._title_details = title_details or {}
         self._sides = dict.fromkeys(centered, Qt.AlignmentFlag.AlignHCenter)

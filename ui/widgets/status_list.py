@@ -18,6 +18,7 @@ from PySide6.QtWidgets import (
 from gsapp.quantities import convert_text_units
 from ui.display_style import DisplayStyle
 from ui.icons import IndicatorState, paint_indicator
+from ui.translation import tr
 from ui.widgets.row_model import VALUE_ROLE, ModelIndex, TableRow, TableRowModel
 from ui.widgets.table_menu import TableMenu
 
@@ -163,7 +164,7 @@ class StatusListView(QListView):
     def __init__(self, look: DisplayStyle, name: str, commands: Sequence[QAction] = ()) -> None:
         super().__init__()
         self._look = look
-        self.row_model = TableRowModel(look, ("Line",))
+        self.row_model = TableRowModel(look, (tr("Line"),))
         self.setModel(self.row_model)
         self.menu = TableMenu(self, commands, self._table)
         self.setItemDelegate(_StatusListDelegate(look, self))
@@ -185,7 +186,7 @@ class StatusListView(QListView):
     def _table(self) -> list[tuple[str, ...]]:
         items = [row.value for row in self.row_model.rows]
         rows = [(one.text, one.detail, one.state_text, one.note) for one in items]
-        return [("Line", "Details", "State", "Note"), *rows]
+        return [(tr("Line"), tr("Details"), tr("State"), tr("Note")), *rows]
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         super().resizeEvent(event)

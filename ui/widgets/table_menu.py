@@ -23,6 +23,7 @@ from PySide6.QtWidgets import QAbstractItemView, QTableView, QWidget
 
 from ui.dialogs.save_dialog import ask_and_save
 from ui.number_format import MINUS, sanitize_file_name
+from ui.translation import tr
 
 TableRows = Sequence[Sequence[str]]
 
@@ -58,15 +59,19 @@ def create_table_actions(owner: QWidget, table: Callable[[], TableRows]) -> tupl
 
     def save() -> None:
         start = Path.home() / f"{sanitize_file_name(owner.accessibleName()) or 'table'}.csv"
-        kinds = "Table (*.csv)"
-        ask_and_save(owner, "Save as CSV", start, kinds, lambda _path: format_csv(table()).encode())
+        kinds = tr("Table (*.csv)")
+        ask_and_save(
+            owner, tr("Save as CSV"), start, kinds, lambda _path: format_csv(table()).encode()
+        )
 
     return (
-        _action(owner, "Copy table", lambda: copy_rows(table())),
+        _action(owner, tr("Copy table"), lambda: copy_rows(table())),
         _action(
-            owner, "Copy as CSV", lambda: QGuiApplication.clipboard().setText(format_csv(table()))
+            owner,
+            tr("Copy as CSV"),
+            lambda: QGuiApplication.clipboard().setText(format_csv(table())),
         ),
-        _action(owner, "Save as CSV…", save),
+        _action(owner, tr("Save as CSV…"), save),
     )
 
 
@@ -102,9 +107,11 @@ class TableMenu(QObject):
         self._table = table
         self._followed: list[tuple[QAction, QWidget]] = []
         view.setContextMenuPolicy(Qt.ContextMenuPolicy.ActionsContextMenu)
-        self._of_row = [_action(view, "Copy row", lambda: copy_rows(self._selected()))]
+        self._of_row = [_action(view, tr("Copy row"), lambda: copy_rows(self._selected()))]
         if table is None:
-            self._of_row.insert(0, _action(view, "Copy value", lambda: copy_rows([[self._cell]])))
+            self._of_row.insert(
+                0, _action(view, tr("Copy value"), lambda: copy_rows([[self._cell]]))
+            )
         view.addActions([*self._of_row, *create_table_actions(view, lambda: self.rows)])
         self._rule: QAction | None = None
         for command in commands:

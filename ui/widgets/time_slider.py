@@ -22,6 +22,7 @@ from ui.display_style import DisplayStyle
 from ui.icons import paint_indicator
 from ui.number_format import clock_text
 from ui.strips.chart_annotations import AlarmSpan
+from ui.translation import tr
 
 
 class TimeSlider(QWidget):
@@ -43,10 +44,10 @@ class TimeSlider(QWidget):
         self._marks: tuple[float, ...] = ()
         self._alarms: tuple[AlarmSpan, ...] = ()
         self._dragged = False
-        self.setAccessibleName("Time in the flight")
+        self.setAccessibleName(tr("Time in the flight"))
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
-        self.setToolTip("Click to go there; Left and Right move by 1 s")
+        self.setToolTip(tr("Click to go there; Left and Right move by 1 s"))
 
     def sizeHint(self) -> QSize:
         return QSize(self._look.px(160), self._look.px(24))
@@ -64,7 +65,9 @@ class TimeSlider(QWidget):
         if new != (self._time, self._range, self._marks, self._alarms):
             self._time, self._range, self._marks, self._alarms = new
             self.setAccessibleDescription(
-                f"{clock_text(time, decimals=1)} of {clock_text(last, decimals=1)}"
+                tr("{time} of {last}").format(
+                    time=clock_text(time, decimals=1), last=clock_text(last, decimals=1)
+                )
             )
             self.update()
 

@@ -24,6 +24,7 @@ from PySide6.QtWidgets import (
 from gsapp.quantities import convert_text_units
 from ui.display_style import DisplayStyle
 from ui.icons import IndicatorState, paint_indicator
+from ui.translation import QT_TR_NOOP, tr
 from ui.widgets.labels import UnitConvertingLabel
 
 MessageLevel = Literal["note", "caution", "warning", "work"]
@@ -42,9 +43,9 @@ _LOW_WINDOW_HEIGHT = 440
 _MAX_MESSAGES = 200
 """Messages in the list."""
 LEVEL_TITLES: dict[MessageLevel, str] = {
-    "note": "Note",
-    "caution": "Caution",
-    "warning": "Failed",
+    "note": QT_TR_NOOP("Note"),
+    "caution": QT_TR_NOOP("Caution"),
+    "warning": QT_TR_NOOP("Failed"),
     "work": "",
 }
 
@@ -178,7 +179,7 @@ class Banner(QFrame):
         if _STATES[level] != "plain":
             row.addWidget(_LevelIcon(level, look))
         if LEVEL_TITLES[level]:
-            word = QLabel(LEVEL_TITLES[level])
+            word = QLabel(tr(LEVEL_TITLES[level]))
             word.setProperty("role", "strong")
             row.addWidget(word)
         self.label = _ElidedLabel(look, text)
@@ -192,15 +193,15 @@ class Banner(QFrame):
             self.progress_bar.setRange(0, 0)
             self.progress_bar.setTextVisible(False)
             self.progress_bar.setFixedSize(QSize(look.px(160), look.px(8)))
-            self.progress_bar.setAccessibleName("Progress")
+            self.progress_bar.setAccessibleName(tr("Progress"))
             row.addWidget(self.progress_bar)
         self.buttons: list[QPushButton] = []
         for words, act in choices:
             button = _button(row, words, partial(self._choose, act))
             self.buttons.append(button)
         if level != "work":
-            close = _button(row, "Close", self.close_banner, quiet=True)
-            close.setAccessibleName("Close this message")
+            close = _button(row, tr("Close"), self.close_banner, quiet=True)
+            close.setAccessibleName(tr("Close this message"))
 
     def _choose(self, act: Callable[[], object]) -> None:
         if self.level != "work":
@@ -209,7 +210,7 @@ class Banner(QFrame):
 
     def _name(self) -> None:
         """Let the sentence be heard as it is read."""
-        text, word = self.label.text(), LEVEL_TITLES[self.level]
+        text, word = self.label.text(), tr(LEVEL_TITLES[self.level])
         self.setAccessibleName(f"{word}: {text}" if word else text)
 
     def set_text(self, text: str) -> None:
@@ -269,13 +270,13 @@ class BannerStack(QWidget):
         self._is_flat = False
         self.setObjectName("messages")
         self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
-        self.setAccessibleName("Messages")
+        self.setAccessibleName(tr("Messages"))
         self._row = QHBoxLayout(self)
         self._pile = QStackedLayout()
         self._pile.addWidget(QWidget())
         self._row.addLayout(self._pile, 1)
         self.next_button = _button(self._row, "", self._show_next, quiet=True)
-        self.list_button = _button(self._row, "Messages", self.list_requested.emit, quiet=True)
+        self.list_button = _button(self._row, tr("Messages"), self.list_requested.emit, quiet=True)
         look.changed.connect(self._restyle)
         self._restyle()
         self._refresh()
@@ -302,13 +303,17 @@ class BannerStack(QWidget):
             self._pile.setCurrentIndex(0)
         else:
             self._pile.setCurrentWidget(self._front)
-            self.next_button.setText(f"{self.banners.index(self._front) + 1} of {count}")
+            self.next_button.setText(
+                tr("{index} of {count}").format(
+                    index=self.banners.index(self._front) + 1, count=count
+                )
+            )
         self.next_button.setVisible(count > 1)
-        self.next_button.setAccessibleName(f"Next of {count} messages")
-        self.next_button.setToolTip("Next message")
+        self.next_button.setAccessibleName(tr("Next of {count} messages").format(count=count))
+        self.next_button.setToolTip(tr("Next message"))
         self.list_button.setEnabled(bool(self.messages))
         self.list_button.setToolTip(
-            "All messages since the start" if self.messages else "No message yet"
+            tr("All messages since the start") if self.messages else tr("No message yet")
         )
         self.changed.emit()
 

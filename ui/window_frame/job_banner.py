@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+from ui.translation import tr
 from ui.window_frame.banners import Banner, BannerStack
 
 
@@ -29,7 +30,7 @@ class JobBanner:
         """Tell of a work from now on."""
         self.remove()
         self._title = title
-        self._banner = self._banners.show_banner("work", title, ("Stop", self._stop))
+        self._banner = self._banners.show_banner("work", title, (tr("Stop"), self._stop))
 
     def set_progress(self, share: float | None, words: str) -> None:
         """Say how far it is, where the banner is there."""

@@ -6,6 +6,7 @@ from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QFrame, QHBoxLayout, QProgressBar, QSizePolicy
 
 from ui.display_style import DisplayStyle
+from ui.translation import tr
 from ui.widgets.action_button import ActionButton
 from ui.widgets.labels import create_label
 
@@ -27,7 +28,7 @@ class JobProgressPanel(QFrame):
         super().__init__()
         self._look = look
         self.setObjectName("banner")
-        self.setAccessibleName(f"{name.capitalize()} that runs")
+        self.setAccessibleName(tr("{name} that runs").format(name=name.capitalize()))
         row = QHBoxLayout(self)
         row.setContentsMargins(look.px(16), look.px(6), look.px(8), look.px(6))
         row.setSpacing(look.px(12))
@@ -37,9 +38,9 @@ class JobProgressPanel(QFrame):
         row.addWidget(self.text_label, 1)
         self.progress_bar = QProgressBar()
         self.progress_bar.setTextVisible(False)
-        self.progress_bar.setAccessibleName(f"Progress of the {name}")
+        self.progress_bar.setAccessibleName(tr("Progress of the {name}").format(name=name))
         row.addWidget(self.progress_bar)
-        self.stop_button = ActionButton(cancel, "Stop", look)
+        self.stop_button = ActionButton(cancel, tr("Stop"), look)
         row.addWidget(self.stop_button)
         look.changed.connect(self._rescale)
         self._rescale()
@@ -51,7 +52,7 @@ class JobProgressPanel(QFrame):
     def begin(self, title: str) -> None:
         """Show a work that begins."""
         self.title = title
-        self.text_label.setText(f"{title}: starting")
+        self.text_label.setText(tr("{title}: starting").format(title=title))
         self.progress_bar.setRange(0, 0)
         self.show()
 

@@ -11,6 +11,7 @@ from PySide6.QtWidgets import QAbstractButton, QSizePolicy, QVBoxLayout, QWidget
 from ui.display_style import DisplayStyle
 from ui.icons import paint_icon
 from ui.page_registry import PAGES, PageInfo
+from ui.translation import tr
 from ui.window_frame.exclusive_button_group import ExclusiveButtonGroup
 
 _NARROW = 800
@@ -25,9 +26,9 @@ class NavigationButton(QAbstractButton):
         self._look = look
         self.narrow = False
         self.setCheckable(True)
-        self.setText(place.title)
-        self.setAccessibleName(f"{place.title}, {place.shortcut}")
-        self.setToolTip(f"{place.title} ({place.shortcut}): {place.purpose}")
+        self.setText(tr(place.title))
+        self.setAccessibleName(f"{self.text()}, {place.shortcut}")
+        self.setToolTip(f"{self.text()} ({place.shortcut}): {tr(place.purpose)}")
         self.setFocusPolicy(Qt.FocusPolicy.TabFocus)
         self.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Fixed)
 
@@ -51,7 +52,7 @@ class NavigationButton(QAbstractButton):
             painter.setPen(ink)
             painter.setFont(look.font("label", strong=chosen))
             line = QRectF(0, look.px(34), box.width(), look.px(14))
-            painter.drawText(line, Qt.AlignmentFlag.AlignCenter, self.page.title)
+            painter.drawText(line, Qt.AlignmentFlag.AlignCenter, self.text())
             painter.setPen(look.color("muted"))
             painter.setFont(look.font("small"))
             line = QRectF(0, look.px(47), box.width(), look.px(13))
@@ -77,7 +78,7 @@ class NavigationRail(QWidget):
         super().__init__()
         self._look = look
         self.setObjectName("rail")
-        self.setAccessibleName("Places")
+        self.setAccessibleName(tr("Places"))
         self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
         column = QVBoxLayout(self)
         column.setContentsMargins(0, 0, 0, 0)

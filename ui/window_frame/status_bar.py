@@ -18,6 +18,7 @@ from PySide6.QtWidgets import QApplication, QSizePolicy, QToolTip, QWidget
 
 from ui.display_style import DisplayStyle
 from ui.icons import paint_indicator
+from ui.translation import tr
 from ui.widgets.flow_layout import FlowLayout
 from ui.window_frame.status_item import StatusItem
 
@@ -63,7 +64,9 @@ class StatusItemWidget(QWidget):
     def _describe(self) -> None:
         part = self.item
         text = f"{part.title} {part.value} {part.note}".strip()
-        self.setAccessibleName(text if part.state in ("plain", "good") else f"{text}, {part.state}")
+        self.setAccessibleName(
+            text if part.state in ("plain", "good") else f"{text}, {tr(part.state)}"
+        )
         self.setAccessibleDescription(part.detail)
         self.setToolTip(part.detail)
 
@@ -212,7 +215,7 @@ class StatusBar(QWidget):
         self._buttons = buttons or {}
         self.setObjectName("bar")
         self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
-        self.setAccessibleName("Flight, link, recorder, alarms")
+        self.setAccessibleName(tr("Flight, link, recorder, alarms"))
         self._flow = FlowLayout(self, spacing=0, fill=True)
         self._flow.setContentsMargins(0, 0, 0, 1)
         policy = QSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Minimum)

@@ -21,6 +21,7 @@ from ui.number_format import (
     join_sentences,
     percent_text,
 )
+from ui.translation import tr
 from ui.window_frame.status_item import StatusItem
 
 _STATES_WITHOUT_NUMBERS = (
@@ -114,18 +115,18 @@ def create_status_items(facts: StatusBarData) -> tuple[StatusItem, ...]:
 def _flight(facts: StatusBarData) -> StatusItem:
     if not facts.name:
         return StatusItem(
-            id="flight", title="FLIGHT", value="none open", state="plain", width=168,
-            detail="No flight is open.",
+            id="flight", title=tr("FLIGHT"), value=tr("none open"), state="plain", width=168,
+            detail=tr("No flight is open."),
         )  # fmt: skip
     time = DASH if facts.stale else clock_text(facts.time, decimals=1)
-    kind = "REPLAY" if facts.replay else "FLIGHT"
+    kind = tr("REPLAY") if facts.replay else tr("FLIGHT")
     return StatusItem(
         id="flight",
         title=f"{kind}  {facts.name}",
         value=time,
-        note="" if not facts.stale else "no new samples",
+        note="" if not facts.stale else tr("no new samples"),
         state="unknown" if facts.stale else "plain",
-        detail=f"{facts.name}, flight time {time}",
+        detail=tr("{name}, flight time {time}").format(name=facts.name, time=time),
         width=168,
     )
 
@@ -134,25 +135,42 @@ def _link(facts: StatusBarData) -> StatusItem:
     link = facts.link
     if link is None:
         return StatusItem(
-            id="link", title="LINK", value="none", state="plain", detail="No link.", width=176
+            id="link",
+            title=tr("LINK"),
+            value=tr("none"),
+            state="plain",
+            detail=tr("No link."),
+            width=176,
         )
     port = facts.recorder.source_state if facts.recorder is not None else ""
     said = (link.problem, *link.remarks, f"{port}." if port else "")
     remarks = " ".join(filter(None, said))
     state = _STATES[link.severity]
-    name = "LINK" if link.system is None else f"LINK  SYSTEM {link.system}"
+    name = (
+        tr("LINK")
+        if link.system is None
+        else tr("LINK  SYSTEM {system}").format(system=link.system)
+    )
     if facts.replay:
         value = percent_text(link.loss) if link.good or link.lost else DASH
         return StatusItem(
             id="link",
-            title=f"{name}  AS RECORDED",
+            title=tr("{name}  AS RECORDED").format(name=name),
             value=value,
-            note="lost",
+            note=tr("lost"),
             state="plain",
             width=176,
             detail=(
-                f"{link.good} good frames, {link.damaged} damaged, {link.unknown} unknown, "
-                f"{link.lost} lost. {remarks}"
+                tr(
+                    "{good} good frames, {damaged} damaged, {unknown} unknown, "
+                    "{lost} lost. {remarks}"
+                ).format(
+                    good=link.good,
+                    damaged=link.damaged,
+                    unknown=link.unknown,
+                    lost=link.lost,
+                    remarks=remarks,
+                )
             ).strip(),
         )
     if link.age is None or link.state in _STATES_WITHOUT_NUMBERS:
@@ -163,19 +181,31 @@ def _link(facts: StatusBarData) -> StatusItem:
             note=f"{link.state}{age}{_share(facts.read_share)}",
             state=state if link.severity is not Severity.NORMAL else "unknown",
             width=176,
-            detail=f"The link: {link.state}{age}. {remarks}".strip(),
+            detail=tr("The link: {state}{age}. {remarks}")
+            .format(state=link.state, age=age, remarks=remarks)
+            .strip(),
         )
-    lost = f"{percent_text(link.loss)} lost"
+    lost = tr("{loss} lost").format(loss=percent_text(link.loss))
     return StatusItem(
         id="link",
         title=name if link.state == "ok" else f"{name}  {link.state}",
         value=f"{link.rate:.0f}/s",
-        note=f"{link.age:.1f} s old, {lost}",
+        note=tr("{age:.1f} s old, {lost}").format(age=link.age, lost=lost),
         state=state,
         width=176,
         detail=(
-            f"{link.rate:.0f} messages/s, newest {link.age:.1f} s old, {lost}. {link.good} "
-            f"good, {link.damaged} damaged, {link.unknown} of unknown kind. {remarks}"
+            tr(
+                "{rate:.0f} messages/s, newest {age:.1f} s old, {lost}. {good} "
+                "good, {damaged} damaged, {unknown} of unknown kind. {remarks}"
+            ).format(
+                rate=link.rate,
+                age=link.age,
+                lost=lost,
+                good=link.good,
+                damaged=link.damaged,
+                unknown=link.unknown,
+                remarks=remarks,
+            )
         ).strip(),
     )
 
@@ -188,36 +218,46 @@ def _recorder(facts: StatusBarData) -> StatusItem:
             several = len(facts.others) > 1
             return StatusItem(
                 id="record",
-                title="REC",
-                value=f"{len(facts.others)} flights" if several else others,
-                note="click to attach",
+                title=tr("REC"),
+                value=tr("{count} flights").format(count=len(facts.others)) if several else others,
+                note=tr("click to attach"),
                 state="good",
                 width=192,
-                detail=f"Being recorded: {others}. Click to attach.",
+                detail=tr("Being recorded: {others}. Click to attach.").format(others=others),
             )
         stopped = recorder is not None and recorder.state == "stopped"
         return StatusItem(
             id="record",
-            title="REC",
-            value="stopped" if stopped else "off",
+            title=tr("REC"),
+            value=tr("stopped") if stopped else tr("off"),
             state="plain",
             width=192,
-            detail="Not recording.",
+            detail=tr("Not recording."),
         )
     size = bytes_text(recorder.received_bytes)
     free = bytes_text(disk.free_bytes) if disk is not None else DASH
     severity = recorder.severity
-    note = f"{'growing' if recorder.growing else 'idle'}, {free} left"
+    note = tr("{state}, {free} left").format(
+        state=tr("growing") if recorder.growing else tr("idle"), free=free
+    )
     if disk is not None and disk.severity > severity:
         severity = disk.severity
         left = duration_text(disk.seconds_left)
-        note = f"{free} left" if disk.seconds_left is None else f"disk full in {left}"
+        note = (
+            tr("{free} left").format(free=free)
+            if disk.seconds_left is None
+            else tr("disk full in {left}").format(left=left)
+        )
     if recorder.severity is not Severity.NORMAL:
-        note = f"recorder {recorder.state}"
+        note = tr("recorder {state}").format(state=recorder.state)
     state = _STATES[severity]
     if state == "good" and not recorder.growing:
         state = "caution"
-    more = f" Also being recorded: {others}. Click to attach." if others else ""
+    more = (
+        tr(" Also being recorded: {others}. Click to attach.").format(others=others)
+        if others
+        else ""
+    )
     return StatusItem(
         id="record",
         title=_recorder_text(recorder, len(facts.others)),
@@ -226,40 +266,48 @@ def _recorder(facts: StatusBarData) -> StatusItem:
         note=note,
         state=state,
         width=192,
-        detail=f"{size} recorded, {note}. {join_sentences(recorder.remarks)}{more}".strip(),
+        detail=tr("{size} recorded, {note}. {remarks}{more}")
+        .format(size=size, note=note, remarks=join_sentences(recorder.remarks), more=more)
+        .strip(),
     )
 
 
 def _recorder_text(recorder: RecorderSummary, others: int) -> str:
     state = "" if recorder.state == "recording" else f"  {recorder.state}"
-    return f"REC{state}  +{others} more" if others else f"REC{state}"
+    return (
+        tr("REC{state}  +{others} more").format(state=state, others=others)
+        if others
+        else tr("REC{state}").format(state=state)
+    )
 
 
 def _aircraft(facts: StatusBarData) -> StatusItem:
     return StatusItem(
         id="aircraft",
-        title="AIRCRAFT",
+        title=tr("AIRCRAFT"),
         value=facts.aircraft or DASH,
         state="plain",
         width=88,
-        detail=f"Aircraft file {facts.aircraft}"
+        detail=tr("Aircraft file {aircraft}").format(aircraft=facts.aircraft)
         if facts.aircraft
-        else "No aircraft file in force.",
+        else tr("No aircraft file in force."),
     )
 
 
 def _calibration(facts: StatusBarData) -> StatusItem:
     status = facts.calibration_status
     if status is None:
-        return StatusItem(id="calibration", title="CALIBRATION", state="plain", width=128)
+        return StatusItem(id="calibration", title=tr("CALIBRATION"), state="plain", width=128)
     other = facts.other_calibration
-    instead = f"Those of '{other}' instead of the flight's own. " if other else ""
+    instead = (
+        tr("Those of '{other}' instead of the flight's own. ").format(other=other) if other else ""
+    )
     state: IndicatorState = "plain" if status.state == "unknown" else status.state
     note = other if other and state == "good" else status.summary
     return StatusItem(
         id="calibration",
-        title="CALIBRATION  OTHER" if other else "CALIBRATION",
-        value=facts.calibration or "none",
+        title=tr("CALIBRATION  OTHER") if other else tr("CALIBRATION"),
+        value=facts.calibration or tr("none"),
         note="" if state == "plain" else note,
         state="caution" if other and state == "good" else state,
         width=144 if other else 128,
@@ -271,24 +319,26 @@ def _alarms(facts: StatusBarData) -> StatusItem:
     alarms = facts.alarms
     if not alarms.sentences and facts.monitored_share < 1.0:
         return StatusItem(
-            id="alarms", title="ALARMS", value="catching up",
+            id="alarms", title=tr("ALARMS"), value=tr("catching up"),
             note=_share(facts.monitored_share).strip(),
             state="unknown", width=184, stretches=True,
-            detail="The flight so far is being looked through for alarms and cues.",
+            detail=tr("The flight so far is being looked through for alarms and cues."),
         )  # fmt: skip
     if not alarms.sentences:
         standing = alarms.active
-        value = f"{standing} seen" if standing else "none"
+        value = tr("{standing} seen").format(standing=standing) if standing else tr("none")
         return StatusItem(
-            id="alarms", title="ALARMS", value=value, width=184, stretches=True,
+            id="alarms", title=tr("ALARMS"), value=value, width=184, stretches=True,
             state="caution" if standing else ("good" if facts.name else "plain"),
-            detail=f"{count_text(standing, 'alarm')} active, all acknowledged",
+            detail=tr("{alarms} active, all acknowledged").format(
+                alarms=count_text(standing, "alarm")
+            ),
         )  # fmt: skip
     count = len(alarms.sentences)
     return StatusItem(
         id="alarms",
-        title=count_text(count, "ALARM", "ALARMS"),
-        hint="K acknowledges",
+        title=count_text(count, "ALARM"),
+        hint=tr("K acknowledges"),
         value=alarms.sentences[0],
         state="warning" if alarms.severe else "caution",
         width=184,
@@ -305,11 +355,11 @@ def _share(done: float) -> str:
 def _sound(facts: StatusBarData) -> StatusItem:
     return StatusItem(
         id="sound",
-        title="SOUND",
-        value="off" if facts.muted else "on",
+        title=tr("SOUND"),
+        value=tr("off") if facts.muted else tr("on"),
         state="caution" if facts.muted else "plain",
         width=64,
-        detail="Alarm sound off." if facts.muted else "Alarm sound on.",
+        detail=tr("Alarm sound off.") if facts.muted else tr("Alarm sound on."),
     )
 
 

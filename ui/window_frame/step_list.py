@@ -12,6 +12,7 @@ from ui.commands import shortcut_text
 from ui.display_style import DisplayStyle
 from ui.icons import paint_indicator
 from ui.shortcut_filter import ArrowKeyNavigation
+from ui.translation import tr
 from ui.window_frame.exclusive_button_group import ExclusiveButtonGroup
 from ui.window_frame.page_steps import PageStep, StepStatus
 
@@ -29,7 +30,7 @@ class StepButton(QAbstractButton, ArrowKeyNavigation):
         self.is_low = False
         self._look = look
         self._keys = shortcut_text(action.shortcut().toString())
-        self.setText(f"{number}  {step.title}")
+        self.setText(f"{number}  {tr(step.title)}")
         self.setCheckable(True)
         self.setFocusPolicy(Qt.FocusPolicy.TabFocus)
         self.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Fixed)
@@ -45,9 +46,10 @@ class StepButton(QAbstractButton, ArrowKeyNavigation):
 
     def _describe(self) -> None:
         words = self.state.text
-        said = f"{self.step.title}: {words}" if words else self.step.title
+        title = tr(self.step.title)
+        said = f"{title}: {words}" if words else title
         self.setAccessibleName(f"{said}, {self._keys}")
-        self.setToolTip(f"{self.state.detail or self.step.purpose} ({self._keys})")
+        self.setToolTip(f"{self.state.detail or tr(self.step.purpose)} ({self._keys})")
 
     def sizeHint(self) -> QSize:
         return QSize(self._look.px(120), self._look.px(48 if self.is_low else 56))

@@ -12,6 +12,7 @@ from PySide6.QtWidgets import QStackedWidget, QVBoxLayout, QWidget
 from ui.commands import COMMANDS, CommandRequirement
 from ui.display_style import DisplayStyle
 from ui.settings import SettingsStore
+from ui.translation import tr
 from ui.undo import UndoHistory
 from ui.window_frame.banners import BannerStack
 from ui.window_frame.job_banner import JobBanner
@@ -202,7 +203,7 @@ class JobPage(WindowPage):
         self.strip.hide()
         self._banner.remove()
         if how == "cancelled":
-            self._banners.show_banner("note", f"{title}: stopped.")
+            self._banners.show_banner("note", tr("{title}: stopped.").format(title=title))
         self.changed.emit()
 
 
@@ -237,7 +238,11 @@ class MultiStepPage(WindowPage):
         self.pages: dict[str, Any] = {}
         self.step = ""
         self.steps = StepList(
-            self._actions, self._look, self.all_steps, prefix=self.prefix, name=self.step_list_name
+            self._actions,
+            self._look,
+            self.all_steps,
+            prefix=self.prefix,
+            name=tr(self.step_list_name),
         )
         self.column.insertWidget(0, self.steps)
 
