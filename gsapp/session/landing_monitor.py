@@ -12,7 +12,8 @@ import numpy as np
 
 from gsapp.aircraft import Aircraft
 from gsapp.excitation.flight_rows import FlightRows, FlightRowStream
-from gsapp.flight.maneuvers.airborne_detection import FRAME_DURATION, AirborneDetector, flying_speed
+from gsapp.flight.maneuvers.airborne_detection import AirborneDetector, flying_speed
+from gsapp.flight.maneuvers.settings import DETECTION
 from gsapp.flight.maneuvers.signals import SIGNAL_COLUMNS, SIGNALS
 from gsapp.quantities import Block, FloatArray
 from gsapp.quantities.constants import DEGREE
@@ -79,7 +80,7 @@ class LandingMonitor:
         self._aircraft = aircraft
         self._on_ground = on_ground
         self._speed = _SETTINGS.flying_speed if aircraft is None else flying_speed(aircraft)
-        self._count = max(round(FRAME_DURATION * rate), 1)
+        self._count = max(round(DETECTION.frame_duration * rate), 1)
         self._stream = FlightRowStream(rate)
         self.reset()
 

@@ -22,8 +22,8 @@ from gsapp.excitation.alerts.kinematic_monitor import KinematicMonitor
 from gsapp.excitation.alerts.row_frames import ALERT_FRAME_DURATION, FlightFrame
 from gsapp.excitation.alerts.sensor_activity_monitor import SensorActivityMonitor
 from gsapp.excitation.flight_rows import FlightRows
-from gsapp.flight.maneuvers.airborne_detection import FRAME_DURATION as AIRBORNE_FRAME
 from gsapp.flight.maneuvers.airborne_detection import AirborneDetector
+from gsapp.flight.maneuvers.settings import DETECTION
 from gsapp.flight.maneuvers.signals import SIGNAL_COLUMNS, SIGNALS
 from gsapp.quantities import FloatArray
 from gsapp.quantities.constants import DEGREE
@@ -190,7 +190,7 @@ class FlightPhaseMonitorSettings:
 _FLIGHT_PHASE_MONITOR: Final = FlightPhaseMonitorSettings()
 
 
-_PER_JUDGMENT: Final = round(AIRBORNE_FRAME / ALERT_FRAME_DURATION)
+_PER_JUDGMENT: Final = round(DETECTION.frame_duration / ALERT_FRAME_DURATION)
 
 
 class FlightPhaseMonitor:

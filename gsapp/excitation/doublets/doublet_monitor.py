@@ -27,8 +27,8 @@ from gsapp.excitation.test_points.target_input import TargetInput
 from gsapp.excitation.trim.tolerances import DEFAULT_TOLERANCES, TrimTolerances
 from gsapp.flight.cards import TestCard
 from gsapp.flight.maneuvers.input_shape import SurfaceInput
-from gsapp.flight.maneuvers.maneuver_grade import MIN_FREE_RESPONSE_TIME
 from gsapp.flight.maneuvers.rapid_moves import UNAMBIGUOUS_SHAPES, is_deliberate_input
+from gsapp.flight.maneuvers.settings import DETECTION
 from gsapp.flight.maneuvers.signals import SIGNAL_COLUMNS, SIGNALS, SURFACES
 from gsapp.quantities import FloatArray
 from gsapp.quantities.constants import DEGREE, GRAVITY
@@ -278,7 +278,7 @@ class DoubletMonitor:
         moving.inputs = found
         moving.t_end = max(one.t_end for one in found)
         wanted = moving.request.target_input
-        moving.hands_off = MIN_FREE_RESPONSE_TIME if wanted is None else wanted.hands_off
+        moving.hands_off = DETECTION.min_free_response_time if wanted is None else wanted.hands_off
 
     def _in_turn(self, found: Sequence[SurfaceInput]) -> bool:
         """Return whether the aircraft turned when the sticks began to move."""

@@ -10,11 +10,11 @@ from typing import Final
 import numpy as np
 
 from gsapp.aircraft import Aircraft
-from gsapp.flight.maneuvers.airborne_detection import FRAME_DURATION, AirborneDetector
-from gsapp.flight.maneuvers.detection import TAKEOFF_SETTLING_TIME
+from gsapp.flight.maneuvers.airborne_detection import AirborneDetector
 from gsapp.flight.maneuvers.maneuver_grade import GradingContext
-from gsapp.flight.maneuvers.noise_floor import WINDOW_DURATION, NoiseFloor, NoiseFloorEstimator
+from gsapp.flight.maneuvers.noise_floor import NoiseFloor, NoiseFloorEstimator
 from gsapp.flight.maneuvers.rapid_moves import RapidMoveDetector
+from gsapp.flight.maneuvers.settings import DETECTION
 from gsapp.flight.maneuvers.signals import SIGNAL_COLUMNS, SURFACES
 from gsapp.quantities import FloatArray
 
@@ -50,8 +50,8 @@ class FlightContext:
     def __init__(self, aircraft: Aircraft, rate: float, tick: int) -> None:
         self._aircraft = aircraft
         self._rate = rate
-        self._ticks = max(round(FRAME_DURATION * rate / tick), 1)
-        self._window = round(WINDOW_DURATION / FRAME_DURATION)
+        self._ticks = max(round(DETECTION.frame_duration * rate / tick), 1)
+        self._window = round(DETECTION.noise_window / DETECTION.frame_duration)
         self.restart()
 
     def restart(self) -> None:
@@ -80,7 +80,7 @@ class FlightContext:
         """Return whether the aircraft flies at a time (s), neither taking off nor landing."""
         since = self._watch.since
         took_off = since > self._began + _BEGAN_FLYING
-        settled = not took_off or time - since > TAKEOFF_SETTLING_TIME
+        settled = not took_off or time - since > DETECTION.takeoff_settling_time
         return self._watch.airborne and settled and not self._low
 
     def process_tick(

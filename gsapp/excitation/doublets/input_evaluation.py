@@ -18,7 +18,8 @@ from gsapp.excitation.trim.tolerances import TrimTolerances
 from gsapp.flight.cards import TestCard
 from gsapp.flight.cards.card_matching import compare_with_card
 from gsapp.flight.maneuvers.detection import build_maneuver
-from gsapp.flight.maneuvers.maneuver_grade import TRIM_TIME, GradingContext
+from gsapp.flight.maneuvers.maneuver_grade import GradingContext
+from gsapp.flight.maneuvers.settings import DETECTION
 
 MIN_SYMMETRY: Final = 0.6
 """Smaller over larger half of a doublet, by area, below which it is told; it counts, though."""
@@ -96,7 +97,7 @@ def evaluate_input(
     return InputVerdict(
         id=name,
         given_at=now,
-        t_start=passage.t_input - TRIM_TIME,
+        t_start=passage.t_input - DETECTION.trim_time,
         t_input=passage.t_input,
         t_input_end=passage.t_input_end,
         t_end=passage.t_end,

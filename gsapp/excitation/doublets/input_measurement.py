@@ -20,12 +20,8 @@ from gsapp.excitation.flight_rows import TICK_DURATION
 from gsapp.excitation.trim.bank_observer import BankObserver
 from gsapp.flight.maneuvers.airborne_detection import flying_speed
 from gsapp.flight.maneuvers.input_shape import SurfaceInput, smooth_samples
-from gsapp.flight.maneuvers.maneuver_grade import (
-    TRIM_TIME,
-    GradingContext,
-    ManeuverSamples,
-    clipped_samples,
-)
+from gsapp.flight.maneuvers.maneuver_grade import GradingContext, ManeuverSamples, clipped_samples
+from gsapp.flight.maneuvers.settings import DETECTION
 from gsapp.flight.maneuvers.signals import SIGNAL_COLUMNS, SURFACES
 from gsapp.quantities import FloatArray
 from gsapp.quantities.constants import DEGREE
@@ -203,7 +199,7 @@ def measure_input(
         if math.isfinite(value := passage.mean_at_trim(name))
     }
     before = passage.times < t_input
-    calm = flow["alpha"][before & (passage.times >= t_input - TRIM_TIME)]
+    calm = flow["alpha"][before & (passage.times >= t_input - DETECTION.trim_time)]
     if np.isfinite(calm).any():
         trim["alpha"] = float(np.nanmean(calm))
     bank, bank_seen = _bank(history, t_input, setting.aircraft)
@@ -262,7 +258,7 @@ def _cross_deflections(
     for surface in SURFACES:
         if surface in moved:
             continue
-        level = _level(passage, surface, passage.t_input - TRIM_TIME, passage.t_input)
+        level = _level(passage, surface, passage.t_input - DETECTION.trim_time, passage.t_input)
         samples = passage.samples(surface, passage.t_input, passage.t_end)
         if samples.size >= 5 and math.isfinite(level):
             found[surface] = float(np.max(np.abs(smooth_samples(samples, dt) - level)))
@@ -293,7 +289,7 @@ def _flow(passage: ManeuverSamples, aircraft: Aircraft) -> dict[str, FloatArray]
 
 def _bank(history: SignalHistory, t_input: float, aircraft: Aircraft) -> tuple[float | None, bool]:
     """Return the mean bank over the second before, rad, and whether attitude tells it."""
-    attitude = history.extra_channel("phi", t_input - TRIM_TIME, t_input)
+    attitude = history.extra_channel("phi", t_input - DETECTION.trim_time, t_input)
     if np.isfinite(attitude).sum() > 0.5 * attitude.size > 0:
         return float(np.nanmean(attitude)), True
     times, rows = history.segment(t_input - _BANK_FROM, t_input)
@@ -310,7 +306,7 @@ def _bank(history: SignalHistory, t_input: float, aircraft: Aircraft) -> tuple[f
             float(mean[SIGNAL_COLUMNS[name]]) for name in ("p", "q", "r", "ax", "ay", "V", "beta")
         )
         observer.step((p, q, r), ax, ay, V, beta, _USUAL_GUSTS)
-        if times[low] >= t_input - TRIM_TIME and math.isfinite(observer.bank):
+        if times[low] >= t_input - DETECTION.trim_time and math.isfinite(observer.bank):
             seen.append(observer.bank)
     return (sum(seen) / len(seen) if seen else None), False
 
@@ -319,7 +315,7 @@ def _clipped(
     passage: ManeuverSamples, setting: GradingContext
 ) -> tuple[dict[str, int], tuple[str, ...]]:
     """Return how many samples of each instrument clipped, and which stood there before too."""
-    start, begun = passage.t_input - TRIM_TIME, passage.t_input
+    start, begun = passage.t_input - DETECTION.trim_time, passage.t_input
     before = clipped_samples(passage, setting.aircraft, start, begun)
     stuck = tuple(name for name, (count, total) in before.items() if count > 0.5 * total)
     after = clipped_samples(passage, setting.aircraft, begun, passage.t_end)
@@ -380,7 +376,7 @@ def _fill_gaps(samples: FloatArray) -> FloatArray:
 
 def _density(history: SignalHistory, passage: ManeuverSamples) -> float:
     """Return the density of the air, kg/m^3, as far as it was measured."""
-    start, stop = passage.t_input - TRIM_TIME, passage.t_end
+    start, stop = passage.t_input - DETECTION.trim_time, passage.t_end
     given = history.extra_channel("density", start, stop)
     if not np.isfinite(given).any():
         given = air_data.density(

@@ -13,16 +13,8 @@ from gsapp.excitation.doublets.input_candidate import InputCandidate
 from gsapp.excitation.doublets.input_measurement import PRE_INPUT_TIME
 from gsapp.excitation.doublets.signal_history import SignalHistory
 from gsapp.excitation.flight_rows import TICK_DURATION
-from gsapp.flight.maneuvers.input_shape import (
-    LOOK_BACK,
-    SurfaceInput,
-    measure_surface_input,
-    smooth_samples,
-)
+from gsapp.flight.maneuvers.input_shape import SurfaceInput, measure_surface_input, smooth_samples
 from gsapp.flight.maneuvers.rapid_moves import (
-    INPUT_END_PAUSE,
-    INPUT_END_PAUSE_DISPLACED,
-    SECONDARY_INPUT_RATIO,
     UNAMBIGUOUS_SHAPES,
     distance_outside_range,
     find_pilot_takeover,
@@ -30,6 +22,7 @@ from gsapp.flight.maneuvers.rapid_moves import (
     is_deliberate_input,
     measure_moved_inputs,
 )
+from gsapp.flight.maneuvers.settings import DETECTION
 from gsapp.flight.maneuvers.signals import SURFACES
 from gsapp.quantities import FloatArray
 from gsapp.quantities.constants import DEGREE
@@ -80,7 +73,7 @@ def _steps(
 ) -> list[float]:
     """Return when each quick move after the first one began, s."""
     dt = float(np.median(np.diff(times)))
-    lag = max(round(LOOK_BACK / dt), 1)
+    lag = max(round(DETECTION.look_back / dt), 1)
     moves = np.zeros(times.size)
     moves[lag:] = np.abs(samples[lag:] - samples[:-lag])
     inside = (times >= span[0]) & (times <= span[1])
@@ -130,7 +123,7 @@ class StickReleaseDetector:
 
     def amplitudes(self, moving: InputCandidate, now: float) -> dict[str, float]:
         """Return how far each surface went so far, rad: half of peak to peak."""
-        _, rows = self._history.segment(moving.first_move_time - LOOK_BACK, now)
+        _, rows = self._history.segment(moving.first_move_time - DETECTION.look_back, now)
         found = {}
         for surface in moving.surfaces:
             samples = rows[:, SURFACES.index(surface)]
@@ -143,7 +136,7 @@ class StickReleaseDetector:
         return {
             name: size
             for name, size in found.items()
-            if shares[name] >= SECONDARY_INPUT_RATIO * most
+            if shares[name] >= DETECTION.secondary_input_ratio * most
         }
 
     def detect_release(self, moving: InputCandidate, now: float) -> list[SurfaceInput] | None:
@@ -169,7 +162,7 @@ class StickReleaseDetector:
             else RELEASE_QUIET_TIME
         ):
             return None
-        ends = idle >= INPUT_END_PAUSE_DISPLACED or self._back(moving, now)
+        ends = idle >= DETECTION.input_end_pause_displaced or self._back(moving, now)
         if not ends and idle <= _AFTER_LAST_STEP:
             return None
         found = self._measured(moving, now)
@@ -181,7 +174,7 @@ class StickReleaseDetector:
             return []
         if self._is_input(moving, found[0], now):
             return found
-        return [] if idle >= INPUT_END_PAUSE else None
+        return [] if idle >= DETECTION.input_end_pause else None
 
     def detect_hands_on(self, moving: InputCandidate, now: float, rate: float) -> float | None:
         """Return when a hand was put on after the sticks were let go, s; None while none is."""
@@ -203,7 +196,7 @@ class StickReleaseDetector:
 
     def _stood(self, moving: InputCandidate) -> dict[str, float]:
         """Return where each surface stood before the input, rad."""
-        begin = moving.first_move_time - LOOK_BACK
+        begin = moving.first_move_time - DETECTION.look_back
         _, rows = self._history.segment(begin - 0.5, begin)
         return {
             surface: float(np.nanmedian(samples))
@@ -268,7 +261,7 @@ class StickReleaseDetector:
     def _measured(self, moving: InputCandidate, now: float) -> list[SurfaceInput]:
         """Return what each surface did, that of the input first."""
         times, rows = self._history.segment(
-            moving.first_move_time - LOOK_BACK - PRE_INPUT_TIME, now
+            moving.first_move_time - DETECTION.look_back - PRE_INPUT_TIME, now
         )
         lag = self._around.move_detector.lag
         if times.size <= lag:
@@ -337,7 +330,7 @@ class StickReleaseDetector:
 
     def _back(self, moving: InputCandidate, now: float) -> bool:
         """Return whether every moved surface is near where it was before."""
-        begin = moving.first_move_time - LOOK_BACK
+        begin = moving.first_move_time - DETECTION.look_back
         times, rows = self._history.segment(begin - 0.5, now)
         for surface in moving.surfaces:
             samples = rows[:, SURFACES.index(surface)]

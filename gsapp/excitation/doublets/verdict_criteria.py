@@ -30,11 +30,11 @@ from gsapp.excitation.trim.trim_cue import TrimDeviation
 from gsapp.flight.maneuvers.input_shape import SurfaceInput
 from gsapp.flight.maneuvers.maneuver_grade import (
     RESPONSE_CHANNELS,
-    TRIM_TIME,
     GradingContext,
     linear_ranges,
     pre_input_motion_ratio,
 )
+from gsapp.flight.maneuvers.settings import DETECTION
 from gsapp.quantities import SURFACE_NAMES as SURFACE_WORDS
 from gsapp.quantities import FloatArray, channel, name_in_text
 from gsapp.quantities.constants import DEGREE
@@ -178,7 +178,7 @@ def list_unevaluated(case: InputCase) -> tuple[str, ...]:
 
 def _check_samples(case: InputCase) -> list[InputFinding]:
     passage, found = case.measured.passage, []
-    start = passage.t_input - TRIM_TIME
+    start = passage.t_input - DETECTION.trim_time
     total = passage.count(start, passage.t_end)
     for surface in case.measured.surfaces:
         count = passage.samples(surface, start, passage.t_end).size

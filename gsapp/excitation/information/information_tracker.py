@@ -34,7 +34,7 @@ from gsapp.excitation.information.remaining_time import (
     RemainingTimeEstimator,
 )
 from gsapp.flight.cards import CardSet, CardSetProgress, TestCard
-from gsapp.flight.maneuvers.airborne_detection import FRAME_DURATION
+from gsapp.flight.maneuvers.settings import DETECTION
 from gsapp.identification.axes import axis_derivatives
 from gsapp.identification.ftr.estimates import LiveEstimate
 
@@ -121,7 +121,7 @@ class InformationTracker:
     ) -> None:
         self._aircraft, self._model = aircraft, model
         self._rate = rate
-        self._every = max(1, round(FRAME_DURATION * rate))
+        self._every = max(1, round(DETECTION.frame_duration * rate))
         self._wanted = dict(wanted or {})
         self._system = system
         self.remaining_time = RemainingTimeEstimator(aircraft, rate, longest=longest)

@@ -10,7 +10,8 @@ import numpy as np
 
 from gsapp.aircraft import Aircraft
 from gsapp.excitation.flight_rows import FlightRows
-from gsapp.flight.maneuvers.airborne_detection import FRAME_DURATION, AirborneDetector
+from gsapp.flight.maneuvers.airborne_detection import AirborneDetector
+from gsapp.flight.maneuvers.settings import DETECTION
 from gsapp.flight.maneuvers.signals import SIGNALS
 from gsapp.quantities import FloatArray
 
@@ -67,7 +68,7 @@ class RemainingTimeEstimator:
         self._aircraft = aircraft
         self._rate = rate
         self.max_duration = longest
-        self._frame = max(1, round(FRAME_DURATION * rate))
+        self._frame = max(1, round(DETECTION.frame_duration * rate))
         self.restart()
 
     def restart(self) -> None:

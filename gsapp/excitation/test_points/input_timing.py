@@ -16,7 +16,7 @@ import numpy as np
 
 from gsapp.dynamics.linearization import LinearModel
 from gsapp.excitation.test_points.target_input import ToleranceBand
-from gsapp.flight.maneuvers.maneuver_grade import MIN_FREE_RESPONSE_TIME
+from gsapp.flight.maneuvers.settings import DETECTION
 from gsapp.quantities import FloatArray
 from gsapp.virtual.flight_plan import INPUT_SHAPES
 
@@ -74,7 +74,7 @@ class ModeTiming:
             wanted = HANDS_OFF_PERIODS * period
         else:
             wanted = _SETTINGS.time_constants * self.slowest_time_constant
-        return min(max(wanted, MIN_FREE_RESPONSE_TIME), MAX_HANDS_OFF_TIME)
+        return min(max(wanted, DETECTION.min_free_response_time), MAX_HANDS_OFF_TIME)
 
 
 def short_period(longitudinal: LinearModel) -> ModeTiming:

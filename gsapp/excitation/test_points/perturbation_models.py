@@ -20,7 +20,7 @@ from gsapp.dynamics.linearization import LinearModel
 from gsapp.dynamics.model import Model
 from gsapp.dynamics.trim import Trim, trim
 from gsapp.flight.maneuvers.input_shape import smooth_samples
-from gsapp.flight.maneuvers.maneuver_grade import RESPONSE_TIME
+from gsapp.flight.maneuvers.settings import DETECTION
 from gsapp.quantities import FloatArray
 from gsapp.virtual.flight_plan import INPUT_SHAPES
 
@@ -60,7 +60,7 @@ class InputResponse:
         """Return the peak-to-peak answer as the grader measures it, SI per rad; 0 for none."""
         if channel not in self.histories:
             return 0.0
-        heard = self.times <= self.duration + RESPONSE_TIME
+        heard = self.times <= self.duration + DETECTION.response_time
         return float(np.ptp(smooth_samples(self.histories[channel][heard], RESPONSE_TIME_STEP)))
 
 

@@ -30,7 +30,7 @@ from gsapp.excitation.test_points.perturbation_models import (
 from gsapp.excitation.test_points.point import TestPoint
 from gsapp.excitation.test_points.target_input import TargetInput, ToleranceBand
 from gsapp.flight.cards import TestCard
-from gsapp.flight.maneuvers.maneuver_grade import RESPONSE_TIME
+from gsapp.flight.maneuvers.settings import DETECTION
 from gsapp.foundation import FlightError
 from gsapp.identification.ftr.estimates import LiveEstimate
 from gsapp.virtual.flight_plan import INPUT_SHAPES
@@ -190,7 +190,7 @@ def _amplitudes(
             kind=kind,
             width=width,
             lag=getattr(aircraft.controls, name).lag,
-            listen=RESPONSE_TIME,
+            listen=DETECTION.response_time,
         )
         for name in surfaces
     }

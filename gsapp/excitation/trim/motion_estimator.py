@@ -19,7 +19,8 @@ from gsapp.excitation.trim.tolerances import TrimTolerances
 from gsapp.excitation.trim.trim_evaluation import ATTITUDE_SOURCE, MeanMotion
 from gsapp.excitation.trim.turbulence_monitor import TURBULENCE_CHANNELS, TurbulenceMonitor
 from gsapp.excitation.trim.two_state_filter import TwoStateKalmanFilter
-from gsapp.flight.maneuvers.airborne_detection import FRAME_DURATION, AirborneDetector, flying_speed
+from gsapp.flight.maneuvers.airborne_detection import AirborneDetector, flying_speed
+from gsapp.flight.maneuvers.settings import DETECTION
 from gsapp.flight.maneuvers.signals import SIGNAL_COLUMNS, SIGNALS
 from gsapp.quantities import FloatArray
 from gsapp.quantities.constants import DEGREE, EARTH_RADIUS, GRAVITY
@@ -135,7 +136,7 @@ class GroundMonitor:
 
     def __init__(self, aircraft: Aircraft | None, dt: float) -> None:
         self._watch = None if aircraft is None else AirborneDetector(aircraft)
-        self._length = round(FRAME_DURATION / dt)
+        self._length = round(DETECTION.frame_duration / dt)
         self._frame: list[tuple[float, ...]] = []
         self._frames = 0
         self._still = np.zeros(3)
@@ -163,7 +164,7 @@ class GroundMonitor:
             return
         row = np.full(len(SIGNALS), np.nan)
         row[[SIGNAL_COLUMNS[name] for name in _FLOWN]] = means
-        self._watch.add(self._frames * FRAME_DURATION, row)
+        self._watch.add(self._frames * DETECTION.frame_duration, row)
         self.airborne = self._watch.airborne
         self.standing = not self.airborne and bool(self._watch.is_stationary)
         if self.standing:
