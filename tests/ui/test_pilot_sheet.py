@@ -8,8 +8,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from gsapp.excitation.cues import VERDICT_DISPLAY_TIME
 from gsapp.excitation.doublets.verdict import VerdictResult
+from gsapp.excitation.settings import CUES
 from gsapp.quantities.constants import DEGREE, FOOT
 from tests.ui.pilot_kit import (
     BASE,
@@ -144,7 +144,7 @@ def test_a_verdict_says_what_to_do_next_time_and_is_put_away() -> None:
     assert rudder.marker < rudder.low
     assert rudder.target_text == "want 7–14"
     assert sheet("too-small", dismissed_verdict_id=VERDICT.id).status_text == "FLY"
-    old = replace(STATES["too-small"], time=VERDICT.given_at + VERDICT_DISPLAY_TIME + 0.1)
+    old = replace(STATES["too-small"], time=VERDICT.given_at + CUES.verdict_display_time + 0.1)
     assert build_cue_display(CueDisplayInput(cues=old, is_flight_open=True)).status_text == "FLY"
 
 

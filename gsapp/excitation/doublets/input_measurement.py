@@ -6,7 +6,6 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import accumulate, pairwise
-from typing import Final
 
 import numpy as np
 
@@ -15,8 +14,9 @@ from gsapp.decoding import air_data
 from gsapp.dynamics.atmosphere import SEA_LEVEL_DENSITY
 from gsapp.dynamics.sensors import flow_at_cg
 from gsapp.excitation.doublets.gust_analysis import GUST_ANALYSIS_CHANNELS, GustAnalyzer
+from gsapp.excitation.doublets.settings import DOUBLETS
 from gsapp.excitation.doublets.signal_history import SignalHistory
-from gsapp.excitation.flight_rows import TICK_DURATION
+from gsapp.excitation.settings import CUES
 from gsapp.excitation.trim.bank_observer import BankObserver
 from gsapp.flight.maneuvers.airborne_detection import flying_speed
 from gsapp.flight.maneuvers.input_shape import SurfaceInput, smooth_samples
@@ -24,10 +24,6 @@ from gsapp.flight.maneuvers.maneuver_grade import GradingContext, ManeuverSample
 from gsapp.flight.maneuvers.settings import DETECTION
 from gsapp.flight.maneuvers.signals import SIGNAL_COLUMNS, SURFACES
 from gsapp.quantities import FloatArray
-from gsapp.quantities.constants import DEGREE
-
-_AROUND = 0.3
-"""Seconds before and after an input in which its edges are looked for."""
 
 
 def measure_step_durations(passage: ManeuverSamples, one: SurfaceInput) -> tuple[float, ...]:
@@ -39,7 +35,9 @@ def measure_step_durations(passage: ManeuverSamples, one: SurfaceInput) -> tuple
     one : SurfaceInput
         One of its surfaces.
     """
-    low, high = np.searchsorted(passage.times, (one.t_start - _AROUND, one.t_end + _AROUND))
+    low, high = np.searchsorted(
+        passage.times, (one.t_start - DOUBLETS.edge_search, one.t_end + DOUBLETS.edge_search)
+    )
     times, samples = passage.times[low:high], passage.rows[low:high, SIGNAL_COLUMNS[one.surface]]
     there = np.isfinite(samples)
     times, samples = times[there], samples[there]
@@ -82,20 +80,6 @@ def _crossed(
     inner = place - direction
     share = beyond[inner] / (beyond[inner] - beyond[place])
     return float(times[inner] + share * (times[place] - times[inner]))
-
-
-PRE_INPUT_TIME: Final = 2.5
-"""Seconds before an input that are looked at; the second of trim is the last of them."""
-_BANK_FROM: Final = 12.0
-"""Seconds before an input from which bank is followed where no attitude tells it."""
-_LEAST_CROSS: Final = 0.5 * DEGREE
-"""Motion of another surface that has an answer of its own."""
-_JUST_BEFORE: Final = 0.15
-"""Seconds that tell in which state the input began."""
-_USUAL_GUSTS: Final = 0.3
-"""m/s."""
-_AT_REST: Final = (0.1, 0.6)
-"""Seconds after an input between which its surface shows where it was left."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -183,7 +167,7 @@ def measure_input(
     ordered = tuple(sorted(inputs, key=lambda one: one.t_start))
     t_input = ordered[0].t_start
     t_input_end = max(one.t_end for one in ordered)
-    times, rows = history.segment(t_input - PRE_INPUT_TIME, t_end)
+    times, rows = history.segment(t_input - DOUBLETS.pre_input_time, t_end)
     passage = ManeuverSamples(
         times=times,
         rows=rows,
@@ -241,7 +225,7 @@ def _symmetry(passage: ManeuverSamples, one: SurfaceInput) -> float:
 
 
 def _left_over(passage: ManeuverSamples, one: SurfaceInput) -> float:
-    start, stop = (one.t_end + wait for wait in _AT_REST)
+    start, stop = (one.t_end + wait for wait in DOUBLETS.rest_after_input)
     after = _level(passage, one.surface, start, min(stop, passage.t_end))
     if not math.isfinite(after):
         after = one.trim_after
@@ -292,9 +276,9 @@ def _bank(history: SignalHistory, t_input: float, aircraft: Aircraft) -> tuple[f
     attitude = history.extra_channel("phi", t_input - DETECTION.trim_time, t_input)
     if np.isfinite(attitude).sum() > 0.5 * attitude.size > 0:
         return float(np.nanmean(attitude)), True
-    times, rows = history.segment(t_input - _BANK_FROM, t_input)
-    step = max(round(TICK_DURATION / float(np.median(np.diff(times)))), 1) if times.size > 2 else 1
-    observer = BankObserver(TICK_DURATION, flying_speed(aircraft))
+    times, rows = history.segment(t_input - DOUBLETS.bank_history, t_input)
+    step = max(round(CUES.tick / float(np.median(np.diff(times)))), 1) if times.size > 2 else 1
+    observer = BankObserver(CUES.tick, flying_speed(aircraft))
     seen = []
     for low in range(0, times.size - step + 1, step):
         part = rows[low : low + step]
@@ -305,7 +289,7 @@ def _bank(history: SignalHistory, t_input: float, aircraft: Aircraft) -> tuple[f
         p, q, r, ax, ay, V, beta = (
             float(mean[SIGNAL_COLUMNS[name]]) for name in ("p", "q", "r", "ax", "ay", "V", "beta")
         )
-        observer.step((p, q, r), ax, ay, V, beta, _USUAL_GUSTS)
+        observer.step((p, q, r), ax, ay, V, beta, DOUBLETS.default_gusts)
         if times[low] >= t_input - DETECTION.trim_time and math.isfinite(observer.bank):
             seen.append(observer.bank)
     return (sum(seen) / len(seen) if seen else None), False
@@ -342,7 +326,7 @@ def _gusts(
         if name not in stuck
     ]
     moved = {one.surface for one in inputs}
-    moved |= {name for name, size in cross.items() if size > _LEAST_CROSS}
+    moved |= {name for name, size in cross.items() if size > DOUBLETS.min_secondary_movement}
     return explainer.gust_fraction(
         {
             name: _fill_gaps(passage.rows[low:, SIGNAL_COLUMNS[name]])
@@ -361,7 +345,7 @@ def _gusts(
 def _mean_before(passage: ManeuverSamples, name: str) -> tuple[float, float] | None:
     """Return the mean of a channel over the second before, and just before the input."""
     mean = passage.mean_at_trim(name)
-    at = passage.samples(name, passage.t_input - _JUST_BEFORE, passage.t_input)
+    at = passage.samples(name, passage.t_input - DOUBLETS.initial_state_time, passage.t_input)
     return (mean, float(at.mean())) if math.isfinite(mean) and at.size else None
 
 

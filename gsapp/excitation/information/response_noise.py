@@ -5,19 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Final
 
 import numpy as np
 
 from gsapp.aircraft import Aircraft
+from gsapp.excitation.information.settings import INFORMATION
 from gsapp.identification.statistics.correlation import MAX_LAGS
 from gsapp.quantities import FloatArray
-from gsapp.quantities.constants import DEGREE, GRAVITY
-
-_USUAL_ANGLE: Final = 0.1 * DEGREE
-_USUAL_RATE: Final = 1.0 * DEGREE
-_USUAL_ACCELERATION: Final = 0.005 * GRAVITY
-"""Noise of instruments of which the aircraft file says nothing."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -76,11 +70,11 @@ def _instrument_noise(aircraft: Aircraft, name: str) -> float:
     if name in ("p", "q", "r"):
         # A sine has an rms of its amplitude over the root of two.
         found = math.hypot(sensors.gyro.noise, sensors.gyro.vibration / math.sqrt(2.0))
-        return found or _USUAL_RATE
+        return found or INFORMATION.gyro_noise
     if name in ("ax", "ay", "an"):
-        return sensors.accelerometer.noise or _USUAL_ACCELERATION
+        return sensors.accelerometer.noise or INFORMATION.accelerometer_noise
     vane = sensors.alpha_vane if name == "alpha" else sensors.beta_vane
-    return vane.noise or _USUAL_ANGLE
+    return vane.noise or INFORMATION.vane_noise
 
 
 def pool_noise(heard: Sequence[ResponseNoise]) -> ResponseNoise:
