@@ -14,11 +14,11 @@ from gsapp.identification.axes import axis_derivatives
 from gsapp.identification.filter_error.filter_error_fit import FilterErrorFit
 from gsapp.identification.filter_error.maneuver_record import ManeuverRecord
 from gsapp.identification.filter_error.noise_tuning import (
-    NOISE_ROUNDS,
     ActivityCallback,
     fit_to_convergence,
     select_noise_correlation,
 )
+from gsapp.identification.filter_error.settings import FILTER_ERROR
 
 _MAX_PASSES = 5
 
@@ -47,7 +47,7 @@ def fit_baseline(
     start = initial_model() if model is None else model
     fit = FilterErrorFit.create(records, start, free_parameters(start, model is None))
     fit_to_convergence(fit, 2, tick, "fitting the current model", fresh=True)
-    select_noise_correlation(fit, NOISE_ROUNDS)
+    select_noise_correlation(fit, FILTER_ERROR.noise_rounds)
     fit_to_convergence(fit, _MAX_PASSES - 2, tick, "fitting the current model")
     return fit
 

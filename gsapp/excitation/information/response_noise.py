@@ -10,7 +10,7 @@ import numpy as np
 
 from gsapp.aircraft import Aircraft
 from gsapp.excitation.information.settings import INFORMATION
-from gsapp.identification.statistics.correlation import MAX_LAGS
+from gsapp.identification.statistics.settings import STATISTICS
 from gsapp.quantities import FloatArray
 
 
@@ -60,8 +60,8 @@ def assumed_noise(aircraft: Aircraft, responses: Sequence[str], rate: float) -> 
         Samples per second.
     """
     stds = [_instrument_noise(aircraft, name) for name in responses]
-    lagged = np.zeros((2 * MAX_LAGS + 1, len(stds), len(stds)))
-    lagged[MAX_LAGS] = np.diag(np.square(stds))
+    lagged = np.zeros((2 * STATISTICS.max_lags + 1, len(stds), len(stds)))
+    lagged[STATISTICS.max_lags] = np.diag(np.square(stds))
     return ResponseNoise(responses=tuple(responses), rate=rate, autocovariance=lagged, duration=0.0)
 
 

@@ -16,52 +16,34 @@ class LogAlignmentSettings:
     """Seconds over which both are smoothed alike before they are compared. The radio carries a few
     samples a second, and what lies between them is a straight line; smoothed, both hold the same.
     It is symmetric, so that it moves nothing."""
-    smooth_periods: float = 2.0
-    """Or over so many samples of the radio, where it carries fewer."""
-    most_drift: float = 1e-3
-    """Of any clock: bad crystals do 200 ppm."""
-    beyond_doubt: float = 3.0
-    """Standard deviations from which on a drift is corrected."""
-    floor: float = 2e-4
-    """Seconds; no lag of a stretch is believed to be better than this."""
-    normal: float = 1.4826
-    """From the median of absolute deviations to a standard deviation."""
-    max_windows: int = 80
-    """Windows compared; those with the most motion."""
-    max_channels: int = 12
-    """Channels compared."""
-    min_valid_share: float = 0.6
-    """Share of the samples of a window that must be there."""
-    min_window_correlation: float = 0.9
-    """Correlation from which the lag of a window counts."""
-    min_agreeing_share: float = 0.5
-    """Share of the windows that must lie on one line."""
-    min_search: float = 0.5
-    """Seconds of lag searched about the coarse lag at least."""
+    smooth_periods: float = 2.0  # Or over so many samples of the radio, where it carries fewer.
+    most_drift: float = 1e-3  # Of any clock: bad crystals do 200 ppm.
+    beyond_doubt: float = 3.0  # Standard deviations from which on a drift is corrected.
+    floor: float = 2e-4  # Seconds; no lag of a stretch is believed to be better than this.
+    normal: float = 1.4826  # From the median of absolute deviations to a standard deviation.
+    max_windows: int = 80  # Windows compared; those with the most motion.
+    max_channels: int = 12  # Channels compared.
+    min_valid_share: float = 0.6  # Share of the samples of a window that must be there.
+    min_window_correlation: float = 0.9  # Correlation from which the lag of a window counts.
+    min_agreeing_share: float = 0.5  # Share of the windows that must lie on one line.
+    min_search: float = 0.5  # Seconds of lag searched about the coarse lag at least.
     outlier_sigmas: float = 4.0
     """Standard deviations from the line beyond which a window is left out."""
-    iterations: int = 3
-    """Repetitions of the fit of the line without outliers."""
+    iterations: int = 3  # Repetitions of the fit of the line without outliers.
     min_scatter_values: int = 6
     """Values that tell a scatter; with fewer, bounds are taken as they are."""
     min_scatter_ratio: float = 0.3
     """Scatter over what the bounds predict that is believed at least."""
 
     # Coarse lag.
-    compared_channels: int = 4
-    """Channels compared for the coarse lag."""
-    min_overlap: float = 2.0
-    """Seconds that both records must share ..."""
-    min_overlap_share: float = 0.2
-    """... and the share of the shorter one."""
-    min_correlation: float = 0.8
-    """Correlation from which a coarse lag counts."""
+    compared_channels: int = 4  # Channels compared for the coarse lag.
+    min_overlap: float = 2.0  # Seconds that both records must share ...
+    min_overlap_share: float = 0.2  # ... and the share of the shorter one.
+    min_correlation: float = 0.8  # Correlation from which a coarse lag counts.
 
     # Merging.
-    row_tolerance: float = 1e-6
-    """Of a row; nearer than that a sample is taken as it is."""
-    reported_offset: float = 5e-4
-    """Seconds; clocks that differ by less are said to agree."""
+    row_tolerance: float = 1e-6  # Of a row; nearer than that a sample is taken as it is.
+    reported_offset: float = 5e-4  # Seconds; clocks that differ by less are said to agree.
     max_date_difference: float = 12 * 3600.0
     """Seconds; clocks set to the wrong zone are no other flight."""
 

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import math
 from dataclasses import asdict, dataclass, field
-from typing import Literal
+from typing import Final, Literal
 
 from gsapp.foundation import FlightError
-from gsapp.identification.zero_offsets import ACCELEROMETER_OFFSET
+from gsapp.identification.preparation_settings import PREPARATION
 
 Gate = Literal["always", "maneuvers"]
 """Listen all the time, or only within the windows that are opened with `FTR.begin`."""
@@ -55,7 +55,7 @@ class FTRSettings:
     """Airspeed that stands in where none is measured, m/s."""
     still: tuple[str, ...] = ()
     """Surfaces that did not move and need not be measured."""
-    accelerometer_offset: float = ACCELEROMETER_OFFSET
+    accelerometer_offset: float = PREPARATION.accelerometer_offset
     """How uncertain the zero of the accelerometers is, m/s^2. It goes into the bounds of CN_0, CA_0
     and CY_0: no mean can tell it from them."""
     signal_to_noise: float = 3.0
@@ -106,3 +106,44 @@ class FTRSettings:
     def as_table(self) -> dict[str, object]:
         """Return the settings as plain values, for a saved state."""
         return {**asdict(self), "still": list(self.still)}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FTRAlgorithmSettings:
+    """Engineering choices, checked by `tests/bench/ftr.py`."""
+
+    # Samples.
+    channel_timeout: float = 0.5
+    """Seconds without a sample after which a channel counts as not measured."""
+    max_row_delay: float = 1.0
+    """Seconds that a row waits for a channel that is late or has fallen silent."""
+    max_filled_gap: float = 60.0
+    """Seconds of a pause that are filled with missing rows; a longer one is jumped over."""
+    chunk_samples: int = 4096  # Samples given at a time.
+
+    # On the ground.
+    min_ground_clearance: float = 5.0
+    """Height above the place of take-off below which wheels may touch the ground, m."""
+    pressure_time_constant: float = 0.5  # Time constant of the smoothing of static pressure, s.
+    min_speed_ratio: float = 1.25
+    """Speed over the stall speed below which wheels may touch the ground."""
+    ground_speed_share: float = 0.5
+    """Share of the lowest speed that counts, below which the aircraft stands or rolls."""
+
+    # Regression.
+    maneuver_update_rate: float = 2.0  # Updates a second: only the last one is kept.
+    min_record_freedom: float = 4.0
+    """Real equations beyond the unknowns that a record needs for its information to be kept."""
+    zero_column_tolerance: float = 1e-9
+    """Share of its natural size below which a column is taken as zero."""
+    collinearity_share: float = 0.1
+    """A variable with less than this share of its energy on its own moved with others."""
+    averaged_neighbors: int = 2  # Neighbors on either side that a level is averaged over.
+    roughness_prior_weight: float = 8.0
+    """Real equations that the roughness of earlier records counts for in the weight of a record."""
+    min_roughness: float = 1e-120
+    """Roughness of targets that hold nothing but rounding; the square of its inverse is a
+    number."""
+
+
+FTR_ALGORITHM: Final = FTRAlgorithmSettings()
