@@ -24,7 +24,7 @@ class PressureSettings:
     """Pa by which wind may move a zero that was taken in a lull: more than it did in 200 trials."""
     dynamic_zero_tolerance: float = 50.0  # Pa: a covered pitot that reads more than that is named.
     static_tolerance: float = 600.0  # Pa: half a percent of an atmosphere; about 50 m of altitude.
-    linearity: float = 0.01  # Of the transducers, relative: what the source says of them.
+    linearity: float = 0.01  # Of the transducers, relative (Seanor 3.5: 1 %).
     line_points: int = 9  # Points of a straight line in its certificate.
 
     # A breath into the pitot.

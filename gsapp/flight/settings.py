@@ -13,7 +13,8 @@ class FlightDataSettings:
     # Flight card.
     max_throw: float = 1.5  # No transmitter gives more than this share of the usual throw.
     max_weight_change: float = 0.15
-    """Weights of one aircraft differ by less than this share between flights (table 6.2.3: 3 %)."""
+    """Weights of one aircraft differ by less than this share between flights (Seanor
+    table 6.2.3: 3 %)."""
     max_fuel_ratio: float = 1.3  # Tanks hold little more than the aircraft file's fuel.
     scales_tolerance: float = 0.02
     """Share by which the weight on the card may differ from the sum of the scales."""

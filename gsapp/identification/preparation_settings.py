@@ -14,8 +14,7 @@ class PreparationSettings:
 
     # Motion.
     cruise_speed_ratio: float = 1.64
-    """Speed that replaces a missing one, over the stall speed: 100 over 61 ft/s, speeds of the
-    B777."""
+    """Speed that replaces a missing one, over the stall speed: 100 over the 61 ft/s of Seanor's."""
     min_speed_ratio: float = 0.5  # Airspeed over stall speed below which nothing flies.
     attitude_time: float = 0.8  # Seconds at the start of a maneuver over which attitude is found.
     trim_duration: float = 1.0

@@ -24,7 +24,7 @@ class MLAlgorithmSettings:
     eigenvalue_tolerance: float = 1e-11
     """Eigenvalues of the scaled Hessian below this share of the largest count as zero."""
     acceptable_tolerance: float = 1e-4
-    """The source's |dJ/J|: a fit that cannot get further, but this far, has converged."""
+    """Seanor's |dJ/J|: a fit that cannot get further, but this far, has converged."""
     cost_rounding: float = 1e-8
     """Changes of the cost below this share drown in its rounding; steps are then taken unseen."""
     max_halvings: int = 4  # Halvings of a step.
