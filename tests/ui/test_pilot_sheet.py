@@ -24,10 +24,11 @@ from tests.ui.pilot_kit import (
     danger,
     moving,
 )
+from ui.display_limits import DISPLAY
 from ui.pilot.card_browser import CardBrowser, find_last_flown_card
 from ui.pilot.cue_display import CueDisplay
 from ui.pilot.cue_display_builder import CueDisplayInput, build_cue_display
-from ui.pilot.display_rate_limiter import MIN_HOLD_SECONDS, DisplayRateLimiter
+from ui.pilot.display_rate_limiter import DisplayRateLimiter
 from ui.pilot.pilot_text import RESULT_SIGNS
 from ui.pilot.pilot_text import TRIM_STATE_SIGNS as STATE_WORDS
 
@@ -272,7 +273,8 @@ def test_words_change_at_most_twice_a_second_and_states_at_once(
         assert shown.gauges[0].marker == made.gauges[0].marker
         if before is not None and shown.gauges[0].number != before.gauges[0].number:
             assert (
-                clock.now - changed >= MIN_HOLD_SECONDS or shown.status_text != before.status_text
+                clock.now - changed >= DISPLAY.min_text_time
+                or shown.status_text != before.status_text
             )
         if before is None or (shown.gauges[0].number, shown.status_text) != (
             before.gauges[0].number,

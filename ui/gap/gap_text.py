@@ -55,8 +55,6 @@ _OBSERVABILITY_TEXTS = (
     (3.0, "barely"),
     (-math.inf, "too little"),
 )
-MIN_OBSERVABLE_SIGMA = 3.0
-"""Standard deviations below which these flights could not have shown an effect."""
 
 
 def coefficient_text(name: str) -> str:
