@@ -14,18 +14,15 @@ class CalibrationSettings:
     max_loss_ratio: float = 0.9  # A higher degree must bring the loss down to this share of it.
     outlier_significance: float = 0.02  # How often points without any outlier have one pointed out.
     drift_significance: float = 0.01  # How often a shift is found where there is none.
-    same_setting_share: float = 0.1
-    """Of the mean distance between settings: closer values are one setting, set twice by hand."""
-    turn_point_significance: float = 0.2
-    """Chance below which the points at the turns are not taken for what they were noted as."""
+    same_setting_share: float = 0.1  # Of the mean spacing: closer settings are the same one.
+    turn_point_significance: float = 0.2  # Below it, turn points do not count as noted.
     prior_degrees_of_freedom: float = 4.0  # Points that a setting error known beforehand is worth.
     max_degree: int = 3  # Degree of a curve at most.
     uncertainty_points: int = 9  # Where along the curve its uncertainty is written down.
     confidence: float = 0.95  # Confidence level of bounds.
     line_points: int = 9  # Points of a straight line in its certificate.
     min_coverage: float = 0.6  # Share of the travel below which a calibration is remarked upon.
-    range_tolerance: float = 1e-6
-    """Share of the calibrated values by which one at their very end may seem to lie outside."""
+    range_tolerance: float = 1e-6  # Share of the calibrated range that counts as its end.
 
     # Settings of a plan.
     min_settings: int = 3  # Settings that a calibration takes.
@@ -34,31 +31,23 @@ class CalibrationSettings:
     supply_range: tuple[float, float] = (0.5, 30.0)  # ... and that may supply a potentiometer.
 
     # Faults.
-    min_response_counts: float = 40.0
-    """Counts of the converter by which a potentiometer's volts must move: about a degree."""
-    fault_noise_counts: float = 10.0
-    """Standard deviation from one sample to the next, in counts, from which a contact is bad."""
-    fault_clipped_share: float = 0.05
-    """Share of the samples at an end of the converter from which an instrument is clipped."""
-    min_fault_samples: int = 8
-    """Samples that a judgment needs; with fewer an instrument has not moved."""
+    min_response_counts: float = 40.0  # Movement of a potentiometer, ADC counts: about 1 deg.
+    fault_noise_counts: float = 10.0  # Sample-to-sample noise of a bad contact, ADC counts.
+    fault_clipped_share: float = 0.05  # Share of samples at the end of the ADC range: clipped.
+    min_fault_samples: int = 8  # Fewer samples show no movement.
 
     # Rest.
     rest_block: float = 0.5  # Length of a block, s.
     min_block_samples: int = 5  # Samples that a block must have of each instrument.
-    max_blocks: int = 240
-    """Blocks that are kept; a rest of more than two minutes counts with its last two."""
+    max_blocks: int = 240  # Blocks kept: two minutes of rest.
 
     # Volts.
     evaluation_period: float = 0.1  # How often the state is judged, s.
     averaging: float = 0.7  # Seconds at rest that a reading is averaged over.
     window_segments: int = 5  # Parts of the window whose means are compared.
-    still_counts: float = 4.0
-    """Counts of the converter by which the means of the parts may differ at rest."""
-    noisy_counts: float = 10.0
-    """Standard deviation of single samples, in counts, from which an instrument is noisy."""
-    clipped_share: float = 0.2
-    """Share of the window at an end of the converter from which an instrument is clipped."""
+    still_counts: float = 4.0  # Largest difference of the means at rest, ADC counts.
+    noisy_counts: float = 10.0  # Standard deviation of a noisy instrument, ADC counts.
+    clipped_share: float = 0.2  # Share of samples at the end of the ADC range: clipped.
     min_window_samples: int = 5  # Samples needed; a slow link lets the window grow ...
     max_window_factor: float = 3.0  # ... by up to this factor.
     max_gap: float = 0.5  # Seconds without a sample after which everything before is forgotten.

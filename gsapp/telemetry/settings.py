@@ -21,22 +21,15 @@ class TelemetrySettings:
     low_disk_time: float = 1800.0  # Time left on the disk from which a warning is given ...
     low_disk_bytes: int = 200_000_000  # ... and bytes left.
     max_streams: int = 64  # Senders told apart.
-    max_unsent: int = 64
-    """Frames that wait to be sent; more are dropped, and whoever wanted an answer asks again."""
-    unsent_time: float = 5.0
-    """For so long it is told what could not be sent, where nothing else is to be sent."""
-    final_sending_time: float = 0.5
-    """Time that the end of a recording waits for what is being sent."""
+    max_unsent: int = 64  # Frames that wait to be sent; more are dropped and asked again.
+    unsent_time: float = 5.0  # For which dropped frames are reported.
+    final_sending_time: float = 0.5  # Wait for what is being sent at the end.
     start_timeout: float = 20.0  # Time in which a recorder must have started.
     poll_interval: float = 0.02  # Interval at which a recorder is looked for.
-    settled_us: int = 1_500_000
-    """After so long a recorder whose state is not in its folder has a disk that takes nothing."""
-    max_kept_bytes: int = 4 << 20
-    """Bytes of a file that is kept in memory: settings and marks, no logs."""
-    owner_check_interval: float = 1.0
-    """Seconds between looks whether the process that a record is made for still lives."""
-    status_wait: float = 0.2
-    """Seconds for which a status that is being read is tried to be replaced on Windows."""
+    settled_us: int = 1_500_000  # After it, a recorder without state has a full disk.
+    max_kept_bytes: int = 4 << 20  # Of a file kept in memory: settings and marks.
+    owner_check_interval: float = 1.0  # Of the process that a record is made for.
+    status_wait: float = 0.2  # For a status that is being read, on Windows.
 
     # Links.
     test_read_timeout: float = 0.1  # Wait for data in the test of a link.
@@ -53,21 +46,15 @@ class TelemetrySettings:
     fetch_interval: float = 0.02  # Interval at which answers are looked for.
     progress_interval: float = 0.25  # Interval at which progress is shown.
     save_interval: float = 2.0  # Interval at which what came is written to the disk.
-    clock_unset: int = 946_684_800
-    """Logs begun before 2000 were begun by a box that did not know the time."""
+    clock_unset: int = 946_684_800  # Logs from before 2000: clock not set.
     list_retry: float = 1.5  # Time after which the list of logs is asked for again.
-    listen_time: float = 3.0
-    """Seconds to hear a heartbeat, which says whom to ask, before all are asked."""
+    listen_time: float = 3.0  # For a heartbeat, which says whom to ask.
     min_window: int = 64 * 90  # Bytes asked for at a time: at least 64 messages of 90 bytes ...
     max_window: int = 4096 * 90  # ... and at most 4096 messages of 90 bytes ...
     window_time: float = 2.0  # ... what the link carries in this time in between.
-    round_trip: float = 0.15
-    """Seconds that asking costs at least: what comes meanwhile may as well be sent twice."""
-    min_measured_bytes: int = min_window // 2
-    """Bytes of one answer that tell the pace of the link: of fewer, asking takes most of the
-    time."""
-    first_silence: float = 1.5
-    """Silence after which a piece is asked for again, before the first one came ..."""
+    round_trip: float = 0.15  # Least cost of asking: may be sent twice meanwhile.
+    min_measured_bytes: int = min_window // 2  # Of an answer that tells the pace of the link.
+    first_silence: float = 1.5  # Until a piece is asked for again, before the first came ...
     silent_pieces: int = 20  # ... later: so many intervals between pieces, but ...
     min_silence: float = 0.25  # ... at least ...
     max_silence: float = 2.0  # ... and at most so long.

@@ -10,12 +10,11 @@ from typing import Final
 class LogAlignmentSettings:
     """Engineering choices, checked by `tests/flight/test_onboard_clock.py`."""
 
-    window: float = 10.0
-    """Seconds of a stretch: several periods of what an aircraft of this size does."""
+    window: float = 10.0  # s: several periods of an aircraft of this size.
     smooth: float = 0.3
-    """Seconds over which both are smoothed alike before they are compared. The radio carries a few
-    samples a second, and what lies between them is a straight line; smoothed, both hold the same.
-    It is symmetric, so that it moves nothing."""
+    """s of smoothing of both before they are compared. The radio carries a few samples a second
+    with straight lines between; smoothed, both hold the same. It is symmetric, so it moves
+    nothing."""
     smooth_periods: float = 2.0  # Or over so many samples of the radio, where it carries fewer.
     most_drift: float = 1e-3  # Of any clock: bad crystals do 200 ppm.
     beyond_doubt: float = 3.0  # Standard deviations from which on a drift is corrected.
@@ -27,13 +26,10 @@ class LogAlignmentSettings:
     min_window_correlation: float = 0.9  # Correlation from which the lag of a window counts.
     min_agreeing_share: float = 0.5  # Share of the windows that must lie on one line.
     min_search: float = 0.5  # Seconds of lag searched about the coarse lag at least.
-    outlier_sigmas: float = 4.0
-    """Standard deviations from the line beyond which a window is left out."""
+    outlier_sigmas: float = 4.0  # From the line: windows beyond are left out.
     iterations: int = 3  # Repetitions of the fit of the line without outliers.
-    min_scatter_values: int = 6
-    """Values that tell a scatter; with fewer, bounds are taken as they are."""
-    min_scatter_ratio: float = 0.3
-    """Scatter over what the bounds predict that is believed at least."""
+    min_scatter_values: int = 6  # With fewer, bounds are taken as they are.
+    min_scatter_ratio: float = 0.3  # Of scatter to bounds: smaller is chance.
 
     # Coarse lag.
     compared_channels: int = 4  # Channels compared for the coarse lag.
@@ -44,8 +40,7 @@ class LogAlignmentSettings:
     # Merging.
     row_tolerance: float = 1e-6  # Of a row; nearer than that a sample is taken as it is.
     reported_offset: float = 5e-4  # Seconds; clocks that differ by less are said to agree.
-    max_date_difference: float = 12 * 3600.0
-    """Seconds; clocks set to the wrong zone are no other flight."""
+    max_date_difference: float = 12 * 3600.0  # s: the zone of a clock may be wrong.
 
 
 ALIGNMENT: Final = LogAlignmentSettings()

@@ -131,18 +131,15 @@ class CompatibilitySettings:
 class CompatibilityAlgorithmSettings:
     """Engineering choices; times in s."""
 
-    observable_share: float = 0.3
-    """A parameter counts as seen where its bound is at most this share of `PLAUSIBLE_ERRORS`."""
+    observable_share: float = 0.3  # Of `PLAUSIBLE_ERRORS`: bound of a visible error.
 
     # Segments.
-    max_filled_gap: float = 0.15
-    """Rates and accelerations missing for longer (s) break a maneuver in two."""
+    max_filled_gap: float = 0.15  # A longer gap in rates or accelerations splits a maneuver.
     min_duration: float = 2.0  # A stretch shorter than this (s) is left out.
     min_segment_samples: int = 40  # Samples below which a stretch is left out.
 
     # Gauss-Newton fit.
-    initial_speed_std: float = 10.0
-    """Standard deviations of a start before anything was measured: m/s ..."""
+    initial_speed_std: float = 10.0  # Of a start before any measurement: m/s ...
     initial_rotation_std: float = 0.5  # ... and rad.
     step_tolerance: float = 0.02  # A step smaller than this share of a bound is the last.
     noise_update_step: float = 0.3  # Step below which the noise is estimated again ...
@@ -155,11 +152,9 @@ class CompatibilityAlgorithmSettings:
     ridge: float = 1e-12  # Share of the diagonal that keeps the normal equations solvable.
     max_speed: float = 1e3  # Velocities (m/s) beyond this are no flight.
     scale_signal_to_noise: tuple[float, float] = (10.0, 20.0)
-    """Variance of the motion over that of the noise in it, for a scale to be seen; for a delay. The
-    first over white noise, to take part in the fit; the second over all noise, to be reported."""
-    delay_signal_to_noise: tuple[float, float] = (5.0, 25.0)
-    """Variance of the motion over that of the noise in it, for a scale to be seen; for a delay. The
-    first over white noise, to take part in the fit; the second over all noise, to be reported."""
+    """Variance of motion over noise, for a scale: over white noise to take part in the fit, over
+    all noise to be reported ..."""
+    delay_signal_to_noise: tuple[float, float] = (5.0, 25.0)  # ... and for a delay.
 
     # Kalman predictor.
     unmeasured_rate_density: float = 0.03  # Density of what no instrument measured: rad^2/s ...
@@ -173,36 +168,28 @@ class CompatibilityAlgorithmSettings:
     # Verdict.
     significant_sigmas: float = 3.0  # Bounds by which an error must exceed the tolerable.
     max_gyro_noise_ratio: float = 1000.0
-    """Power over that of its own white noise with which a gyro contradicts the others as no
-    gusts make it: 500 at most in gusts of 2 m/s, 4000 and more with a rate or an angle in
-    another unit."""
+    """Power over white noise at which a gyro contradicts the others as no gusts make it: at most
+    500 in gusts of 2 m/s, 4000 and more with a wrong unit."""
     max_final_step: float = 4.0
-    """Bounds by which a fit was about to move on when it ended, from which it is no proof: 2.2 at
-    most of good instruments whose errors hardly show, 6 and more with a vane in another unit."""
-    gust_warning_speed: float = 0.3
-    """Change of the air's speed over a second (m/s) that is worth a warning."""
+    """Last step in bounds from which a fit is no proof: at most 2.2 with good instruments whose
+    errors hardly show, 6 and more with a vane in another unit."""
+    gust_warning_speed: float = 0.3  # Change of the wind in a second, m/s.
 
     # Reversed and exchanged axes.
-    min_likelihood_gain: float = 20.0
-    """In twice the log-likelihood: far beyond chance and beyond what free errors take up."""
+    min_likelihood_gain: float = 20.0  # Twice the log-likelihood: far beyond chance.
     min_residual_ratio: float = 1.2  # Times by which a remedy must lower the residuals.
-    flow_angle_ratio: float = 2.0
-    """The same for the flow angle of that axis, to be named instead of the channel."""
+    flow_angle_ratio: float = 2.0  # The same, to name the flow angle of that axis instead.
     max_scale_std: float = 0.2  # Bound of a scale: a turned sign is ten times that away.
     white_noise_factors: tuple[float, float] = (3.0, 10.0)
-    """Factors on the white noise that filters before the converter account for: of what drives the
-    motion, of what shows it."""
-    screening_segments: int = 4
-    """Stretches on which remedies are tried first; those that move most."""
+    """For filters before the converter: on inputs and on outputs of the kinematics."""
+    screening_segments: int = 4  # Segments with most motion, for first tries.
     screening_stages: tuple[tuple[int, int], tuple[int, int]] = ((1, 6), (4, 2))
-    """Steps, and how many remedies remain after them."""
+    """Steps, remedies kept."""
     max_corrections: int = 3  # Remedies applied one after the other.
 
     # Redundant instruments.
-    precision_ratio: float = 10.0
-    """Of what a sensor earns: how far others than those of `TOLERABLE_ERRORS` may be apart."""
-    min_motion_ratio: float = 10.0
-    """Variance of the motion over that of the difference, for slope and delay to mean something."""
+    precision_ratio: float = 10.0  # Over `TOLERABLE_ERRORS`, for other sensors.
+    min_motion_ratio: float = 10.0  # Variance of motion over that of the difference.
     max_redundant_delay: float = 0.1  # Delays are looked for up to this, s.
     min_redundant_samples: int = 40  # Samples that a comparison takes.
     redundant_sigmas: float = 4.0  # Standard deviations from which two instruments differ.

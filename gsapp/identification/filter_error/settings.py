@@ -11,40 +11,29 @@ class FilterErrorSettings:
     """Engineering choices, checked by `tests/bench/discrepancy.py`."""
 
     # Linearization.
-    bias_reference_speed: float = 30.0
-    """Airspeed at which its zero error is told, m/s: a pressure's zero is less speed when fast."""
+    bias_reference_speed: float = 30.0  # m/s, at which the zero of airspeed is given.
     min_speed: float = 5.0  # Airspeed (m/s) below which no pressure is believed.
     block_duration: float = 0.04  # Length of a block, s.
     state_scales: tuple[float, ...] = (1.0, 0.01, 0.01, 0.05, 0.05, 0.05, 0.02, 0.02)
     """Sizes (SI) that make the states comparable: V, alpha, beta, p, q, r, phi, theta."""
-    gust_scales: tuple[float, float, float] = (1.0, 0.01, 0.01)
-    """The same of gusts, in the states that they enter."""
+    gust_scales: tuple[float, float, float] = (1.0, 0.01, 0.01)  # The same of gusts.
     reading_scale: float = 0.02  # The same of what a delayed instrument shows.
-    min_valid_share: float = 0.6
-    """Share of its samples that must count for a channel to count in a block."""
-    max_delay: float = 0.08
-    """Time through which a deviation is followed until a delayed instrument shows it, s."""
+    min_valid_share: float = 0.6  # Of the samples of a channel in a block.
+    max_delay: float = 0.08  # s for which a deviation is followed to a delayed channel.
     oversampling: int = 4  # Samples in the place of one, for the response of a lag.
     relative_step: float = 1e-3  # Step of a numerical derivative over the size of its parameter.
 
     # Steady-state filter.
     max_banded_columns: int = 6  # Columns up to which the banded solver is the faster one.
     max_doublings: int = 40  # Doublings of the Riccati recursion at most.
-    covariance_tolerance: float = 1e-15
-    """Share of the covariance that the last doubling may change."""
-    residual_tolerance: float = 1e-9
-    """Share of the covariance by which the equation may be off; else the pencil is decomposed."""
-    min_intensity: float = 1e-9
-    """Process noise that every state has, in units of the scales squared per second."""
-    ridge: float = 1e-11
-    """Share of the diagonal that keeps the solution finite where parameters cannot be told
-    apart."""
-    min_information_share: float = 1e-7
-    """A column that keeps less than this share of its square cannot be told from the others."""
+    covariance_tolerance: float = 1e-15  # Relative change by the last doubling.
+    residual_tolerance: float = 1e-9  # Relative error of the equation, else a pencil.
+    min_intensity: float = 1e-9  # Process noise of every state, scales squared per second.
+    ridge: float = 1e-11  # Share of the diagonal: keeps the solution finite.
+    min_information_share: float = 1e-7  # Of a column's square, given the others.
 
     # Noise.
-    white_share: float = 0.02
-    """White noise of a channel whose noise is colored, over the variance that each sample adds."""
+    white_share: float = 0.02  # White noise of a colored channel over its step variance.
     initial_gust_intensity: float = 0.1  # Intensities that a fit starts from: of gusts ...
     initial_moment_intensity: float = 0.01  # ... and of moments.
     max_motion_frequency: float = 12.0  # Frequency above which no aircraft of this size moves, Hz.
@@ -57,15 +46,12 @@ class FilterErrorSettings:
     intensity_bounds: tuple[float, float] = (1e-9, 100.0)  # Bounds of the intensities.
     skipped_blocks: int = 5  # Blocks at the start, which the initial state has used up.
     noise_rounds: int = 3  # Rounds of noise to each pass of a fit.
-    converged_step: float = 0.3
-    """A move of every parameter below this share of its deviation ends the fit."""
+    converged_step: float = 0.3  # Largest move in standard deviations: converged.
     correlation_updates: int = 4  # Updates of the correlation of colored noise.
     correlation_tolerance: float = 0.12  # Change of that correlation below which it has settled.
-    min_correlation: float = 0.05
-    """Correlation from one sample to the next of colored noise: at least ..."""
+    min_correlation: float = 0.05  # Sample to sample, of colored noise: at least ...
     max_correlation: float = 0.97  # ... and at most.
-    aic_penalty: float = 2.0
-    """Fall of the cost that one more number of a noise model must bring (Akaike)."""
+    aic_penalty: float = 2.0  # Fall of the cost for one more noise parameter (Akaike).
 
 
 FILTER_ERROR: Final = FilterErrorSettings()

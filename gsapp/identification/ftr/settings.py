@@ -113,37 +113,25 @@ class FTRAlgorithmSettings:
     """Engineering choices, checked by `tests/bench/ftr.py`."""
 
     # Samples.
-    channel_timeout: float = 0.5
-    """Seconds without a sample after which a channel counts as not measured."""
-    max_row_delay: float = 1.0
-    """Seconds that a row waits for a channel that is late or has fallen silent."""
-    max_filled_gap: float = 60.0
-    """Seconds of a pause that are filled with missing rows; a longer one is jumped over."""
+    channel_timeout: float = 0.5  # s without a sample: not measured.
+    max_row_delay: float = 1.0  # s that a row waits for a late channel.
+    max_filled_gap: float = 60.0  # s of a pause that are filled with missing rows.
     chunk_samples: int = 4096  # Samples given at a time.
 
     # On the ground.
-    min_ground_clearance: float = 5.0
-    """Height above the place of take-off below which wheels may touch the ground, m."""
+    min_ground_clearance: float = 5.0  # m above take-off: wheels may touch below.
     pressure_time_constant: float = 0.5  # Time constant of the smoothing of static pressure, s.
-    min_speed_ratio: float = 1.25
-    """Speed over the stall speed below which wheels may touch the ground."""
-    ground_speed_share: float = 0.5
-    """Share of the lowest speed that counts, below which the aircraft stands or rolls."""
+    min_speed_ratio: float = 1.25  # To the stall speed: wheels may touch below.
+    ground_speed_share: float = 0.5  # Of the lowest speed that counts: on the ground.
 
     # Regression.
     maneuver_update_rate: float = 2.0  # Updates a second: only the last one is kept.
-    min_record_freedom: float = 4.0
-    """Real equations beyond the unknowns that a record needs for its information to be kept."""
-    zero_column_tolerance: float = 1e-9
-    """Share of its natural size below which a column is taken as zero."""
-    collinearity_share: float = 0.1
-    """A variable with less than this share of its energy on its own moved with others."""
+    min_record_freedom: float = 4.0  # Equations beyond the unknowns, to keep a record.
+    zero_column_tolerance: float = 1e-9  # Of its natural size: smaller is zero.
+    collinearity_share: float = 0.1  # Of a variable's energy on its own.
     averaged_neighbors: int = 2  # Neighbors on either side that a level is averaged over.
-    roughness_prior_weight: float = 8.0
-    """Real equations that the roughness of earlier records counts for in the weight of a record."""
-    min_roughness: float = 1e-120
-    """Roughness of targets that hold nothing but rounding; the square of its inverse is a
-    number."""
+    roughness_prior_weight: float = 8.0  # Equations, of the roughness of former records.
+    min_roughness: float = 1e-120  # Rounding only; its inverse squared is finite.
 
 
 FTR_ALGORITHM: Final = FTRAlgorithmSettings()

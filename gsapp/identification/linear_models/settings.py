@@ -16,8 +16,7 @@ class LinearModelSettings:
     max_order: int = 40  # Order of a model at most.
     max_tried_order: int = 12  # Orders tried where none is given.
     ridge: float = 1e-9  # Share of the mean variance that keeps the projection solvable.
-    subspace_rate: float = 50.0
-    """Subspace models are made at this rate, Hz: quicker samples only lengthen the horizon."""
+    subspace_rate: float = 50.0  # Hz: faster samples only lengthen the horizon.
 
     # Prediction error method.
     max_iterations: int = 40  # Gauss-Newton steps at most.

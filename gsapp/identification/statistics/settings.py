@@ -10,12 +10,9 @@ from typing import Final
 class ResidualStatisticsSettings:
     """Engineering choices unless a source is named."""
 
-    singular_tolerance: float = 1e-11
-    """Eigenvalues of the scaled information below this share of the largest are rounding."""
-    max_lags: int = 100
-    """Notes, section 7: with 50 to 100 lags the corrected bound is right within 10 %."""
-    strong_correlation: float = 0.95
-    """Correlation from which data cannot tell two parameters apart."""
+    singular_tolerance: float = 1e-11  # Of the largest eigenvalue: smaller is rounding.
+    max_lags: int = 100  # Notes, section 7: 50 to 100 give bounds within 10 %.
+    strong_correlation: float = 0.95  # Two parameters cannot be told apart beyond.
 
     # Whiteness.
     portmanteau_lags: int = 20  # Lags of the portmanteau test.
@@ -28,11 +25,9 @@ class ResidualStatisticsSettings:
     noise_frequency: float = 8.0  # Frequency, Hz, from which residuals are noise.
     min_force_coherence: float = 0.6  # Coherences from which gusts are found: of forces ...
     min_kinematic_coherence: float = 0.25  # ... and of kinematics.
-    min_noise_ratio: float = 3.0
-    """Density in the band over that above it, from `noise_frequency` on."""
+    min_noise_ratio: float = 3.0  # Density in the band over that of the noise.
     taper_share: float = 0.3  # Share of a segment over which its ends fade in and out.
-    min_segment_length: float = 3.0
-    """Segments shorter than this (s) have too few frequencies in the band."""
+    min_segment_length: float = 3.0  # s: fewer have too few frequencies.
     min_frequencies: int = 10  # Frequencies in the band that the coherence takes.
 
 
