@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Final
 
+from gsapp.quantities.constants import DEGREE
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FlightDataSettings:
@@ -18,6 +20,11 @@ class FlightDataSettings:
     cg_tolerance: float = 0.5e-3  # A CG that moves less than this, m, has not moved.
     cg_shift_tolerance: float = 2e-3  # m in a flight: as well as scales tell the CG.
     mass_tolerance: float = 1e-3  # Share: mass or inertia has not changed.
+
+    # Test cards.
+    step_range: tuple[float, float] = (0.05, 30.0)  # Width of a step, s.
+    max_amplitude: float = 45.0 * DEGREE  # Of an input, rad.
+    max_repeats: int = 50  # Of a card.
 
     # Records.
     same_clock_tolerance: float = 0.1  # s between readings of one clock.

@@ -23,6 +23,7 @@ from gsapp.flight.onboard_log.cross_correlation import (
 from gsapp.flight.onboard_log.log_state import LogClock
 from gsapp.flight.onboard_log.settings import ALIGNMENT
 from gsapp.quantities import Block, FloatArray
+from gsapp.quantities.constants import MAD_TO_STD
 
 
 class ClockAlignmentError(Exception):
@@ -92,14 +93,14 @@ def align_clocks(
     if not windows:
         raise ClockAlignmentError(
             f"coarse correlation {coarse.correlation:.2f}, but no window of "
-            f"{ALIGNMENT.window:g} s correlates in detail"
+            f"{ALIGNMENT.window_duration:g} s correlates in detail"
         )
     line = _fit_lag_line(lags)
     if line.agreeing < ALIGNMENT.min_agreeing_share * windows:
         raise ClockAlignmentError(
             f"only {line.agreeing} of {windows} motion windows agree on one clock"
         )
-    if abs(line.slope) > ALIGNMENT.most_drift and abs(line.slope) > ALIGNMENT.beyond_doubt * (
+    if abs(line.slope) > ALIGNMENT.max_drift and abs(line.slope) > ALIGNMENT.drift_sigmas * (
         line.slope_std or 0.0
     ):
         raise ClockAlignmentError(
@@ -107,7 +108,7 @@ def align_clocks(
             "implausible"
         )
     drifts = (
-        line.slope_std is not None and abs(line.slope) > ALIGNMENT.beyond_doubt * line.slope_std
+        line.slope_std is not None and abs(line.slope) > ALIGNMENT.drift_sigmas * line.slope_std
     )
     # Lags are over flight time; offset and drift over the log's own, parts in a million apart.
     return LogClock(
@@ -131,7 +132,7 @@ def _segment_lags(
     log_first, log_values = fill_omitted_rows(log, names, rate)
     periods = [_period(column) for column in live_values.T]
     widths = [
-        2 * round(0.5 * max(ALIGNMENT.smooth * rate, ALIGNMENT.smooth_periods * period)) + 1
+        2 * round(0.5 * max(ALIGNMENT.smoothing * rate, ALIGNMENT.smoothing_periods * period)) + 1
         for period in periods
     ]
     live_values, log_values = (
@@ -140,14 +141,14 @@ def _segment_lags(
     )
     start = max(live_first, log_first + coarse.rows)
     stop = min(live_first + len(live_values), log_first + coarse.rows + len(log_values))
-    search = max(ALIGNMENT.min_search, ALIGNMENT.most_drift * (stop - start) / rate)
+    search = max(ALIGNMENT.min_search, ALIGNMENT.max_drift * (stop - start) / rate)
     reach = max(min(round(search * rate), (stop - start) // 8), 2)
     # The log is looked at a little before and behind each stretch, and smoothing takes its ends.
     edge = reach + min(max(widths) // 2, (stop - start) // 8)
     start, stop = start + edge, stop - edge
     if stop - start < min(widths):
         return []
-    rows = min(round(ALIGNMENT.window * rate), stop - start)
+    rows = min(round(ALIGNMENT.window_duration * rate), stop - start)
     count = (stop - start) // rows
     begins = start + (stop - start - rows) * np.arange(count) // max(count - 1, 1)
     if count > ALIGNMENT.max_windows:
@@ -169,7 +170,7 @@ def _segment_lags(
                         at=(begin + 0.5 * rows) / rate,
                         channel=name,
                         lag=(coarse.rows + lag[0]) / rate,
-                        std=max(lag[1] / rate, ALIGNMENT.floor),
+                        std=max(lag[1] / rate, ALIGNMENT.min_lag_std),
                     )
                 )
     return found
@@ -294,12 +295,12 @@ def _fit_lag_line(lags: Sequence[_SegmentLag]) -> _LagLine:
             [_robust_std(rest[column == k] / stds[column == k]) for k in range(len(channels))]
         )
         stds = np.maximum(
-            stds * np.maximum(excess, ALIGNMENT.min_scatter_ratio)[column], ALIGNMENT.floor
+            stds * np.maximum(excess, ALIGNMENT.min_scatter_ratio)[column], ALIGNMENT.min_lag_std
         )
     weights = np.bincount(row, stds**-2, minlength=stretches.size)
     means = np.bincount(row, each * stds**-2, minlength=stretches.size) / weights
     beside = np.abs(means - middle - slope * stretches)
-    usual = max(_robust_std(beside), 2.0 * ALIGNMENT.floor)
+    usual = max(_robust_std(beside), 2.0 * ALIGNMENT.min_lag_std)
     kept = beside <= ALIGNMENT.outlier_sigmas * np.maximum(usual, weights**-0.5)
     return _fit_weighted_line(stretches[kept], means[kept], weights[kept])
 
@@ -307,7 +308,7 @@ def _fit_lag_line(lags: Sequence[_SegmentLag]) -> _LagLine:
 def _robust_std(values: FloatArray) -> float:
     if values.size < ALIGNMENT.min_scatter_values:
         return 1.0
-    return ALIGNMENT.normal * float(np.median(np.abs(values)))
+    return MAD_TO_STD * float(np.median(np.abs(values)))
 
 
 def _fit_weighted_line(times: FloatArray, lags: FloatArray, weights: FloatArray) -> _LagLine:
@@ -331,8 +332,10 @@ def _fit_weighted_line(times: FloatArray, lags: FloatArray, weights: FloatArray)
     told = 1.0 if times.size - 2 < ALIGNMENT.min_scatter_values else 0.0
     excess = max(float(weights @ left**2) / (times.size - 2), told)
     # What straight lines between samples leave is alike everywhere: more stretches do not help.
-    offset_std = max(float(np.sqrt(excess / weights.sum())), 0.5 * ALIGNMENT.floor)
-    slope_std = max(float(np.sqrt(excess / arm)), 2.0 * ALIGNMENT.floor / float(np.ptp(times)))
+    offset_std = max(float(np.sqrt(excess / weights.sum())), 0.5 * ALIGNMENT.min_lag_std)
+    slope_std = max(
+        float(np.sqrt(excess / arm)), 2.0 * ALIGNMENT.min_lag_std / float(np.ptp(times))
+    )
     return _LagLine(
         at=at,
         offset=offset,

@@ -10,16 +10,15 @@ from typing import Final
 class LogAlignmentSettings:
     """Engineering choices, checked by `tests/flight/test_onboard_clock.py`."""
 
-    window: float = 10.0  # s: several periods of an aircraft of this size.
-    smooth: float = 0.3
+    window_duration: float = 10.0  # s: several periods of an aircraft of this size.
+    smoothing: float = 0.3
     """s of smoothing of both before they are compared. The radio carries a few samples a second
     with straight lines between; smoothed, both hold the same. It is symmetric, so it moves
     nothing."""
-    smooth_periods: float = 2.0  # Or over so many samples of the radio, where it carries fewer.
-    most_drift: float = 1e-3  # Of any clock: bad crystals do 200 ppm.
-    beyond_doubt: float = 3.0  # Standard deviations from which on a drift is corrected.
-    floor: float = 2e-4  # Seconds; no lag of a stretch is believed to be better than this.
-    normal: float = 1.4826  # From the median of absolute deviations to a standard deviation.
+    smoothing_periods: float = 2.0  # Or over so many samples of the radio, where it carries fewer.
+    max_drift: float = 1e-3  # Of any clock: bad crystals do 200 ppm.
+    drift_sigmas: float = 3.0  # Standard deviations from which on a drift is corrected.
+    min_lag_std: float = 2e-4  # Seconds; no lag of a stretch is believed to be better than this.
     max_windows: int = 80  # Windows compared; those with the most motion.
     max_channels: int = 12  # Channels compared.
     min_valid_share: float = 0.6  # Share of the samples of a window that must be there.
