@@ -17,10 +17,8 @@ import numpy.typing as npt
 from calibration.points import CalibrationPoint
 from calibration.polynomial_fit import evaluate_polynomial, fit_points
 from calibration.quality import CalibrationQuality
+from calibration.settings import CALIBRATION
 from gsapp.quantities import FloatArray, channel, to_si
-
-_ROUNDING = 1e-6
-"""Share of the calibrated values by which one at their very end may seem to lie outside."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -138,7 +136,7 @@ class Certificate:
     def padded_value_range(self) -> tuple[float, float]:
         """Return `value_range` with the room that rounding takes at its ends, in the SI unit."""
         low, high = self.value_range
-        slack = _ROUNDING * (high - low)
+        slack = CALIBRATION.range_tolerance * (high - low)
         return low - slack, high + slack
 
     @property

@@ -10,7 +10,7 @@ from pydantic import Field
 
 from calibration.certificate import Certificate
 from calibration.points import CalibrationPoint
-from calibration.polynomial_fit import MAX_DEGREE, PolynomialFit, turning_points
+from calibration.polynomial_fit import PolynomialFit, turning_points
 from calibration.quality import CalibrationQuality
 from calibration.quantity_parsing import (
     difference_unit,
@@ -18,6 +18,7 @@ from calibration.quantity_parsing import (
     parse_quantity_in_unit,
     unit_per_volt,
 )
+from calibration.settings import CALIBRATION
 from gsapp.foundation import (
     FileProblem,
     FileProblemsError,
@@ -167,7 +168,7 @@ class _Point(StrictModel):
 
 
 class _FitSection(StrictModel):
-    coefficients: tuple[str, ...] = Field(min_length=2, max_length=MAX_DEGREE + 1)
+    coefficients: tuple[str, ...] = Field(min_length=2, max_length=CALIBRATION.max_degree + 1)
     range: tuple[Voltage, Voltage]
     rms_residual: str | None = None
     max_residual: str | None = None

@@ -16,15 +16,10 @@ from calibration.adc import ADC_RESOLUTION
 from calibration.certificate import Certificate
 from calibration.hysteresis_fit import CalibrationReadings, HysteresisFit, fit_with_hysteresis
 from calibration.points import CalibrationError, CalibrationPoint
-from calibration.polynomial_fit import MAX_DEGREE, invertible_mean_curve, validate_readings
+from calibration.polynomial_fit import invertible_mean_curve, validate_readings
 from calibration.quality import Calibration, assess_quality
+from calibration.settings import CALIBRATION
 from gsapp.quantities import BoolArray, FloatArray
-
-MAX_LOSS_RATIO = 0.9
-"""A higher degree must bring the loss down to this share of it."""
-
-OUTLIER_SIGNIFICANCE = 0.02
-"""How often points without any outlier have one pointed out."""
 
 
 def fit_calibration(
@@ -157,7 +152,9 @@ def find_outliers(
     kept = np.ones(len(readings), dtype=bool)
     while len(aside) < len(readings) // 4:
         rest = readings.subset(kept)
-        degrees = [d for d in range(1, MAX_DEGREE + 1) if np.unique(rest.volts).size >= d + 4]
+        degrees = [
+            d for d in range(1, CALIBRATION.max_degree + 1) if np.unique(rest.volts).size >= d + 4
+        ]
         farthest = [_find_worst_outlier(rest, degree, setting_error) for degree in degrees]
         if not farthest:
             break
@@ -197,7 +194,7 @@ def _find_worst_outlier(
     gone = fit.weights * fit.residuals**2 / kept
     scatter = np.sqrt(np.maximum(fit.degrees_of_freedom * fit.scatter**2 - gone, 0.0) / freedom)
     place = int(np.argmax(np.where(leverage < 0.999, gone, 0.0)))
-    allowed = float(stdtrit(freedom, 1.0 - 0.5 * OUTLIER_SIGNIFICANCE / len(readings)))
+    allowed = float(stdtrit(freedom, 1.0 - 0.5 * CALIBRATION.outlier_significance / len(readings)))
     # Rounding is no outlier: without any scatter there is nothing to compare with.
     least = max(float(scatter[place]), 1e-9 * float(np.ptp(readings.values)))
     return least, float(np.sqrt(gone[place])) / (allowed * least), place
@@ -207,7 +204,7 @@ def _cross_validation_errors(readings: CalibrationReadings) -> dict[int, FloatAr
     """Return by degree the errors of predicting each setting from the others, shape (settings,)."""
     numbers = np.unique(readings.settings)
     errors: dict[int, FloatArray] = {}
-    for degree in range(1, MAX_DEGREE + 1):
+    for degree in range(1, CALIBRATION.max_degree + 1):
         # With a freedom left, so that passing through every point proves nothing.
         if numbers.size < degree + 2:
             break
@@ -235,7 +232,7 @@ def _select_degree(losses: dict[int, float]) -> int:
     """Return the degree that predicts best; a higher one only where it gains something."""
     best = 1
     for degree, loss in losses.items():
-        if loss < MAX_LOSS_RATIO * losses[best]:
+        if loss < CALIBRATION.max_loss_ratio * losses[best]:
             best = degree
     return best
 

@@ -16,10 +16,8 @@ from calibration.certificate import Certificate
 from calibration.hysteresis_fit import CalibrationReadings, HysteresisFit, fit_with_hysteresis
 from calibration.points import CalibrationError, CalibrationPoint
 from calibration.quality import student_t_95
+from calibration.settings import CALIBRATION
 from gsapp.quantities import FloatArray, channel, from_si
-
-_CHANCE = 0.01
-"""How often a shift is found where there is none."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -186,7 +184,7 @@ def _fit_shift(reference: Certificate, points: Sequence[CalibrationPoint]) -> _S
         slope=float(found[1]),
         slope_uncertainty=float(std[1] * factor),
         largest=float(np.max(np.abs(apart))),
-        significant=bool(fdtrc(2.0, freedom, 0.5 * square) < _CHANCE),
+        significant=bool(fdtrc(2.0, freedom, 0.5 * square) < CALIBRATION.drift_significance),
     )
 
 

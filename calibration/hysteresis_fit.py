@@ -20,16 +20,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from calibration.points import CalibrationPoint
+from calibration.settings import CALIBRATION
 from gsapp.quantities import BoolArray, FloatArray
-
-SAME_SETTING_FRACTION = 0.1
-"""Of the mean distance between settings: closer values are one setting, set twice by hand."""
-
-TURN_POINT_SIGNIFICANCE = 0.2
-"""Chance below which the points at the turns are not taken for what they were noted as."""
-
-PRIOR_DEGREES_OF_FREEDOM = 4.0
-"""Points that a setting error known beforehand is worth."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -62,7 +54,8 @@ class CalibrationReadings:
         side = said
         if (
             turning.any()
-            and _turn_point_p_value(volts, values, said, turning) < TURN_POINT_SIGNIFICANCE
+            and _turn_point_p_value(volts, values, said, turning)
+            < CALIBRATION.turn_point_significance
         ):
             side = np.where(turning, 0.0, said)
         two_sided = bool(np.any(side > 0.0) and np.any(side < 0.0))
@@ -139,7 +132,7 @@ def cluster_settings(values: FloatArray, sweep: int) -> FloatArray:
     different = np.unique(values)
     gaps = np.diff(different)
     spacing = float(np.ptp(values)) / max(sweep - 1, 1)
-    numbers = np.concatenate([[0.0], np.cumsum(gaps > SAME_SETTING_FRACTION * spacing)])
+    numbers = np.concatenate([[0.0], np.cumsum(gaps > CALIBRATION.same_setting_share * spacing)])
     return np.asarray(numbers[np.searchsorted(different, values)], dtype=np.float64)
 
 
@@ -240,7 +233,11 @@ def fit_with_hysteresis(
     design = np.column_stack(columns)
     known = readings.side != 0.0
     weights = np.ones(len(readings))
-    prior = (0.0, 0.0) if setting_error is None else (PRIOR_DEGREES_OF_FREEDOM, setting_error)
+    prior = (
+        (0.0, 0.0)
+        if setting_error is None
+        else (CALIBRATION.prior_degrees_of_freedom, setting_error)
+    )
     if readings.two_sided and not known.all():
         weights[~known] = 1e-4
     for _ in range(6 if readings.two_sided and not known.all() else 1):

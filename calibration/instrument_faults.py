@@ -13,21 +13,10 @@ from typing import Literal
 import numpy as np
 
 from calibration.adc import ADC_FULL_SCALE, ADC_RESOLUTION, is_clipped
+from calibration.settings import CALIBRATION
 from gsapp.quantities import FloatArray, channel
 
 FaultKind = Literal["dead", "noisy", "clipped", "swapped", "reversed"]
-
-MIN_RESPONSE_COUNTS = 40.0
-"""Counts of the converter by which a potentiometer's volts must move: about a degree."""
-
-FAULT_NOISE_COUNTS = 10.0
-"""Standard deviation from one sample to the next, in counts, from which a contact is bad."""
-
-FAULT_CLIPPED_FRACTION = 0.05
-"""Share of the samples at an end of the converter from which an instrument is clipped."""
-
-MIN_FAULT_SAMPLES = 8
-"""Samples that a judgment needs; with fewer an instrument has not moved."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -73,11 +62,11 @@ def find_faults(
         Empty where all is well. One that is dead, swapped or clipped has no other.
     """
     own = _Movement.of(volts[moved])
-    followed = own.excursion > MIN_RESPONSE_COUNTS * ADC_RESOLUTION
+    followed = own.excursion > CALIBRATION.min_response_counts * ADC_RESOLUTION
     if movement and not followed:
         return (_diagnose_no_response(moved, own, _find_responding_channel(moved, volts)),)
     title = channel(moved).title
-    if own.clipped >= FAULT_CLIPPED_FRACTION:
+    if own.clipped >= CALIBRATION.fault_clipped_share:
         return (
             InstrumentFault(
                 kind="clipped",
@@ -88,7 +77,7 @@ def find_faults(
             ),
         )
     found: list[InstrumentFault] = []
-    if own.noise > FAULT_NOISE_COUNTS * ADC_RESOLUTION:
+    if own.noise > CALIBRATION.fault_noise_counts * ADC_RESOLUTION:
         found.append(
             InstrumentFault(
                 kind="noisy",
@@ -135,7 +124,9 @@ def _find_responding_channel(moved: str, volts: Mapping[str, FloatArray]) -> str
         name: _Movement.of(samples).excursion for name, samples in volts.items() if name != moved
     }
     most = max(excursions, key=lambda name: excursions[name], default="")
-    return most if most and excursions[most] > MIN_RESPONSE_COUNTS * ADC_RESOLUTION else ""
+    return (
+        most if most and excursions[most] > CALIBRATION.min_response_counts * ADC_RESOLUTION else ""
+    )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -158,7 +149,7 @@ class _Movement:
     @classmethod
     def of(cls, samples: FloatArray) -> _Movement:
         good = samples[np.isfinite(samples)]
-        if good.size < MIN_FAULT_SAMPLES:
+        if good.size < CALIBRATION.min_fault_samples:
             nan = float("nan")
             return cls(excursion=0.0, change=0.0, noise=0.0, clipped=0.0, middle=nan, end=nan)
         length = max(good.size // 20, 3)

@@ -31,6 +31,7 @@ from pydantic import Field
 
 from calibration.certificate_toml import certificate_paths
 from calibration.inertial import ACCELEROMETERS, GYROS
+from calibration.settings import CALIBRATION
 from gsapp.foundation import (
     FileProblem,
     FileProblemsError,
@@ -61,8 +62,6 @@ _NEEDED: Mapping[InstrumentKind, tuple[str, ...]] = {
     "accelerometer": ACCELEROMETERS,
     "pressure": ("dynamic_pressure",),
 }
-_FEWEST = 3
-_CHECKED = 3
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -356,14 +355,14 @@ class _Reader:
         travel: Sequence[float],
     ) -> None:
         table = self._file.instruments[at]
-        if len(settings) < _FEWEST:
+        if len(settings) < CALIBRATION.min_settings:
             self._report(
                 at,
                 "settings",
                 f"holds {len(settings)} settings, too few for a curve",
-                f"give at least {_FEWEST}, as five from -20 deg to 20 deg",
+                f"give at least {CALIBRATION.min_settings}, as five from -20 deg to 20 deg",
             )
-        if len(check_settings) != _CHECKED:
+        if len(check_settings) != CALIBRATION.check_settings:
             self._report(
                 at,
                 "check_settings",

@@ -14,14 +14,13 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from calibration.points import DIRECTION_TEXT, CalibrationPoint, Direction
+from calibration.settings import CALIBRATION
 from gsapp.foundation import FileProblem, FileProblemsError, UnitError
 from gsapp.foundation.name_suggestions import did_you_mean
 from gsapp.quantities import channel, from_si, normalize_unit, to_si
 
 MAX_PROBLEMS = 20
 
-_VOLTS, _SUPPLY = (-15.0, 15.0), (0.5, 30.0)
-"""What a converter may read, and what may supply a potentiometer, V."""
 
 _HEADING = re.compile(r"\s*(?P<name>[^\[\]]*?)\s*(?:\[(?P<unit>[^\[\]]*)\])?\s*")
 _DIRECTIONS: dict[str, Direction] = {
@@ -191,7 +190,11 @@ def _columns(
             direction_at = place
             continue
         quantity = spec.quantity if key == "value" else "voltage"
-        limits = {"value": spec.limits, "volts": _VOLTS, "excitation": _SUPPLY}[key]
+        limits = {
+            "value": spec.limits,
+            "volts": CALIBRATION.volts_range,
+            "excitation": CALIBRATION.supply_range,
+        }[key]
         if match["unit"] is None:
             usual = spec.si_display if key == "value" else "V"
             problems.append(_problem(line, f"'{name}' has no unit", f"write '{name} [{usual}]'"))

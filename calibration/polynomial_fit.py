@@ -9,9 +9,8 @@ import numpy as np
 
 from calibration.hysteresis_fit import CalibrationReadings, HysteresisFit, fit_with_hysteresis
 from calibration.points import CalibrationError, CalibrationPoint, Direction
+from calibration.settings import CALIBRATION
 from gsapp.quantities import FloatArray
-
-MAX_DEGREE = 3
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -83,7 +82,7 @@ def validate_readings(points: Sequence[CalibrationPoint], degree: int) -> Calibr
     CalibrationError
         If not; the sentence says why.
     """
-    if not 1 <= degree <= MAX_DEGREE:
+    if not 1 <= degree <= CALIBRATION.max_degree:
         raise CalibrationError(
             f"a calibration curve of degree {degree} is not supported; use 1, 2 or 3"
         )
@@ -128,7 +127,6 @@ def invertible_mean_curve(
 
 
 __all__ = [
-    "MAX_DEGREE",
     "CalibrationError",
     "CalibrationPoint",
     "Direction",

@@ -10,12 +10,8 @@ import numpy.typing as npt
 
 from calibration.hysteresis_fit import CalibrationReadings, HysteresisFit
 from calibration.polynomial_fit import PolynomialFit, evaluate_polynomial
+from calibration.settings import CALIBRATION
 from gsapp.quantities import FloatArray
-
-UNCERTAINTY_POINT_COUNT = 9
-"""Where along the curve its uncertainty is written down."""
-
-_CONFIDENCE = 0.95
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -118,7 +114,9 @@ def assess_quality(
     volts = np.linspace(low, high, 201)
     slopes = np.abs(evaluate_slope(branch_fit.coefficients, volts))
     # The ends to the last bit, so that no voltage within the range lies outside.
-    places = np.array([low, *np.linspace(low, high, UNCERTAINTY_POINT_COUNT)[1:-1].round(4), high])
+    places = np.array(
+        [low, *np.linspace(low, high, CALIBRATION.uncertainty_points)[1:-1].round(4), high]
+    )
     known = np.isfinite(branch_fit.scatter)
     noise = float(
         np.hypot(readings.noise, count / np.sqrt(12.0) if readings.noise < count else 0.0)
@@ -244,7 +242,7 @@ def compute_half_widths(
         inside = stdtr(branch_fit.degrees_of_freedom, (middle - apart) / scale) - stdtr(
             branch_fit.degrees_of_freedom, (-middle - apart) / scale
         )
-        enough = inside > _CONFIDENCE
+        enough = inside > CALIBRATION.confidence
         low, high = np.where(enough, low, middle), np.where(enough, middle, high)
     return np.where(std > 0.0, high, apart)
 
@@ -253,7 +251,7 @@ def student_t_95(freedom: float) -> float:
     """Return how many standard deviations hold 95 % on both sides together."""
     from scipy.special import stdtrit
 
-    return float(stdtrit(freedom, 0.5 + 0.5 * _CONFIDENCE))
+    return float(stdtrit(freedom, 0.5 + 0.5 * CALIBRATION.confidence))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

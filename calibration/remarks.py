@@ -6,9 +6,7 @@ from collections.abc import Sequence
 
 from calibration.points import CalibrationPoint
 from calibration.quality import Calibration
-
-MIN_COVERAGE = 0.6
-"""Share of the travel below which a calibration is remarked upon."""
+from calibration.settings import CALIBRATION
 
 
 def collect_remarks(
@@ -40,7 +38,7 @@ def collect_remarks(
         found.append(
             "the voltage leads the movement; check whether the directions were noted in reverse"
         )
-    if quality.coverage is not None and quality.coverage < MIN_COVERAGE:
+    if quality.coverage is not None and quality.coverage < CALIBRATION.min_coverage:
         found.append(
             f"only {100.0 * quality.coverage:.0f} % of the travel is covered; values beyond are "
             "extrapolated; take settings nearer to the ends"

@@ -21,15 +21,10 @@ from scipy.special import stdtrit
 
 from calibration.adc import ADC_RESOLUTION
 from calibration.sample_segments import SampleSegment, SampleSegmenter
+from calibration.settings import CALIBRATION
 from gsapp.quantities import FloatArray
 
 RestState = Literal["absent", "moving", "resting", "rested"]
-REST_BLOCK_SECONDS = 0.5
-"""Length of a block, s."""
-_FEWEST = 5
-"""Samples that a block must have of each instrument."""
-_LONGEST = 240
-"""Blocks that are kept; a rest of more than two minutes counts with its last two."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -89,9 +84,9 @@ class RestMonitor:
         self._std = np.array([limits[name].std for name in self._channels])
         self._wander = np.array([limits[name].mean_spread for name in self._channels])
         self._noises = np.array([limits[name].noise_factor for name in self._channels])
-        self._needed = max(math.ceil(seconds / REST_BLOCK_SECONDS - 1e-9), 2)
-        self._cutter = SampleSegmenter(self._channels, REST_BLOCK_SECONDS)
-        self._run: deque[SampleSegment] = deque(maxlen=_LONGEST)
+        self._needed = max(math.ceil(seconds / CALIBRATION.rest_block - 1e-9), 2)
+        self._cutter = SampleSegmenter(self._channels, CALIBRATION.rest_block)
+        self._run: deque[SampleSegment] = deque(maxlen=CALIBRATION.max_blocks)
         self._found: RestPeriod | None = None
         self._why = ""
         self._moving = False
@@ -139,11 +134,13 @@ class RestMonitor:
         if self._run and block.number != self._run[-1].number + 1:
             self._run.clear()
             self._why = "there was a gap in the samples"
-        if np.any(block.count < _FEWEST):
+        if np.any(block.count < CALIBRATION.min_block_samples):
             missing = self._channels[int(np.argmin(block.count))]
             self._run.clear()
             self._moving = True
-            self._why = f"{missing} gave no samples at {block.number * REST_BLOCK_SECONDS:.1f} s"
+            self._why = (
+                f"{missing} gave no samples at {block.number * CALIBRATION.rest_block:.1f} s"
+            )
             return
         if np.any(block.std > self._std):
             self._run.clear()
@@ -172,7 +169,7 @@ class RestMonitor:
         worst = int(np.argmax(found / allowed))
         return (
             f"{self._channels[worst]} {did} by {1e3 * found[worst]:.1f} mV "
-            f"at {block.number * REST_BLOCK_SECONDS:.1f} s"
+            f"at {block.number * CALIBRATION.rest_block:.1f} s"
         )
 
     def _rest(self) -> RestPeriod:
@@ -187,8 +184,8 @@ class RestMonitor:
         steps = np.where(std < 0.5 * ADC_RESOLUTION, 0.5 * ADC_RESOLUTION, 0.0)
         uncertainty = np.hypot(float(stdtrit(blocks - 1, 0.975)) * scatter, steps)
         return RestPeriod(
-            start=self._run[0].number * REST_BLOCK_SECONDS,
-            end=(self._run[-1].number + 1) * REST_BLOCK_SECONDS,
+            start=self._run[0].number * CALIBRATION.rest_block,
+            end=(self._run[-1].number + 1) * CALIBRATION.rest_block,
             volts=self._named(mean),
             std=self._named(std),
             uncertainty=self._named(uncertainty),

@@ -19,9 +19,8 @@ from calibration.adc import ADC_RESOLUTION
 from calibration.certificate import Certificate
 from calibration.points import CalibrationPoint
 from calibration.quality import CalibrationQuality
+from calibration.settings import CALIBRATION
 from gsapp.quantities import FloatArray
-
-_PLACES = 9
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -70,7 +69,7 @@ class StraightLineCalibration:
         values = np.array([point.value for point in points])
         residuals = values - self.value(volts)
         low, high = min(self.range[0], *volts), max(self.range[1], *volts)
-        places = np.linspace(low, high, _PLACES)
+        places = np.linspace(low, high, CALIBRATION.line_points)
         rms, largest = float(np.sqrt(np.mean(residuals**2))), float(np.max(np.abs(residuals)))
         quality = CalibrationQuality(
             degree=1,

@@ -12,35 +12,10 @@ from typing import Literal
 import numpy as np
 
 from calibration.adc import ADC_RESOLUTION, is_clipped
+from calibration.settings import CALIBRATION
 from gsapp.quantities import FloatArray
 
 VoltageState = Literal["absent", "moving", "steady", "noisy", "clipped"]
-
-EVALUATION_PERIOD = 0.1
-"""How often the state is judged, s."""
-
-AVERAGING_SECONDS = 0.7
-"""Seconds at rest that a reading is averaged over."""
-
-WINDOW_SEGMENTS = 5
-"""Parts of the window whose means are compared."""
-
-STILL_COUNTS = 4.0
-"""Counts of the converter by which the means of the parts may differ at rest."""
-
-NOISY_COUNTS = 10.0
-"""Standard deviation of single samples, in counts, from which an instrument is noisy."""
-
-CLIPPED_SHARE = 0.2
-"""Share of the window at an end of the converter from which an instrument is clipped."""
-
-MIN_WINDOW_SAMPLES = 5
-"""Samples needed; a slow link lets the window grow by up to `MAX_WINDOW_FACTOR`."""
-
-MAX_WINDOW_FACTOR = 3.0
-
-MAX_GAP_SECONDS = 0.5
-"""Seconds without a sample after which everything before is forgotten."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -76,12 +51,12 @@ class VoltageMonitor:
     ----------
     shortest : float, optional
         Seconds that tell rest from movement, where they are fewer than those averaged over. The
-        mean then grows with the rest, from `shortest` up to `AVERAGING_SECONDS`, and leaves out
+        mean then grows with the rest, from `shortest` up to `CALIBRATION.averaging`, and leaves out
         how the rest began. By default it is judged over all that is averaged.
     """
 
     def __init__(self, *, shortest: float | None = None) -> None:
-        self._shortest = AVERAGING_SECONDS if shortest is None else shortest
+        self._shortest = CALIBRATION.averaging if shortest is None else shortest
         self._rows = np.empty((3, 0))
         self._last = -np.inf
         self._rest_began: float | None = None
@@ -126,34 +101,43 @@ class VoltageMonitor:
             self._rest_began = None
         supply = np.full(times.size, np.nan) if excitation is None else excitation
         rows = np.hstack([self._rows, np.array([times, volts, supply], dtype=np.float64)])
-        ticks = np.floor(np.concatenate([[self._last], times]) / EVALUATION_PERIOD)
+        ticks = np.floor(np.concatenate([[self._last], times]) / CALIBRATION.evaluation_period)
         for now in times[np.flatnonzero(np.diff(ticks) != 0.0)].tolist():
             self._judge(rows[:, : np.searchsorted(rows[0], now)], now)
         self._last = float(times[-1])
         oldest = np.searchsorted(
-            rows[0], self._last - MAX_WINDOW_FACTOR * AVERAGING_SECONDS - EVALUATION_PERIOD
+            rows[0],
+            self._last
+            - CALIBRATION.max_window_factor * CALIBRATION.averaging
+            - CALIBRATION.evaluation_period,
         )
         self._rows = rows[:, oldest:]
 
     def _judge(self, rows: FloatArray, now: float) -> None:
         """Judge the samples (times, volts, supply) before `now`."""
-        rows = rows[:, np.searchsorted(rows[0], now - MAX_WINDOW_FACTOR * AVERAGING_SECONDS) :]
+        rows = rows[
+            :,
+            np.searchsorted(rows[0], now - CALIBRATION.max_window_factor * CALIBRATION.averaging) :,
+        ]
         rows = rows[:, np.isfinite(rows[1])]
-        gaps = np.flatnonzero(np.diff(rows[0], append=now) > MAX_GAP_SECONDS)
+        gaps = np.flatnonzero(np.diff(rows[0], append=now) > CALIBRATION.max_gap)
         if gaps.size:
             # What was before may have been anywhere since.
             forgotten = rows[0, gaps[-1]]
             rows = rows[:, gaps[-1] + 1 :]
             if self._rest_began is not None and self._rest_began <= forgotten:
                 self._rest_began = None
-        if rows.shape[1] < MIN_WINDOW_SAMPLES:
+        if rows.shape[1] < CALIBRATION.min_window_samples:
             self._rest_began = None
             self._reading = VoltageReading(state="absent", moved=self._moved, time=now)
             return
         at, volts, supply = _latest(rows, now - self._shortest)
         mean, std = _mean_and_std(volts)
         state = self._state(volts, std)
-        if state == "moving" or abs(mean - self._left) > 2.0 * STILL_COUNTS * ADC_RESOLUTION:
+        if (
+            state == "moving"
+            or abs(mean - self._left) > 2.0 * CALIBRATION.still_counts * ADC_RESOLUTION
+        ):
             self._moved = True
         rested = state in {"steady", "noisy"}
         if not rested:
@@ -161,7 +145,7 @@ class VoltageMonitor:
         elif self._rest_began is None and self._moved:
             self._rest_began = float(at[0])
         steady_for = 0.0 if self._rest_began is None else now - self._rest_began
-        length = min(steady_for - self._shortest, AVERAGING_SECONDS)
+        length = min(steady_for - self._shortest, CALIBRATION.averaging)
         if rested and length > self._shortest:
             _, volts, supply = _latest(rows, now - length)
             mean, std = _mean_and_std(volts)
@@ -179,25 +163,25 @@ class VoltageMonitor:
 
     def _state(self, volts: FloatArray, std: float) -> VoltageState:
         """Return the state of a window whose samples have a standard deviation."""
-        if np.count_nonzero(is_clipped(volts)) >= CLIPPED_SHARE * volts.size:
+        if np.count_nonzero(is_clipped(volts)) >= CALIBRATION.clipped_share * volts.size:
             return "clipped"
         # Noise by second differences: a steady movement does not count into it.
         bends = np.sort(np.abs(volts[2:] - 2.0 * volts[1:-1] + volts[:-2]))
         noise = float(bends[bends.size // 2]) / (0.6745 * np.sqrt(6.0))
         noise = max(noise, ADC_RESOLUTION / np.sqrt(12.0))
         # Medians, so that a contact lost for a sample is noise and not a movement.
-        parts = min(WINDOW_SEGMENTS, volts.size // 2)
+        parts = min(CALIBRATION.window_segments, volts.size // 2)
         length = volts.size // parts
         medians = np.sort(volts[-parts * length :].reshape(parts, length))[:, length // 2]
-        allowed = max(STILL_COUNTS * ADC_RESOLUTION, 6.0 * noise / np.sqrt(length))
+        allowed = max(CALIBRATION.still_counts * ADC_RESOLUTION, 6.0 * noise / np.sqrt(length))
         if float(medians.max() - medians.min()) > allowed:
             return "moving"
-        return "noisy" if std > NOISY_COUNTS * ADC_RESOLUTION else "steady"
+        return "noisy" if std > CALIBRATION.noisy_counts * ADC_RESOLUTION else "steady"
 
 
 def _latest(rows: FloatArray, since: float) -> FloatArray:
     count = rows.shape[1] - int(np.searchsorted(rows[0], since))
-    return rows[:, -max(count, MIN_WINDOW_SAMPLES) :]
+    return rows[:, -max(count, CALIBRATION.min_window_samples) :]
 
 
 def _mean_and_std(volts: FloatArray) -> tuple[float, float]:

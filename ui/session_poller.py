@@ -8,6 +8,7 @@ from collections.abc import Callable
 from PySide6.QtCore import QObject, Qt, QTimer, Signal
 
 from gsapp.session import UNLIMITED_SPEED, Session
+from ui.display_limits import DISPLAY
 from ui.error_reporter import ErrorReporter
 from ui.frame_rate import (
     MIN_LIVE_FRAME_SECONDS,
@@ -23,8 +24,6 @@ _CATCH_UP_UPDATE_SECONDS = 0.04
 while what was recorded before is read, or while nothing moves."""
 _REFRESH_SECONDS = 0.1
 _IDLE_PAINT_SECONDS = 0.25
-_DATA_TIMEOUT = 1.0
-"""Seconds without a sample after which the charts move on without one."""
 _RETRY_MS = 1000
 """After an error until the next try: two milliseconds later it would be the same."""
 
@@ -143,7 +142,7 @@ class SessionPoller(QObject):
             and session.recorder is not None
             and session.feed.is_up_to_date
         )
-        if session.now is None or not live or silent <= _DATA_TIMEOUT:
+        if session.now is None or not live or silent <= DISPLAY.data_timeout:
             return session.now
         return session.now + silent
 

@@ -29,6 +29,7 @@ from calibration.inertial.factory_comparison import (
     SensorVerdict,
     factory_calibrations,
 )
+from calibration.inertial.settings import INERTIAL
 from calibration.points import CalibrationError, CalibrationPoint
 from calibration.rest_detection import RestPeriod
 from calibration.straight_line import StraightLineCalibration
@@ -40,8 +41,6 @@ from gsapp.quantities.constants import DEGREE, GRAVITY
 #
 # z (3,) and K (3, 3) are common to all readings; each reading has two tilts of its own, known
 # beforehand to be small. Readings count by their noise, tilts by how well the aircraft is laid.
-
-_ROUNDS = 20
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -78,7 +77,7 @@ class SixPositionProblem:
         level = np.column_stack([np.ones(n), self.force])
         start = np.linalg.lstsq(level, self.volts, rcond=None)[0]
         x = np.concatenate([start[0], start[1:].T.ravel(), np.zeros(2 * n)])
-        for _ in range(_ROUNDS):
+        for _ in range(INERTIAL.max_iterations):
             residual, jacobian = self._linearized(x)
             step = np.linalg.lstsq(jacobian, -residual, rcond=None)[0]
             x = x + step
@@ -155,16 +154,6 @@ _FORCE: Mapping[Position, tuple[float, float, float]] = MappingProxyType(
         "y_down": (0.0, -1.0, 0.0),
     }
 )
-
-LEVELING_ERROR = 2.0
-"""How far the aircraft may lie from its position, about either axis, half width at 95 %, deg."""
-ZERO_TOLERANCE, SCALE_TOLERANCE, ALIGNMENT_TOLERANCE = 0.05, 0.03, 3.0
-"""What the factory's figures may be off: g, relative, and deg."""
-_DEAD_SHARE = 0.2
-_FINEST = 2e-4
-"""V: no mean is known better, for the converter's steps are not all alike."""
-_UNLIKELY = 22.5
-"""Sum of squares that six degrees of freedom exceed once in a thousand times."""
 
 
 def specific_force(position: Position) -> Mapping[str, float]:
@@ -285,7 +274,7 @@ class SixPositionResult:
 def calibrate_accelerometers(
     readings: Sequence[PositionReading],
     *,
-    laying_error: float = LEVELING_ERROR,
+    laying_error: float = INERTIAL.leveling_error,
     gravity: float = GRAVITY,
     factory: Mapping[str, FactoryCalibration] | None = None,
 ) -> SixPositionResult:
@@ -320,7 +309,7 @@ def calibrate_accelerometers(
     problem = SixPositionProblem(
         force=np.array([_FORCE[r.position] for r in readings]) * gravity / GRAVITY,
         volts=volts,
-        noise=np.hypot(0.5 * spread, _FINEST),
+        noise=np.hypot(0.5 * spread, INERTIAL.min_mean_std),
         tilt=0.5 * laying_error * DEGREE,
     )
     solution = problem.solve()
@@ -328,7 +317,7 @@ def calibrate_accelerometers(
     fits = {name: _build_fit(index, solution, figures) for index, name in enumerate(ACCELEROMETERS)}
     tilts = np.hypot(solution.tilts[:, 0], solution.tilts[:, 1]) / DEGREE
     doubt = ""
-    if solution.misfit > _UNLIKELY:
+    if solution.misfit > INERTIAL.max_misfit:
         worst = readings[int(np.argmax(tilts))].position
         doubt = (
             f"The six positions do not fit together; '{POSITION_TEXT[worst]}' is off by "
@@ -376,7 +365,7 @@ def _evaluate_verdict(
 ) -> SensorVerdict:
     name = ACCELEROMETERS[index]
     loudest = int(np.argmax(np.abs(shares)))
-    if abs(shares[loudest]) < _DEAD_SHARE:
+    if abs(shares[loudest]) < INERTIAL.dead_accelerometer_share:
         return SensorVerdict(
             kind="dead",
             sentence=f"The accelerometer {name} does not respond to gravity; check its wires.",
@@ -395,9 +384,9 @@ def _evaluate_verdict(
     deviation = shares[index] - 1.0
     most = max(abs(angle) for angle in cross.values())
     agrees = (
-        abs(zero_shift) <= ZERO_TOLERANCE
-        and abs(deviation) <= SCALE_TOLERANCE
-        and most <= ALIGNMENT_TOLERANCE
+        abs(zero_shift) <= INERTIAL.accelerometer_zero_tolerance
+        and abs(deviation) <= INERTIAL.accelerometer_scale_tolerance
+        and most <= INERTIAL.alignment_tolerance
     )
     word = "as specified" if agrees else "not as specified"
     return SensorVerdict(

@@ -12,18 +12,13 @@ from calibration.inertial.factory_comparison import (
     SensorVerdict,
     factory_calibrations,
 )
-from calibration.inertial.turntable import SCALE_TOLERANCE, Turn, gyro_scale
+from calibration.inertial.settings import INERTIAL
+from calibration.inertial.turntable import Turn, gyro_scale
 from calibration.points import CalibrationError, CalibrationPoint
 from calibration.rest_detection import RestCriteria, RestMonitor, RestPeriod
 from calibration.straight_line import StraightLineCalibration
 
 GYROS = ("p", "q", "r")
-_QUIET_RATE, _QUIET_STD = 0.25, 0.6
-"""deg/s: how far half-second means may wander, and samples scatter, in an aircraft at rest."""
-_QUIET_TILT, _QUIET_SHAKE = 0.006, 0.03
-"""The same for accelerometers, g: a third of a degree of tilt."""
-ZERO_TOLERANCE = 3.0
-"""By how much the factory's zero may be off, deg/s."""
 
 
 def create_inertial_rest_monitor(
@@ -47,7 +42,11 @@ def create_inertial_rest_monitor(
     figures = factory or factory_calibrations()
     limits = {}
     for name in channels:
-        wander, shake = (_QUIET_RATE, _QUIET_STD) if name in GYROS else (_QUIET_TILT, _QUIET_SHAKE)
+        wander, shake = (
+            (INERTIAL.rest_rate, INERTIAL.rest_rate_std)
+            if name in GYROS
+            else (INERTIAL.rest_tilt, INERTIAL.rest_acceleration_std)
+        )
         per_unit = abs(figures[name].sensitivity)
         limits[name] = RestCriteria(std=shake * per_unit, mean_spread=wander * per_unit)
     return RestMonitor(limits, seconds=seconds)
@@ -85,7 +84,7 @@ def gyro_zero(
             sentence=f"The {channel} gyro reads {volts:.3f} V at rest, outside its range; "
             "check its wires and its supply.",
         )
-    elif abs(shift) > ZERO_TOLERANCE:
+    elif abs(shift) > INERTIAL.gyro_zero_tolerance:
         verdict = SensorVerdict(
             kind="differs",
             sentence=f"The zero of the {channel} gyro is {shift:+.1f} deg/s from the data sheet.",
@@ -157,7 +156,7 @@ def gyro_certificate(
         zero_uncertainty=zero.uncertainty,
         sensitivity=sensitivity,
         sensitivity_uncertainty=(
-            scale.uncertainty if scale else SCALE_TOLERANCE * abs(figures.sensitivity)
+            scale.uncertainty if scale else INERTIAL.gyro_scale_tolerance * abs(figures.sensitivity)
         ),
         noise=zero.noise * abs(figures.sensitivity),
         range=figures.range,

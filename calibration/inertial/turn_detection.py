@@ -10,40 +10,19 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Final, Literal
+from typing import Literal
 
 import numpy as np
 import numpy.typing as npt
 
 from calibration.inertial.factory_comparison import FactoryCalibration, factory_calibrations
 from calibration.inertial.gyros import GYROS
-from calibration.inertial.turntable import TURN_ANGLE_ERROR, Turn, evaluate_turn
+from calibration.inertial.settings import INERTIAL
+from calibration.inertial.turntable import Turn, evaluate_turn
 from calibration.points import CalibrationError
 from calibration.sample_segments import SampleSegment, SampleSegmenter
 
 TurnState = Literal["unsettled", "ready", "turning", "stopping", "turned"]
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class TurnDetectionSettings:
-    """Settings of this module, checked by `tests/bench/inertial.py`."""
-
-    length: float = 0.1
-    """s: means over that are judged."""
-    kept_before: int = 30
-    """Stretches of rest before the turn that count for its zero."""
-    least: float = 135.0
-    """deg: less is a knock against the table, or the aircraft being laid on it."""
-
-
-_SETTINGS: Final = TurnDetectionSettings()
-
-
-_MOVING, _EDGE = 2.5, 0.5
-"""deg/s by the factory's scale, as the mean of a stretch: more than the first is a turn, which goes
-from where the rate has left the second to where it is back for good."""
-_READY, _STOPPED = 10, 15
-"""Stretches of rest before a turn may begin, and after which it is over."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -78,13 +57,13 @@ class TurnMonitor:
         self,
         channels: Sequence[str] = GYROS,
         *,
-        least: float = _SETTINGS.least,
+        least: float = INERTIAL.min_turn,
         factory: Mapping[str, FactoryCalibration] | None = None,
     ) -> None:
         self._factory = factory or factory_calibrations()
         self._channels = tuple(channels)
         self._least = least
-        self._cutter = SampleSegmenter(self._channels, _SETTINGS.length)
+        self._cutter = SampleSegmenter(self._channels, INERTIAL.averaging)
         self._per_unit = np.array([abs(self._factory[name].sensitivity) for name in channels])
         self.restart()
 
@@ -106,7 +85,10 @@ class TurnMonitor:
                 return
             self._judge(stretch)
             self._kept.append(stretch)
-            while self._state in ("unsettled", "ready") and len(self._kept) > _SETTINGS.kept_before:
+            while (
+                self._state in ("unsettled", "ready")
+                and len(self._kept) > INERTIAL.max_rest_segments
+            ):
                 self._kept.popleft()
 
     @property
@@ -126,7 +108,7 @@ class TurnMonitor:
         )
 
     def detected_turn(
-        self, channel: str, angle: float, *, angle_error: float = TURN_ANGLE_ERROR
+        self, channel: str, angle: float, *, angle_error: float = INERTIAL.turn_angle_error
     ) -> Turn:
         """Return the turn that was seen, about the axis of a gyro, through a known angle (deg).
 
@@ -150,7 +132,7 @@ class TurnMonitor:
         )
 
     def _judge(self, stretch: SampleSegment) -> None:
-        start = stretch.number * _SETTINGS.length
+        start = stretch.number * INERTIAL.averaging
         # A gyro without samples stands still, as far as anybody can tell.
         mean = np.where(np.isfinite(stretch.mean), stretch.mean, self._zero)
         if self._state == "unsettled":
@@ -158,7 +140,7 @@ class TurnMonitor:
             return
         rates = (mean - self._zero) / self._per_unit
         self._rate = float(rates[np.argmax(np.abs(rates))])
-        quiet = bool(np.all(np.abs(rates) <= _EDGE))
+        quiet = bool(np.all(np.abs(rates) <= INERTIAL.turn_edge_rate))
         if self._state != "ready":
             self._follow(start, rates, quiet=quiet)
         elif quiet:
@@ -174,20 +156,20 @@ class TurnMonitor:
             self._began = start
         self._onset += 1
         self._follow(start, rates, quiet=False)
-        if np.max(np.abs(rates)) <= _MOVING:
-            self._state = "ready" if self._onset < _READY else "unsettled"
+        if np.max(np.abs(rates)) <= INERTIAL.turning_rate:
+            self._state = "ready" if self._onset < INERTIAL.ready_segments else "unsettled"
         if self._state == "unsettled":
             self._rest = []
 
     def _follow(self, start: float, rates: npt.NDArray[np.float64], *, quiet: bool) -> None:
-        self._swept += rates * _SETTINGS.length
+        self._swept += rates * INERTIAL.averaging
         if not quiet:
             self._state, self._quiet = "turning", 0
-            self._ended = start + _SETTINGS.length
+            self._ended = start + INERTIAL.averaging
             return
         self._state = "stopping"
         self._quiet += 1
-        if self._quiet >= _STOPPED:
+        if self._quiet >= INERTIAL.stopped_segments:
             if np.max(np.abs(self._swept)) >= self._least:
                 self._state = "turned"
             else:
@@ -197,10 +179,10 @@ class TurnMonitor:
         """Take a stretch of rest; one that differs begins the rest anew."""
         if self._rest:
             off = np.abs(mean - np.mean(self._rest, axis=0)) / self._per_unit
-            if np.any(off > 2.0 * _EDGE):
+            if np.any(off > 2.0 * INERTIAL.turn_edge_rate):
                 self._rest = []
-        self._rest = [*self._rest[-(_SETTINGS.kept_before - 1) :], mean]
-        if len(self._rest) >= _READY:
+        self._rest = [*self._rest[-(INERTIAL.max_rest_segments - 1) :], mean]
+        if len(self._rest) >= INERTIAL.ready_segments:
             self._zero = np.mean(self._rest, axis=0)
             self._onset = 0
             self._state = "ready"

@@ -24,15 +24,9 @@ from calibration.inertial.factory_comparison import (
     SensorVerdict,
     factory_calibrations,
 )
+from calibration.inertial.settings import INERTIAL
 from calibration.points import CalibrationError, CalibrationPoint
 from gsapp.quantities import FloatArray
-
-SCALE_TOLERANCE = 0.03
-"""By how much the factory's scale may be off, relative."""
-TURN_ANGLE_ERROR = 0.5
-"""Of a mark of the turntable set by hand, half width at 95 %, deg."""
-_DEAD_SHARE = 0.2
-"""Of the factory's sensitivity: below that the instrument does not answer."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -82,7 +76,7 @@ def evaluate_turn(
     *,
     angle: float,
     turning: tuple[float, float],
-    angle_error: float = TURN_ANGLE_ERROR,
+    angle_error: float = INERTIAL.turn_angle_error,
     factory: Mapping[str, FactoryCalibration] | None = None,
 ) -> Turn:
     """Return what a gyro makes of a turn.
@@ -150,29 +144,23 @@ class _TurnIntegral:
     extremes: tuple[float, float]
 
 
-_REST_SECONDS_AROUND_TURN = 0.2
-"""s of rest that are integrated at either end, so that nothing of the turn is cut off."""
-_LONGEST_GAP = 0.25
-"""s between samples during a turn."""
-
-
 def _integrate_turn(
     name: str, t: FloatArray, v: FloatArray, start: float, end: float
 ) -> _TurnIntegral:
     known = np.isfinite(v)
     t, v = t[known], v[known]
     before, after = (
-        t < start - 0.5 * _REST_SECONDS_AROUND_TURN,
-        t > end + 0.5 * _REST_SECONDS_AROUND_TURN,
+        t < start - 0.5 * INERTIAL.rest_around_turn,
+        t > end + 0.5 * INERTIAL.rest_around_turn,
     )
     if min(np.count_nonzero(before), np.count_nonzero(after)) < 5:
         raise CalibrationError(
             f"{name} has no rest before or after the turn; hold the turntable still for two "
             "seconds at both ends"
         )
-    inside = (t >= start - _REST_SECONDS_AROUND_TURN) & (t <= end + _REST_SECONDS_AROUND_TURN)
+    inside = (t >= start - INERTIAL.rest_around_turn) & (t <= end + INERTIAL.rest_around_turn)
     ti, vi = t[inside], v[inside]
-    if ti.size < 10 or np.max(np.diff(ti)) > _LONGEST_GAP:
+    if ti.size < 10 or np.max(np.diff(ti)) > INERTIAL.max_gap:
         raise CalibrationError(f"samples of {name} are missing during the turn; repeat the turn")
     ends = [(float(np.mean(t[part])), float(np.mean(v[part]))) for part in (before, after)]
     zero = np.interp(ti, [at for at, _ in ends], [volts for _, volts in ends])
@@ -205,7 +193,7 @@ def _evaluate_turn_verdict(
             sentence=f"The turn shows in {loudest} instead of {name}; check the turn, "
             "or whether the two are swapped.",
         )
-    if abs(share) < _DEAD_SHARE:
+    if abs(share) < INERTIAL.dead_gyro_share:
         return SensorVerdict(
             kind="dead", sentence=f"The {name} gyro does not respond to the turn; check its wires."
         )
@@ -220,7 +208,7 @@ def _evaluate_turn_verdict(
             sentence=f"The {name} gyro has the wrong sign; check which way was turned.",
         )
     return SensorVerdict(
-        kind="agrees" if abs(share - 1.0) <= SCALE_TOLERANCE else "differs",
+        kind="agrees" if abs(share - 1.0) <= INERTIAL.gyro_scale_tolerance else "differs",
         sentence=f"The scale of the {name} gyro is {100.0 * (share - 1.0):+.1f} % from the data "
         "sheet.",
     )

@@ -2,7 +2,6 @@
 
 from calibration.pressures.ground_air import GroundAir
 from calibration.pressures.known_pressure import (
-    WIND_UNCERTAINTY,
     PressureZero,
     create_covered_pitot_monitor,
     dynamic_pressure_zero,
@@ -11,7 +10,6 @@ from calibration.pressures.known_pressure import (
 from calibration.pressures.pitot_blow import PitotBlowDetector, PitotBlowState, PitotBlowStatus
 
 __all__ = [
-    "WIND_UNCERTAINTY",
     "GroundAir",
     "PitotBlowDetector",
     "PitotBlowState",

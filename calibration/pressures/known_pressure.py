@@ -17,27 +17,10 @@ from calibration.adc import ADC_RESOLUTION
 from calibration.certificate import Certificate
 from calibration.points import CalibrationError, CalibrationPoint
 from calibration.polynomial_fit import evaluate_polynomial
+from calibration.pressures.settings import PRESSURES
 from calibration.quality import CalibrationQuality
 from calibration.rest_detection import RestCriteria, RestMonitor, RestPeriod
 from gsapp.quantities import channel, from_si
-
-_QUIET, _QUIET_STD = 2.5, 6.0
-"""Pa: how far half-second means of the dynamic pressure may wander, and its samples scatter."""
-_STATIC_QUIET, _STATIC_STD = 60.0, 150.0
-"""The same for the static pressure, Pa."""
-_NOISES = 6.0
-"""How far half-second means of the dynamic pressure may wander under the cover, in standard
-deviations that its noise gives them: six such means seldom lie more than four apart, and wind that
-hides within six is worth less than a pascal."""
-WIND_UNCERTAINTY = 5.0
-"""Pa by which wind may move a zero that was taken in a lull: more than it did in 200 trials."""
-DYNAMIC_ZERO_TOLERANCE = 50.0
-"""Pa: a covered pitot that reads more than that is named."""
-STATIC_TOLERANCE = 600.0
-"""Pa: half a percent of an atmosphere; about 50 m of altitude."""
-TRANSDUCER_LINEARITY = 0.01
-"""Of the transducers, relative: what the source says of them."""
-_PLACES = 9
 
 
 def create_covered_pitot_monitor(
@@ -60,12 +43,18 @@ def create_covered_pitot_monitor(
         For how long.
     lull : bool
         Be content with a pressure that moves as in a lull: for a transducer that wanders of
-        itself. Its zero may be off by `WIND_UNCERTAINTY`.
+        itself. Its zero may be off by `PRESSURES.wind_uncertainty`.
     """
-    noises = math.inf if lull else _NOISES
-    limits = {dynamic.channel: _rest_criteria(dynamic, _QUIET_STD, _QUIET, noises)}
+    noises = math.inf if lull else PRESSURES.noise_ratio
+    limits = {
+        dynamic.channel: _rest_criteria(
+            dynamic, PRESSURES.rest_pressure_std, PRESSURES.rest_pressure, noises
+        )
+    }
     if static is not None:
-        limits[static.channel] = _rest_criteria(static, _STATIC_STD, _STATIC_QUIET, math.inf)
+        limits[static.channel] = _rest_criteria(
+            static, PRESSURES.static_rest_pressure_std, PRESSURES.static_rest_pressure, math.inf
+        )
     return RestMonitor(limits, seconds=seconds)
 
 
@@ -110,7 +99,8 @@ def dynamic_pressure_zero(
     who, stamp, temperature
         As in `Certificate`.
     lull : bool
-        Whether the pressure moved as in wind: then `WIND_UNCERTAINTY` is part of the uncertainty.
+        Whether the pressure moved as in wind: then `PRESSURES.wind_uncertainty` is part of the
+        uncertainty.
 
     Raises
     ------
@@ -119,10 +109,12 @@ def dynamic_pressure_zero(
     """
     if lull:
         name = former.channel
-        wind = WIND_UNCERTAINTY / abs(former.end_slopes[0])
+        wind = PRESSURES.wind_uncertainty / abs(former.end_slopes[0])
         wider = math.hypot(rest.uncertainty[name], wind)
         rest = replace(rest, uncertainty={**rest.uncertainty, name: wider})
-    return _shift_certificate(rest, former, 0.0, DYNAMIC_ZERO_TOLERANCE, who, stamp, temperature)
+    return _shift_certificate(
+        rest, former, 0.0, PRESSURES.dynamic_zero_tolerance, who, stamp, temperature
+    )
 
 
 def static_pressure_check(
@@ -148,7 +140,9 @@ def static_pressure_check(
     CalibrationError
         As for `dynamic_pressure_zero`.
     """
-    return _shift_certificate(rest, former, pressure, STATIC_TOLERANCE, who, stamp, temperature)
+    return _shift_certificate(
+        rest, former, pressure, PRESSURES.static_tolerance, who, stamp, temperature
+    )
 
 
 def _shift_certificate(
@@ -206,13 +200,13 @@ def _quality(
     coefficients: tuple[float, ...], covered: tuple[float, float], rest: RestPeriod, name: str
 ) -> CalibrationQuality:
     """Return what a curve through one point is worth: its slope is the factory's to a percent."""
-    places = np.linspace(*covered, _PLACES)
+    places = np.linspace(*covered, PRESSURES.line_points)
     values = evaluate_polynomial(coefficients, places)
     slope = np.abs(evaluate_polynomial([n * c for n, c in enumerate(coefficients)][1:], places))
     here = evaluate_polynomial(coefficients, np.array([rest.volts[name]]))[0]
     parts = [
         rest.uncertainty[name] * slope,
-        TRANSDUCER_LINEARITY * np.abs(values - here),
+        PRESSURES.linearity * np.abs(values - here),
         1.96 * rest.std[name] * slope,
         0.5 * ADC_RESOLUTION * slope,
     ]

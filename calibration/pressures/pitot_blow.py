@@ -5,38 +5,15 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Final, Literal
+from typing import Literal
 
 import numpy.typing as npt
 
 from calibration.certificate import Certificate
+from calibration.pressures.settings import PRESSURES
 from calibration.sample_segments import SampleSegment, SampleSegmenter
 
 PitotBlowState = Literal["waiting", "blowing", "green", "reversed", "blocked", "leaking"]
-
-BLOW_PRESSURE = 150.0
-"""Pa above zero that count as a breath; lungs give several thousand."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class PitotBlowSettings:
-    """Settings of this module, checked by `tests/bench/calibrations.py`."""
-
-    suck: float = 60.0
-    """Pa below zero under a breath: the hoses are swapped."""
-    back: float = 40.0
-    """Pa above what the wind made before at which a breath is over."""
-    static_moves: float = 500.0
-    """Pa of static pressure that a breath into the pitot must not move."""
-    length: float = 0.05
-    """s: means over that are judged."""
-
-
-_SETTINGS: Final = PitotBlowSettings()
-
-
-_LAST, _BLOCKED_AFTER = 0.3, 10.0
-"""s for which a breath must last, and after which pressure that stays is shut in."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -79,7 +56,7 @@ class PitotBlowDetector:
 
     def __init__(self, dynamic: Certificate, static: Certificate | None = None) -> None:
         self._curves = tuple(c for c in (dynamic, static) if c is not None)
-        self._cutter = SampleSegmenter([c.channel for c in self._curves], _SETTINGS.length)
+        self._cutter = SampleSegmenter([c.channel for c in self._curves], PRESSURES.averaging)
         self.restart()
 
     def restart(self) -> None:
@@ -105,7 +82,7 @@ class PitotBlowDetector:
         )
 
     def _judge(self, stretch: SampleSegment) -> None:
-        time = stretch.number * _SETTINGS.length
+        time = stretch.number * PRESSURES.averaging
         pressures = [
             float(curve.evaluate(volts))
             for curve, volts in zip(self._curves, stretch.mean, strict=True)
@@ -120,14 +97,14 @@ class PitotBlowDetector:
             self._follow_breath(time, static)
 
     def _await_breath(self, time: float, static: float) -> None:
-        if self._pressure > BLOW_PRESSURE:
+        if self._pressure > PRESSURES.blow_pressure:
             self._state, self._began, self._peak = "blowing", time, self._pressure
             self._level = 0.0 if math.isnan(self._level) else self._level
             self._static_rise, self._calm = 0.0, math.nan
             return
-        if self._pressure < -_SETTINGS.suck:
+        if self._pressure < -PRESSURES.suction_pressure:
             self._sucked = time if math.isnan(self._sucked) else self._sucked
-            if time - self._sucked >= _LAST:
+            if time - self._sucked >= PRESSURES.min_duration:
                 self._state = "reversed"
             return
         self._sucked = math.nan
@@ -138,18 +115,18 @@ class PitotBlowDetector:
         self._peak = max(self._peak, self._pressure)
         if not math.isnan(static) and not math.isnan(self._static_before):
             self._static_rise = max(self._static_rise, static - self._static_before)
-        if self._pressure < BLOW_PRESSURE and math.isnan(self._calm):
+        if self._pressure < PRESSURES.blow_pressure and math.isnan(self._calm):
             self._calm = time
-        if self._pressure >= BLOW_PRESSURE:
+        if self._pressure >= PRESSURES.blow_pressure:
             self._calm = math.nan
-        if self._pressure > self._level + _SETTINGS.back:
-            if self._state == "blowing" and time - self._began > _BLOCKED_AFTER:
+        if self._pressure > self._level + PRESSURES.end_pressure:
+            if self._state == "blowing" and time - self._began > PRESSURES.blocked_time:
                 self._state = "blocked"
             return
         lasted = (time if math.isnan(self._calm) else self._calm) - self._began
-        if lasted < _LAST:
+        if lasted < PRESSURES.min_duration:
             self._state, self._peak = "waiting", math.nan
-        elif self._static_rise > _SETTINGS.static_moves:
+        elif self._static_rise > PRESSURES.max_static_change:
             self._state = "leaking"
         else:
             self._state = "green"

@@ -17,7 +17,8 @@ from calibration.inertial import (
 from calibration.plan import InstrumentPlan
 from calibration.points import CalibrationError
 from calibration.pressures import GroundAir
-from calibration.rest_detection import REST_BLOCK_SECONDS, RestPeriod
+from calibration.rest_detection import RestPeriod
+from calibration.settings import CALIBRATION
 from calibration.wizard.journal_json import to_json_content
 from calibration.wizard.procedure import (
     ActionFeedback,
@@ -31,11 +32,9 @@ from calibration.wizard.procedure import (
 from calibration.wizard.rest_timeout import RestTimeoutMonitor
 from calibration.wizard.sample_slices import SampleSlice
 from calibration.wizard.sensor_progress import AccelerometerProgress
+from calibration.wizard.settings import WIZARD
 from calibration.wizard.state import GroupProgress, InstrumentGroup
 from calibration.wizard.view import WizardAction, WizardPhase
-
-_STILL = 3.0
-"""Seconds of rest in each position."""
 
 
 class AccelerometerProcedure(CalibrationProcedure):
@@ -56,7 +55,7 @@ class AccelerometerProcedure(CalibrationProcedure):
         self._header = header
         self._factory = reference.factory_calibrations
         self._still = create_inertial_rest_monitor(
-            group.channels, seconds=_STILL, factory=self._factory
+            group.channels, seconds=WIZARD.position_rest, factory=self._factory
         )
         self._unrest = RestTimeoutMonitor()
 
@@ -117,8 +116,9 @@ class AccelerometerProcedure(CalibrationProcedure):
             instrument=self._concerned(position),
             prompt=f"Lay the aircraft {POSITION_TEXT[position]}, and leave it still.",
             spoken=POSITION_TEXT[position].capitalize(),
-            amount=round(reading.progress * _STILL / REST_BLOCK_SECONDS) * REST_BLOCK_SECONDS,
-            amount_goal=_STILL,
+            amount=round(reading.progress * WIZARD.position_rest / CALIBRATION.rest_block)
+            * CALIBRATION.rest_block,
+            amount_goal=WIZARD.position_rest,
             amount_unit="s",
             position=position,
             warnings=self._warnings(lain),

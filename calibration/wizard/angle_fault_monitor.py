@@ -9,38 +9,16 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Final
 
 import numpy as np
 
 from calibration.certificate import Certificate
 from calibration.instrument_faults import InstrumentFault, find_faults
 from calibration.plan import InstrumentPlan
-from calibration.wizard.angle_monitor import MIN_SIGN_MOVEMENT, SIGN_HOLD_SECONDS
 from calibration.wizard.approach_side import ApproachTracker
-from calibration.wizard.sample_slices import SLICE_SECONDS, SampleSlice
+from calibration.wizard.sample_slices import SampleSlice
+from calibration.wizard.settings import WIZARD
 from gsapp.quantities import FloatArray
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class AngleFaultMonitorSettings:
-    """Settings of `AngleFaultMonitor`, checked by `tests/bench/calibrations.py`."""
-
-    trail: float = 20.0
-    """Seconds of samples that are looked back at."""
-    look: float = 0.5
-    """Seconds between looks."""
-    no_movement: float = 15.0
-    """Seconds without any movement after which an instrument may be dead."""
-    held: float = 0.02
-    """Volts between which an instrument stays while it is held."""
-
-
-_SETTINGS: Final = AngleFaultMonitorSettings()
-
-
-_RECENT = 2.0
 
 
 class _OtherInstrument:
@@ -48,7 +26,7 @@ class _OtherInstrument:
 
     def __init__(self) -> None:
         self._arrival = ApproachTracker()
-        self._last: deque[float] = deque(maxlen=round(SIGN_HOLD_SECONDS / SLICE_SECONDS))
+        self._last: deque[float] = deque(maxlen=round(WIZARD.sign_hold / WIZARD.slice_duration))
 
     def restart(self) -> None:
         self._arrival.restart()
@@ -64,9 +42,9 @@ class _OtherInstrument:
     @property
     def held_elsewhere(self) -> bool:
         last = self._last
-        if len(last) < (last.maxlen or 0) or max(last) - min(last) > _SETTINGS.held:
+        if len(last) < (last.maxlen or 0) or max(last) - min(last) > WIZARD.held_volts:
             return False
-        return self._arrival.approach_side(last[-1], MIN_SIGN_MOVEMENT) is not None
+        return self._arrival.approach_side(last[-1], WIZARD.min_sign_movement) is not None
 
 
 class AngleFaultMonitor:
@@ -89,7 +67,9 @@ class AngleFaultMonitor:
         self._instrument = instrument
         self._slope = 0 if reference is None else int(np.sign(sum(reference.end_slopes)))
         self._others = {name: _OtherInstrument() for name in others}
-        self._trail: deque[SampleSlice] = deque(maxlen=round(_SETTINGS.trail / SLICE_SECONDS))
+        self._trail: deque[SampleSlice] = deque(
+            maxlen=round(WIZARD.sample_retention / WIZARD.slice_duration)
+        )
         self._due = 0
         self._unmoved = 0.0
         self._seen: tuple[InstrumentFault, ...] = ()
@@ -124,9 +104,9 @@ class AngleFaultMonitor:
         sign_asked : bool
             Whether the crew was asked for one great movement of this instrument alone.
         """
-        self._unmoved = 0.0 if moved else self._unmoved + SLICE_SECONDS
+        self._unmoved = 0.0 if moved else self._unmoved + WIZARD.slice_duration
         self._due += 1
-        if self._due < round(_SETTINGS.look / SLICE_SECONDS):
+        if self._due < round(WIZARD.check_interval / WIZARD.slice_duration):
             return
         self._due = 0
         if moved:
@@ -144,7 +124,7 @@ class AngleFaultMonitor:
         names = [name for name, other in self._others.items() if other.held_elsewhere]
         found = self._open_wire() or find_faults(
             self._instrument.channel,
-            self._volts((self._instrument.channel, *names), _SETTINGS.trail),
+            self._volts((self._instrument.channel, *names), WIZARD.sample_retention),
             sense=1,
             slope_sign=self._slope,
         )
@@ -157,19 +137,19 @@ class AngleFaultMonitor:
 
     def _at_once(self) -> tuple[InstrumentFault, ...]:
         """Return what needs no movement to be seen."""
-        if self._length < _RECENT:
+        if self._length < WIZARD.recent_time:
             return ()
         open_wire = self._open_wire()
         if open_wire:
             return open_wire
         own = self._instrument.channel
-        recent = find_faults(own, self._volts((own,), _RECENT), movement=False)
+        recent = find_faults(own, self._volts((own,), WIZARD.recent_time), movement=False)
         return tuple(fault for fault in recent if fault.kind in ("noisy", "clipped"))
 
     def _open_wire(self) -> tuple[InstrumentFault, ...]:
         """Return that it is dead, if it was at an end of the converter from the beginning on."""
         name = self._instrument.channel
-        volts = self._volts((name,), _SETTINGS.trail)[name]
+        volts = self._volts((name,), WIZARD.sample_retention)[name]
         known = volts[np.isfinite(volts)]
         if not known.size or np.ptp(known) > 0.005:
             return ()
@@ -182,10 +162,10 @@ class AngleFaultMonitor:
         own = self._instrument.channel
         names = [name for name, other in self._others.items() if other.held_elsewhere]
         if names:
-            found = find_faults(own, self._volts((own, *names), _SETTINGS.trail))
+            found = find_faults(own, self._volts((own, *names), WIZARD.sample_retention))
             return tuple(fault for fault in found if fault.kind == "swapped")
-        if self._unmoved >= _SETTINGS.no_movement:
-            seconds = f"{_SETTINGS.no_movement:.0f} s"
+        if self._unmoved >= WIZARD.movement_timeout:
+            seconds = f"{WIZARD.movement_timeout:.0f} s"
             return (
                 self._dead(
                     f"no movement for {seconds}; if it was moved, it is dead: check plug, wiper "
@@ -203,10 +183,10 @@ class AngleFaultMonitor:
 
     @property
     def _length(self) -> float:
-        return len(self._trail) * SLICE_SECONDS
+        return len(self._trail) * WIZARD.slice_duration
 
     def _volts(self, names: tuple[str, ...], seconds: float) -> dict[str, FloatArray]:
-        slices = list(self._trail)[-round(seconds / SLICE_SECONDS) :]
+        slices = list(self._trail)[-round(seconds / WIZARD.slice_duration) :]
         return {
             name: np.concatenate([one.volts[name] for one in slices]) if slices else np.empty(0)
             for name in names

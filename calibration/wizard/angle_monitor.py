@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, Final, Literal
+from typing import Any, Literal
 
 import numpy as np
 
@@ -15,45 +15,13 @@ from calibration.voltage_monitor import VoltageMonitor, VoltageReading
 from calibration.wizard.angle_progress import AngleProgress, RecordedPoint
 from calibration.wizard.approach_side import ApproachSide, ApproachTracker
 from calibration.wizard.setting_schedule import ScheduledSetting
+from calibration.wizard.settings import WIZARD
 from gsapp.quantities import FloatArray, channel, from_si
 
 PointHint = Literal[
     "", "absent", "clipped", "unmoved", "moving", "noisy", "past", "wrong_side", "elsewhere",
     "wait", "little", "against",
 ]  # fmt: skip
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class AngleMonitorSettings:
-    """Settings of `AngleMonitor`, checked by `tests/bench/calibrations.py`."""
-
-    apart: float = 0.02
-    """Volts from a rest that count as elsewhere: half a degree on most instruments."""
-    same: float = 0.06
-    """Volts from a point within which no other setting lies."""
-    enough: float = 0.05
-    """Of the certificate's 95 % bound: a mean known as well as that adds nothing to it that
-    shows."""
-
-
-_SETTINGS: Final = AngleMonitorSettings()
-
-
-_APART_STDS = 6.0
-MIN_SIGN_MOVEMENT = 0.15
-"""Volts that a movement must have so that it proves a sign: about four degrees."""
-SIGN_HOLD_SECONDS = 1.0
-"""Seconds that it must be held."""
-_HOLD, _UNSURE_HOLD = 1.1, 1.5
-"""Seconds that a rest must last before it is taken by itself: longer than the mean that is taken,
-for a hand creeps up to its mark, and up and down that would look like slop. Longer still where
-nothing tells whether it is the setting asked for."""
-_SHORTEST, _QUICK_HOLD = 0.3, 0.6
-"""Seconds of rest that are averaged at least, and that it must last at least, where it is where the
-certificate in force says: what is left to find out is only whether that holds."""
-_NEAR, _NEAR_ONE, _AT = 0.3, 0.45, 0.1
-"""Of the distance between settings: a rest nearer than that to the setting is meant to be it, by
-two points or more, or by one and the reference; one farther than that beyond it has passed it."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -90,7 +58,7 @@ class AngleMonitor:
         self._instrument = instrument
         self._reference = reference
         self._trusted = trusted
-        self._watch = VoltageMonitor(shortest=_SHORTEST if trusted else None)
+        self._watch = VoltageMonitor(shortest=WIZARD.min_averaging if trusted else None)
         self._arrival = ApproachTracker()
 
     @property
@@ -140,13 +108,13 @@ class AngleMonitor:
         reading = self.reading
         if reading.state in ("absent", "clipped"):
             return StepProposal(hint="absent" if reading.state == "absent" else "clipped")
-        side = self._arrival.approach_side(reading.volts, MIN_SIGN_MOVEMENT)
+        side = self._arrival.approach_side(reading.volts, WIZARD.min_sign_movement)
         if side is None:
             moved = self._side(reading) is not None
             return StepProposal(hint="little" if moved else "unmoved")
         rising = side == "below"
         if not confirmed:
-            if reading.state != "steady" or reading.steady_for < SIGN_HOLD_SECONDS:
+            if reading.state != "steady" or reading.steady_for < WIZARD.sign_hold:
                 return StepProposal(hint="moving")
             if self.expected_rising() not in (None, rising):
                 return StepProposal(hint="against")
@@ -203,7 +171,11 @@ class AngleMonitor:
             return "noisy"
         spacing = self._spacing(work)
         wrong_side = slot.direction not in ("single", direction)
-        if wrong_side and slot.is_turning_point and _beyond(slot, value, _AT * spacing):
+        if (
+            wrong_side
+            and slot.is_turning_point
+            and _beyond(slot, value, WIZARD.passed_share * spacing)
+        ):
             return "past"
         if value is not None and abs(value - slot.value) > self._tolerance(work):
             return "elsewhere"
@@ -220,9 +192,9 @@ class AngleMonitor:
     ) -> float:
         """Return how long a rest must last before it is taken by itself, s."""
         if self._holds(slot, reading):
-            return _QUICK_HOLD
+            return WIZARD.confirmed_hold
         sure = value is not None or self._as_expected(slot, reading, work)
-        return _HOLD if sure else _UNSURE_HOLD
+        return WIZARD.hold if sure else WIZARD.unsure_hold
 
     def _holds(self, slot: ScheduledSetting, reading: VoltageReading) -> bool:
         """Return whether it is where the certificate that is checked says, and known well enough.
@@ -237,11 +209,11 @@ class AngleMonitor:
         here, beside = self._in_unit(certificate.evaluate(volts, supply)).tolist()
         bound = float(self._in_unit(certificate.uncertainty(volts[:1], supply))[0])
         return bool(
-            abs(here - slot.value) <= bound and abs(beside - here) <= _SETTINGS.enough * bound
+            abs(here - slot.value) <= bound and abs(beside - here) <= WIZARD.known_share * bound
         )
 
     def _side(self, reading: VoltageReading) -> ApproachSide | None:
-        apart = max(_SETTINGS.apart, _APART_STDS * reading.std)
+        apart = max(WIZARD.min_volts_apart, WIZARD.min_stds_apart * reading.std)
         return self._arrival.approach_side(reading.volts, apart)
 
     def _spacing(self, work: AngleProgress) -> float:
@@ -250,7 +222,7 @@ class AngleMonitor:
     def _tolerance(self, work: AngleProgress) -> float:
         settings = {taken.value for taken in work.points}
         sure = len(settings) > 1 or (self._trusted and not settings)
-        return (_NEAR if sure else _NEAR_ONE) * self._spacing(work)
+        return (WIZARD.near_share if sure else WIZARD.near_share_one) * self._spacing(work)
 
     def _standing(self, work: AngleProgress, reading: VoltageReading) -> float | None:
         """Return where the instrument stands by the points taken; None before they can tell."""
@@ -264,12 +236,12 @@ class AngleMonitor:
         slope = self._slope(first, points[1:])
         if slope is not None:
             return first.value + slope * (reading.volts - first.volts)
-        return first.value if abs(reading.volts - first.volts) < _SETTINGS.same else None
+        return first.value if abs(reading.volts - first.volts) < WIZARD.same_setting_volts else None
 
     def _slope(self, first: RecordedPoint, others: Sequence[RecordedPoint]) -> float | None:
         """Return the value per volt about a point: by another point, else by the reference."""
         second = next((taken for taken in others if taken.value != first.value), None)
-        if second is not None and abs(second.volts - first.volts) > _SETTINGS.apart:
+        if second is not None and abs(second.volts - first.volts) > WIZARD.min_volts_apart:
             return (second.value - first.value) / (second.volts - first.volts)
         if second is not None or self._reference is None:
             return None
@@ -282,7 +254,9 @@ class AngleMonitor:
     ) -> bool:
         if self._reference is None:
             return False
-        return abs(self._by(self._reference, reading) - slot.value) < _NEAR * self._spacing(work)
+        return abs(
+            self._by(self._reference, reading) - slot.value
+        ) < WIZARD.near_share * self._spacing(work)
 
     def _by(self, certificate: Certificate, reading: VoltageReading) -> float:
         supply = None if reading.excitation is None else np.array([reading.excitation])

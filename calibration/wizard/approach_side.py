@@ -5,10 +5,9 @@ from __future__ import annotations
 import math
 from typing import Literal
 
-ApproachSide = Literal["below", "above"]
+from calibration.wizard.settings import WIZARD
 
-_LONGEST = 3000
-"""Means that are kept: five minutes of tenths of a second."""
+ApproachSide = Literal["below", "above"]
 
 
 class ApproachTracker:
@@ -27,7 +26,7 @@ class ApproachTracker:
     def feed(self, mean: float) -> None:
         if math.isfinite(mean):
             self._means.append(mean)
-            del self._means[:-_LONGEST]
+            del self._means[: -WIZARD.max_means]
 
     def approach_side(self, volts: float, apart: float) -> ApproachSide | None:
         """Return the side from which the volts last came to a rest at `volts`.

@@ -17,7 +17,7 @@ from calibration.inertial import (
 from calibration.plan import InstrumentPlan
 from calibration.points import CalibrationError
 from calibration.pressures import GroundAir
-from calibration.rest_detection import REST_BLOCK_SECONDS
+from calibration.settings import CALIBRATION
 from calibration.wizard.journal_json import to_json_content
 from calibration.wizard.procedure import (
     ActionFeedback,
@@ -31,14 +31,11 @@ from calibration.wizard.procedure import (
 from calibration.wizard.rest_timeout import RestTimeoutMonitor
 from calibration.wizard.sample_slices import SampleSlice
 from calibration.wizard.sensor_progress import GyroProgress, RequestedTurn
+from calibration.wizard.settings import WIZARD
 from calibration.wizard.state import GroupProgress, InstrumentGroup
 from calibration.wizard.view import WizardAction, WizardPhase
 
-_STILL = 5.0
-"""Seconds of rest for the zeros."""
 _SILENT = "The {} gyro did not respond to a turn; check its wires."
-_MOST_OF = 0.6
-"""Share of the angle asked for that makes a turn; laying the aircraft on the table makes none."""
 
 
 class GyroProcedure(CalibrationProcedure):
@@ -60,10 +57,12 @@ class GyroProcedure(CalibrationProcedure):
         beside = [name for name in ACCELEROMETERS if name in header.plan.channels]
         self._beside = tuple(beside) if len(beside) == len(ACCELEROMETERS) else ()
         self._still = create_inertial_rest_monitor(
-            (*group.channels, *self._beside), seconds=_STILL, factory=self._factory
+            (*group.channels, *self._beside), seconds=WIZARD.zero_rest, factory=self._factory
         )
         self._unrest = RestTimeoutMonitor()
-        least = [_MOST_OF * one.turn for one in group.instruments if one.turn is not None]
+        least = [
+            WIZARD.min_turn_share * one.turn for one in group.instruments if one.turn is not None
+        ]
         self._turn = TurnMonitor(
             group.channels, least=min(least, default=180.0), factory=self._factory
         )
@@ -128,8 +127,9 @@ class GyroProcedure(CalibrationProcedure):
                 instrument=self._group.instruments[0],
                 prompt="Do not touch the aircraft until the gyro zeros are recorded.",
                 spoken="Gyros. Hands off",
-                amount=round(reading.progress * _STILL / REST_BLOCK_SECONDS) * REST_BLOCK_SECONDS,
-                amount_goal=_STILL,
+                amount=round(reading.progress * WIZARD.zero_rest / CALIBRATION.rest_block)
+                * CALIBRATION.rest_block,
+                amount_goal=WIZARD.zero_rest,
                 amount_unit="s",
                 warnings=self._unrest.warnings,
             )

@@ -16,13 +16,7 @@ from calibration.points import DIRECTION_TEXT, CalibrationError, CalibrationPoin
 from calibration.quality import Calibration
 from calibration.wizard.angle_progress import AngleProgress, RecordedPoint
 from calibration.wizard.procedure import CalibrationOutcome, JournalHeader
-
-_MUCH_ZERO, _MUCH_SLOPE = 0.05, 0.1
-"""Drift that is asked about: share of the range, and relative."""
-_UNLIKE = 0.5
-"""How much the slopes of left and right may differ before it is asked about."""
-_LITTLE = 0.6
-"""Share of the travel: less than that covered is worth a word."""
+from calibration.wizard.settings import WIZARD
 
 
 def evaluate_points(
@@ -176,7 +170,10 @@ def _drift_text(drift: Drift | None, calibration: Calibration) -> tuple[str, ...
     if drift is None or not drift.significant:
         return ()
     low, high = calibration.quality.covered
-    much = abs(drift.zero) > _MUCH_ZERO * (high - low) or abs(drift.slope) > _MUCH_SLOPE
+    much = (
+        abs(drift.zero) > WIZARD.max_zero_drift * (high - low)
+        or abs(drift.slope) > WIZARD.max_slope_drift
+    )
     return (drift.sentence,) if much else ()
 
 
@@ -191,7 +188,7 @@ def _compare_with_partner(
         f"{own:.4f} V/{instrument.unit}, the other side {other:.4f} V/{instrument.unit}: "
         f"{100.0 * (own / other - 1.0):+.0f} %"
     )
-    if abs(own / other - 1.0) <= _UNLIKE:
+    if abs(own / other - 1.0) <= WIZARD.max_slope_difference:
         return (sentence,), ()
     return (), (f"left and right differ: {sentence}; check the settings of both",)
 
@@ -204,6 +201,6 @@ def _volts_per_unit(certificate: Certificate) -> float:
 
 def _coverage_text(calibration: Calibration) -> tuple[str, ...]:
     coverage = calibration.quality.coverage
-    if coverage is None or coverage >= _LITTLE:
+    if coverage is None or coverage >= WIZARD.min_coverage:
         return ()
     return (f"only {100.0 * coverage:.0f} % of the travel is covered",)

@@ -7,7 +7,6 @@ from datetime import datetime
 from calibration.certificate import Certificate
 from calibration.points import CalibrationError
 from calibration.pressures import (
-    WIND_UNCERTAINTY,
     GroundAir,
     PitotBlowDetector,
     PressureZero,
@@ -15,7 +14,9 @@ from calibration.pressures import (
     dynamic_pressure_zero,
     static_pressure_check,
 )
-from calibration.rest_detection import REST_BLOCK_SECONDS, RestPeriod
+from calibration.pressures.settings import PRESSURES
+from calibration.rest_detection import RestPeriod
+from calibration.settings import CALIBRATION
 from calibration.wizard.journal_json import to_json_content
 from calibration.wizard.procedure import (
     ActionFeedback,
@@ -27,16 +28,13 @@ from calibration.wizard.procedure import (
     StepDraft,
 )
 from calibration.wizard.rest_timeout import RestTimeoutMonitor
-from calibration.wizard.sample_slices import SLICE_SECONDS, SampleSlice
+from calibration.wizard.sample_slices import SampleSlice
 from calibration.wizard.sensor_progress import PressureProgress
+from calibration.wizard.settings import WIZARD
 from calibration.wizard.state import GroupProgress, InstrumentGroup
 from calibration.wizard.view import WizardAction, WizardPhase
 
 _DYNAMIC, _STATIC = "dynamic_pressure", "static_pressure"
-_STILL = 4.0
-"""Seconds of steady pressure: without a cover no wind stood still for so long in 200 trials."""
-_PATIENCE = 10.0
-"""Seconds under a cover after which a pressure that still moves is called that of wind."""
 _WITHOUT_BAROMETER = (
     "the static pressure was not compared with a barometer: enter the field pressure, or "
     "accept and keep the previous certificate",
@@ -76,8 +74,8 @@ class PressureProcedure(CalibrationProcedure):
             )
         self._known = {name: one for name, one in known.items() if one is not None}
         curves = self._known[_DYNAMIC], self._known.get(_STATIC)
-        self._still = create_covered_pitot_monitor(*curves, seconds=_STILL)
-        self._lull = create_covered_pitot_monitor(*curves, seconds=_STILL, lull=True)
+        self._still = create_covered_pitot_monitor(*curves, seconds=WIZARD.pressure_rest)
+        self._lull = create_covered_pitot_monitor(*curves, seconds=WIZARD.pressure_rest, lull=True)
         self._unrest = RestTimeoutMonitor()
         self._blow: PitotBlowDetector | None = None
         self._covered = self._content = False
@@ -98,7 +96,7 @@ class PressureProcedure(CalibrationProcedure):
         self._lull.feed(one.times, one.volts)
         self._unrest.feed(self._still.status)
         if self._covered:
-            self._waited += SLICE_SECONDS
+            self._waited += WIZARD.slice_duration
         if self._blow is not None:
             self._blow.feed(one.times, one.volts)
 
@@ -150,8 +148,9 @@ class PressureProcedure(CalibrationProcedure):
                 instrument=instrument,
                 prompt=prompt,
                 spoken=spoken,
-                amount=round(reading.progress * _STILL / REST_BLOCK_SECONDS) * REST_BLOCK_SECONDS,
-                amount_goal=_STILL,
+                amount=round(reading.progress * WIZARD.pressure_rest / CALIBRATION.rest_block)
+                * CALIBRATION.rest_block,
+                amount_goal=WIZARD.pressure_rest,
                 amount_unit="s",
                 warnings=self._unrest.warnings,
             )
@@ -200,7 +199,7 @@ class PressureProcedure(CalibrationProcedure):
         if pressure.in_wind:
             doubts.append(
                 "the dynamic pressure moved as in wind during zeroing: the zero may be off by "
-                f"{WIND_UNCERTAINTY:.0f} Pa"
+                f"{PRESSURES.wind_uncertainty:.0f} Pa"
             )
         if pressure.left_out:
             doubts.append("the pitot was not blown into: hoses not checked")
@@ -228,7 +227,7 @@ class PressureProcedure(CalibrationProcedure):
 
     @property
     def _windy(self) -> bool:
-        return self._waited >= _PATIENCE
+        return self._waited >= WIZARD.cover_timeout
 
     def _cover_words(self) -> tuple[str, str]:
         """Return what to do about the cover, and the same in few words."""

@@ -3,12 +3,7 @@
 from __future__ import annotations
 
 from calibration.rest_detection import RestStatus
-from calibration.wizard.sample_slices import SLICE_SECONDS
-
-_PATIENCE = 20.0
-"""Seconds that it takes to lay an aircraft down before anything is said."""
-_EVERY = 5.0
-"""Seconds between two reasons."""
+from calibration.wizard.settings import WIZARD
 
 
 class RestTimeoutMonitor:
@@ -28,8 +23,11 @@ class RestTimeoutMonitor:
         if reading.state == "rested":
             self.restart()
             return
-        self._waited += SLICE_SECONDS
-        if self._waited >= _PATIENCE and self._waited - self._said_at >= _EVERY:
+        self._waited += WIZARD.slice_duration
+        if (
+            self._waited >= WIZARD.rest_timeout
+            and self._waited - self._said_at >= WIZARD.reason_interval
+        ):
             self._said_at = self._waited
             self._why = reading.why
 

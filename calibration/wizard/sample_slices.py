@@ -7,12 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from calibration.wizard.settings import WIZARD
 from gsapp.quantities import Block, FloatArray
-
-SLICE_SECONDS = 0.1
-"""Of a slice, s."""
-_RESTARTED = 1.0
-"""Seconds back in time that mean that the aircraft's clock began anew."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -53,7 +49,7 @@ class SampleSlicer:
     def feed(self, block: Block) -> Iterator[SampleSlice]:
         if not len(block):
             return
-        if block.times[0] < self._last - _RESTARTED:
+        if block.times[0] < self._last - WIZARD.clock_restart:
             self._times, self._values = self._times[:0], self._values[:0]
             self._last = -np.inf
         new = block.times > self._last
@@ -67,7 +63,7 @@ class SampleSlicer:
         if not self._times.size:
             return
         self._last = float(self._times[-1])
-        numbers = np.floor(self._times / SLICE_SECONDS + 1e-9).astype(np.int64)
+        numbers = np.floor(self._times / WIZARD.slice_duration + 1e-9).astype(np.int64)
         whole = int(np.searchsorted(numbers, numbers[-1]))
         pieces = [
             (int(number), *np.searchsorted(numbers, (number, number + 1)))
@@ -78,8 +74,8 @@ class SampleSlicer:
         for number, first, last in pieces:
             part = values[first:last]
             yield SampleSlice(
-                start=number * SLICE_SECONDS,
-                end=(number + 1) * SLICE_SECONDS,
+                start=number * WIZARD.slice_duration,
+                end=(number + 1) * WIZARD.slice_duration,
                 times=times[first:last],
                 volts={name: part[:, at] for at, name in enumerate(self._channels)},
                 excitation=part[:, -1],

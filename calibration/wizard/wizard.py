@@ -27,6 +27,7 @@ from calibration.wizard.procedure import (
 from calibration.wizard.procedure_registry import create_procedure
 from calibration.wizard.sample_slices import SampleSlice, SampleSlicer
 from calibration.wizard.setting_schedule import CalibrationMode
+from calibration.wizard.settings import WIZARD
 from calibration.wizard.state import GroupProgress, InstrumentGroup, WizardState
 from calibration.wizard.step_executor import StepExecutor
 from calibration.wizard.view import (
@@ -38,14 +39,10 @@ from calibration.wizard.view import (
 )
 from gsapp.quantities import Block
 
-_BEGIN = 2.0
-"""Seconds of samples that are looked at before the first instrument is asked for."""
 _SHOWN: Mapping[CalibrationMode, float] = {"full": 3.0, "check": 0.5}
 """Seconds for which a good result is shown before it is accepted by itself."""
 _POINT_EDIT_ACTIONS = ("repeat", "delete", "add", "choose_degree")
 """Actions of a crew that looks into a result: it is not accepted under its hands."""
-_GAP = 1.0
-"""Seconds without samples, or back in time, after which a movement may have gone unseen."""
 
 
 class CalibrationWizard:
@@ -205,12 +202,12 @@ class CalibrationWizard:
     # What happens by itself.
 
     def _live(self, one: SampleSlice) -> None:
-        gap = self._end is not None and abs(one.start - self._end) > _GAP
+        gap = self._end is not None and abs(one.start - self._end) > WIZARD.max_gap
         self._end = one.end
         if self._since is None or gap:
             self._since = one.start
         if self.phase == "begin":
-            if one.present and one.end - self._since >= _BEGIN:
+            if one.present and one.end - self._since >= WIZARD.start_time:
                 self._step("begin")
             return
         if gap:

@@ -33,15 +33,10 @@ from gsapp.aircraft.pendulum import (
     slanted_wire_stiffness,
     small_amplitude_period,
 )
+from gsapp.aircraft.settings import GROUND_TESTS
 from gsapp.foundation import StrictModel, read_toml
 from gsapp.quantities.constants import GRAVITY
 from gsapp.quantities.fields import Angle, Density, Ratio, Time, Volume
-
-STOPWATCH_STD = 0.05
-"""Uncertainty of one time taken by hand, s, where one time alone shows no scatter."""
-MAX_MASS_HEIGHT_RATIO = 0.4
-"""Rms height of the mass, over the radius of gyration about z, that no aircraft of usual shape
-reaches: wing, tail and fuselage lie nearly in one plane."""
 
 
 class _Timing(StrictModel):
@@ -105,7 +100,7 @@ def _period(
     times: tuple[float, ...], cycles: int, amplitude: float, damping: float
 ) -> MeasuredValue:
     correction = small_amplitude_period(1.0, amplitude, damping) / cycles
-    scatter = float(np.std(times, ddof=1)) if len(times) > 1 else STOPWATCH_STD
+    scatter = float(np.std(times, ddof=1)) if len(times) > 1 else GROUND_TESTS.stopwatch_std
     return MeasuredValue(
         float(np.mean(times)) * correction, scatter / math.sqrt(len(times)) * correction
     )
@@ -378,7 +373,7 @@ def _warnings(
             room = (
                 depth.value / 2.0
                 if depth
-                else MAX_MASS_HEIGHT_RATIO * math.sqrt(values["izz"].value / mass)
+                else GROUND_TESTS.max_mass_height_ratio * math.sqrt(values["izz"].value / mass)
             )
             if height > room:
                 found.append(

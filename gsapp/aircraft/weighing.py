@@ -25,25 +25,18 @@ from pydantic import Field, field_validator, model_validator
 
 from gsapp.aircraft.config import Axles
 from gsapp.aircraft.measured_value import MeasuredAngle, MeasuredValue, MeasuredWeight
+from gsapp.aircraft.settings import GROUND_TESTS
 from gsapp.foundation import FlightError, StrictModel
 from gsapp.quantities.constants import DEGREE, GRAVITY
 from gsapp.quantities.fields import Length, Mass, Position, Weight
 
-SCALE_ERROR: Final = 0.1
-"""Standard deviation of a scale's reading where none is given, N: ten grams."""
-AXLE_ERROR: Final = 0.002
-"""Standard deviation of an axle's place where none is given, m."""
-LEVEL_ERROR: Final = 0.5 * DEGREE
-"""Standard deviation of the attitude on the scales where none is given, rad."""
-LEVEL: Final = MeasuredValue(0.0, LEVEL_ERROR)
+LEVEL: Final = MeasuredValue(0.0, GROUND_TESTS.level_std)
 """The attitude of an aircraft set level by eye, rad."""
 DEFAULT_CG_HEIGHT: Final = MeasuredValue(0.0)
 """z of the CG where a level weighing does not tell it: that of the aircraft file, m."""
 
 _MAIN = "main"
 _PAIR = ("left", "right")
-_APART = 0.02
-"""Axles closer together than this, m, carry no information about the place between them."""
 
 
 class WeighingRecord(StrictModel):
@@ -59,9 +52,9 @@ class WeighingRecord(StrictModel):
     """Attitude on the scales, nose up and right wing down, rad."""
     fuel: Mass | None = None
     """On board when weighed, kg; None for as much as at take-off."""
-    scale_error: Weight = SCALE_ERROR
+    scale_error: Weight = GROUND_TESTS.scale_std
     """Standard deviation of each reading that states none, N."""
-    axle_error: Length = AXLE_ERROR
+    axle_error: Length = GROUND_TESTS.axle_std
     """Standard deviation of each coordinate of an axle, m."""
 
     @field_validator("loads")
@@ -85,7 +78,7 @@ class WeighingRecord(StrictModel):
     def _must_be_nearly_level(cls, value: MeasuredValue) -> MeasuredValue:
         if abs(value.value) > 20.0 * DEGREE:
             raise ValueError("is more than 20 deg; weigh with the wings and the nose nearly level")
-        return value if value.std > 0.0 else MeasuredValue(value.value, LEVEL_ERROR)
+        return value if value.std > 0.0 else MeasuredValue(value.value, GROUND_TESTS.level_std)
 
     @model_validator(mode="after")
     def _must_not_be_negative(self) -> WeighingRecord:
@@ -105,7 +98,7 @@ class Support:
     """Center of the axle in the frame of the aircraft file, m."""
     load: MeasuredValue
     """Reading of the scale, N."""
-    position_std: float = AXLE_ERROR
+    position_std: float = GROUND_TESTS.axle_std
     """Of each coordinate, m."""
 
 
@@ -268,7 +261,7 @@ def _check_supports(supports: tuple[Support, ...], axes: int) -> None:
             )
     if axes == 1:
         front, rear = supports
-        if abs(front.position[0] - rear.position[0]) < _APART:
+        if abs(front.position[0] - rear.position[0]) < GROUND_TESTS.min_axle_distance:
             raise FlightError(
                 f"the axles '{front.name}' and '{rear.name}' have the same x position; the CG "
                 "cannot be computed; measure their positions again"
@@ -280,7 +273,7 @@ def _check_supports(supports: tuple[Support, ...], axes: int) -> None:
         math.dist(one.position[:2], two.position[:2])
         for one, two in itertools.combinations(supports, 2)
     )
-    if twice_area < _APART * max(longest, _APART):
+    if twice_area < GROUND_TESTS.min_axle_distance * max(longest, GROUND_TESTS.min_axle_distance):
         names = ", ".join(one.name for one in supports)
         raise FlightError(
             f"the wheels {names} are in one line; the CG cannot be computed along both axes; "

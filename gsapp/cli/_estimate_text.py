@@ -185,15 +185,16 @@ def _unknown_reasons(estimate: Estimate) -> tuple[str, ...]:
 
 def _method_difference_text(one: ManeuverResult) -> tuple[str, ...]:
     """Return in a sentence where equation error lies apart from maximum likelihood."""
-    from gsapp.identification.summary.method_comparison import SIGNIFICANT_SIGMAS, compare_methods
+    from gsapp.identification.summary.method_comparison import compare_methods
+    from gsapp.identification.summary.settings import SUMMARY
 
     names = [value.name for value in compare_methods(one) if value.differs]
     if not names:
         return (
-            f"{_BY_EQUATIONS} agrees within {SIGNIFICANT_SIGMAS:z.0f} joint bounds in every "
-            "derivative",
+            f"{_BY_EQUATIONS} agrees within {SUMMARY.significant_sigmas:z.0f} joint bounds in "
+            "every derivative",
         )
     return (
-        f"{_BY_EQUATIONS} lies more than {SIGNIFICANT_SIGMAS:z.0f} joint bounds off in "
+        f"{_BY_EQUATIONS} lies more than {SUMMARY.significant_sigmas:z.0f} joint bounds off in "
         f"{', '.join(names)}; use the smaller bound",
     )

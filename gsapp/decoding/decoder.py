@@ -36,12 +36,12 @@ from gsapp.decoding.messages import (
 )
 from gsapp.decoding.notices import NOTICE_KINDS, STATUSTEXT_ID, Notice, NoticeLog
 from gsapp.decoding.pipeline import ChannelSource, Pipeline
+from gsapp.decoding.settings import DECODING
 from gsapp.decoding.vehicle_selection import VehicleSelector
 from gsapp.foundation import FlightError
 from gsapp.quantities import Block
 
 _SYSTEM_TIME = 2
-_GIVE_UP_EVERY = 30_000_000
 
 
 class RawRecordLike(Protocol):
@@ -215,7 +215,7 @@ class Decoder:
         list of Block
             Each with the channels of one message (or of one choice of sources). Blocks of a
             channel follow each other without gap or overlap, but for pauses longer than
-            `gsapp.decoding.grid.MAX_FILLED_PAUSE`.
+            `DECODING.max_filled_pause`.
         """
         blocks: list[Block] = []
         self.health.feed(records)  # type: ignore[arg-type]
@@ -230,7 +230,7 @@ class Decoder:
                 # At moments that depend on the record alone, not on how it is fed.
                 blocks += self._pull(final=False)
                 self._pipeline.drop_overdue(clock.now)
-                self._next_give_up = clock.now + _GIVE_UP_EVERY
+                self._next_give_up = clock.now + DECODING.give_up_interval
         return blocks + self._pull(final=False)
 
     def finish(self) -> list[Block]:

@@ -18,12 +18,10 @@ import numpy as np
 
 from gsapp.decoding import air_data
 from gsapp.decoding.air_data import Number
+from gsapp.decoding.settings import DECODING
 from gsapp.quantities import FloatArray
 
 DeriveFunction = Callable[..., Any]
-
-LONGEST_HOLD = 30_000_000
-"""Microseconds for which a slow input stands for itself."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -242,7 +240,7 @@ class SlowInput:
             place = np.searchsorted(counts, micros, side="left") - 1
             known = place >= 0
             place = np.maximum(place, 0)
-            known &= micros - counts[place] <= LONGEST_HOLD
+            known &= micros - counts[place] <= DECODING.max_hold
             value = np.where(known, np.array(values[start:stop])[place], np.nan)
             result = np.where(np.isnan(result), value, result)
         return result
@@ -254,7 +252,7 @@ class SlowInput:
     def _at(self, time: float) -> float:
         for since, values in zip(self._since, self._values, strict=True):
             place = bisect_left(since, time) - 1
-            if place >= 0 and time - since[place] <= LONGEST_HOLD:
+            if place >= 0 and time - since[place] <= DECODING.max_hold:
                 value = values[place]
                 if value == value:
                     return value

@@ -21,46 +21,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
-MAX_STAMP_DELAY = 2_000_000
-"""A stamp may be so much older than the newest one before it: reordered, not restarted."""
-
-MAX_STAMP_LEAD = 1_500_000
-"""A stamp may be so much newer than the time that has passed on the host."""
-
-CONFIRM_COUNT = 5
-CONFIRM_SPAN = 500_000
-CONFIRM_HOST = 5_000_000
-"""So many stamps must agree before a clock is believed to have been set, over so much of its own
-time, or of the host's if it stands still."""
-
-MAX_SET_BACK = 60_000_000
-"""A clock that shows at most so much less than before was set; by more, it began anew at zero."""
-
-SAME_CLOCK_TOLERANCE = 5_000_000
-"""Two clocks that agree within this much are the same clock."""
-
-MAX_PAUSE = 3_600_000_000
-"""A clock that jumps ahead by less is a pause of the link; by more, it was set."""
-
-FROZEN_CLOCK_TIME = 3_000_000
-"""A clock that shows the same after so much time on the host stands still."""
+from gsapp.decoding.settings import DECODING
 
 WRAP_PERIOD_32BIT = 2**32
 """32 bits of microseconds start over every 72 minutes."""
 
 MIN_UNIX_STAMP = 10**15
 """Stamps from here on (September 2001) count from 1970, not from switching on."""
-
-MAX_CLOCK_DRIFT = 2e-4
-"""How fast the two clocks may drift apart; crystals do 1e-4 at worst."""
-
-_MOST_BEGINNINGS = 16
-
-FIRST_STAMP_TIMEOUT = 30_000_000
-"""How long messages without a stamp wait for the first one with a stamp, host time."""
-
-MIN_HOST_CLOCK_STEP = 30_000_000
-"""A delay that grows by so much, and stays, is a host clock that was set."""
 
 
 class TimedItem(NamedTuple):
@@ -181,14 +148,18 @@ class FlightClock:
             held.append(_HeldItem(unwrapped, host, item))
             self._move(line)
             return None
-        if -line.behind <= ahead <= MAX_STAMP_LEAD + passed:
+        if -line.behind <= ahead <= DECODING.max_stamp_lead + passed:
             if held:
                 self._let_go(line)
             if ahead > 0:
                 line.last = unwrapped
                 line.host = host
                 line.repeats = 0
-            elif ahead == 0 and passed > FROZEN_CLOCK_TIME and self._stands_still(component, line):
+            elif (
+                ahead == 0
+                and passed > DECODING.frozen_clock_time
+                and self._stands_still(component, line)
+            ):
                 time = self.flight_time(host)
                 self._pass(time)
                 return time
@@ -196,7 +167,7 @@ class FlightClock:
             self._observe(time, host)
             return time
         self._suspect(
-            line, _HeldItem(unwrapped if abs(ahead) <= MAX_SET_BACK else stamp, host, item)
+            line, _HeldItem(unwrapped if abs(ahead) <= DECODING.max_set_back else stamp, host, item)
         )
         return None
 
@@ -248,7 +219,7 @@ class FlightClock:
 
     def _may_be_set(self, host: int) -> bool:
         return self._stamped and (
-            bool(self._above) or self.flight_time(host) - self.now > MIN_HOST_CLOCK_STEP
+            bool(self._above) or self.flight_time(host) - self.now > DECODING.min_host_clock_step
         )
 
     def _begin(
@@ -266,7 +237,7 @@ class FlightClock:
             self._settle_first(component, line)
         else:
             line.held.append(held)
-            if len(line.held) > _MOST_BEGINNINGS:
+            if len(line.held) > DECODING.max_held_stamps:
                 del line.held[0]
                 self.dropped += 1
         return None
@@ -288,7 +259,7 @@ class FlightClock:
         if first.stamp >= MIN_UNIX_STAMP and self._unix_minus_boot is not None:
             known |= {offset - self._unix_minus_boot for offset in list(known)}
         best = min(sorted(known), key=lambda offset: abs(first.stamp + offset - expected))
-        if abs(first.stamp + best - expected) <= SAME_CLOCK_TOLERANCE:
+        if abs(first.stamp + best - expected) <= DECODING.same_clock_tolerance:
             return best
         self._tell(
             "other-clock",
@@ -300,27 +271,27 @@ class FlightClock:
     def _stands_still(self, component: int, line: _VehicleClock) -> bool:
         """Count a stamp seen long ago; return whether the clock is to be ignored for it."""
         line.repeats += 1
-        if line.repeats == CONFIRM_COUNT:
+        if line.repeats == DECODING.confirm_count:
             self._tell(
                 "frozen-clock",
                 self.now,
                 f"the clock of component {component} is stuck at {(line.last or 0) / 1e6:.3f} "
                 "s; its messages are timed by arrival",
             )
-        return line.repeats >= CONFIRM_COUNT
+        return line.repeats >= DECODING.confirm_count
 
     def _suspect(self, line: _VehicleClock, held: _HeldItem) -> None:
         """Hold a stamp that does not fit its line, and see whether the line has moved."""
         if line.held and not _are_consistent_stamps(line.held[-1], held):
             self._let_go(line)
         line.held.append(held)
-        if len(line.held) < CONFIRM_COUNT:
+        if len(line.held) < DECODING.confirm_count:
             return
         first = line.held[0]
         span, passed = held.stamp - first.stamp, held.host - first.host
         if _is_reordered(line, first) and _arrived_in_burst([first, held]):
             return  # they come all at once: what was kept back on the way
-        if span >= CONFIRM_SPAN or passed >= CONFIRM_HOST:
+        if span >= DECODING.confirm_span or passed >= DECODING.confirm_host:
             self._move(line)
 
     def _let_go(self, line: _VehicleClock) -> None:
@@ -330,7 +301,7 @@ class FlightClock:
         strange: list[_HeldItem] = []
         for each in held:
             (late if _is_reordered(line, each) else strange).append(each)
-        if late and len(late) < CONFIRM_COUNT:
+        if late and len(late) < DECODING.confirm_count:
             line.behind = max(line.behind, *((line.last or 0) - each.stamp for each in late))
         self._hand_out(line, late)
         if strange:
@@ -343,7 +314,7 @@ class FlightClock:
         passed = max(first.host - line.host, 0)
         step = first.stamp - last
         before = last + line.offset
-        if 0 < step - passed <= MAX_PAUSE:
+        if 0 < step - passed <= DECODING.max_pause:
             self._tell(
                 "step",
                 before,
@@ -402,11 +373,11 @@ class FlightClock:
             return
         passed = host - self._envelope_host
         if passed > 0:
-            envelope += MAX_CLOCK_DRIFT * passed
+            envelope += DECODING.max_clock_drift * passed
             self._envelope_host = host
-        if delay > envelope + MIN_HOST_CLOCK_STEP:
+        if delay > envelope + DECODING.min_host_clock_step:
             self._above.append(_HeldItem(time, host, None))
-            if len(self._above) >= 4 * CONFIRM_COUNT:
+            if len(self._above) >= 4 * DECODING.confirm_count:
                 envelope = float(min(each.host - each.stamp for each in self._above))
                 if not _arrived_in_burst(self._above):
                     text = "the clock of this computer was set; delays restart"
@@ -424,7 +395,7 @@ class FlightClock:
         if not self._stamped:
             return self._envelope or 0.0
         elapsed = max(host - self._envelope_host, 0)
-        return (self._envelope or 0.0) + MAX_CLOCK_DRIFT * elapsed
+        return (self._envelope or 0.0) + DECODING.max_clock_drift * elapsed
 
     def _pass(self, time: int) -> None:
         if self.first is None:
@@ -435,7 +406,10 @@ class FlightClock:
     def _give_up_waiting(self, host: int) -> None:
         oldest = [held.host for held in self._waiting[:1]]
         oldest += [narrow[2].host for narrow in self._narrow[:1]]
-        if not oldest or host - max(min(oldest), self._heard_above()) <= FIRST_STAMP_TIMEOUT:
+        if (
+            not oldest
+            or host - max(min(oldest), self._heard_above()) <= DECODING.first_stamp_timeout
+        ):
             return
         if self._envelope is None:
             self._begin_by_arrival()
@@ -478,7 +452,9 @@ class FlightClock:
 
 def _are_consistent_stamps(before: _HeldItem, after: _HeldItem) -> bool:
     passed = max(after.host - before.host, 0)
-    return -MAX_STAMP_DELAY <= after.stamp - before.stamp <= MAX_STAMP_LEAD + passed
+    return (
+        -DECODING.max_stamp_delay <= after.stamp - before.stamp <= DECODING.max_stamp_lead + passed
+    )
 
 
 def _arrived_in_burst(held: list[_HeldItem]) -> bool:
@@ -486,7 +462,7 @@ def _arrived_in_burst(held: list[_HeldItem]) -> bool:
 
 
 def _is_reordered(line: _VehicleClock, held: _HeldItem) -> bool:
-    return line.last is not None and 0 <= line.last - held.stamp <= MAX_STAMP_DELAY
+    return line.last is not None and 0 <= line.last - held.stamp <= DECODING.max_stamp_delay
 
 
 def _continues_held_stamps(line: _VehicleClock, stamp: int, host: int) -> bool:
@@ -494,7 +470,7 @@ def _continues_held_stamps(line: _VehicleClock, stamp: int, host: int) -> bool:
 
     So it does after a small step back, when the clock comes again to where it was.
     """
-    if len(line.held) < CONFIRM_COUNT or line.last is None or stamp < line.last:
+    if len(line.held) < DECODING.confirm_count or line.last is None or stamp < line.last:
         return False
     first, newest = line.held[0], line.held[-1]
     behind = line.last + host - line.host - stamp

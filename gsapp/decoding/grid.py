@@ -8,10 +8,8 @@ from fractions import Fraction
 import numpy as np
 import numpy.typing as npt
 
+from gsapp.decoding.settings import DECODING
 from gsapp.quantities import FloatArray
-
-MAX_FILLED_PAUSE = 60.0
-"""Seconds of a pause that are filled with NaN rows; after a longer one rows just go on."""
 
 _TABLE_BEFORE = 200
 _TABLE_AFTER = 1000
@@ -58,7 +56,7 @@ class Grid:
         self.numerator = exact.numerator
         self.denominator = exact.denominator
         self.step = 1_000_000 * exact.denominator
-        self.max_filled_rows = int(MAX_FILLED_PAUSE * self.rate)
+        self.max_filled_rows = int(DECODING.max_filled_pause * self.rate)
         self._table_first = 0
         self._table = np.empty(0)
 

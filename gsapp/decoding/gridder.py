@@ -27,10 +27,9 @@ import numpy as np
 
 from gsapp.decoding.grid import BoolArray, Grid, Numbers, column_index
 from gsapp.decoding.grid_rows import GridRows, RowBatch
+from gsapp.decoding.settings import DECODING
 from gsapp.quantities import FloatArray
 
-_WINDOW = 9
-_UNKNOWN_PERIOD = 1_000_000
 _FULL_TURN = 2.0 * math.pi
 _FEW_ROWS = 20  # are quicker on a sheet
 _FEW_BETWEEN = 4  # rows between two samples are quicker one by one
@@ -108,14 +107,14 @@ class Gridder:
         self._fallback = fallback
         self._value: Numbers = [math.nan] * circular.size
         self._next = 0
-        self._intervals: deque[int] = deque(maxlen=_WINDOW)
+        self._intervals: deque[int] = deque(maxlen=DECODING.period_window)
         self._least = 0  # none of these intervals is shorter
 
     @property
     def period(self) -> int:
         """Return the sample period, us; 1 s while unknown."""
         ordered = sorted(self._intervals)
-        return ordered[(len(ordered) - 1) // 2] if ordered else _UNKNOWN_PERIOD
+        return ordered[(len(ordered) - 1) // 2] if ordered else DECODING.unknown_period
 
     @property
     def silence_timeout(self) -> int:
@@ -276,7 +275,7 @@ class Gridder:
         """Return whether an interval, taken note of already, is too long to bridge."""
         if len(self._intervals) > 1:
             self._least = min(self._intervals)
-        usual = self.period if len(self._intervals) > 1 else _UNKNOWN_PERIOD
+        usual = self.period if len(self._intervals) > 1 else DECODING.unknown_period
         gap = 2 * interval > 5 * usual
         self.gaps += gap
         return gap

@@ -13,13 +13,8 @@ from dataclasses import dataclass, field
 
 from gsapp.decoding.dialect import TimeField, dialect, time_fields, wire_formats
 from gsapp.decoding.framing import MAX_FRAME_LENGTH
+from gsapp.decoding.settings import DECODING
 
-# Frames behind the newest by up to this many sequence numbers are late or doubled, not new.
-_WINDOW = 128
-# Frames that leap or lag by more than this do not belong to one undisturbed sequence.
-_FAR = 16
-_RATE_SPAN_US = 2_000_000
-_OFFSET_SPAN_US = 60_000_000
 HEARTBEAT_ID = 0
 AUTOPILOT_COMPONENT = 1
 """The component of an autopilot (MAV_COMP_ID_AUTOPILOT1)."""
@@ -32,17 +27,6 @@ _GROUND_STATION = 6
 # Heartbeats of these types are no vehicle: antenna tracker, ground station, onboard computer,
 # gimbal, ADS-B, camera, and the like.
 _NOT_VEHICLES = frozenset({5, 6, 18, 26, 27, 30, 31, 32, 33, 34, 36, 38, 39})
-_MIXED_FRAMES = 200
-_MIXED_SHARE = 0.25
-_UNCOUNTED_SHARE = 0.8
-# So many headers of one message without one whose checksum fits are no accident.
-_FOREIGN_HEADS = 20
-# What cannot be read is told after so many bytes and so long since something could.
-_UNREADABLE_BYTES = 1000
-_UNREADABLE_US = 3_000_000
-# A frame of unknown id or a line of text may be chance, as it happens where the baud rate is wrong:
-# it stands against this many times its own bytes only.
-_CHANCE = 4
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -198,7 +182,7 @@ class _ClockOffset:
 
     def update(self, stamp: int, difference: int) -> int:
         """Take in one difference; return by how much it exceeds the smallest (microseconds)."""
-        if stamp - self.start > _OFFSET_SPAN_US or stamp < self.start:
+        if stamp - self.start > DECODING.offset_span or stamp < self.start:
             self.start, self.former, self.current = stamp, self.current, difference
         elif difference < self.current:
             self.current = difference
@@ -331,7 +315,7 @@ class LinkHealth:
     def unreadable(self) -> str:
         """Return that nothing of what arrives can be read, in words; empty where it can."""
         since = (self.last_stamp or 0) - self._read_stamp
-        if self._unread < _UNREADABLE_BYTES or since < _UNREADABLE_US:
+        if self._unread < DECODING.unreadable_bytes or since < DECODING.unreadable_time:
             return ""
         what = "The latest data cannot be read" if self.good else "Received data cannot be read"
         return (
@@ -345,7 +329,7 @@ class LinkHealth:
         self._unread = 0
 
     def _maybe_read(self, data: bytes) -> None:
-        self._unread = max(0, self._unread - _CHANCE * len(data))
+        self._unread = max(0, self._unread - DECODING.chance_factor * len(data))
 
     def _residue(self, data: bytes) -> None:
         """Count the damaged frames in residue: its plausible headers, but at least one."""
@@ -404,9 +388,11 @@ class LinkHealth:
         elif not self._resolve_gap(sender, stamp, sequence, gap, data):
             return
         sender.recent[sequence] = data
-        if sender.span >= _MIXED_FRAMES:
-            sender.uncounted = sender.repeats > _UNCOUNTED_SHARE * sender.span
-            sender.mixed = not sender.uncounted and sender.strays > _MIXED_SHARE * sender.span
+        if sender.span >= DECODING.mixed_frames:
+            sender.uncounted = sender.repeats > DECODING.uncounted_share * sender.span
+            sender.mixed = (
+                not sender.uncounted and sender.strays > DECODING.mixed_share * sender.span
+            )
             sender.span = sender.strays = sender.repeats = 0
         if stamp > sender.last:
             sender.last = stamp
@@ -414,7 +400,7 @@ class LinkHealth:
         message.last = stamp
         for rate in (sender.rate, message.rate):
             rate.count += 1
-            if not 0 <= stamp - rate.start < _RATE_SPAN_US:
+            if not 0 <= stamp - rate.start < DECODING.rate_span:
                 rate.close(stamp)
         if message.time is not None:
             _measure_delay(sender, message, message.time, stamp, data, header)
@@ -448,17 +434,17 @@ class LinkHealth:
         """Settle a sequence number other than the next; return False for a duplicate."""
         silent = (stamp - sender.last) / 1e6
         usual = sender.rate.value * silent
-        if usual >= _WINDOW / 2 and not sender.uncounted:
+        if usual >= DECODING.sequence_window / 2 and not sender.uncounted:
             # Silent for so long that the counter may have gone round: the rate tells how often.
             sender.missing.clear()
             gap += 256 * max(0, round((usual - gap) / 256))
             sender.lost += gap
-        elif gap >= 256 - _WINDOW:
+        elif gap >= 256 - DECODING.sequence_window:
             return self._behind(sender, sequence, 256 - gap, data)
         else:
-            if gap > _FAR:
+            if gap > DECODING.max_sequence_step:
                 sender.strays += 1
-            oldest = sender.expected - _WINDOW
+            oldest = sender.expected - DECODING.sequence_window
             sender.missing = {number for number in sender.missing if number >= oldest}
             sender.missing.update(range(sender.expected, sender.expected + gap))
             sender.lost += gap
@@ -472,7 +458,7 @@ class LinkHealth:
             sender.missing.discard(number)
             sender.lost -= 1
             sender.reordered += 1
-            if behind > _FAR:
+            if behind > DECODING.max_sequence_step:
                 sender.strays += 1
         elif sender.recent[sequence] == data and not sender.uncounted:
             sender.duplicates += 1
@@ -604,14 +590,16 @@ class LinkHealth:
         # Where most of what came belongs to no header, the headers were chance.
         if self.unreadable and self._heads.total() * MAX_FRAME_LENGTH < self.residue_bytes:
             return []
-        often = {number for number, count in self._heads.items() if count >= _FOREIGN_HEADS}
+        often = {
+            number for number, count in self._heads.items() if count >= DECODING.foreign_headers
+        }
         whole = {number for sender in self._senders.values() for number in sender.messages}
         return sorted(often - whole)
 
 
 def _count_event(rate: _Rate, stamp: int) -> None:
     rate.count += 1
-    if not 0 <= stamp - rate.start < _RATE_SPAN_US:
+    if not 0 <= stamp - rate.start < DECODING.rate_span:
         rate.close(stamp)
 
 

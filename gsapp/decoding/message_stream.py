@@ -20,6 +20,7 @@ from calibration.certificate import reference_ratio
 from gsapp.decoding.channel_map import FieldRef, MapEntry, Selector
 from gsapp.decoding.conversions import CONVERSIONS, Conversion
 from gsapp.decoding.grid import Numbers, column_index
+from gsapp.decoding.settings import DECODING
 from gsapp.quantities import (
     CIRCULAR_CHANNELS,
     STEPWISE_CHANNELS,
@@ -29,7 +30,6 @@ from gsapp.quantities import (
     to_si,
 )
 
-_RANGE_END_SHARE = 1e-3
 _FEW_SAMPLES, _FEW_NUMBERS = 8, 200
 MessageColumns = Mapping[str, np.ndarray[tuple[int, ...], np.dtype[np.generic]]]
 BoolArray = npt.NDArray[np.bool_]
@@ -279,7 +279,7 @@ class MessageStream:
         for place, output in enumerate(self.outputs):
             if output.channel in ranges:
                 bottom, top = ranges[output.channel]
-                margin = _RANGE_END_SHARE * (
+                margin = DECODING.range_margin * (
                     top - bottom if np.isfinite(top - bottom) else abs(top)
                 )
                 self._low[place], self._high[place] = bottom + margin, top - margin

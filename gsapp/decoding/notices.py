@@ -8,11 +8,11 @@ from typing import Final, NamedTuple
 
 from gsapp.decoding.flight_clock import ClockEvent
 from gsapp.decoding.messages import decode_columns
+from gsapp.decoding.settings import DECODING
 
 CHUNK_BYTES: Final = 50
 """Bytes of a piece after which another follows."""
 _MISSING_CHUNK_MARK: Final = "…".encode()
-_CHUNK_TIMEOUT_US: Final = 5_000_000
 _MANY: Final = 1000
 
 
@@ -97,7 +97,7 @@ class StatusTextAssembler:
         late = [
             key
             for key, parts in self._parts.items()
-            if now_us is None or now_us - parts.stamp_us > _CHUNK_TIMEOUT_US
+            if now_us is None or now_us - parts.stamp_us > DECODING.chunk_timeout
         ]
         return [self._end(key, whole=False) for key in late]
 

@@ -17,21 +17,17 @@ import numpy as np
 from calibration import Certificate
 from gsapp.aircraft import Aircraft
 from gsapp.decoding.channel_map import ChannelMap, MapEntry
-from gsapp.decoding.derived_channels import (
-    LONGEST_HOLD,
-    DeriveFunction,
-    SlowInput,
-    select_derivations,
-)
-from gsapp.decoding.grid import MAX_FILLED_PAUSE, ColumnIndex, Grid, Numbers, column_index
+from gsapp.decoding.derived_channels import DeriveFunction, SlowInput, select_derivations
+from gsapp.decoding.grid import ColumnIndex, Grid, Numbers, column_index
 from gsapp.decoding.grid_rows import GridRows, RowBatch
 from gsapp.decoding.gridder import Gridder
 from gsapp.decoding.message_stream import MessageColumns, MessageStream
+from gsapp.decoding.settings import DECODING
 from gsapp.decoding.source_selection import SourceSelector
 from gsapp.quantities import Block, FloatArray
 
-_FORGET = 4 * LONGEST_HOLD
-_LONGEST_WAIT = 2 * round(MAX_FILLED_PAUSE * 1e6)
+_FORGET = 4 * DECODING.max_hold
+_LONGEST_WAIT = 2 * round(DECODING.max_filled_pause * 1e6)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

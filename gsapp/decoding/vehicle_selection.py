@@ -16,10 +16,7 @@ from gsapp.decoding.health import (
 from gsapp.decoding.message_routes import MessageRoute
 from gsapp.decoding.messages import is_known
 from gsapp.decoding.notices import NoticeLog
-
-_AUTOPILOT_TIMEOUT = 3_000_000
-"""How long measurements of other components wait for an autopilot, us: it sends a heartbeat every
-second."""
+from gsapp.decoding.settings import DECODING
 
 
 class VehicleSelector:
@@ -75,7 +72,7 @@ class VehicleSelector:
             if component == AUTOPILOT_COMPONENT:
                 self._fly(system)
                 return True
-            if not self._undecided or host - self._undecided[0][0] <= _AUTOPILOT_TIMEOUT:
+            if not self._undecided or host - self._undecided[0][0] <= DECODING.autopilot_timeout:
                 self._undecided.append((host, data))
                 return False
             self.decide()

@@ -13,6 +13,7 @@ import numpy as np
 
 from gsapp.aircraft import Aircraft
 from gsapp.discrepancy.effect_catalog import EffectRecord
+from gsapp.discrepancy.settings import SEARCH
 from gsapp.dynamics.flight_model import MODEL_INPUTS
 from gsapp.dynamics.recorded_controls import simulate_control_path
 from gsapp.dynamics.signal_terms import (
@@ -35,13 +36,8 @@ from gsapp.identification.filter_error.sensitivity_columns import (
     SensitivityEntry,
 )
 from gsapp.quantities import FloatArray
-from gsapp.quantities.constants import DEGREE
 
 ColumnBuilder = Callable[[Linearization], SensitivityColumn | None]
-TRIAL_BACKLASH = 0.06 * DEGREE
-"""Width at which play is tried, rad: hands turn it over at every move, noise of a pot does not."""
-TRIAL_TIME_CONSTANT = 0.15
-"""Time constant of lags without a name, s."""
 _AXES = {"CX": ("CA", -1.0), "CZ": ("CN", -1.0)}
 _LOADS = {
     "X": ("CA", -1.0, ""),
@@ -140,7 +136,9 @@ def _equation_column_builder(term: Term, aircraft: Aircraft) -> ColumnBuilder:
         if term.states:
             taus = [item.default for item in term.parameters if item.name in ("tau", "lag")]
             states = tuple(
-                apply_lag(reads[0], taus[0] if taus else TRIAL_TIME_CONSTANT, found.record.dt)
+                apply_lag(
+                    reads[0], taus[0] if taus else SEARCH.trial_time_constant, found.record.dt
+                )
                 for _ in term.states
             )
         history = np.broadcast_to(
@@ -216,7 +214,7 @@ def trial_size(term: SignalTerm, signal: FloatArray, dt: float) -> float:
         return 0.85 * float(np.abs(signal).max())
     if isinstance(term, RateLimit):
         return 0.7 * float(np.abs(np.gradient(signal, dt)).max())
-    return TRIAL_BACKLASH
+    return SEARCH.trial_backlash
 
 
 def _sensor_column_builder(term: Term) -> ColumnBuilder | None:

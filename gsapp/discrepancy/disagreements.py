@@ -10,14 +10,11 @@ import numpy as np
 
 from gsapp.discrepancy.localization import ModelErrorLocation
 from gsapp.discrepancy.results import Disagreement, FlightRegion, ManeuverHistories
+from gsapp.discrepancy.settings import SEARCH
 from gsapp.quantities import FloatArray
 
-_WINDOW = 1.0
-"""Length of the stretch that is pointed out, s."""
-_MIN_SAMPLES = 10
 _CHANNELS = {"CX": "ax", "CY": "ay", "CZ": "an", "Cl": "p", "Cm": "q", "Cn": "r"}
 _DEGREES = ("alpha", "beta", "de", "da", "dr", "flap")
-_MAX_DISAGREEMENTS = 30
 
 
 def coefficient_map(
@@ -89,7 +86,7 @@ def find_disagreements(
     views = {one.id: one for one in shown}
     proven = [one for one in found if one.p_value < false_alarm and one.maneuver in views]
     told = (_locate_in_time(views[one.maneuver], one) for one in proven)
-    return tuple(islice((one for one in told if one is not None), _MAX_DISAGREEMENTS))
+    return tuple(islice((one for one in told if one is not None), SEARCH.max_disagreements))
 
 
 def _locate_in_time(view: ManeuverHistories, place: ModelErrorLocation) -> Disagreement | None:
@@ -108,10 +105,10 @@ def _locate_in_time(view: ManeuverHistories, place: ModelErrorLocation) -> Disag
     else:
         return None
     good = np.isfinite(history)
-    if good.sum() < _MIN_SAMPLES:
+    if good.sum() < SEARCH.min_samples:
         return None
     dt = float(np.median(np.diff(view.times)))
-    width = min(max(2, round(_WINDOW / dt)), len(history))
+    width = min(max(2, round(SEARCH.window / dt)), len(history))
     squares = np.where(good, history, 0.0) ** 2
     means = np.convolve(squares, np.ones(width), "valid") / np.maximum(
         np.convolve(good, np.ones(width), "valid"), 1.0

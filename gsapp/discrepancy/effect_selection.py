@@ -17,20 +17,8 @@ from numpy.typing import NDArray
 
 from gsapp.discrepancy.candidates import CandidateEffect
 from gsapp.discrepancy.screening import CandidateScreening
+from gsapp.discrepancy.settings import SEARCH
 from gsapp.quantities import FloatArray
-
-UNNAMED_EFFECT_PRIOR = 0.03
-"""Prior of each product without a name, over that of an effect of the catalog."""
-MIN_CATALOG_PROBABILITY = 0.8
-"""Probability of the catalog as a whole from which something of it is said."""
-MIN_EFFECT_PROBABILITY = 0.95
-"""Share of that probability from which one name is said, not a set."""
-LAG_DELAY_FACTOR = 0.37
-"""What a difference in gain between a lag and a delay of one signal counts for: the filter knows
-only in part how turbulence and a noisy control show through either. A gain of 16, four deviations,
-makes a name."""
-CREDIBLE_SET_MASS = 0.95
-"""Probability that the set of alternatives holds together."""
 
 DecisionKind = Literal["nothing", "name", "ambiguous", "unexplained"]
 
@@ -109,9 +97,9 @@ def select_effect(
     named = sum(float(p) for one, p in zip(competitors, evidence, strict=True) if one.named)
     if named < 0.5:
         kind: DecisionKind = "unexplained"
-    elif named < MIN_CATALOG_PROBABILITY:
+    elif named < SEARCH.min_catalog_probability:
         kind = "unexplained"
-    elif best.named and evidence[order[0]] >= MIN_EFFECT_PROBABILITY * named:
+    elif best.named and evidence[order[0]] >= SEARCH.min_effect_probability * named:
         kind = "name"
     else:
         kind = "ambiguous"
@@ -131,7 +119,7 @@ def posterior_probabilities(competitors: Sequence[CandidateEffect], gain: FloatA
 
 
 def _discount_lag_delay(competitors: Sequence[CandidateEffect], gain: FloatArray) -> FloatArray:
-    """Return gains in which a lag and a delay of one signal differ by less (`LAG_DELAY_FACTOR`)."""
+    """Return gains with those of a lag and a delay of one signal brought closer together."""
     places = {one.id: place for place, one in enumerate(competitors)}
     eased = gain.copy()
     for name, place in places.items():
@@ -139,13 +127,15 @@ def _discount_lag_delay(competitors: Sequence[CandidateEffect], gain: FloatArray
         other = places.get(f"{signal}.delay")
         if kind == "lag" and other is not None:
             low, high = sorted((place, other), key=lambda one: float(gain[one]))
-            eased[low] = gain[high] - LAG_DELAY_FACTOR * (gain[high] - gain[low])
+            eased[low] = gain[high] - SEARCH.lag_delay_factor * (gain[high] - gain[low])
     return eased
 
 
 def log_priors(competitors: Sequence[CandidateEffect]) -> FloatArray:
     """Return the logarithm of each candidate's prior."""
-    return np.array([0.0 if one.named else math.log(UNNAMED_EFFECT_PRIOR) for one in competitors])
+    return np.array(
+        [0.0 if one.named else math.log(SEARCH.unnamed_effect_prior) for one in competitors]
+    )
 
 
 def _credible_set(
@@ -155,6 +145,6 @@ def _credible_set(
     for place in order:
         chosen.append(competitors[int(place)])
         total += float(evidence[int(place)])
-        if total >= CREDIBLE_SET_MASS:
+        if total >= SEARCH.credible_set_mass:
             break
     return tuple(chosen)

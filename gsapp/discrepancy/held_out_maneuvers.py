@@ -9,6 +9,7 @@ import numpy as np
 
 from gsapp.discrepancy.results import ChannelGap, Gap, ManeuverHistories
 from gsapp.discrepancy.screening import CandidateScreening, candidate_columns
+from gsapp.discrepancy.settings import SEARCH
 from gsapp.dynamics.equations import POLAR_STATES
 from gsapp.dynamics.flight_model import FlightModel
 from gsapp.dynamics.model import Model
@@ -27,10 +28,6 @@ from gsapp.identification.filter_error.motion_linearization import bias_sensitiv
 from gsapp.identification.filter_error.noise_model import NoiseModel, sample_variance
 from gsapp.identification.statistics import response_fit
 from gsapp.quantities import FloatArray
-
-_CUTOFF = 3.0
-"""Of the smoothing, Hz: above the modes of the aircraft."""
-_PROBE = 4000
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -53,7 +50,7 @@ def compute_missing_coefficients(
     record: ManeuverRecord, models: Sequence[Model], noise: NoiseModel, coefficients: Sequence[str]
 ) -> MissingCoefficients:
     """Return measured minus modeled coefficients under each model, smoothed alike."""
-    found = reconstruct_coefficients(record.maneuver, motion=record.motion, cutoff=_CUTOFF)
+    found = reconstruct_coefficients(record.maneuver, motion=record.motion, cutoff=SEARCH.cutoff)
     aircraft = record.maneuver.aircraft
     bare = flight_model_without_aero(aircraft)
     histories = []
@@ -93,7 +90,7 @@ def _noise_floors(
     record: ManeuverRecord, found: Coefficients, model: Model, noise: NoiseModel
 ) -> dict[str, float]:
     """Return what the noise of instruments alone makes of each missing coefficient."""
-    random = np.random.default_rng(0).standard_normal((_PROBE, 1))
+    random = np.random.default_rng(0).standard_normal((SEARCH.noise_samples, 1))
     smooth = float(np.std(found.smoother.smooth(random)))
     slope = float(np.std(found.smoother.smooth(found.smoother.differentiate(random))))
     maneuver = record.maneuver
@@ -130,13 +127,9 @@ def _noise_floors(
     }
 
 
-_SETTLING_PASSES = 2
-_STILL_AIR_INTENSITY = 1e-12
-"""Intensity of turbulence with which the filter only simulates."""
 _NO_CONTROL_NOISE = (0.0,) * len(CONTROLS)
 """Noise of measured controls with which it does so too."""
 _CONDITIONS = ("alpha", "beta", "V", "throttle", "de", "da", "dr", "flap")
-_TOLERANCE = 3.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -180,8 +173,8 @@ class HeldOutManeuvers:
         still = {
             flight: replace(
                 one,
-                gust_intensities=(_STILL_AIR_INTENSITY,) * 3,
-                moment_intensity=_STILL_AIR_INTENSITY,
+                gust_intensities=(SEARCH.still_air_intensity,) * 3,
+                moment_intensity=SEARCH.still_air_intensity,
                 control_intensities=_NO_CONTROL_NOISE,
             )
             for flight, one in noise.items()
@@ -326,7 +319,7 @@ def _refit_motion(
         old = states.get(one.record.id)
         if old is not None:
             one.motion = old.motion
-    for _ in range(_SETTLING_PASSES):
+    for _ in range(SEARCH.linearization_passes):
         new.linearize()
         new.update_motion()
     return new
@@ -365,7 +358,8 @@ def _channel_gap(held: HeldOutManeuvers, name: str, last: int) -> ChannelGap:
     floor = float(np.sqrt(np.mean(np.square(floors))))
     fits = [response_fit(shown, np.concatenate(one)) for one in computed]
     within = [
-        float(np.mean(np.abs(shown - np.concatenate(one)) < _TOLERANCE * floor)) for one in computed
+        float(np.mean(np.abs(shown - np.concatenate(one)) < SEARCH.floor_ratio * floor))
+        for one in computed
     ]
     return ChannelGap(
         before=fits[0].rms,

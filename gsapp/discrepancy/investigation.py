@@ -33,6 +33,7 @@ from gsapp.discrepancy.search_stages import (
     remove_misnamed_effects,
 )
 from gsapp.discrepancy.settings import (
+    SEARCH,
     DiscrepancySettings,
     SearchProgress,
     SearchProgressCallback,
@@ -46,20 +47,6 @@ from gsapp.identification.filter_error.filter_error_fit import FilterErrorFit
 from gsapp.identification.filter_error.maneuver_record import ManeuverRecord, create_maneuver_record
 from gsapp.identification.filter_error.noise_tuning import ActivityCallback, fit_to_convergence
 from gsapp.identification.maneuver import Maneuver
-
-_REVERSAL_TOLERANCE = 0.15
-"""A scale this near to -1 is a reversed axis."""
-_PASSES = 4
-_CONTENDERS = 3
-_MIN_MISFIT_FOR_SIGN_CHECK = 1.2
-"""Mean square of the innovations from which turned and swapped instruments are looked for first."""
-_CONTENDER_MAX_GAP = 16.0
-"""Candidates within this gain of the best are fitted fully before a name is said."""
-_MIN_GAIN_SHARE = 0.25
-"""Share of the gain that its column promises, that the full fit of an effect must show, unless it
-shows as much as chance does not reach: far from neutral columns promise too much."""
-_MAX_PASSES_FAR_START = 12
-"""Passes of a fit that starts from a motion seen by turned or swapped instruments."""
 
 
 class Investigation:
@@ -243,7 +230,7 @@ class _Search:
 
         No model explains flights that were recorded so; named later, others would come first.
         """
-        if baseline.screening.misfit < _MIN_MISFIT_FOR_SIGN_CHECK:
+        if baseline.screening.misfit < SEARCH.sign_check_misfit:
             return []
         stages = [baseline]
         for remark in self._of.instruments(self._tick, try_signs=True):
@@ -280,8 +267,8 @@ class _Search:
             place
             for place in screening.ranking
             if screening.candidates[place].named
-            and screening.gain[place] > best - _CONTENDER_MAX_GAP
-        ][:_CONTENDERS]
+            and screening.gain[place] > best - SEARCH.max_contender_gap
+        ][: SEARCH.max_contenders]
         if len(near) < 2:
             return decision
         gain = screening.gain.copy()
@@ -332,7 +319,11 @@ class _Search:
         free = (*fit.free, *((f"{one.id}.{one.parameter}",) if one.parameter else ()))
         new = fit.with_model(model, free)
         fit_to_convergence(
-            new, _PASSES if screening else _MAX_PASSES_FAR_START, self._tick, doing, fresh=True
+            new,
+            SEARCH.effect_passes if screening else SEARCH.max_passes_far_start,
+            self._tick,
+            doing,
+            fresh=True,
         )
         return new
 
@@ -357,13 +348,15 @@ class _Search:
         if (
             one.id.startswith("sensor.")
             and one.id.endswith(".scale")
-            and abs(fit.values[f"{one.id}.scale"] + 1.0) < _REVERSAL_TOLERANCE
+            and abs(fit.values[f"{one.id}.scale"] + 1.0) < SEARCH.reversal_tolerance
         ):
             effect = one.id.removesuffix(".scale") + ".reversed"
             model = fit.revised_model().without_effect(one.id).with_effect(effect)
             one = _to_candidate(effect, self._of.aircraft)
             fit = fit.with_model(model, last.fit.free)
-            fit_to_convergence(fit, _PASSES, self._tick, f"fitting the model with: {one.title}")
+            fit_to_convergence(
+                fit, SEARCH.effect_passes, self._tick, f"fitting the model with: {one.title}"
+            )
         number = len(fit.model.effects)
         parent = last.fit.model
         fit.model = fit.model.model_copy(
@@ -420,7 +413,8 @@ def _check_gain(
     promised = float(last.decision.gain[last.screening.index(one.id)])
     gained = last.fit.deviance() - fit.deviance()
     if gained < min(
-        _MIN_GAIN_SHARE * promised, detection_threshold(false_alarm, last.screening.candidates)
+        SEARCH.min_gain_share * promised,
+        detection_threshold(false_alarm, last.screening.candidates),
     ):
         raise FlightError(f"{one.id}: {gained:.0f} gained in the full fit, not {promised:.0f}")
 

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from gsapp.discrepancy.settings import SEARCH
 from gsapp.dynamics.flight_model import FlightModel
 from gsapp.dynamics.model import Model
 from gsapp.foundation import FlightError
@@ -13,12 +14,6 @@ from gsapp.identification.maneuver import Maneuver
 from gsapp.identification.motion import measured_motion
 from gsapp.quantities import FloatArray
 from gsapp.quantities.constants import GRAVITY
-
-_MAX_LEVEL_ERROR = 0.5
-"""Share of the measured normal force by which a model of this aircraft may be off."""
-_RESPONSE_RATIO_RANGE = (0.55, 1.8)
-"""By how much it may answer what the pilot does, where the level is off by more: a vane may be
-mounted askew, or show far too much."""
 
 
 def check_model_match(model: Model, maneuvers: Sequence[Maneuver]) -> None:
@@ -59,10 +54,10 @@ def check_model_match(model: Model, maneuvers: Sequence[Maneuver]) -> None:
     off = float(np.median(np.abs(given - flown)))
     usual = float(np.median(np.abs(flown)))
     if (
-        not off <= _MAX_LEVEL_ERROR * usual
-        and not _RESPONSE_RATIO_RANGE[0]
+        not off <= SEARCH.max_level_error * usual
+        and not SEARCH.response_ratio_range[0]
         < _response_ratio(measured, modeled)
-        < _RESPONSE_RATIO_RANGE[1]
+        < SEARCH.response_ratio_range[1]
     ):
         raise FlightError(
             f"the model '{model.name}' seems to be of another aircraft: in these maneuvers it "

@@ -7,14 +7,13 @@ from collections.abc import Sequence
 from gsapp.aircraft import Aircraft
 from gsapp.discrepancy.effect_catalog import excluded_effects
 from gsapp.discrepancy.search_checks import moving_inputs
+from gsapp.discrepancy.settings import SEARCH
 from gsapp.foundation.name_suggestions import format_names
 from gsapp.identification.maneuver import Maneuver
 from gsapp.quantities import channel
 
 _NAMED = 3
 """Effects named in a sentence; the others are counted."""
-_SAME_CG = 2.0
-"""A CG that differs less than this, mm, makes no difference that a search would see."""
 _NEEDS = "needs "
 """How the catalog begins a reason that lies in the record, not in the effect."""
 
@@ -31,7 +30,7 @@ def record_remarks(maneuvers: Sequence[Maneuver], aircraft: Aircraft) -> tuple[s
 def _cg_remarks(maneuvers: Sequence[Maneuver]) -> list[str]:
     """Return what another CG than the aircraft file's means for moments."""
     ahead = [1e3 * one.cg_shift[0] for one in maneuvers]
-    if not ahead or max(map(abs, ahead)) < _SAME_CG:
+    if not ahead or max(map(abs, ahead)) < SEARCH.cg_tolerance:
         return []
     mean = sum(ahead) / len(ahead)
     found = [
@@ -39,7 +38,7 @@ def _cg_remarks(maneuvers: Sequence[Maneuver]) -> list[str]:
         "moments are about the CG as flown, those of a model about the file's"
     ]
     apart = max(ahead) - min(ahead)
-    if apart >= _SAME_CG:
+    if apart >= SEARCH.cg_tolerance:
         found.append(
             f"the maneuvers were flown with CGs up to {apart:.0f} mm apart: this alone may "
             "explain differences in moments; search flights of one loading separately"

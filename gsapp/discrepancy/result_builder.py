@@ -37,17 +37,14 @@ from gsapp.discrepancy.results import (
 )
 from gsapp.discrepancy.screening import CandidateScreening
 from gsapp.discrepancy.search_stages import SearchStage
-from gsapp.discrepancy.verdict_text import MAX_CONFIDENCE, explain_verdict, find_alternatives
+from gsapp.discrepancy.settings import SEARCH
+from gsapp.discrepancy.verdict_text import explain_verdict, find_alternatives
 from gsapp.dynamics.buildup import derivative_names
 from gsapp.dynamics.model import Model
 from gsapp.dynamics.terms import create_term
 from gsapp.identification.filter_error.filter_error_fit import FilterErrorFit
 from gsapp.identification.maneuver import Maneuver
 from gsapp.quantities import FloatArray
-
-_FALSE_ALARM = 0.003
-_MIN_RELATIVE_CHANGE = 0.01
-"""Differences below this share of a value are within what any model is good for."""
 
 
 def find_changed_values(model: Model | None, fit: FilterErrorFit) -> dict[str, ChangedValue]:
@@ -67,24 +64,18 @@ def find_changed_values(model: Model | None, fit: FilterErrorFit) -> dict[str, C
     own = covariance[np.ix_(places, places)]
     after = np.array([fit.values[name] for name in names])
     before = np.array([model.derivative(name) for name in names])
-    own = own + np.diag((_MIN_RELATIVE_CHANGE * before) ** 2)
+    own = own + np.diag((SEARCH.min_relative_change * before) ** 2)
     moved = after - before
     together = float(moved @ np.linalg.solve(own, moved))
-    if chi2.sf(together, len(names)) > _FALSE_ALARM:
+    if chi2.sf(together, len(names)) > SEARCH.change_significance:
         return {}
     std = np.sqrt(own.diagonal())
-    least = float(norm.isf(0.5 * _FALSE_ALARM / len(names)))
+    least = float(norm.isf(0.5 * SEARCH.change_significance / len(names)))
     return {
         name: ChangedValue(before=float(old), after=float(new), std=float(bound))
         for name, old, new, bound in zip(names, before, after, std, strict=True)
         if abs(new - old) > least * bound
     }
-
-
-_MIN_ALIAS_COSINE = 0.7
-_MOST_ALIASES = 4
-VISIBLE_SIGMA = 5.0
-"""Deviations from which an effect of a usual size counts as one that can be seen."""
 
 
 def compute_observability(
@@ -108,14 +99,14 @@ def compute_observability(
                     (name, float(table[name]))
                     for name in ids
                     if name != one.id
-                    and abs(table[name]) > _MIN_ALIAS_COSINE
+                    and abs(table[name]) > SEARCH.min_alias_cosine
                     and np.isfinite(screening.std[screening.index(name)])
                 ),
                 key=lambda pair: -abs(pair[1]),
             )
-            aliases = tuple(alike[:_MOST_ALIASES])
+            aliases = tuple(alike[: SEARCH.max_aliases])
         lore = find_effect(one.id)
-        fly = lore.separated_by if aliases or sigma < VISIBLE_SIGMA else ""
+        fly = lore.separated_by if aliases or sigma < SEARCH.visible_sigma else ""
         rows.append(
             Observability(
                 effect=one.id,
@@ -138,16 +129,6 @@ def compute_observability(
 
 
 _REPORTED = ("CX", "CY", "CZ", "Cl", "Cm", "Cn")
-_STRONG_GAIN_RATIO = 3.0
-"""Over the threshold, times: a gain that chance does not explain."""
-_CONTRADICTION_SIGMAS = 4.0
-"""So many deviations below what is to be expected, maneuvers kept out contradict an effect."""
-_MAX_RANKED = 12
-"""Candidates of a ranking that are told."""
-_MIN_OBSERVABLE_SHARE = 0.1
-"""Share of the catalog that flights must be able to show before a model is called adequate."""
-_MIN_GUST_RMS = 0.05
-"""Turbulence below this (m/s) is still air."""
 
 
 def validate_on_held_out(
@@ -179,7 +160,9 @@ def validate_on_held_out(
         apart = held.prediction_distance(len(kept) - 2, len(kept) - 1)
         if not is_contradicted(gain, found, share, least, apart):
             break
-        kind: DecisionKind = "unexplained" if found > _STRONG_GAIN_RATIO * least else "nothing"
+        kind: DecisionKind = (
+            "unexplained" if found > SEARCH.strong_gain_ratio * least else "nothing"
+        )
         kept = [*kept[:-2], replace(before, decision=replace(before.decision, kind=kind))]
         held = against(kept)
     return kept, held
@@ -206,7 +189,7 @@ def is_contradicted(gain: float, found: float, share: float, least: float, apart
     # As many maneuvers of this kind as named it would leave too little,
     undone = found + 2.0 * gain / share < least
     # or an effect of its size would have shown: its gain there has this mean and this deviation.
-    return undone or gain < 0.5 * apart - _CONTRADICTION_SIGMAS * math.sqrt(apart)
+    return undone or gain < 0.5 * apart - SEARCH.contradiction_sigmas * math.sqrt(apart)
 
 
 def build_result(
@@ -334,10 +317,12 @@ def _found_effect(
         else 0.0
     )
     if after.proven:
-        confidence = MAX_CONFIDENCE
+        confidence = SEARCH.max_confidence
     else:
         confidence = (
-            MAX_CONFIDENCE * float(evidence[own]) if own is not None and not after.forced else 0.0
+            SEARCH.max_confidence * float(evidence[own])
+            if own is not None and not after.forced
+            else 0.0
         )
     return FoundEffect(
         effect=effect,
@@ -362,7 +347,7 @@ def _ranking(
         if decision.kind != "nothing"
         else posterior_probabilities(screening.candidates, screening.gain)
     )
-    order = np.lexsort((-decision.gain, -evidence))[:_MAX_RANKED]
+    order = np.lexsort((-decision.gain, -evidence))[: SEARCH.max_ranked]
     outside = held.candidate_gains(number, screening, [int(place) for place in order])
     return tuple(
         RankedCandidate(
@@ -395,8 +380,12 @@ def _verdict(
         return "effects-found"
     if values:
         return "values-wrong"
-    able = [one.sigma >= VISIBLE_SIGMA for one in seen if one.effect_class != "C"]
-    return "model-adequate" if sum(able) >= _MIN_OBSERVABLE_SHARE * len(able) else "not-observable"
+    able = [one.sigma >= SEARCH.visible_sigma for one in seen if one.effect_class != "C"]
+    return (
+        "model-adequate"
+        if sum(able) >= SEARCH.min_observable_share * len(able)
+        else "not-observable"
+    )
 
 
 def _disturbance(fit: FilterErrorFit) -> dict[str, float]:
@@ -408,6 +397,6 @@ def _disturbance(fit: FilterErrorFit) -> dict[str, float]:
         found.append(np.sqrt(np.mean([size**2 for size in rms.values()])))
     gust: FloatArray = np.array(found)
     mean = float(np.sqrt(np.mean(gust**2)))
-    if mean < _MIN_GUST_RMS:
+    if mean < SEARCH.min_gust_rms:
         return {}
     return {"gust": mean, "gust_std": float(np.std(gust) / np.sqrt(len(gust)))}

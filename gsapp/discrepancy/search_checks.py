@@ -9,6 +9,7 @@ import numpy as np
 from gsapp.aircraft import Aircraft
 from gsapp.discrepancy.effect_catalog import all_effects, excluded_effects, find_effect
 from gsapp.discrepancy.results import InstrumentRemark
+from gsapp.discrepancy.settings import SEARCH
 from gsapp.foundation import FlightError
 from gsapp.identification.compatibility import (
     CompatibilitySettings,
@@ -17,10 +18,6 @@ from gsapp.identification.compatibility import (
 )
 from gsapp.identification.maneuver import Maneuver
 from gsapp.identification.stuck_channels import check_sample_count
-
-_MAX_MANEUVERS = 6
-"""Maneuvers that the check takes: errors of instruments are common to all."""
-_MAX_ITERATIONS = 8
 
 
 def check_instruments(
@@ -35,9 +32,9 @@ def check_instruments(
         Whether reversed and exchanged axes are looked for: most of the work, and of no use where a
         model explains the flights down to the noise.
     """
-    settings = CompatibilitySettings(try_signs=try_signs, iterations=_MAX_ITERATIONS)
+    settings = CompatibilitySettings(try_signs=try_signs, iterations=SEARCH.max_check_iterations)
     flown = sorted(maneuvers, key=lambda one: (one.flight, one.block.times[0]))
-    every = -(-len(flown) // _MAX_MANEUVERS)
+    every = -(-len(flown) // SEARCH.max_checked_maneuvers)
     try:
         found = check_compatibility(flown[::every], settings=settings)
     except FlightError as error:
@@ -70,8 +67,6 @@ def _effect(verdict: InstrumentVerdict) -> str:
     return next((name for name in names if name in known), "")
 
 
-MIN_MANEUVERS = 4
-"""Maneuvers: three to learn from and one to judge by."""
 _NEEDED = ("alpha", "q", "an")
 _MIN_INPUT_RANGE = {"de": 0.01, "da": 0.01, "dr": 0.01, "flap": 0.05, "throttle": 0.08}
 """Ranges (rad; throttle 0 to 1) over all maneuvers from which an input counts as moved."""
@@ -90,13 +85,13 @@ def check_maneuvers(maneuvers: Sequence[Maneuver], aircraft: Aircraft) -> None:
     if len(maneuvers) == 1:
         raise FlightError(
             f"only one maneuver ({maneuvers[0].id} of '{maneuvers[0].flight}'): an effect could "
-            f"not be validated on another; fly at least {MIN_MANEUVERS}, doublets on each "
+            f"not be validated on another; fly at least {SEARCH.min_maneuvers}, doublets on each "
             "surface, at two speeds"
         )
-    if len(maneuvers) < MIN_MANEUVERS:
+    if len(maneuvers) < SEARCH.min_maneuvers:
         raise FlightError(
             f"{len(maneuvers)} maneuvers are too few to hold any out; fly at least "
-            f"{MIN_MANEUVERS}, better 16: doublets on each surface, small and large, at two "
+            f"{SEARCH.min_maneuvers}, better 16: doublets on each surface, small and large, at two "
             "speeds"
         )
     for one in maneuvers:

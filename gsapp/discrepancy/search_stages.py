@@ -9,18 +9,17 @@ import numpy as np
 
 from gsapp.discrepancy.effect_selection import EffectDecision
 from gsapp.discrepancy.screening import CandidateScreening
+from gsapp.discrepancy.settings import SEARCH
 from gsapp.dynamics.model import Model, load_model
 from gsapp.identification.axes import axis_derivatives
 from gsapp.identification.filter_error.filter_error_fit import FilterErrorFit
 from gsapp.identification.filter_error.maneuver_record import ManeuverRecord
 from gsapp.identification.filter_error.noise_tuning import (
-    NOISE_ROUNDS,
     ActivityCallback,
     fit_to_convergence,
     select_noise_correlation,
 )
-
-_MAX_PASSES = 5
+from gsapp.identification.filter_error.settings import FILTER_ERROR
 
 
 def free_parameters(model: Model, fitted: bool) -> tuple[str, ...]:
@@ -47,17 +46,9 @@ def fit_baseline(
     start = initial_model() if model is None else model
     fit = FilterErrorFit.create(records, start, free_parameters(start, model is None))
     fit_to_convergence(fit, 2, tick, "fitting the current model", fresh=True)
-    select_noise_correlation(fit, NOISE_ROUNDS)
-    fit_to_convergence(fit, _MAX_PASSES - 2, tick, "fitting the current model")
+    select_noise_correlation(fit, FILTER_ERROR.noise_rounds)
+    fit_to_convergence(fit, SEARCH.max_passes - 2, tick, "fitting the current model")
     return fit
-
-
-_MAX_UNEXPLAINED_SHARE = 0.15
-"""Share of its own gain that a name may leave to structure without one."""
-_MIN_EQUIVALENCE_COSINE = 0.95
-"""Cosine from which two effects explain the same, so that either can stand for both."""
-_MAX_EFFECTS_PER_TARGET = 3
-"""So many names for one coefficient are none."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -103,7 +94,7 @@ def equivalent_effects_of(stage: SearchStage) -> tuple[str, ...]:
         return ()
     cosines = np.abs(stage.screening.cosines(decision.best.id))
     ids = tuple(one.id for one in decision.alternatives)
-    alike = all(cosines[stage.screening.index(one)] >= _MIN_EQUIVALENCE_COSINE for one in ids)
+    alike = all(cosines[stage.screening.index(one)] >= SEARCH.min_equivalence_cosine for one in ids)
     return ids if alike else ()
 
 
@@ -127,7 +118,7 @@ def remove_misnamed_effects(stages: Sequence[SearchStage], forced: int) -> list[
             break
         left = float(last.decision.gain.max())
         explained = float(before.decision.gain.max())
-        if left < _MAX_UNEXPLAINED_SHARE * explained or not _is_same_target(
+        if left < SEARCH.max_unexplained_share * explained or not _is_same_target(
             last.added, last.decision.best.id
         ):
             break
@@ -145,7 +136,8 @@ def _first_crowded_stage(stages: Sequence[SearchStage]) -> int:
         if number and not one.forced and one.added.split(".")[0] != "sensor":
             places.setdefault(one.added.split(".")[1], []).append(number)
     return min(
-        (found[0] for found in places.values() if len(found) >= _MAX_EFFECTS_PER_TARGET), default=0
+        (found[0] for found in places.values() if len(found) >= SEARCH.max_effects_per_target),
+        default=0,
     )
 
 

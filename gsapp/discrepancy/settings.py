@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Final
 
 from gsapp.dynamics.model import Model
 from gsapp.foundation import GroundStationError
+from gsapp.quantities.constants import DEGREE
 
 
 class SearchStoppedError(GroundStationError):
@@ -57,3 +59,79 @@ class SearchProgress:
 
 SearchProgressCallback = Callable[[SearchProgress], bool | None]
 """Called often; returning False stops the search with `SearchStoppedError`."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class DiscrepancyAlgorithmSettings:
+    """Engineering choices, tuned and checked by `tests/bench/discrepancy.py`."""
+
+    # Before the search.
+    min_maneuvers: int = 4  # Maneuvers: three to learn from and one to judge by.
+    max_checked_maneuvers: int = 6  # Instrument errors are common to all maneuvers.
+    max_check_iterations: int = 8  # Gauss-Newton steps of the check.
+    max_level_error: float = 0.5  # Of the normal force: share that a model may be off.
+    response_ratio_range: tuple[float, float] = (0.55, 1.8)
+    """Of computed to measured response, where the level is off by more: a vane may be mounted
+    askew, or show far too much."""
+
+    # Candidates.
+    trial_backlash: float = 0.06 * DEGREE
+    """Width of play that is tried, rad: larger than noise of a potentiometer."""
+    trial_time_constant: float = 0.15  # Time constant of lags without a name, s.
+    mode_frequencies: tuple[float, float, float, float] = (3.0, 4.5, 6.7, 10.0)
+    """Hz: structural modes at the accelerometers."""
+    mode_damping: float = 0.15  # Damping ratio of these modes: reaches their neighbors too.
+
+    # Search.
+    max_passes: int = 5  # Of the fit of the current model: two before its noise is known.
+    max_unexplained_share: float = 0.15  # Of its gain that a name may leave to the unnamed.
+    min_equivalence_cosine: float = 0.95  # From it two effects explain the same.
+    max_effects_per_target: int = 3  # So many names for one coefficient are none.
+    reversal_tolerance: float = 0.15  # A scale this near to -1 is a reversed axis.
+    effect_passes: int = 4  # Passes of a fit with an effect more.
+    max_contenders: int = 3  # Candidates that are fitted fully before a name is said ...
+    max_contender_gap: float = 16.0  # ... within this gain of the best.
+    sign_check_misfit: float = 1.2  # Mean square of innovations for a check of signs first.
+    min_gain_share: float = 0.25
+    """Of the gain that its column promises: the full fit of an effect must show as much, unless
+    chance does not reach it; far from neutral, columns promise too much."""
+    max_passes_far_start: int = 12  # Of a fit that starts from reversed instruments.
+
+    # Names.
+    unnamed_effect_prior: float = 0.03  # Of each unnamed product over a catalog effect.
+    min_catalog_probability: float = 0.8  # Of the catalog as a whole, to name any of it.
+    min_effect_probability: float = 0.95  # Share of that, to name one effect, not a set.
+    lag_delay_factor: float = 0.37
+    """Weight of a difference in gain between a lag and a delay of one signal: the filter knows
+    only in part how turbulence and a noisy control show through either. A gain of 16, four
+    deviations, makes a name."""
+    credible_set_mass: float = 0.95  # Probability that the set of alternatives holds together.
+    max_confidence: float = 0.95  # The cause may be in no catalog and look like one that is.
+
+    # Disagreements.
+    window: float = 1.0  # Length of the stretch that is pointed out, s.
+    min_samples: int = 10  # Samples that a disagreement takes.
+    max_disagreements: int = 30  # Disagreements that are listed.
+
+    # Maneuvers held out.
+    cutoff: float = 3.0  # Of the smoothing, Hz: above the modes of the aircraft.
+    noise_samples: int = 4000  # Random numbers that tell what smoothing leaves of noise.
+    linearization_passes: int = 2  # Linearizations about the motion under a new model.
+    still_air_intensity: float = 1e-12  # Turbulence with which the filter only simulates.
+    floor_ratio: float = 3.0  # Times the noise floor within which a model explains a sample.
+
+    # Result.
+    cg_tolerance: float = 2.0  # mm: no search would see a smaller shift.
+    change_significance: float = 0.003  # Chance of reporting values that did not change.
+    min_relative_change: float = 0.01  # Smaller changes are within any model's accuracy.
+    min_alias_cosine: float = 0.7  # Cosine from which an effect is listed as an alias.
+    max_aliases: int = 4  # Aliases that are listed.
+    visible_sigma: float = 5.0  # Deviations from which an effect of usual size is visible.
+    strong_gain_ratio: float = 3.0  # Times the threshold: chance does not explain it.
+    contradiction_sigmas: float = 4.0  # Below expectation on maneuvers held out.
+    max_ranked: int = 12  # Candidates of a ranking that are told.
+    min_observable_share: float = 0.1  # Of the catalog, to call a model adequate.
+    min_gust_rms: float = 0.05  # Turbulence below this (m/s) is still air.
+
+
+SEARCH: Final = DiscrepancyAlgorithmSettings()

@@ -11,7 +11,8 @@ from itertools import combinations_with_replacement
 import numpy as np
 from scipy.signal import lfilter
 
-from gsapp.discrepancy.candidates import TRIAL_TIME_CONSTANT, CandidateEffect, ColumnBuilder
+from gsapp.discrepancy.candidates import CandidateEffect, ColumnBuilder
+from gsapp.discrepancy.settings import SEARCH
 from gsapp.dynamics.buildup import LATERAL_COEFFICIENTS
 from gsapp.dynamics.signal_terms import apply_lag
 from gsapp.dynamics.terms import COEFFICIENTS
@@ -35,10 +36,6 @@ _CUBIC_TERMS = (
 )
 VIBRATING_CHANNELS = ("ax", "ay", "an")
 """Instruments that the structure shakes."""
-_MODES = (3.0, 4.5, 6.7, 10.0)
-"""Frequencies (Hz) at which the structure that carries accelerometers may ring."""
-_MODE_DAMPING = 0.15
-"""Damping ratio with which it is tried: neighbors of these frequencies are reached too."""
 
 
 def unnamed_candidates(
@@ -65,7 +62,7 @@ def unnamed_candidates(
     found += [
         _structural_mode_candidate(channel, mode)
         for channel in VIBRATING_CHANNELS
-        for mode in _MODES
+        for mode in SEARCH.mode_frequencies
     ]
     return tuple(found)
 
@@ -142,7 +139,7 @@ def _lag_candidate(target: str, variable: str, *, has_present: bool) -> Candidat
 
     def make(found: Linearization) -> SensitivityColumn:
         signal = found.variables[variable]
-        late = apply_lag(signal, TRIAL_TIME_CONSTANT, found.record.dt)
+        late = apply_lag(signal, SEARCH.trial_time_constant, found.record.dt)
         return (SensitivityEntry(target=target, history=signal - late if has_present else late),)
 
     name = variable.removesuffix("_hat")
@@ -164,7 +161,7 @@ def _structural_mode_candidate(channel: str, frequency: float) -> CandidateEffec
 def _mode_response(signal: FloatArray, frequency: float, dt: float) -> FloatArray:
     """Return what a lightly damped mode adds that changes of a signal shake, at rest before."""
     omega = 2.0 * np.pi * frequency
-    pole = np.exp(complex(-_MODE_DAMPING, np.sqrt(1.0 - _MODE_DAMPING**2)) * omega * dt)
+    pole = np.exp(complex(-SEARCH.mode_damping, np.sqrt(1.0 - SEARCH.mode_damping**2)) * omega * dt)
     return np.asarray(
         lfilter(np.array([1.0, -1.0]) * omega * dt, [1.0, -2.0 * pole.real, abs(pole) ** 2], signal)
     )

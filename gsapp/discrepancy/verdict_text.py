@@ -41,8 +41,6 @@ def find_alternatives(
     return tuple(found)
 
 
-MAX_CONFIDENCE = 0.95
-"""No name is said with more: what is in no catalog may look like an effect that is."""
 _RESCALING_EFFECTS = (
     (("Cm_alpha", "Cm_q", "Cm_de"), "mass.inertia.iyy", 1.0),
     (("Cl_beta", "Cl_p", "Cl_r", "Cl_da"), "mass.inertia.ixx", 1.0),

@@ -13,9 +13,7 @@ from typing import NamedTuple
 from gsapp.aircraft import Aircraft
 from gsapp.dynamics.arithmetic import Value, array_namespace
 from gsapp.dynamics.atmosphere import SEA_LEVEL_DENSITY
-
-_SPOOL_DOWN = 1.0
-"""Time constant of a fan whose engine was stopped, s."""
+from gsapp.dynamics.settings import SIMULATION
 
 
 def thrust(aircraft: Aircraft, throttle: Value, rho: Value, V: Value) -> Value:
@@ -76,7 +74,7 @@ class Engines:
         self._aircraft = aircraft
         lag = aircraft.propulsion.lag
         self._share = 1.0 - math.exp(-dt / lag) if lag > 0.0 else 1.0
-        self._stopping = math.exp(-dt / _SPOOL_DOWN)
+        self._stopping = math.exp(-dt / SIMULATION.spool_down_time)
         self._left = self._right = throttle if running else 0.0
         self._spin = 1.0 if running else 0.0
         self._running = running

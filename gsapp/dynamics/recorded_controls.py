@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.ndimage import uniform_filter1d
 
+from gsapp.dynamics.settings import SIMULATION
 from gsapp.dynamics.signal_terms import (
     Backlash,
     PathResponse,
@@ -20,9 +21,6 @@ from gsapp.dynamics.signal_terms import (
     path_response,
 )
 from gsapp.quantities import FloatArray
-
-SMOOTHING_TIME = 0.1
-"""Seconds over which a record is averaged for a play: shorter than any hand's move."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,7 +43,7 @@ class _SmoothedBacklash:
 
 
 def _smooth(history: FloatArray, dt: float) -> FloatArray:
-    half = round(0.5 * SMOOTHING_TIME / dt)
+    half = round(0.5 * SIMULATION.control_smoothing / dt)
     return np.asarray(uniform_filter1d(history, 2 * half + 1, axis=0, mode="nearest"))
 
 

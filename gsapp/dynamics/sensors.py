@@ -22,6 +22,7 @@ from gsapp.dynamics.arithmetic import Value, array_namespace, clip
 from gsapp.dynamics.dual import Dual
 from gsapp.dynamics.equations import POLAR_STATES, angular_accelerations
 from gsapp.dynamics.flight_model import MODEL_INPUTS, FlightModel, ModelEvaluation, ModelJacobian
+from gsapp.dynamics.settings import SIMULATION
 from gsapp.foundation import UnknownNameError
 from gsapp.quantities import FloatArray
 
@@ -35,8 +36,6 @@ OUTPUTS = (
 """What `OutputModel` can predict."""
 _AIR_DATA = frozenset(("V", "qbar"))
 _ACCELERATIONS = frozenset(("ax", "ay", "an"))
-_SWIVEL_ROUNDS = 5
-"""Rounds of `flow_at_cg` for a swivel head; each leaves about a hundredth of the error."""
 
 
 def velocity_at(position: Vector, flow: Vector, rates: Vector) -> Vector:
@@ -133,7 +132,7 @@ def flow_at_cg(
     steady = attack * ahead - under
     sunk = steady + down
     flank = slip
-    for _ in range(1 if fin.kind == "fixed" else _SWIVEL_ROUNDS):
+    for _ in range(1 if fin.kind == "fixed" else SIMULATION.swivel_iterations):
         drift = flank * before - beside
         pushed = drift + across
         square = 1.0 + attack * attack + flank * flank

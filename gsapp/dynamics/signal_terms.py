@@ -5,7 +5,7 @@ another. They exist in two forms that agree for signals slow against the sample 
 
 - *continuous*, as every term: states with rates, so that a path can be integrated together with
   the aircraft. Delay is a second-order Pade fraction there, and edges (backlash, rate limit) are
-  rounded by `EDGE_ROUNDING_TIME`;
+  rounded by `SIMULATION.edge_rounding`;
 - *sampled*, exact for signals that are straight lines between samples: `begin` and `step` for a
   running simulation, `path_response` for whole histories with derivatives by the parameters and,
   for sensitivities of the signal itself, `PathResponse.tangent`.
@@ -34,14 +34,10 @@ from typing import Protocol
 import numpy as np
 
 from gsapp.dynamics.arithmetic import Value, clip, where
+from gsapp.dynamics.settings import SIMULATION
 from gsapp.dynamics.terms import Term, TermJacobian, Values
 from gsapp.foundation import FlightError
 from gsapp.quantities import SURFACE_NAMES, FloatArray
-
-MIN_TIME_CONSTANT = 5e-3
-"""Time constants below this (s) act as this in the continuous form."""
-EDGE_ROUNDING_TIME = 0.01
-"""Time (s) in which the continuous form of an edge is rounded."""
 
 SURFACE_CHANNELS = {**{name: channel for channel, name in SURFACE_NAMES.items()}, "flap": "flap"}
 """Name in effect ids: channel."""
@@ -251,7 +247,9 @@ class Lag(SignalTerm):
 
     def jacobian(self, reads: Values, states: Values, parameters: Values) -> TermJacobian:
         tau = _limit_time_constant(parameters[0])
-        by_tau = where(parameters[0] > MIN_TIME_CONSTANT, (states[0] - reads[0]) / (tau * tau), 0.0)
+        by_tau = where(
+            parameters[0] > SIMULATION.min_time_constant, (states[0] - reads[0]) / (tau * tau), 0.0
+        )
         return TermJacobian(
             reads=(0.0,),
             states=(1.0,),
@@ -333,7 +331,7 @@ class Delay(SignalTerm):
 
     def jacobian(self, reads: Values, states: Values, parameters: Values) -> TermJacobian:
         delay = _limit_time_constant(parameters[0])
-        moves = where(parameters[0] > MIN_TIME_CONSTANT, 1.0, 0.0)
+        moves = where(parameters[0] > SIMULATION.min_time_constant, 1.0, 0.0)
         stiffness = 12.0 / (delay * delay)
         by_delay = -2.0 * stiffness * (reads[0] - states[0]) / delay + 6.0 * states[1] / (
             delay * delay
@@ -402,17 +400,19 @@ class RateLimit(SignalTerm):
         return states[0]
 
     def rates(self, reads: Values, states: Values, parameters: Values) -> tuple[Value, ...]:
-        return (clip((reads[0] - states[0]) / EDGE_ROUNDING_TIME, -parameters[0], parameters[0]),)
+        return (
+            clip((reads[0] - states[0]) / SIMULATION.edge_rounding, -parameters[0], parameters[0]),
+        )
 
     def steady_state(self, reads: Values, parameters: Values) -> tuple[Value, ...]:
         del parameters
         return (reads[0],)
 
     def jacobian(self, reads: Values, states: Values, parameters: Values) -> TermJacobian:
-        wanted = (reads[0] - states[0]) / EDGE_ROUNDING_TIME
+        wanted = (reads[0] - states[0]) / SIMULATION.edge_rounding
         above = where(wanted > parameters[0], 1.0, 0.0)
         below = where(wanted < -parameters[0], 1.0, 0.0)
-        slope = (1.0 - above - below) / EDGE_ROUNDING_TIME
+        slope = (1.0 - above - below) / SIMULATION.edge_rounding
         return TermJacobian(
             reads=(0.0,),
             states=(1.0,),
@@ -462,7 +462,7 @@ class Backlash(SignalTerm):
     def rates(self, reads: Values, states: Values, parameters: Values) -> tuple[Value, ...]:
         half = 0.5 * parameters[0]
         inside = clip(states[0], reads[0] - half, reads[0] + half)
-        return ((inside - states[0]) / EDGE_ROUNDING_TIME,)
+        return ((inside - states[0]) / SIMULATION.edge_rounding,)
 
     def steady_state(self, reads: Values, parameters: Values) -> tuple[Value, ...]:
         del parameters
@@ -472,14 +472,14 @@ class Backlash(SignalTerm):
         half = 0.5 * parameters[0]
         pushed = where(states[0] < reads[0] - half, 1.0, 0.0)
         pulled = where(states[0] > reads[0] + half, 1.0, 0.0)
-        touch = (pushed + pulled) / EDGE_ROUNDING_TIME
+        touch = (pushed + pulled) / SIMULATION.edge_rounding
         return TermJacobian(
             reads=(0.0,),
             states=(1.0,),
             parameters=(0.0,),
             rate_reads=((touch,),),
             rate_states=((-touch,),),
-            rate_parameters=((0.5 * (pulled - pushed) / EDGE_ROUNDING_TIME,),),
+            rate_parameters=((0.5 * (pulled - pushed) / SIMULATION.edge_rounding,),),
         )
 
     def step(
@@ -511,7 +511,7 @@ class Backlash(SignalTerm):
 
 
 def _limit_time_constant(time: Value) -> Value:
-    return where(time > MIN_TIME_CONSTANT, time, MIN_TIME_CONSTANT)
+    return where(time > SIMULATION.min_time_constant, time, SIMULATION.min_time_constant)
 
 
 def apply_lag(signal: FloatArray, tau: float, dt: float) -> FloatArray:

@@ -43,16 +43,12 @@ from gsapp.dynamics.equations import (
 from gsapp.dynamics.flight_model import MODEL_INPUTS, FlightModel, ModelEvaluation
 from gsapp.dynamics.model import Model
 from gsapp.dynamics.propulsion import Engines, EngineState
+from gsapp.dynamics.settings import SIMULATION
 from gsapp.dynamics.terms import Term, create_term
 from gsapp.foundation import FlightError
 from gsapp.quantities import FloatArray
 from gsapp.quantities.constants import GRAVITY
 
-_SLOWEST = 3.0
-"""Airspeed below which the aerodynamics fade out, m/s: flow angles mean nothing there."""
-_WIDEST = (math.radians(45.0), math.radians(30.0))
-"""With stall, the angles of attack and sideslip beyond which the coefficients stay as they are:
-a wind from the side at taxi speed must not roll the aircraft over."""
 _NO_LOADS = Loads(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 
@@ -210,7 +206,7 @@ class Simulator:
         self.turbulence = turbulence
         self.ground = ground
         self.dt = dt
-        self._widest = _WIDEST if stall else (math.pi, math.pi)
+        self._widest = SIMULATION.max_flow_angles if stall else (math.pi, math.pi)
         present = {effect.id for effect in model.effects}
         extra: list[Term] = []
         if stall:
@@ -380,7 +376,7 @@ class Simulator:
         V = math.sqrt(forward * forward + v * v)
         quaternion = (state[6], state[7], state[8], state[9])
         return (
-            max(V, _SLOWEST),
+            max(V, SIMULATION.min_speed),
             math.atan2(w, u) if V > 0.0 else 0.0,
             math.atan2(v, forward) if V > 0.0 else 0.0,
             state[3],
@@ -413,8 +409,8 @@ class Simulator:
         loads, body = totals.loads, totals.body
         scale = 1.0
         speed2 = air[0] ** 2 + air[1] ** 2 + air[2] ** 2
-        if speed2 < _SLOWEST * _SLOWEST:
-            scale = speed2 / (_SLOWEST * _SLOWEST)
+        if speed2 < SIMULATION.min_speed * SIMULATION.min_speed:
+            scale = speed2 / (SIMULATION.min_speed * SIMULATION.min_speed)
             loads = _fade_loads(loads, totals.thrust, scale)
         ground, on_ground = _NO_LOADS, False
         if self.ground is not None:

@@ -24,6 +24,7 @@ from typing import Final, Literal
 
 from gsapp.excitation.alerts.alert import Alert, AlertLevel
 from gsapp.excitation.cues import CueEvent
+from gsapp.excitation.settings import CUES
 from gsapp.excitation.trim.trim_cue import TrimCue, TrimDeviation
 
 SpeechPriority = Literal["note", "prompt", "warning"]
@@ -33,33 +34,6 @@ GO_TONE: Final = "taken"
 LOST_TONE: Final = "moved"
 HANDS_OFF_TONE: Final = "steady"
 HANDS_ON_TONE: Final = "prompt"
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class AnnouncerSettings:
-    """Settings of `Announcer`."""
-
-    apart: float = 1.5
-    """Seconds between two things that are off: a pilot mends one after the other."""
-    changed: float = 1.5
-    """What is off is news again once it is so many times what was said."""
-    soonest: float = 3.0
-    """Seconds after which the same thing may be said with another number."""
-    repeats: tuple[float, float, float, float] = (5.0, 10.0, 20.0, 40.0)
-    """Seconds until the same words are said again, the first time, the second time ..."""
-    far: float = 3.0
-    """What is off by more than so many tolerances is seen by every pilot: he is on his way."""
-    rolling_out: float = 2.0
-    """Seconds after a turn in which a pilot still rolls out of it."""
-    recovery: float = 3.0
-    """Seconds after a verdict that belong to it, and to flying on."""
-    until_verdict: float = 1.5
-    """Seconds after a hands-off interval that are left to its verdict."""
-    quiet: float = 2.5
-    """Seconds without a word before a note is said."""
-
-
-_SETTINGS: Final = AnnouncerSettings()
 
 
 _URGENT: Final = ("land", "stall", "nose down")
@@ -156,7 +130,7 @@ class Announcer:
                 said += self._interval(event)
             elif event.kind == "verdict":
                 self._silent_until = -math.inf
-                self._recovers_until = event.time + _SETTINGS.recovery
+                self._recovers_until = event.time + CUES.recovery_time
                 said.append(self._say(event.time, spell_out_units(event.text), "prompt"))
             elif event.kind == "card":
                 self._note = spell_out_units(event.text)
@@ -186,7 +160,7 @@ class Announcer:
             self._silent_until = math.inf
             self._nagging = _RepeatTimer()
             return [self._say(event.time, "hands off", "prompt", HANDS_OFF_TONE)]
-        self._silent_until = event.time + _SETTINGS.until_verdict
+        self._silent_until = event.time + CUES.verdict_silence
         if event.state == "ends":
             return [Announcement(time=event.time, text="", priority="prompt", tone=HANDS_ON_TONE)]
         return []
@@ -230,11 +204,11 @@ class Announcer:
             return [self._say(time, "go", "prompt", GO_TONE)] if former != "go" else []
         lost = LOST_TONE if former == "go" else ""
         if former == "turn" and trim.state != "turn":
-            self._level_at = time + _SETTINGS.rolling_out
+            self._level_at = time + CUES.roll_out_time
         if trim.state == "fly" and trim.worst is not None:
             words = spell_out_units(trim.worst.format_text(self.system))
             due = bool(lost) or (
-                trim.worst.tolerance_ratio <= _SETTINGS.far and time >= self._level_at
+                trim.worst.tolerance_ratio <= CUES.max_announced_ratio and time >= self._level_at
             )
             due = due and self._nagging.due(
                 time, _deviation_key(trim.worst), abs(trim.worst.amount), bool(lost)
@@ -250,7 +224,7 @@ class Announcer:
         return [Announcement(time=time, text="", priority="prompt", tone=lost)] if lost else []
 
     def _noted(self, time: float) -> list[Announcement]:
-        if self._note is None or time - self._last_words < _SETTINGS.quiet:
+        if self._note is None or time - self._last_words < CUES.note_silence:
             return []
         words, self._note = self._note, None
         return [self._say(time, words, "note")]
@@ -272,11 +246,11 @@ class _RepeatTimer:
         """Return whether it is time to say it, and count it as said."""
         passed = time - self._time
         if key != self._key:
-            due, count = at_once or passed >= _SETTINGS.apart, 0
-        elif amount > _SETTINGS.changed * self._amount:
-            due, count = passed >= _SETTINGS.soonest, self._count
+            due, count = at_once or passed >= CUES.deviation_interval, 0
+        elif amount > CUES.deviation_growth * self._amount:
+            due, count = passed >= CUES.min_repeat_interval, self._count
         else:
-            wait = _SETTINGS.repeats[min(self._count, len(_SETTINGS.repeats) - 1)]
+            wait = CUES.repeat_intervals[min(self._count, len(CUES.repeat_intervals) - 1)]
             due, count = at_once or passed >= wait, self._count + 1
         if due:
             self._key, self._amount, self._time, self._count = key, amount, time, count

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any, Final, Literal
+from typing import Any, Literal
 
 from gsapp.excitation.alerts.alert import Alert
 from gsapp.excitation.doublets.verdict import InputInProgress, InputVerdict
 from gsapp.excitation.information.outlook import Outlook
+from gsapp.excitation.settings import CUES
 from gsapp.excitation.test_points.point import TestPoint
 from gsapp.excitation.test_points.target_input import TargetInput
 from gsapp.excitation.trim.trim_cue import TrimCue
@@ -18,9 +19,6 @@ EventKind = Literal["trim", "input", "hands-off", "verdict", "danger", "card"]
 
 CardSelectionReason = Literal["chosen", "captured", "most to gain", "next on the list"]
 """How the card to be flown was found."""
-
-VERDICT_DISPLAY_TIME: Final = 6.0
-"""Seconds for which a verdict is the news: until then the pilot is busy with the recovery."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -117,6 +115,6 @@ class CueSnapshot:
 
     @property
     def fresh_verdict(self) -> InputVerdict | None:
-        """Return the latest verdict while it is news: see `VERDICT_DISPLAY_TIME`."""
+        """Return the latest verdict while it is news: see `CUES.verdict_display_time`."""
         age = self.verdict_age
-        return self.verdict if age is not None and age <= VERDICT_DISPLAY_TIME else None
+        return self.verdict if age is not None and age <= CUES.verdict_display_time else None

@@ -12,13 +12,11 @@ from pydantic import TypeAdapter
 
 from gsapp.excitation.doublets.verdict import InputVerdict
 from gsapp.excitation.flight_rows import FlightRows
+from gsapp.excitation.settings import CUES
 from gsapp.excitation.test_points.point import TestPoint
 from gsapp.excitation.test_points.target_input import TargetInput
 from gsapp.foundation import FlightError
 from gsapp.quantities import FloatArray
-
-PLOT_RATE: Final = 25.0
-"""Samples a second of the curves kept: a half of a doublet lasts ten of them."""
 
 _ANSWERS: Final[Mapping[str, tuple[str, ...]]] = {
     "de": ("q", "alpha", "an"),
@@ -113,7 +111,7 @@ def extract_curves(
     """
     if rows is None:
         return ManeuverCurves(times=np.empty(0), series={})
-    every = max(1, round(rate / PLOT_RATE))
+    every = max(1, round(rate / CUES.plot_rate))
     kept = (rows.first_index + np.arange(len(rows))) % every == 0
     names = dict.fromkeys((*surfaces, *(name for one in surfaces for name in _ANSWERS[one])))
     series = {name: rows[name][kept] for name in names}

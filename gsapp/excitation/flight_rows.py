@@ -1,9 +1,9 @@
 """Samples as they come in, joined to rows that every watch of this package reads.
 
 A cue is worth little half a second late. So a row waits only for the quick channels, those of
-motion and surfaces, and for none of them longer than `MAX_CHANNEL_WAIT`. What comes slowly
-(position, height, batteries) is read `SLOW_CHANNEL_DELAY` late instead: every row then finds its
-value there, however the link was cut into pieces.
+motion and surfaces, and for none of them longer than `CUES.max_channel_wait`. What comes slowly
+(position, height, batteries) is read `CUES.slow_channel_delay` late instead: every row then finds
+its value there, however the link was cut into pieces.
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ from typing import Final
 import numpy as np
 import numpy.typing as npt
 
+from gsapp.excitation.settings import CUES
 from gsapp.flight.maneuvers.signals import SIGNAL_COLUMNS, SIGNALS, extract_signals
 from gsapp.quantities import Block, FloatArray
 
@@ -34,18 +35,8 @@ SLOW_CHANNELS: Final = (
     "battery", "battery_receiver", "rc_rssi", "stick_pitch", "stick_roll", "stick_yaw",
     "rate_switch",
 )  # fmt: skip
-"""Channels that are read `SLOW_CHANNEL_DELAY` late."""
+"""Channels that are read `CUES.slow_channel_delay` late."""
 
-TICK_DURATION: Final = 0.05
-"""Rows come in whole ticks of so many seconds, counted from time zero."""
-MAX_CHANNEL_WAIT: Final = 0.3
-"""Seconds that a row waits for a quick channel."""
-SLOW_CHANNEL_DELAY: Final = 0.5
-"""Seconds by which slow channels are late."""
-_LARGEST: Final = 1e7
-"""No channel reads more, whatever its unit; what does is a damaged number."""
-_LONGEST_FILL: Final = 5.0
-"""A pause longer than this, s, begins a new stretch of rows."""
 
 _CHANNELS: Final = (*FAST_CHANNELS, *SLOW_CHANNELS)
 _CHANNEL_INDEX: Final = {name: place for place, name in enumerate(_CHANNELS)}
@@ -128,10 +119,10 @@ class FlightRowStream:
 
     def __init__(self, rate: float) -> None:
         self.rate = rate
-        self.tick = max(1, round(TICK_DURATION * rate))
-        self._patience = max(1, round(MAX_CHANNEL_WAIT * rate))
-        self._lag = round(SLOW_CHANNEL_DELAY * rate)
-        self._longest = round(_LONGEST_FILL * rate)
+        self.tick = max(1, round(CUES.tick * rate))
+        self._patience = max(1, round(CUES.max_channel_wait * rate))
+        self._lag = round(CUES.slow_channel_delay * rate)
+        self._longest = round(CUES.max_filled_pause * rate)
         self._known: dict[tuple[str, ...], tuple[list[int], list[int]]] = {}
         self.restart()
 
@@ -262,7 +253,7 @@ def rows_from_block(block: Block, rate: float) -> FlightRows:
 
 def mask_implausible(block: Block) -> Block:
     """Return samples without those that no instrument can mean: as good as missing."""
-    wild = np.abs(block.values) > _LARGEST
+    wild = np.abs(block.values) > CUES.max_value
     if not wild.any():
         return block
     return Block.unchecked(block.channels, block.times, np.where(wild, np.nan, block.values))

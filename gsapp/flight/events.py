@@ -18,6 +18,7 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Final
 
 from gsapp.flight.file_names import EVENTS_FILE
+from gsapp.flight.settings import FLIGHT_DATA
 from gsapp.foundation import FlightError
 from gsapp.foundation.file_lock import exclusive_lock
 from gsapp.foundation.files import flush_to_disk
@@ -35,8 +36,6 @@ CLOCK_EVENT: Final = "clock"
 
 _TIME_KEYS: Final = frozenset({"end", "time", "raised", "t_input"})
 """Flight times among the data of an event."""
-_SAME_CLOCK: Final = 0.1
-"""Seconds within which two readings of one clock agree, however late their messages came."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -191,7 +190,9 @@ def convert_to_flown_clock(events: Sequence[Event]) -> tuple[Event, ...]:
         stamp = selection_stamp(event)
         if stamp in told and event.time is not None:
             shift += told[stamp] - event.time
-        moved.append(event if abs(shift) < _SAME_CLOCK else _shift_event(event, shift))
+        moved.append(
+            event if abs(shift) < FLIGHT_DATA.same_clock_tolerance else _shift_event(event, shift)
+        )
     return tuple(reversed(moved))
 
 

@@ -51,7 +51,7 @@ class Flight:
     """The folder or file it was read from."""
     block: Block
     """All channels on one uniform grid. Pauses without any sample longer than
-    `gsapp.flight.uniform_grid.MAX_FILLED_GAP` are left out but for one missing row at either
+    `FLIGHT_DATA.max_filled_gap` are left out but for one missing row at either
     end."""
     sources: Mapping[str, ChannelSource]
     """Where each channel came from, and whether it was measured."""

@@ -23,6 +23,7 @@ import numpy as np
 from gsapp.aircraft import Aircraft, MassProperties
 from gsapp.aircraft.weighing import WeighingRecord, evaluate_weighing
 from gsapp.flight.info import FlightInfo
+from gsapp.flight.settings import FLIGHT_DATA
 from gsapp.foundation import FlightError, StrictModel
 from gsapp.quantities import FloatArray
 from gsapp.quantities.constants import GRAVITY
@@ -31,12 +32,6 @@ from gsapp.quantities.fields import Position
 Part = TypeVar("Part", bound=StrictModel)
 
 _ORIGIN: Final[Position] = (0.0, 0.0, 0.0)
-_CG_TOLERANCE = 0.5e-3
-"""A CG that moves less than this, m, has not moved."""
-_CG_SHIFT_TOLERANCE = 2e-3
-"""A CG that wanders less than this in a flight, m, stays within what scales tell of it."""
-_RELATIVE_TOLERANCE = 1e-3
-"""A mass or inertia that changes by less than this share has not changed."""
 _NAMES = {"ixx": (0, 0), "iyy": (1, 1), "izz": (2, 2)}
 
 
@@ -62,10 +57,10 @@ class FlownAircraft:
         loaded = _add_loads(properties, ((-burned, properties.fuel_position),), rest)
         changed = any(
             abs(getattr(loaded.properties, name) / getattr(properties, name) - 1.0)
-            > _RELATIVE_TOLERANCE
+            > FLIGHT_DATA.mass_tolerance
             for name in _NAMES
         )
-        if not changed and math.hypot(*loaded.center) < _CG_SHIFT_TOLERANCE:
+        if not changed and math.hypot(*loaded.center) < FLIGHT_DATA.cg_shift_tolerance:
             return self
         moved = _move_reference_point(self.aircraft, loaded.center)
         kept = {"mass": properties.mass, "fuel_position": moved.mass.fuel_position}
@@ -110,13 +105,13 @@ def apply_flight_info(aircraft: Aircraft, info: FlightInfo | None) -> FlownAircr
     if info.takeoff_weight is not None:
         mass, by = info.takeoff_weight / GRAVITY, "the take-off weight on the card"
     _check_mass(mass, fuel, by)
-    if abs(mass / file.mass - 1.0) > _RELATIVE_TOLERANCE:
+    if abs(mass / file.mass - 1.0) > FLIGHT_DATA.mass_tolerance:
         said.insert(0, f"mass at take-off {mass:.2f} kg by {by}, not the aircraft file's "
                        f"{file.mass:.2f} kg")  # fmt: skip
-    if info.weighing is None and math.hypot(*center) >= _CG_TOLERANCE:
+    if info.weighing is None and math.hypot(*center) >= FLIGHT_DATA.cg_tolerance:
         said.append(f"loading moves the CG {_offset_text(center)} of the aircraft file's")
     said.extend(_inertia_text(file, loaded.properties))
-    if math.hypot(*center) < _CG_TOLERANCE:
+    if math.hypot(*center) < FLIGHT_DATA.cg_tolerance:
         center = _ORIGIN
     else:
         said.append(_reference_point_text(center, aircraft))
@@ -150,7 +145,7 @@ def _weighed_mass_and_cg(
         f"x within {1e3 * std:.0f} mm, {100.0 * std / aircraft.geometry.chord:.1f} % of the chord"
     )
     where = f"{_offset_text((x, y, z))} of the aircraft file's"
-    if math.hypot(x, y, z) < _CG_TOLERANCE:
+    if math.hypot(x, y, z) < FLIGHT_DATA.cg_tolerance:
         where = "as in the aircraft file"
     return mass, (x, y, z), f"CG by weighing {where} ({sure})"
 
@@ -242,7 +237,7 @@ def _inertia_text(file: MassProperties, found: MassProperties) -> list[str]:
     parts = [
         f"{name.capitalize()} {100.0 * (getattr(found, name) / getattr(file, name) - 1.0):+.1f} %"
         for name in _NAMES
-        if abs(getattr(found, name) / getattr(file, name) - 1.0) > _RELATIVE_TOLERANCE
+        if abs(getattr(found, name) / getattr(file, name) - 1.0) > FLIGHT_DATA.mass_tolerance
     ]
     return [f"loading and fuel change the inertia: {', '.join(parts)}"] if parts else []
 
@@ -263,6 +258,6 @@ def _offset_text(center: Position) -> str:
     parts = [
         f"{1e3 * abs(value):.0f} mm {ahead if value > 0.0 else aft}"
         for value, (ahead, aft) in zip(center, words, strict=True)
-        if abs(value) >= _CG_TOLERANCE
+        if abs(value) >= FLIGHT_DATA.cg_tolerance
     ]
     return ", ".join(parts)

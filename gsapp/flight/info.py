@@ -11,6 +11,7 @@ from typing import Any, Literal
 from pydantic import Field, field_validator, model_validator
 
 from gsapp.aircraft.weighing import WeighingRecord
+from gsapp.flight.settings import FLIGHT_DATA
 from gsapp.foundation import StrictModel
 from gsapp.quantities.fields import (
     Angle,
@@ -27,9 +28,6 @@ from gsapp.quantities.fields import (
 Lever = Literal["elevator", "aileron", "rudder", "throttle", "flap", "gear"]
 Stick = Literal["elevator", "aileron", "rudder"]
 
-MAX_THROW = 1.5
-"""No transmitter gives more than this share of the usual throw."""
-
 
 class DualRate(StrictModel):
     """Throw of one stick at either position of the rate switch."""
@@ -42,7 +40,7 @@ class DualRate(StrictModel):
 
     @model_validator(mode="after")
     def _must_make_sense(self) -> DualRate:
-        if not 0.0 < self.low <= self.high <= MAX_THROW:
+        if not 0.0 < self.low <= self.high <= FLIGHT_DATA.max_throw:
             raise ValueError(
                 'needs 0 % < low <= high <= 150 %; write for example high = "100 %", low = "60 %"'
             )
@@ -64,7 +62,7 @@ class Mixer(StrictModel):
     def _must_make_sense(self) -> Mixer:
         if self.source == self.target:
             raise ValueError("mixes a lever with itself; name another target")
-        if not abs(self.share) <= MAX_THROW:
+        if not abs(self.share) <= FLIGHT_DATA.max_throw:
             raise ValueError('share is beyond 150 %; write for example "15 %"')
         return self
 

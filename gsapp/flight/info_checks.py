@@ -14,16 +14,10 @@ from gsapp.aircraft import Aircraft
 from gsapp.aircraft.config import Axles
 from gsapp.aircraft.weighing import evaluate_weighing
 from gsapp.flight.info import FlightInfo
+from gsapp.flight.settings import FLIGHT_DATA
 from gsapp.foundation import FlightError
 from gsapp.quantities import convert_text_units, from_si, to_si
 from gsapp.quantities.constants import DEGREE, GRAVITY
-
-_WEIGHT_SHARE: Final = 0.15
-"""Weights of one aircraft differ by less than this share between flights (table 6.2.3: 3 %)."""
-_MOST_OF_FUEL = 1.3
-"""Tanks hold little more than the aircraft file's fuel."""
-_SCALES_AGREE = 0.02
-"""Share by which the weight on the card may differ from the sum of the scales."""
 
 _UNITS: Final = {
     "weight": ("N", "lb", "kg"),
@@ -112,8 +106,8 @@ def _weights(info: FlightInfo, aircraft: Aircraft | None, units: _Units) -> _War
         elif usual is not None:
             expected = usual + loaded
             low, high = (
-                (1.0 - _WEIGHT_SHARE) * (expected - lightest),
-                (1.0 + _WEIGHT_SHARE) * expected,
+                (1.0 - FLIGHT_DATA.max_weight_change) * (expected - lightest),
+                (1.0 + FLIGHT_DATA.max_weight_change) * expected,
             )
             if not low <= value <= high:
                 yield (
@@ -142,8 +136,8 @@ def _fuel(info: FlightInfo, aircraft: Aircraft | None, units: _Units) -> _Warnin
             continue
         if value < 0.0:
             yield field, "the fuel is below zero; write what is in the tanks"
-        elif aircraft is not None and 0.0 < _MOST_OF_FUEL * aircraft.mass.fuel < value:
-            most = _MOST_OF_FUEL * aircraft.mass.fuel
+        elif aircraft is not None and 0.0 < FLIGHT_DATA.max_fuel_ratio * aircraft.mass.fuel < value:
+            most = FLIGHT_DATA.max_fuel_ratio * aircraft.mass.fuel
             yield (
                 field,
                 f"{_format_value(value, 'mass', units)} of fuel exceed the tank capacity of "
@@ -165,7 +159,7 @@ def _scales(info: FlightInfo, aircraft: Aircraft | None, units: _Units) -> _Warn
         return
     if info.takeoff_weight is not None and info.takeoff_weight > 0.0:
         sum_of_scales = (found.mass.value + _fuel_added_later(info)) * GRAVITY
-        if abs(sum_of_scales / info.takeoff_weight - 1.0) > _SCALES_AGREE:
+        if abs(sum_of_scales / info.takeoff_weight - 1.0) > FLIGHT_DATA.scales_tolerance:
             yield (
                 "weighing",
                 f"the scales add up to {_format_value(sum_of_scales, 'weight', units)} at "

@@ -14,11 +14,9 @@ from gsapp.flight.events import Event
 from gsapp.flight.flight import Flight
 from gsapp.flight.maneuvers import collect_maneuvers
 from gsapp.flight.read_settings import DEFAULT_AIRCRAFT
+from gsapp.flight.settings import FLIGHT_DATA
 from gsapp.foundation import FlightError
 from gsapp.quantities import CIRCULAR_CHANNELS, FloatArray, base_id
-
-GAP_PERIODS = 2.5
-"""Missing for more than so many of its own sample periods, a channel has a gap."""
 
 
 def summarize_flight(flight: Flight, aircraft: Aircraft | None = None) -> dict[str, Any]:
@@ -105,8 +103,8 @@ def channel_statistics(
     -------
     dict
         ``count`` of samples; ``rate`` by their median spacing, Hz; ``min``, ``max``, ``mean``;
-        ``gaps``, the times that it was missing for more than `GAP_PERIODS` of its own periods
-        between two samples.
+        ``gaps``, the times that it was missing for more than `FLIGHT_DATA.max_gap_periods` of its
+        own periods between two samples.
     """
     present = ~np.isnan(values)
     samples = values[present]
@@ -120,7 +118,7 @@ def channel_statistics(
         "min": float(samples.min()),
         "max": float(samples.max()),
         "mean": _mean_angle(samples) if circular else float(samples.mean()),
-        "gaps": int(np.count_nonzero(spacings > GAP_PERIODS * period)),
+        "gaps": int(np.count_nonzero(spacings > FLIGHT_DATA.max_gap_periods * period)),
     }
 
 

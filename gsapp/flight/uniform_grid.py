@@ -8,14 +8,8 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 import numpy.typing as npt
 
+from gsapp.flight.settings import FLIGHT_DATA
 from gsapp.quantities import Block, FloatArray
-
-MAX_FILLED_GAP = 60.0
-"""Seconds without any sample that are still filled with missing rows.
-
-A longer pause, such as the night between two flights in one record, keeps one missing row at
-either end and costs no memory in between.
-"""
 
 IndexArray = npt.NDArray[np.int64]
 
@@ -33,12 +27,12 @@ def grid_row_indices(present: IndexArray, rate: float) -> IndexArray:
     Returns
     -------
     ndarray of int64
-        Increasing by one, but for pauses longer than `MAX_FILLED_GAP`.
+        Increasing by one, but for pauses longer than `FLIGHT_DATA.max_filled_gap`.
     """
     found = np.unique(present)
     if not found.size:
         return found
-    cuts = np.flatnonzero(np.diff(found) > MAX_FILLED_GAP * rate)
+    cuts = np.flatnonzero(np.diff(found) > FLIGHT_DATA.max_filled_gap * rate)
     firsts = found[np.concatenate(([0], cuts + 1))]
     lasts = found[np.concatenate((cuts, [found.size - 1]))]
     parts = []
@@ -130,7 +124,7 @@ def find_uniform_grid(times: FloatArray) -> tuple[FloatArray, IndexArray] | None
     -------
     grid : ndarray, shape (m,)
         The times given, where they are even to nine digits, else the even times that they
-        round; with a row for each missing sample (but see `MAX_FILLED_GAP`).
+        round; with a row for each missing sample (but see `FLIGHT_DATA.max_filled_gap`).
     index : ndarray of int64, shape (n,)
         Row of each time given in `grid`.
     None

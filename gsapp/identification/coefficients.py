@@ -34,6 +34,7 @@ from gsapp.identification.delay_compensation import advance_samples
 from gsapp.identification.instrument_effects import effective_records
 from gsapp.identification.maneuver import Maneuver
 from gsapp.identification.motion import MeasuredMotion, measured_motion
+from gsapp.identification.preparation_settings import PREPARATION
 from gsapp.identification.smoothing import (
     BoolArray,
     Smoother,
@@ -81,8 +82,6 @@ _COEFFICIENT_DEPENDENCIES: Mapping[str, tuple[str, ...]] = {
     "dr": ("dr",),
 }
 """What each depends on, sample by sample."""
-_LONGEST_BRIDGE = 0.035
-"""Missing stretches up to this long (s) are bridged for the filter; they still do not count."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -307,7 +306,6 @@ _ASSUMED_SPEED_TEXT = (
 )
 _INTEGRATED_FROM = {"alpha": "CN", "beta": "CY"}
 _CHANNELS_INTEGRATED = {"alpha": ("q", "an"), "beta": ("p", "r", "ay")}
-_PASSES = 3
 
 
 def _integrate_flow_angles(
@@ -331,7 +329,7 @@ def _integrate_flow_angles(
     ax, ay, an = accelerations
     flow = dict.fromkeys(lacking, state[1])
     angles = {"alpha": state[1], "beta": state[2]}
-    for _ in range(_PASSES):
+    for _ in range(PREPARATION.flow_angle_passes):
         now = PolarState(state[0], angles["alpha"], angles["beta"], *state[3:])
         rates = wind_axis_rates(now, ax, ay, -np.asarray(an), 1.0)
         for name in lacking:
@@ -448,7 +446,7 @@ def _unbridgeable_gaps(
     for name, mask in gaps.items():
         long = np.zeros(times.size, dtype=bool)
         for part in contiguous_slices(mask):
-            long[part] = (part.stop - part.start) * dt > _LONGEST_BRIDGE
+            long[part] = (part.stop - part.start) * dt > PREPARATION.max_filled_gap
         if long.any():
             hard[name] = long
     return hard

@@ -18,14 +18,12 @@ from gsapp.dynamics.actuators import control_paths
 from gsapp.dynamics.recorded_controls import simulate_control_path
 from gsapp.flight.maneuvers.signals import SURFACES
 from gsapp.flight.uniform_grid import median_step
+from gsapp.identification.preparation_settings import PREPARATION
 from gsapp.identification.smoothing import interpolate_missing
 from gsapp.quantities import Block, FloatArray
 
 COMMAND_CHANNELS: Mapping[str, str] = {name: f"{name}_command" for name in SURFACES}
 """The channel of what was asked of each surface's servo."""
-
-_MAX_MISSING_SHARE = 1e-3
-"""Share that a missing sample may have in one that counts."""
 
 
 def reconstruct_deflections(block: Block, aircraft: Aircraft) -> Block:
@@ -96,4 +94,4 @@ def _actuator_response(
         whole = np.clip(whole, *control.travel)
     found = simulate_control_path(path, whole, dt)
     reach = found.tangent(lost.astype(np.float64)[:, None])[:, 0]
-    return np.where(lost | (np.abs(reach) > _MAX_MISSING_SHARE), np.nan, found.values)
+    return np.where(lost | (np.abs(reach) > PREPARATION.max_missing_share), np.nan, found.values)

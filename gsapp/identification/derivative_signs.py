@@ -11,6 +11,7 @@ from collections.abc import Mapping
 
 from gsapp.dynamics.model import Model
 from gsapp.dynamics.trim import find_suspect_signs
+from gsapp.identification.preparation_settings import PREPARATION
 from gsapp.identification.results import Estimate
 
 _USUAL_SIGNS: Mapping[str, int] = {
@@ -44,8 +45,6 @@ _REVERSED_PATTERNS: Mapping[str, tuple[str, ...]] = {
     "side acceleration (ay)": ("CY_beta", "CY_dr"),
 }
 """By channel: the derivatives whose sign changes when it is reversed."""
-_SIGNIFICANT_SIGMAS = 3.0
-"""Standard deviations from zero at which a sign is known."""
 
 
 def suspicious_signs(estimate: Estimate) -> tuple[str, ...]:
@@ -96,6 +95,6 @@ def _significant_derivatives(estimate: Estimate) -> dict[str, float]:
             or one.status != "estimated"
         ):
             continue
-        if abs(one.value) > _SIGNIFICANT_SIGMAS * one.std:
+        if abs(one.value) > PREPARATION.sign_sigmas * one.std:
             found[name] = one.value
     return found

@@ -26,12 +26,11 @@ from gsapp.dynamics.signal_terms import (
     invert_path,
 )
 from gsapp.identification.maneuver import Maneuver
+from gsapp.identification.preparation_settings import PREPARATION
 from gsapp.identification.smoothing import interpolate_missing
 from gsapp.quantities import Block, BoolArray, FloatArray
 
 _OUTSIDE_PREFIXES = ("control.", "sensor.")
-_AT_LIMIT = 1e-9
-"""Share of a limit within which a sample was cut off by it."""
 
 
 def has_instrument_effects(model: Model | None) -> bool:
@@ -148,10 +147,7 @@ def _propagate_channel(
         lost |= _saturated_samples(samples, path)
     found = walk(path, interpolate_missing(samples, lost), dt)
     reach = found.tangent(lost.astype(np.float64)[:, None])[:, 0]
-    return np.where(np.abs(reach) > _MAX_MISSING_SHARE, np.nan, found.values)
-
-
-_MAX_MISSING_SHARE = 1e-6
+    return np.where(np.abs(reach) > PREPARATION.max_interpolated_share, np.nan, found.values)
 
 
 def _saturated_samples(samples: FloatArray, path: PathTerms) -> BoolArray:
@@ -159,7 +155,9 @@ def _saturated_samples(samples: FloatArray, path: PathTerms) -> BoolArray:
     if not path or not isinstance(path[-1][0], Saturation):
         return np.zeros(samples.size, dtype=bool)
     (limit,) = path[-1][1]
-    return np.asarray(np.abs(samples) >= limit * (1.0 - _AT_LIMIT), dtype=np.bool_)
+    return np.asarray(
+        np.abs(samples) >= limit * (1.0 - PREPARATION.limit_tolerance), dtype=np.bool_
+    )
 
 
 def _relocate_instruments(aircraft: Aircraft, flight_model: FlightModel) -> Aircraft:

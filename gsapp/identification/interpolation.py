@@ -12,17 +12,11 @@ from typing import Final
 import numpy as np
 from scipy.interpolate import CubicSpline
 
+from gsapp.identification.preparation_settings import PREPARATION
 from gsapp.quantities import Block, FloatArray
 
 INTERPOLATED_CHANNELS: Final = ("phi", "theta")
 """Channels that are smooth between samples: integrals of what the gyros show."""
-_MAX_INTERVAL: Final = 5
-"""Samples of the grid to a chord at most: beyond, a curve through its ends is a guess."""
-_COLLINEARITY_TOLERANCE: Final = 1e-4
-"""Bend over the usual bend of the channel below which three samples are in line."""
-_MIN_LINEAR_SHARE, _MAX_LINEAR_KNOT_SHARE = 0.98, 0.5
-_MIN_KNOTS: Final = 4
-"""Ends of chords that it takes for a curve."""
 
 
 def interpolate_held_samples(block: Block) -> Block:
@@ -53,7 +47,7 @@ def interpolate_cubic(samples: FloatArray) -> FloatArray:
     known = np.isfinite(samples[ends])
     breaks = np.flatnonzero(np.diff(known.astype(int))) + 1
     for run in np.split(np.arange(ends.size), breaks):
-        if known[run[0]] and run.size >= _MIN_KNOTS:
+        if known[run[0]] and run.size >= PREPARATION.min_knots:
             own = ends[run]
             inside = np.arange(own[0], own[-1] + 1)
             out[inside] = CubicSpline(own, samples[own])(inside)
@@ -69,8 +63,8 @@ def _knot_indices(samples: FloatArray) -> np.ndarray[tuple[int], np.dtype[np.int
     usual = float(np.sqrt(np.mean(bends[judged] ** 2))) if judged.any() else 0.0
     if usual == 0.0:
         return None
-    straight = bends < _COLLINEARITY_TOLERANCE * usual
-    for length in range(2, _MAX_INTERVAL + 1):
+    straight = bends < PREPARATION.collinearity_tolerance * usual
+    for length in range(2, PREPARATION.max_interval + 1):
         for first in range(length):
             end = np.zeros(samples.size, dtype=bool)
             end[first::length] = True
@@ -78,8 +72,8 @@ def _knot_indices(samples: FloatArray) -> np.ndarray[tuple[int], np.dtype[np.int
             if not (between.any() and at.any()):
                 continue
             if (
-                straight[between].mean() > _MIN_LINEAR_SHARE
-                and straight[at].mean() < _MAX_LINEAR_KNOT_SHARE
+                straight[between].mean() > PREPARATION.min_linear_share
+                and straight[at].mean() < PREPARATION.max_linear_knot_share
             ):
                 return np.flatnonzero(end)
     return None

@@ -18,12 +18,10 @@ from gsapp.identification.air_data import add_air_data
 from gsapp.identification.deflections import reconstruct_deflections, unmodeled_servos
 from gsapp.identification.delay_compensation import advance_flags, channel_delays, compensate_delays
 from gsapp.identification.interpolation import interpolate_held_samples
+from gsapp.identification.preparation_settings import PREPARATION
 from gsapp.quantities import Block, BoolArray, FloatArray
 from gsapp.quantities.constants import GRAVITY
 from gsapp.quantities.fields import Position
-
-_MARGIN_SAMPLES = 32
-"""Samples beside a maneuver that bringing late channels to their time may reach into."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -210,7 +208,9 @@ def cut_maneuver(
             if times.size
             else f"the flight '{flight.name}' holds no samples"
         )
-    wide = slice(max(0, int(low) - _MARGIN_SAMPLES), int(high) + _MARGIN_SAMPLES)
+    wide = slice(
+        max(0, int(low) - PREPARATION.margin_samples), int(high) + PREPARATION.margin_samples
+    )
     around = Block(
         channels=flight.block.channels,
         times=times[wide],

@@ -9,22 +9,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Final
 
 import numpy as np
 
 from gsapp.identification.maneuver import Maneuver
-from gsapp.identification.motion import CRUISE_OVER_STALL
+from gsapp.identification.preparation_settings import PREPARATION
 from gsapp.identification.results import DerivativeEstimate, Estimate
 from gsapp.quantities import FloatArray, name_in_text
 from gsapp.quantities.constants import DEGREE
-
-_TRIM_DURATION: Final = 1.0
-"""Seconds at the start of a maneuver that tell the conditions it was flown at."""
-_DEFAULT_SPREAD: Final = 0.1
-"""Share of the speed by which a guess from the stall speed is uncertain."""
-_PRIOR_WEIGHT: Final = 2.0
-"""How many maneuvers such a guess of the spread is worth: two that happen to agree prove little."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -48,9 +40,9 @@ def campaign_assumed_constants(maneuvers: Sequence[Maneuver]) -> dict[str, Assum
         return {}
     limits = maneuvers[0].aircraft.limits
     low, high = limits.alpha_linear
-    cruise = CRUISE_OVER_STALL * limits.stall_speed
+    cruise = PREPARATION.cruise_speed_ratio * limits.stall_speed
     guessed = {
-        "V": AssumedConstant(value=cruise, std=_DEFAULT_SPREAD * cruise),
+        "V": AssumedConstant(value=cruise, std=PREPARATION.speed_spread * cruise),
         "alpha": AssumedConstant(value=0.5 * (low + high), std=0.25 * (high - low)),
     }
     found = {}
@@ -66,15 +58,19 @@ def campaign_assumed_constants(maneuvers: Sequence[Maneuver]) -> dict[str, Assum
 def _mean_over_maneuvers(flown: FloatArray, guess: float) -> AssumedConstant:
     """Return what another maneuver was flown at: the mean, as uncertain as they scatter."""
     center = float(flown.mean())
-    squares = float(np.sum((flown - center) ** 2)) + _PRIOR_WEIGHT * guess**2
-    variance = squares / (_PRIOR_WEIGHT + flown.size - 1) * (1.0 + 1.0 / flown.size)
+    squares = float(np.sum((flown - center) ** 2)) + PREPARATION.spread_prior_weight * guess**2
+    variance = (
+        squares / (PREPARATION.spread_prior_weight + flown.size - 1) * (1.0 + 1.0 / flown.size)
+    )
     return AssumedConstant(value=center, std=float(np.sqrt(variance)))
 
 
 def _trim_mean(maneuver: Maneuver, name: str) -> float | None:
     if not maneuver.has(name):
         return None
-    early = maneuver.samples(name)[maneuver.block.times <= maneuver.t_start + _TRIM_DURATION]
+    early = maneuver.samples(name)[
+        maneuver.block.times <= maneuver.t_start + PREPARATION.trim_duration
+    ]
     early = early[np.isfinite(early)]
     return float(early.mean()) if early.size else None
 

@@ -27,11 +27,10 @@ from gsapp.aircraft import Geometry
 from gsapp.dynamics.model import Model
 from gsapp.foundation import FlightError
 from gsapp.identification.maneuver import Maneuver
+from gsapp.identification.preparation_settings import PREPARATION
 from gsapp.identification.results import DerivativeEstimate, Estimate
 from gsapp.quantities.fields import Position
 
-_CG_TOLERANCE = 2e-3
-"""Flights whose CGs lie closer together than this, m, can share one fit."""
 NO_CG_SHIFT: Final[Position] = (0.0, 0.0, 0.0)
 
 
@@ -45,7 +44,7 @@ def common_cg_shift(maneuvers: Sequence[Maneuver]) -> Position:
     """
     shifts = np.array([one.cg_shift for one in maneuvers])
     apart = float(np.ptp(shifts[:, ::2], axis=0).max())
-    if apart > _CG_TOLERANCE:
+    if apart > PREPARATION.cg_tolerance:
         raise FlightError(
             f"the maneuvers were flown with CGs {1e3 * apart:.0f} mm apart, but a joint fit has "
             "one moment reference; fit them separately"

@@ -23,15 +23,9 @@ from gsapp.dynamics.signal_terms import apply_lag
 from gsapp.foundation import FlightError
 from gsapp.identification.air_data import air_density, airspeed_history
 from gsapp.identification.maneuver import Maneuver
+from gsapp.identification.preparation_settings import PREPARATION
 from gsapp.quantities import BoolArray, FloatArray
 from gsapp.quantities.constants import GRAVITY
-
-CRUISE_OVER_STALL = 1.64
-"""Speed that stands in for a missing one, over the stall speed: 100 over 61 ft/s."""
-_MIN_SPEED_OVER_STALL = 0.5
-"""Airspeed over stall speed below which nothing flies."""
-_ATTITUDE_START_TIME = 0.8
-"""Seconds at the start of a maneuver over which attitude is found."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -173,14 +167,14 @@ class _MotionBuilder:
         stall = self.maneuver.aircraft.limits.stall_speed
         if np.isfinite(samples).any() and float(np.nanmax(samples)) > 0.0:
             usual = float(np.nanmedian(samples))
-            if usual < max(_MIN_SPEED_OVER_STALL * stall, 1.0):
+            if usual < max(PREPARATION.min_speed_ratio * stall, 1.0):
                 raise FlightError(
                     f"maneuver {self.maneuver.id} of '{self.maneuver.flight}' was not flown: "
                     f"its airspeed of {usual:.1f} m/s is far below the stall speed; if the "
                     "pitot is faulty, drop its channels (gsapp cut --without) to use a constant"
                 )
             return np.maximum(self._fill("V", samples), 1.0)
-        constant = self.stand_ins.get("V", CRUISE_OVER_STALL * stall)
+        constant = self.stand_ins.get("V", PREPARATION.cruise_speed_ratio * stall)
         if constant <= 0.0:
             raise FlightError(
                 f"maneuver {self.maneuver.id} of '{self.maneuver.flight}' has no airspeed, and "
@@ -226,7 +220,9 @@ class _MotionBuilder:
         the first moments; their means belong to the middle, and rates lead back to the start.
         Without a_x the flight counts as level, without a_y as a turn without sideslip.
         """
-        first = slice(0, max(2, min(self.count, round(_ATTITUDE_START_TIME / self.maneuver.dt))))
+        first = slice(
+            0, max(2, min(self.count, round(PREPARATION.attitude_time / self.maneuver.dt)))
+        )
         times = self.maneuver.block.times[first]
         V, alpha, beta = (one[first] for one in flow)
         p, q, r = (rate[first] for rate in rates)

@@ -19,6 +19,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy.ndimage import convolve1d
 
+from gsapp.identification.preparation_settings import PREPARATION
 from gsapp.quantities import FloatArray
 
 BoolArray = npt.NDArray[np.bool_]
@@ -27,8 +28,6 @@ _SIMPSON = np.array([1.0, 4.0, 1.0]) / 6.0
 _DIFFERENCE = np.array([1.0, 0.0, -1.0]) / 2.0
 _CUTOFF_TIMES_WIDTH = 0.7203
 """Product of the -3 dB frequency and the whole width of a raised cosine."""
-LOWEST_CUTOFF, HIGHEST_CUTOFF = 2.0, 10.0
-"""Hz: rigid-body motion of such aircraft lies below, noise and structure above."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -147,7 +146,7 @@ def select_cutoff(signals: FloatArray, dt: float) -> float:
         Sample time, s.
     """
     count = len(signals)
-    highest = min(HIGHEST_CUTOFF, 0.2 / dt)
+    highest = min(PREPARATION.max_cutoff, 0.2 / dt)
     if count < 32:
         return highest
     frequency = np.asarray(np.fft.rfftfreq(count, dt), dtype=np.float64)
@@ -162,7 +161,7 @@ def select_cutoff(signals: FloatArray, dt: float) -> float:
     hidden = (power <= 4.0 * floor) & (np.arange(len(frequency))[:, None] >= peak)
     lost = np.where(hidden.any(axis=0), np.argmax(hidden, axis=0), len(frequency) - 1)
     seen = power[peak, np.arange(power.shape[1])] > 4.0 * floor
-    return float(np.clip(frequency[lost[seen]].max(initial=0.0), LOWEST_CUTOFF, highest))
+    return float(np.clip(frequency[lost[seen]].max(initial=0.0), PREPARATION.min_cutoff, highest))
 
 
 def _high_frequency_mask(frequency: FloatArray, dt: float) -> BoolArray:

@@ -17,11 +17,10 @@ from gsapp.identification.axes import AXIS_SURFACES, Axis
 from gsapp.identification.deflections import COMMAND_CHANNELS
 from gsapp.identification.derivative_signs import suspicious_signs
 from gsapp.identification.maneuver import Maneuver
+from gsapp.identification.preparation_settings import PREPARATION
 from gsapp.identification.results import DerivativeEstimate, Estimate
 from gsapp.quantities import SURFACE_NAMES
 
-MIN_MANEUVER_SAMPLES: Final = 40
-"""That a maneuver must hold: fewer than the unknowns can be told from."""
 _EXCITED_STATES: Final[Mapping[Axis, tuple[str, ...]]] = {
     "lon": ("alpha", "q"),
     "lat": ("beta", "p", "r"),
@@ -33,10 +32,10 @@ _EXCITED_STATES: Final[Mapping[Axis, tuple[str, ...]]] = {
 def check_sample_count(maneuver: Maneuver) -> None:
     """Raise `FlightError` where a maneuver has too few samples for anything."""
     count = len(maneuver.block)
-    if count < MIN_MANEUVER_SAMPLES:
+    if count < PREPARATION.min_samples:
         raise FlightError(
             f"maneuver {maneuver.id} of '{maneuver.flight}' has {count} samples; at least "
-            f"{MIN_MANEUVER_SAMPLES} are needed: widen the cut"
+            f"{PREPARATION.min_samples} are needed: widen the cut"
         )
 
 
@@ -44,7 +43,7 @@ def _is_stuck(maneuver: Maneuver, channel: str) -> bool:
     """Return whether a channel was measured and moves by less than its own noise."""
     samples = maneuver.samples(channel)
     samples = samples[np.isfinite(samples)]
-    return samples.size >= MIN_MANEUVER_SAMPLES and is_stuck(
+    return samples.size >= PREPARATION.min_samples and is_stuck(
         samples, sensor_noise(maneuver.aircraft)[channel]
     )
 

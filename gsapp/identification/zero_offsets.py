@@ -14,19 +14,17 @@ from typing import Final
 import numpy as np
 
 from gsapp.identification.maneuver import Maneuver
+from gsapp.identification.preparation_settings import PREPARATION
 from gsapp.identification.results import Estimate
 from gsapp.quantities import FloatArray
-from gsapp.quantities.constants import GRAVITY
 
-ACCELEROMETER_OFFSET: Final = 0.02 * GRAVITY
-"""How uncertain the zero of an accelerometer is, m/s^2."""
 _CONSTANT_TERMS: Final = ("CN_0", "CA_0", "CY_0")
 
 
 def constant_term_offsets(
     maneuvers: Sequence[Maneuver],
     qbars: Sequence[FloatArray],
-    zero: float = ACCELEROMETER_OFFSET,
+    zero: float = PREPARATION.accelerometer_offset,
 ) -> dict[str, float]:
     """Return what zeros leave open in the constants, by name.
 

@@ -13,5 +13,7 @@ DEGREE: Final = 0.017453292519943295
 """rad."""
 FOOT: Final = 0.3048
 """m."""
+MAD_TO_STD: Final = 1.4826
+"""Standard deviation over median absolute deviation of a normal distribution."""
 EARTH_RADIUS: Final = 6_371_000.0
 """Mean radius of the Earth, m."""

@@ -15,8 +15,9 @@ from gsapp.report.document import ReportProgress
 from gsapp.report.document_writer import check_report_path, is_folder_report, write_document
 from gsapp.report.estimate_export import campaign_files
 from gsapp.report.estimate_report import CampaignReportData, ReportUnits, estimate_document
-from gsapp.report.ftr_histories import MAX_FTR_FLIGHTS, FlightEstimateHistory, compute_ftr_histories
+from gsapp.report.ftr_histories import FlightEstimateHistory, compute_ftr_histories
 from gsapp.report.linear_report import LinearModelValidation, compare_linear_models
+from gsapp.report.settings import REPORT
 
 _PROGRESS_STEPS: Final = 100
 """Parts into which all of the work is divided for those who watch it."""
@@ -96,7 +97,7 @@ def write_campaign_report(
 def _flight_ftr_histories(
     outcome: RunOutcome, shelf: FlightCache, tell: ReportProgress
 ) -> tuple[FlightEstimateHistory, ...]:
-    openings = flight_open_requests(outcome.request)[:MAX_FTR_FLIGHTS]
+    openings = flight_open_requests(outcome.request)[: REPORT.max_ftr_flights]
     found: list[FlightEstimateHistory] = []
     for number, opening in enumerate(openings):
         tell(number / len(openings), f"reading {opening.path.name}")

@@ -52,13 +52,12 @@ from gsapp.report.document import (
 )
 from gsapp.report.document_writer import check_report_path, write_document
 from gsapp.report.provenance import Provenance, provenance_section
+from gsapp.report.settings import REPORT
 
 DiscrepancyReportUnits = Literal["US", "SI"]
 
 _NO_DISAGREEMENT_TEXT = "No disagreement between model and flight exceeds the noise."
 _OPPOSITE = {"CN": "CZ", "CA": "CX"}
-_MIN_CLEAR_SIGMA = 5.0
-"""Standard deviations from which an effect cannot be overlooked."""
 _MOST_COEFFICIENTS, _MOST_OVERLAYS, _MOST_OVER_TIME, _MOST_ROWS = 2, 3, 5, 25
 
 
@@ -372,12 +371,12 @@ def _observable(found: DiscrepancyResult) -> DocumentSection:
         )
     ]
     order = sorted(found.observability, key=lambda one: -np.nan_to_num(one.sigma))
-    clear = [one for one in order if one.sigma >= _MIN_CLEAR_SIGMA]
-    faint = [one for one in order if not one.sigma >= _MIN_CLEAR_SIGMA]
+    clear = [one for one in order if one.sigma >= REPORT.clear_sigmas]
+    faint = [one for one in order if not one.sigma >= REPORT.clear_sigmas]
     if clear:
         parts.append(
             DocumentTable(
-                caption=f"Would show clearly: {_MIN_CLEAR_SIGMA:g} standard deviations or more",
+                caption=f"Would show clearly: {REPORT.clear_sigmas:g} standard deviations or more",
                 columns=("effect", "class", "standard deviations", "most similar to"),
                 rows=tuple(
                     (

@@ -50,7 +50,7 @@ from gsapp.report.estimate_text import (
 )
 from gsapp.report.fit_diagnostics import fit_diagnostics_section
 from gsapp.report.fit_figures import fit_figure, residual_figure
-from gsapp.report.ftr_histories import MAX_FTR_FLIGHTS, FlightEstimateHistory
+from gsapp.report.ftr_histories import FlightEstimateHistory
 from gsapp.report.gust_text import (
     gust_comparison_table,
     gusty_maneuvers_text,
@@ -61,12 +61,11 @@ from gsapp.report.mode_figures import modes_figure, modes_table
 from gsapp.report.online_figures import online_estimates_figure
 from gsapp.report.provenance import provenance_section
 from gsapp.report.residual_text import residual_text
+from gsapp.report.settings import REPORT
 from gsapp.report.value_figures import value_figures
 
 ReportUnits = Literal["US", "SI"]
 
-_MOST_FITS: Final = 12
-"""Maneuvers whose responses are drawn in full, the worst fitted first; the table lists all."""
 _HALF_A_PAGE: Final = 4.5
 """Height of a picture of which two fit on a page with their captions, inches."""
 _HOW_TO_READ: Final = (
@@ -254,7 +253,7 @@ def _online_section(reported: CampaignReportData) -> DocumentSection:
     result, summary = reported.result, reported.summary
     wanted = [name for names in _ONLINE.values() for name in names]
     parts = []
-    for number, one in enumerate(reported.ftr_histories[:MAX_FTR_FLIGHTS], start=1):
+    for number, one in enumerate(reported.ftr_histories[: REPORT.max_ftr_flights], start=1):
         flown = {
             name
             for found in result.results
@@ -299,7 +298,7 @@ def _maneuvers_section(result: CampaignResult, units: ReportUnits) -> DocumentSe
             numeric=frozenset({4, 5}),
         )
     ]
-    drawn = sorted(result.results, key=_worst_fit)[:_MOST_FITS]
+    drawn = sorted(result.results, key=_worst_fit)[: REPORT.max_fits]
     few = f"the {len(drawn)} fitted worst are drawn" if len(drawn) < len(result.results) else ""
     parts.append(Paragraph(text=_ORDER_TEXT.format(drawn=few or "all are drawn"), kind="note"))
     for one in drawn:

@@ -10,25 +10,21 @@ from gsapp.dynamics.buildup import derivative_names
 from gsapp.identification.campaign import CampaignResult, ManeuverResult
 from gsapp.identification.summary import CampaignSummary, ConditionTrend, DerivativeSummary
 from gsapp.quantities import channel, clock_text, from_si
-
-_CONSISTENT_RATIO_RANGE: Final = (0.7, 1.4)
-"""Scatter over bounds between which bounds are called honest."""
-_WELL_KNOWN_PERCENT: Final = 10.0
-"""Percent to which a derivative is well known."""
+from gsapp.report.settings import REPORT
 
 
 def estimate_headline(summary: CampaignSummary, result: CampaignResult) -> str:
     """Return what to read if nothing else."""
     known = [one for name, one in summary.derivatives.items() if not name.endswith("_0")]
-    well = sum(_percent(one) <= _WELL_KNOWN_PERCENT for one in known)
+    well = sum(_percent(one) <= REPORT.well_known_percent for one in known)
     maneuvers = sum(one.estimate is not None for one in result.results)
     flights = len({one.maneuver.flight for one in result.results})
     said = (
         f"{_count(maneuvers, 'maneuver')} of {_count(flights, 'flight')} "
         f"{'gives' if maneuvers == 1 else 'give'} "
         + (
-            f"{_count(len(known), 'derivative')}, {well} of them to {_WELL_KNOWN_PERCENT:.0f} % "
-            "or better."
+            f"{_count(len(known), 'derivative')}, {well} of them to "
+            f"{REPORT.well_known_percent:.0f} % or better."
             if known
             else "no derivative."
         )
@@ -78,7 +74,7 @@ def bound_consistency_text(summary: CampaignSummary) -> str:
     ratio = summary.bounds_ratio
     if ratio is None:
         return "Nothing was flown three times: scatter cannot check the bounds."
-    low, high = _CONSISTENT_RATIO_RANGE
+    low, high = REPORT.consistent_ratio
     if ratio > high:
         return (
             f"The scatter between maneuvers is {ratio:.1f} times their bounds: differences "

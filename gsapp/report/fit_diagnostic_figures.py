@@ -15,14 +15,13 @@ from gsapp.identification.results import Estimate
 from gsapp.report.document import MAX_FIGURE_HEIGHT, DocumentFigure, DocumentTable, set_margins
 from gsapp.report.palette import PRINT_PALETTE, Palette
 from gsapp.report.plot_elements import exact_number_text, format_axes, symbol_mathtext
+from gsapp.report.settings import REPORT
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from matplotlib.axes import Axes
 
-HIGH_CORRELATION: Final = 0.9
-"""Correlation of two derivatives from which they can hardly be told apart."""
 _MAX_LARGE_CELLS: Final = 10
 """Names from which the numbers of a heat map stand closer."""
 _LABEL_ANGLE: Final = 60.0
@@ -40,7 +39,8 @@ def correlated_pairs(estimate: Estimate) -> tuple[tuple[str, str, float], ...]:
         (names[column], names[row], float(matrix[row, column]))
         for row in range(len(names))
         for column in range(row)
-        if abs(matrix[row, column]) > HIGH_CORRELATION and "_0" not in names[row] + names[column]
+        if abs(matrix[row, column]) > REPORT.high_correlation
+        and "_0" not in names[row] + names[column]
     ]
     return tuple(sorted(found, key=lambda pair: -abs(pair[2])))
 
@@ -100,7 +100,7 @@ def correlation_figure(
     said = (
         f"Framed: highly correlated pairs: {told}."
         if pairs
-        else f"No pair is closer than {HIGH_CORRELATION:g}."
+        else f"No pair is closer than {REPORT.high_correlation:g}."
     )
     return DocumentFigure(
         name="correlations",

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Final
 
 import numpy as np
 
@@ -11,16 +10,9 @@ from gsapp.identification.axes import AXIS_TITLES
 from gsapp.identification.campaign import CampaignResult
 from gsapp.identification.results import Estimate
 from gsapp.report.document import DocumentPart, DocumentSection, DocumentTable
-from gsapp.report.fit_diagnostic_figures import (
-    HIGH_CORRELATION,
-    bounds_figure,
-    correlated_pairs,
-    correlation_figure,
-)
+from gsapp.report.fit_diagnostic_figures import bounds_figure, correlated_pairs, correlation_figure
 from gsapp.report.residual_text import RESIDUAL_COLUMNS, residual_rows
-
-_MOST_PAIRS: Final = 20
-"""Pairs of derivatives that are listed as hardly told apart."""
+from gsapp.report.settings import REPORT
 
 
 def fit_diagnostics_section(result: CampaignResult) -> DocumentSection:
@@ -41,11 +33,15 @@ def fit_diagnostics_section(result: CampaignResult) -> DocumentSection:
     if rows:
         parts.append(
             DocumentTable(
-                caption=f"Highly correlated derivatives: correlations beyond {HIGH_CORRELATION} "
-                "in size"
-                + (f", the {_MOST_PAIRS} found most often" if len(rows) > _MOST_PAIRS else ""),
+                caption=f"Highly correlated derivatives: correlations beyond "
+                f"{REPORT.high_correlation} in size"
+                + (
+                    f", the {REPORT.max_pairs} found most often"
+                    if len(rows) > REPORT.max_pairs
+                    else ""
+                ),
                 columns=("one", "other", "in how many fits", "correlation there"),
-                rows=rows[:_MOST_PAIRS],
+                rows=rows[: REPORT.max_pairs],
                 numeric=frozenset({2, 3}),
             )
         )

@@ -4,16 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Final
 
 from gsapp.aircraft import Aircraft
 from gsapp.flight import Flight
 from gsapp.foundation import FlightError
 from gsapp.identification.ftr import EstimateHistory
 from gsapp.identification.ftr.flight_history import compute_ftr_history
-
-MAX_FTR_FLIGHTS: Final = 4
-"""Flights that FTR listens to for a report: one picture each."""
+from gsapp.report.settings import REPORT
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -38,7 +35,7 @@ class FlightEstimateHistory:
 def compute_ftr_histories(
     flights: Sequence[tuple[Flight, Aircraft]],
     *,
-    most: int | None = MAX_FTR_FLIGHTS,
+    most: int | None = REPORT.max_ftr_flights,
     doing: Callable[[str], object] | None = None,
 ) -> tuple[FlightEstimateHistory, ...]:
     """Let FTR listen to flights from take-off on.

@@ -7,12 +7,12 @@ from typing import Final
 
 from gsapp.identification.campaign import CampaignResult, ManeuverResult
 from gsapp.identification.summary.method_comparison import (
-    SIGNIFICANT_SIGMAS,
     MethodDifference,
     ValueWithBound,
     compare_method_means,
     compare_methods,
 )
+from gsapp.identification.summary.settings import SUMMARY
 from gsapp.report.document import DocumentTable
 from gsapp.report.estimate_text import decimals_for_std
 
@@ -30,8 +30,8 @@ def gusty_maneuvers_text(result: CampaignResult) -> tuple[str, ...]:
         f"The residuals of {len(ids)} maneuver{'' if len(ids) == 1 else 's'} ({', '.join(ids)}) "
         "show gusts, which values and bounds of maximum likelihood suffer from. Equation error "
         "takes the air as the vanes felt it and stands beside: where the two differ by more "
-        f"than {SIGNIFICANT_SIGMAS:.0f} joint bounds apart, believe the one with the smaller "
-        "bound.",
+        f"than {SUMMARY.significant_sigmas:.0f} joint bounds apart, believe the one with the "
+        "smaller bound.",
     )
 
 

@@ -28,6 +28,7 @@ from gsapp.report.plot_elements import (
     label_channel,
     label_flight_time,
 )
+from gsapp.report.settings import REPORT
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -40,8 +41,6 @@ _DASHES: Final[Mapping[str, tuple[float, ...]]] = {
 """Of each model: told apart without color, too."""
 _MOST: Final = 3
 """Maneuvers beside each other."""
-_AXIS_MARGIN: Final = 0.25
-"""Of the measured range, left above and below it: a model that runs away leaves the chart."""
 
 
 def select_traces(one: AxisValidation) -> tuple[ValidationTrace, ...]:
@@ -149,7 +148,7 @@ def _draw(
 
 def _limits(measured: FloatArray) -> tuple[float, float]:
     low, high = float(measured.min()), float(measured.max())
-    room = _AXIS_MARGIN * (high - low) if high > low else 1.0
+    room = REPORT.linear_axis_margin * (high - low) if high > low else 1.0
     return low - room, high + room
 
 

@@ -21,9 +21,8 @@ from gsapp.identification.summary.linear_model_validation import (
     LinearModelValidation,
     validate_linear_models,
 )
+from gsapp.report.settings import REPORT
 
-NEUTRAL_TIME_CONSTANT: Final = 1000.0
-"""Time constant beyond which a motion neither dies nor grows in any flight, s."""
 MODE_COLUMNS: Final = (
     "mode", "pole [1/s]", "frequency [rad/s]", "damping ratio", "time constant [s]",
 )  # fmt: skip
@@ -159,7 +158,7 @@ def mode_rows(model: LinearModel) -> tuple[tuple[str, ...], ...]:
 
 
 def _time_constant(mode: Mode) -> str:
-    if not abs(mode.time_constant) < NEUTRAL_TIME_CONSTANT:
+    if not abs(mode.time_constant) < REPORT.neutral_time_constant:
         return "neutral"
     return f"{abs(mode.time_constant):.2f}" + (" (grows)" if mode.time_constant < 0.0 else "")
 

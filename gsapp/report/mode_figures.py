@@ -13,9 +13,9 @@ from gsapp.identification.summary.mode_uncertainty import ModeUncertainty
 from gsapp.quantities import channel
 from gsapp.quantities.units import from_si
 from gsapp.report.document import DocumentFigure, DocumentTable, set_margins
-from gsapp.report.linear_text import NEUTRAL_TIME_CONSTANT
 from gsapp.report.palette import PRINT_PALETTE, Palette, flight_marker
-from gsapp.report.plot_elements import ERROR_BAR_SIGMAS, exact_number_text, format_axes
+from gsapp.report.plot_elements import exact_number_text, format_axes
+from gsapp.report.settings import REPORT
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -95,7 +95,7 @@ def _draw_plane(chart: Axes, found: Sequence[ModeUncertainty], palette: Palette)
 
 
 def _bar(std: float) -> float | None:
-    return ERROR_BAR_SIGMAS * std if math.isfinite(std) else None
+    return REPORT.error_bar_sigmas * std if math.isfinite(std) else None
 
 
 def modes_table(modes: Mapping[str, Sequence[ModeUncertainty]], units: str) -> DocumentTable:
@@ -131,7 +131,7 @@ def modes_table(modes: Mapping[str, Sequence[ModeUncertainty]], units: str) -> D
 def _time_constant(one: ModeUncertainty) -> str:
     """Return a time constant with its bound; what grows is said."""
     value = one.mode.time_constant
-    if not abs(value) < NEUTRAL_TIME_CONSTANT:
+    if not abs(value) < REPORT.neutral_time_constant:
         return "neutral"
     return _with_bound(abs(value), one.time_constant_std) + (" (grows)" if value < 0.0 else "")
 

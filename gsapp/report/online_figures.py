@@ -19,7 +19,6 @@ from gsapp.report.document import DocumentFigure, DocumentTable, set_margins
 from gsapp.report.palette import PRINT_PALETTE, Palette
 from gsapp.report.plot_elements import (
     DERIVATIVE_PREFIX,
-    ERROR_BAR_SIGMAS,
     create_axes_grid,
     exact_number_text,
     format_axes,
@@ -28,6 +27,7 @@ from gsapp.report.plot_elements import (
     name_points,
     symbol_mathtext,
 )
+from gsapp.report.settings import REPORT
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -36,8 +36,6 @@ ONLINE_FIGURE_COLUMNS: Final = 2
 """Charts beside each other on paper."""
 _MOST: Final = 12
 """Charts of a page."""
-_AXIS_MARGIN: Final = 6.0
-"""Bounds above and below the last value that a chart shows."""
 
 
 def online_estimates_figure(
@@ -119,11 +117,14 @@ def _draw_history(
 ) -> None:
     chart.set_gid(DERIVATIVE_PREFIX + one.name)
     if known is not None:
-        half = ERROR_BAR_SIGMAS * known.value.std
+        half = REPORT.error_bar_sigmas * known.value.std
         mean = known.value.mean
         chart.axhspan(mean - half, mean + half, color=palette.band, linewidth=0)
         chart.axhline(mean, color=palette.ink, linewidth=0.8 * palette.line_scale, linestyle="--")
-    low, high = one.values - ERROR_BAR_SIGMAS * one.stds, one.values + ERROR_BAR_SIGMAS * one.stds
+    low, high = (
+        one.values - REPORT.error_bar_sigmas * one.stds,
+        one.values + REPORT.error_bar_sigmas * one.stds,
+    )
     color = palette.channel(one.name)
     chart.fill_between(one.times, low, high, color=color, alpha=0.18, linewidth=0)
     chart.plot(one.times, one.values, color=color)
@@ -132,7 +133,7 @@ def _draw_history(
         bars = chart.errorbar(
             [ends[point.maneuver] for point in points],
             [point.value for point in points],
-            yerr=[ERROR_BAR_SIGMAS * point.std for point in points],
+            yerr=[REPORT.error_bar_sigmas * point.std for point in points],
             linestyle="none", marker="s", markersize=3.5, color=palette.ink,
             elinewidth=0.7 * palette.line_scale, zorder=3,
         )  # fmt: skip
@@ -152,7 +153,9 @@ def _draw_history(
         return
     # The first moments, with a bound many times the last one, must not flatten the rest.
     last = float(one.values[earned][-1])
-    room = _AXIS_MARGIN * max(float(one.stds[earned][-1]), known.value.std if known else 0.0)
+    room = REPORT.online_axis_margin * max(
+        float(one.stds[earned][-1]), known.value.std if known else 0.0
+    )
     shown = [last, *([known.value.mean] if known else ()), *(point.value for point in points)]
     reach = max(room, 1.2 * max(abs(value - last) for value in shown))
     chart.set_ylim(last - reach, last + reach)

@@ -24,8 +24,6 @@ from gsapp.report.palette import Palette
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-ERROR_BAR_SIGMAS: Final = 2.0
-"""Half the length of a bar, in bounds: 95 %."""
 MANEUVER_PREFIX, DERIVATIVE_PREFIX = "maneuver:", "derivative:"
 """Begin the names of points, and of axes."""
 NAME_SEPARATOR: Final = "|"

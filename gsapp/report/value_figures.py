@@ -24,7 +24,6 @@ from gsapp.report.document import DocumentFigure, DocumentTable, set_margins
 from gsapp.report.palette import PRINT_PALETTE, Palette, flight_marker
 from gsapp.report.plot_elements import (
     DERIVATIVE_PREFIX,
-    ERROR_BAR_SIGMAS,
     axis_label,
     column_title,
     create_axes_grid,
@@ -34,6 +33,7 @@ from gsapp.report.plot_elements import (
     name_points,
     symbol_mathtext,
 )
+from gsapp.report.settings import REPORT
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -233,7 +233,7 @@ def _place(point: DerivativePoint, drawn: _ChartStyle) -> float:
 def _draw_values(chart: Axes, one: DerivativeSummary, drawn: _ChartStyle) -> None:
     palette = drawn.palette
     chart.set_gid(DERIVATIVE_PREFIX + one.name)
-    half = ERROR_BAR_SIGMAS * one.value.std
+    half = REPORT.error_bar_sigmas * one.value.std
     chart.axhspan(one.value.mean - half, one.value.mean + half, color=palette.band, linewidth=0)
     chart.axhline(one.value.mean, color=palette.ink, linewidth=0.8 * palette.line_scale)
     for flight, place in drawn.flights.items():
@@ -243,7 +243,7 @@ def _draw_values(chart: Axes, one: DerivativeSummary, drawn: _ChartStyle) -> Non
         bars = chart.errorbar(
             [_place(point, drawn) for point in points],
             [point.value for point in points],
-            yerr=[ERROR_BAR_SIGMAS * point.std for point in points],
+            yerr=[REPORT.error_bar_sigmas * point.std for point in points],
             linestyle="none", marker=flight_marker(place), markersize=drawn.size,
             color=palette.flight(place), elinewidth=0.7 * palette.line_scale,
         )  # fmt: skip

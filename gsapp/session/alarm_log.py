@@ -13,15 +13,13 @@ from gsapp.foundation import FlightError
 from gsapp.session.alarms import Alarm, AlarmEpisode, AlarmRegistry
 from gsapp.session.limits import Severity
 from gsapp.session.marks import MarkStore
+from gsapp.session.monitor_settings import MONITORS
 
 ACKNOWLEDGE: Final = "acknowledge"
 ALARM: Final = "alarm"
 ALARM_ENDED: Final = "alarm-ended"
 
 _EQUIPMENT = ("link", "recorder", "disk", "clock", "folder", "aircraft")
-_SAME_ALARM_US = 10_000_000
-_SAME_ALARM_S = 10.0
-"""What two windows say of the equipment within this time is the same alarm."""
 
 
 def alarm_events(board: AlarmRegistry) -> tuple[Event, ...]:
@@ -190,7 +188,7 @@ class AlarmLog:
         known = any(
             other.kind == event.kind
             and other.data.get("alarm") == key
-            and abs(other.host_time_us - stamp) < _SAME_ALARM_US
+            and abs(other.host_time_us - stamp) < 1e6 * MONITORS.same_alarm_time
             for other in self._book.other_events
         )
         if not known and not self._write(event):
@@ -252,4 +250,4 @@ class AlarmLog:
 
 
 def _is_close_in_time(one: float | None, other: float | None) -> bool:
-    return one is not None and other is not None and abs(one - other) < _SAME_ALARM_S
+    return one is not None and other is not None and abs(one - other) < MONITORS.same_alarm_time

@@ -13,13 +13,8 @@ from gsapp.decoding.pipeline import ChannelSource
 from gsapp.session.alarms import AlarmRegistry
 from gsapp.session.flight_metadata import FlightMetadata
 from gsapp.session.limits import LimitSet, Severity
+from gsapp.session.monitor_settings import MONITORS
 from gsapp.session.sample_history import SampleHistory
-
-_PERIODS = 3.0
-_SHORTEST_PATIENCE = 0.5
-_LONGEST_PATIENCE = 10.0
-DEFAULT_STALE_SECONDS = 1.5
-"""Seconds after which a channel is stale whose usual rate is not known."""
 
 
 class Freshness(Enum):
@@ -86,7 +81,10 @@ def stale_timeout_by_message(report: LinkReport | None) -> Mapping[str, float]:
         return found
     for message in report.messages:
         if message.rate > 0.0 and message.system == report.system:
-            seconds = min(max(_PERIODS / message.rate, _SHORTEST_PATIENCE), _LONGEST_PATIENCE)
+            seconds = min(
+                max(MONITORS.stale_periods / message.rate, MONITORS.min_stale_time),
+                MONITORS.max_stale_time,
+            )
             found[message.name] = max(seconds, found.get(message.name, 0.0))
     return found
 
@@ -123,7 +121,7 @@ class ChannelStates:
         late = stale_timeout_by_message(None if decoder is None else decoder.health.report())
         carriers = {name: self.message_of(name) or "" for name in channel_ids}
         return {
-            name: late.get(message.partition("[")[0], DEFAULT_STALE_SECONDS)
+            name: late.get(message.partition("[")[0], MONITORS.default_stale_time)
             for name, message in carriers.items()
         }
 

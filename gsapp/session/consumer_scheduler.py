@@ -10,32 +10,11 @@ from __future__ import annotations
 import bisect
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
-from typing import Final, Protocol, runtime_checkable
+from typing import Protocol, runtime_checkable
 
 from gsapp.quantities import Block
+from gsapp.session.monitor_settings import MONITORS
 from gsapp.session.sample_history import SampleHistory
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class ConsumerSchedulerSettings:
-    """Settings of `ConsumerScheduler`."""
-
-    most_rows: int = 512
-    """Rows of the grid given at a time where nothing holds anybody up."""
-    at_once: float = 1.0
-    """Seconds of flight by which one may be behind and still count as being there."""
-    longest_pause: float = 60.0
-    """Seconds without a sample that belong to a flight; longer pauses are passed over."""
-
-
-_SETTINGS: Final = ConsumerSchedulerSettings()
-
-
-_SHORTEST_STEP, _STEP = 0.25, 1.0
-"""Seconds of flight given at a time, as the time of those who watch allows. What is due some
-seconds after something happened, such as a look ahead, is never due in the very step in which it
-happened."""
 
 
 class Consumer(Protocol):
@@ -74,7 +53,7 @@ class GridSegments:
 
     def __init__(self, rate: float) -> None:
         self._rate = rate
-        self._pause = round(_SETTINGS.longest_pause * rate)
+        self._pause = round(MONITORS.max_filled_pause * rate)
         self._firsts: list[int] = []
         self._lasts: list[int] = []
 
@@ -179,8 +158,8 @@ class ConsumerScheduler:
         self._stretches = stretches
         self._clock = clock
         self._steps = (
-            min(max(round(_SHORTEST_STEP * history.rate), 1), _SETTINGS.most_rows),
-            min(max(round(_STEP * history.rate), 1), _SETTINGS.most_rows),
+            min(max(round(MONITORS.min_step * history.rate), 1), MONITORS.max_rows),
+            min(max(round(MONITORS.max_step * history.rate), 1), MONITORS.max_rows),
         )
         self._rows: tuple[int, int, Block] | None = None
         self.cursors = [ConsumerCursor(consumer, 0) for consumer in consumers]
@@ -255,7 +234,7 @@ class ConsumerScheduler:
         """Return how much of the way to a place a consumer has come, 0 to 1."""
         first = self._stretches.first
         (follower,) = (one for one in self.cursors if one.consumer is consumer)
-        near = place - round(_SETTINGS.at_once * self._history.rate)
+        near = place - round(MONITORS.max_delay * self._history.rate)
         if first is None or near <= first or self.has_reached(follower, near):
             return 1.0
         return max(follower.next_index - first, 0) / (place - first)

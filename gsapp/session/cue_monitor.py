@@ -16,6 +16,7 @@ from gsapp.session.alarms import AlarmRegistry
 from gsapp.session.failure_guard import FailureGuard
 from gsapp.session.limits import Severity
 from gsapp.session.marks import MarkStore
+from gsapp.session.monitor_settings import MONITORS
 
 if TYPE_CHECKING:
     from gsapp.excitation.cueing import CueGenerator
@@ -24,8 +25,6 @@ VERDICT_EVENT: Final = "verdict"
 CARD_SELECTION_EVENT: Final = "card-choice"
 """Kinds of events in the flight's file."""
 
-_SAME_INPUT: Final = 0.5
-"""Verdicts on inputs begun within so many seconds are the same, whichever window gave them."""
 
 _SEVERITY: Final = {"caution": Severity.CAUTION, "warning": Severity.WARNING}
 _EQUIPMENT: Final = {
@@ -227,7 +226,7 @@ class CueMonitor:
         began = float(event.data["t_input"])
         for other in self._book.other_events:
             known = other.data.get("t_input")
-            same = isinstance(known, (int, float)) and abs(known - began) < _SAME_INPUT
+            same = isinstance(known, (int, float)) and abs(known - began) < MONITORS.same_input_time
             if other.kind == VERDICT_EVENT and same:
                 return
         data = {**event.data, "result": event.state}

@@ -8,39 +8,16 @@ from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Final
 
 from gsapp.decoding.health import LinkHealth, LinkReport
 from gsapp.session.alarms import AlarmRegistry
 from gsapp.session.limits import Severity
+from gsapp.session.monitor_settings import MONITORS
 from gsapp.telemetry.link_diagnosis import diagnose_link
 from gsapp.telemetry.recorder_control import RecorderHandle, find_recorder, read_last_status
 from gsapp.telemetry.recorder_status import RecorderStatus
 
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class EquipmentMonitorSettings:
-    """Settings of `EquipmentMonitor`."""
-
-    look: float = 0.5
-    """Seconds between looks at the recorder's state, which it writes as often."""
-    no_data: float = 5.0
-    """Seconds without a sign of the aircraft after which the crew is told what is wrong."""
-    set_back_us: int = 1_000_000
-    """By how much the computer's clock must be set back for the crew to be told."""
-
-
-_SETTINGS: Final = EquipmentMonitorSettings()
-
-
-_HANGS = 5.0
-_SILENT = 3.0
-_LOSS_SPAN = 10.0
 _NOT_HEARD_YET = ("no data", "no aircraft")
-_MUCH_LOSS = 0.1
-_FEW_FRAMES = 50
-_LITTLE_TIME, _LITTLE_ROOM = 1800.0, 500e6
-_NO_TIME, _NO_ROOM = 600.0, 50e6
 STUCK_DISK_TEXT = "the disk does not respond: the display is stopped until it does"
 
 
@@ -249,7 +226,7 @@ class EquipmentMonitor:
         time = self._clock()
         if time < self._next_look:
             return False
-        self._next_look = time + _SETTINGS.look
+        self._next_look = time + MONITORS.equipment_interval
         self._facts = self._read_facts()
         if stuck:
             self._note_stuck_disk(now)
@@ -288,7 +265,7 @@ class EquipmentMonitor:
     def _look_at_clock(self, now: float | None) -> None:
         """Tell once of every time that the computer's clock was set back."""
         ahead = 0 if self._status is None else self._status.ahead_us
-        if ahead - self._told_ahead_us >= _SETTINGS.set_back_us:
+        if ahead - self._told_ahead_us >= MONITORS.clock_set_back_us:
             self._told_ahead_us = ahead
             self._board.raise_("clock", Severity.CAUTION, now, _clock_set_back_text(ahead))
         else:
@@ -330,7 +307,7 @@ class EquipmentMonitor:
         self._written = status.received_bytes
         ahead = (
             (_clock_set_back_text(status.ahead_us),)
-            if status.ahead_us >= _SETTINGS.set_back_us
+            if status.ahead_us >= MONITORS.clock_set_back_us
             else ()
         )
         wrong = (sentence,) if sentence else ()
@@ -368,7 +345,7 @@ class EquipmentMonitor:
             )
         if status is None:
             return "starting", Severity.NORMAL, ""
-        if time - self._spoke > _HANGS:
+        if time - self._spoke > MONITORS.recorder_timeout:
             return (
                 "hangs",
                 Severity.WARNING,
@@ -390,9 +367,9 @@ class EquipmentMonitor:
         severity = Severity.NORMAL
         lasts = float("inf") if left is None else left
         if free is not None and self.handle is not None:
-            if free < _NO_ROOM or lasts < _NO_TIME:
+            if free < MONITORS.full_disk_bytes or lasts < MONITORS.full_disk_time:
                 severity = Severity.WARNING
-            elif free < _LITTLE_ROOM or lasts < _LITTLE_TIME:
+            elif free < MONITORS.low_disk_bytes or lasts < MONITORS.low_disk_time:
                 severity = Severity.CAUTION
         minutes = f", enough for {left / 60.0:.0f} min" if left is not None else ""
         sentence = f"the disk has {(free or 0) / 1e6:.0f} MB left{minutes}: make room"
@@ -408,7 +385,7 @@ class EquipmentMonitor:
         age = None if report is None else report.age
         unreadable = "" if report is None else report.unreadable
         arrived = None if health is None else health.last_stamp
-        if arrived is None or self.host_us() - arrived > _SILENT * 1e6:
+        if arrived is None or self.host_us() - arrived > MONITORS.silence_time * 1e6:
             unreadable = ""
         words, severity, sentence = self._state_of_link(report, age, loss, unreadable)
         if self.landed:
@@ -453,9 +430,9 @@ class EquipmentMonitor:
             return "unreadable", Severity.WARNING, str(found) if known else unreadable
         if age is None:
             return self._waiting(status, report)
-        if age > _SILENT:
+        if age > MONITORS.silence_time:
             return "silent", Severity.WARNING, _silence_text(report)
-        if loss > _MUCH_LOSS:
+        if loss > MONITORS.max_loss:
             return (
                 "weak",
                 Severity.CAUTION,
@@ -468,7 +445,7 @@ class EquipmentMonitor:
     ) -> tuple[str, Severity, str]:
         """Return how a link stands over which the aircraft has not been heard yet."""
         waited = (status.updated_us - status.started_us) / 1e6
-        problem = self._problem(status, report) if waited >= _SETTINGS.no_data else ""
+        problem = self._problem(status, report) if waited >= MONITORS.no_data_time else ""
         if not problem:
             return "waiting", Severity.NORMAL, ""
         words = _NOT_HEARD_YET[status.received_bytes > 0]
@@ -486,17 +463,17 @@ class EquipmentMonitor:
             return 0.0
         recent, flown = self._recent, report.flown
         recent.append((time, *((flown.arrived, flown.lost) if flown is not None else (0, 0))))
-        while len(recent) > 2 and recent[1][0] <= time - _LOSS_SPAN:
+        while len(recent) > 2 and recent[1][0] <= time - MONITORS.loss_window:
             recent.popleft()
         came = recent[-1][1] - recent[0][1]
         lost = max(recent[-1][2] - recent[0][2], 0)
-        return lost / (came + lost) if came + lost >= _FEW_FRAMES else 0.0
+        return lost / (came + lost) if came + lost >= MONITORS.min_loss_frames else 0.0
 
 
 def _silence_text(report: LinkReport | None) -> str:
     system = None if report is None else report.system
     name = "aircraft" if system is None else f"aircraft (system {system})"
-    return f"{name} silent: no data for more than {_SILENT:.0f} s"
+    return f"{name} silent: no data for more than {MONITORS.silence_time:.0f} s"
 
 
 def _clock_set_back_text(ahead_us: int) -> str:

@@ -11,11 +11,10 @@ from gsapp.quantities import Block
 from gsapp.session.alarms import AlarmRegistry
 from gsapp.session.consumer_scheduler import Consumer, SlowConsumer
 from gsapp.session.limits import Severity
+from gsapp.session.monitor_settings import MONITORS
 
 T = TypeVar("T")
 
-_RETRY_AFTER = 1.0
-"""Seconds after which what failed in a live flight is tried again."""
 
 log = logging.getLogger(__name__)
 
@@ -91,7 +90,7 @@ class RetriedSteps:
         try:
             step()
         except Exception as error:
-            self._next_attempt[name] = now + _RETRY_AFTER
+            self._next_attempt[name] = now + MONITORS.consumer_retry
             words = str(error)
             if not isinstance(error, GroundStationError):
                 words = f"internal error ({error!r}); the log has more"

@@ -14,8 +14,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
-from typing import Final, NamedTuple, Protocol
+from typing import NamedTuple, Protocol
 
 from gsapp.foundation import FlightError
 from gsapp.quantities import Block
@@ -25,6 +24,7 @@ from gsapp.session.consumer_scheduler import (
     ConsumerScheduler,
     GridSegments,
 )
+from gsapp.session.monitor_settings import MONITORS
 from gsapp.session.sample_history import SampleHistory
 from gsapp.session.snapshot import Playhead
 
@@ -33,21 +33,6 @@ MIN_REPLAY_SPEED, MAX_REPLAY_SPEED = 0.1, 50.0
 
 _FEWEST, _MOST = 64, 4096
 """Records read at a time, as their decoding time allows."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class FeedsSettings:
-    """Settings of this module."""
-
-    longest_tick: float = 1.0
-    """Seconds that a replay moves on at most between two calls, at single speed."""
-    nearly: float = 0.99
-    """The most that is told to be watched while the rest is not."""
-    read_ahead: float = 5.0
-    """Seconds that reading must be ahead of the playhead: slow messages arrive late."""
-
-
-_SETTINGS: Final = FeedsSettings()
 
 
 _BEFORE_FIRST_INDEX = -(2**62)
@@ -180,7 +165,7 @@ class LiveFeed:
         last = self._stretches.last
         if not self._begun or last is None:
             return 0.0
-        return min(self._following.progress(consumer, last), _SETTINGS.nearly)
+        return min(self._following.progress(consumer, last), MONITORS.max_progress)
 
     def advance(self, deadline: float) -> None:
         """Take in what was recorded since, until the clock shows `deadline`."""
@@ -233,7 +218,7 @@ class LiveFeed:
         target = (
             _BEFORE_FIRST_INDEX
             if last is None
-            else last - round(_SETTINGS.read_ahead * self._history.rate)
+            else last - round(MONITORS.read_ahead * self._history.rate)
         )
         following.feed_until(target, deadline)
         for follower in [one for one in following.cursors if following.has_reached(one, target)]:
@@ -443,7 +428,7 @@ class ReplayFeed:
             self._move_to(start)
         if self.playing and self._speed != UNLIMITED_SPEED:
             # A window that stood still for long goes on where it was.
-            self._play(min(max(elapsed, 0.0), _SETTINGS.longest_tick) * self._speed)
+            self._play(min(max(elapsed, 0.0), MONITORS.max_tick) * self._speed)
         self._feed(deadline)
         self._read(deadline)
         if not (self.playing and self._speed == UNLIMITED_SPEED):
@@ -492,7 +477,7 @@ class ReplayFeed:
         last = self._stretches.last
         if last is None:
             return _BEFORE_FIRST_INDEX
-        return last if self._complete else last - round(_SETTINGS.read_ahead * self._history.rate)
+        return last if self._complete else last - round(MONITORS.read_ahead * self._history.rate)
 
     def _place(self, time: float) -> int:
         return math.floor(time * self._history.rate + 1e-6)

@@ -20,17 +20,13 @@ from typing import TypeVar
 from gsapp.flight.events import Event, EventLog
 from gsapp.flight.raw_record import RawRecord
 from gsapp.foundation import FlightError
+from gsapp.session.monitor_settings import MONITORS
 
 T = TypeVar("T")
 
-_PERIOD = 0.002
-"""Seconds between two looks at the record: three sizes of files."""
-_PATIENCE = 0.2
-"""Seconds that who asks for something waits for the disk."""
 _PIECE, _MOST_AHEAD = 1024, 8192
 """Records read at a time, and at most before somebody takes them."""
 _EVENTS_EVERY = _REREAD_EVERY = 0.1
-_RETRY_SECONDS = 1.0
 
 log = logging.getLogger(__name__)
 
@@ -88,7 +84,9 @@ class FileWorker:
         self._jobs.append((job, future))
         self._wake.set()
         with suppress(TimeoutError):
-            future.exception(_PATIENCE if self.seconds_waiting < _PATIENCE else 0.0)
+            future.exception(
+                MONITORS.file_wait if self.seconds_waiting < MONITORS.file_wait else 0.0
+            )
         return future
 
     def run_job(self, job: Callable[[], object]) -> None:
@@ -119,7 +117,7 @@ class FileWorker:
             for task in self._tasks:
                 task.run()
             self._round_ended = time.monotonic()
-            self._wake.wait(_PERIOD)
+            self._wake.wait(MONITORS.file_interval)
 
 
 def _log_failure(future: Future[object]) -> None:
@@ -141,7 +139,7 @@ class _Task:
         try:
             self._function()
         except Exception:
-            self._due = now + _RETRY_SECONDS
+            self._due = now + MONITORS.file_retry
             log.exception("a flight file cannot be read")
 
 

@@ -24,12 +24,10 @@ from gsapp.flight.uniform_grid import combine_on_grid
 from gsapp.foundation import FileProblemsError
 from gsapp.quantities import Block
 from gsapp.session.marks import MarkStore
+from gsapp.session.monitor_settings import MONITORS
 from gsapp.session.readers import FlightReader, RecordReader
 from gsapp.session.sample_history import SampleHistory
 from gsapp.session.session_flight import SessionFlight
-
-_INFO_EVERY = 1.0
-"""Seconds between looks at the flight card on the disk."""
 
 
 class FlightMetadata:
@@ -42,7 +40,7 @@ class FlightMetadata:
         self.name = name
         self._history = history
         self._book = book
-        self._read_info = opened.poll(self._info_on_disk, _INFO_EVERY)
+        self._read_info = opened.poll(self._info_on_disk, MONITORS.info_interval)
 
     @property
     def decoder(self) -> Decoder | None:

@@ -5,46 +5,19 @@ from __future__ import annotations
 import math
 from collections import deque
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
 
 from gsapp.aircraft import Aircraft
 from gsapp.excitation.flight_rows import FlightRows, FlightRowStream
-from gsapp.flight.maneuvers.airborne_detection import FRAME_DURATION, AirborneDetector, flying_speed
+from gsapp.flight.maneuvers.airborne_detection import AirborneDetector, flying_speed
+from gsapp.flight.maneuvers.settings import DETECTION
 from gsapp.flight.maneuvers.signals import SIGNAL_COLUMNS, SIGNALS
 from gsapp.quantities import Block, FloatArray
-from gsapp.quantities.constants import DEGREE
+from gsapp.session.monitor_settings import MONITORS
 
 _READ: Final = (*SIGNALS, "ground_speed")
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class LandingMonitorSettings:
-    """Settings of `LandingMonitor`."""
-
-    flying_speed: float = 12.0
-    """Airspeed below which no aircraft of this kind flies, m/s, where no aircraft file tells."""
-    slow: float = 0.5
-    """Of the flying speed: a stall or a strong wind does not bring it below that for long."""
-    quiet: float = 4.0 * DEGREE
-    """Greatest mean pitch or roll rate of an aircraft on its wheels, rad/s."""
-    level: float = 4.0
-    """Most that the altitude of a standing aircraft wanders, m."""
-    low: float = 20.0
-    """Greatest height above the place of take-off, m, where no ground speed tells."""
-    reported_frames: int = 2
-    """Slow frames for which the autopilot must report ground, or have disarmed."""
-    standing_frames_alone: int = 40
-    """Frames where neither height nor ground speed confirms an airspeed that a fault can zero."""
-
-
-_SETTINGS: Final = LandingMonitorSettings()
-
-
-_FLOWN_FRAMES: Final = 10
-_STANDING_FRAMES: Final = 6
 
 
 class LandingMonitor:
@@ -78,8 +51,8 @@ class LandingMonitor:
     ) -> None:
         self._aircraft = aircraft
         self._on_ground = on_ground
-        self._speed = _SETTINGS.flying_speed if aircraft is None else flying_speed(aircraft)
-        self._count = max(round(FRAME_DURATION * rate), 1)
+        self._speed = MONITORS.default_flying_speed if aircraft is None else flying_speed(aircraft)
+        self._count = max(round(DETECTION.frame_duration * rate), 1)
         self._stream = FlightRowStream(rate)
         self.reset()
 
@@ -90,7 +63,7 @@ class LandingMonitor:
         self._left = np.empty((0, len(_READ) + 1))  # of a frame that is not complete
         self._flown = 0
         self._ground = math.nan
-        self._altitudes: deque[float] = deque(maxlen=_STANDING_FRAMES)
+        self._altitudes: deque[float] = deque(maxlen=MONITORS.standing_frames)
         self._standing = 0
         self._since = 0.0
         self.landed_at: float | None = None
@@ -131,13 +104,16 @@ class LandingMonitor:
             self._flown += 1
             self._standing = 0
             self._altitudes.clear()
-            if self.landed_at is None or self._flown < _FLOWN_FRAMES:
+            if self.landed_at is None or self._flown < MONITORS.min_flown_frames:
                 return
             self.landed_at = None  # another take-off
             return
         if math.isfinite(altitude):
             self._altitudes.append(altitude)
-            if self._flown < _FLOWN_FRAMES and not speed > _SETTINGS.slow * self._speed:
+            if (
+                self._flown < MONITORS.min_flown_frames
+                and not speed > MONITORS.slow_ratio * self._speed
+            ):
                 self._ground = altitude
         if not reported and not self._stands(speed, over_ground, means):
             self._standing = 0
@@ -145,30 +121,35 @@ class LandingMonitor:
         if not self._standing:
             self._since = time
         self._standing += 1
-        patience = _SETTINGS.reported_frames if reported else self._patience(altitude, over_ground)
-        if self._flown >= _FLOWN_FRAMES and self._standing >= patience:
+        patience = (
+            MONITORS.reported_ground_frames if reported else self._patience(altitude, over_ground)
+        )
+        if self._flown >= MONITORS.min_flown_frames and self._standing >= patience:
             self.landed_at = self._since
             self._flown = 0
 
     def _stands(self, speed: float, over_ground: float, means: FloatArray) -> bool:
         """Return whether nothing of a frame contradicts an aircraft that stands."""
         rates = np.abs(means[[SIGNAL_COLUMNS["p"], SIGNAL_COLUMNS["q"]]])
-        level = not self._altitudes or max(self._altitudes) - min(self._altitudes) < _SETTINGS.level
+        level = (
+            not self._altitudes
+            or max(self._altitudes) - min(self._altitudes) < MONITORS.max_altitude_change
+        )
         altitude = float(means[SIGNAL_COLUMNS["altitude"]])
-        high = math.isnan(over_ground) and altitude - self._ground > _SETTINGS.low
+        high = math.isnan(over_ground) and altitude - self._ground > MONITORS.max_ground_height
         return (
             self._is_slow(speed, over_ground)
             and level
             and not high
-            and not bool((rates > _SETTINGS.quiet).any())
+            and not bool((rates > MONITORS.max_ground_rate).any())
         )
 
     def _is_slow(self, speed: float, over_ground: float) -> bool:
-        return not max(_or_zero(speed), _or_zero(over_ground)) > _SETTINGS.slow * self._speed
+        return not max(_or_zero(speed), _or_zero(over_ground)) > MONITORS.slow_ratio * self._speed
 
     def _patience(self, altitude: float, over_ground: float) -> int:
         confirmed = math.isfinite(over_ground) or math.isfinite(altitude - self._ground)
-        return _STANDING_FRAMES if confirmed else _SETTINGS.standing_frames_alone
+        return MONITORS.standing_frames if confirmed else MONITORS.standing_frames_alone
 
 
 def _or_zero(value: float) -> float:

@@ -8,9 +8,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
 from itertools import pairwise
-from typing import Final, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -18,29 +17,13 @@ import numpy.typing as npt
 from gsapp.quantities import Block, FloatArray
 from gsapp.session.alarms import AlarmRegistry
 from gsapp.session.limits import LimitRule, LimitSet, Severity
+from gsapp.session.monitor_settings import MONITORS
 
 # Whether the aircraft is about to touch down, as far as its speed and its altitude tell.
 # Every landing ends below the stall speed. An alarm for it, one second before the wheels touch,
 # teaches the crew to ignore it; so limits that mean nothing near the ground wait there.
 
 SPEED_CHANNEL, ALTITUDE_CHANNEL = "Vc", "altitude"
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class LimitMonitorSettings:
-    """Settings of `LimitMonitor`."""
-
-    near: float = 6.0
-    """Height above the place of take-off that counts as near the ground, m."""
-    ground_time: float = 5.0
-    """Seconds of standing and rolling whose median altitude is that of the ground ..."""
-    least_time: float = 1.0
-    """... or what there is of them, but no less than this."""
-    window: float = 0.5
-    """Seconds of which more than half must be near the ground: barometers are noisy."""
-
-
-_SETTINGS: Final = LimitMonitorSettings()
 
 
 class GroundProximityMonitor:
@@ -62,9 +45,9 @@ class GroundProximityMonitor:
     def __init__(self, flown_at: float, slow_at: float, rate: float) -> None:
         self._flown_at = flown_at
         self._slow_at = slow_at
-        self._longest = round(_SETTINGS.ground_time * rate)
-        self._least = round(_SETTINGS.least_time * rate)
-        self._window = max(round(_SETTINGS.window * rate), 1)
+        self._longest = round(MONITORS.ground_altitude_time * rate)
+        self._least = round(MONITORS.min_ground_time * rate)
+        self._window = max(round(MONITORS.near_ground_window * rate), 1)
         self._altitudes: FloatArray = np.empty(0)
         self._ground: float | None = None
         self._flown = False
@@ -87,7 +70,9 @@ class GroundProximityMonitor:
         if first != self._next:
             self._last[:] = False
         self._next = first + len(block)
-        line = np.concatenate((self._last, np.abs(altitude - self._ground) < _SETTINGS.near))
+        line = np.concatenate(
+            (self._last, np.abs(altitude - self._ground) < MONITORS.near_ground_height)
+        )
         self._last = line[line.size - self._last.size :]
         counts = np.concatenate(((0,), np.cumsum(line)))
         return (counts[self._window :] - counts[: -self._window]) * 2 > self._window

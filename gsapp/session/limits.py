@@ -20,13 +20,11 @@ from gsapp.aircraft import Aircraft
 from gsapp.foundation import StrictModel, UnknownNameError, read_toml
 from gsapp.foundation.shipped_files import ShippedFiles
 from gsapp.quantities import base_id, channel, parse_quantity
+from gsapp.session.monitor_settings import MONITORS
 
 LimitSide = Literal["low", "high"]
 
 LIMIT_TABLES = ShippedFiles(folder=Path(__file__).parent / "files", kind="limits")
-
-_SHORTEST = 0.1
-"""Seconds that a value must stay beyond a limit by default: one spike is no alarm."""
 
 
 class Severity(IntEnum):
@@ -49,7 +47,7 @@ class LimitRule:
     """SI; beyond it the alarm is raised."""
     hysteresis: float = 0.0
     """How far a value must come back before the alarm ends, SI."""
-    duration: float = _SHORTEST
+    duration: float = MONITORS.min_limit_time
     """How long a value must stay beyond, or back, s."""
     caution_text: str = ""
     warning_text: str = ""
@@ -101,7 +99,7 @@ class LimitEntry(StrictModel):
     high_caution: str | float | None = None
     high_warning: str | float | None = None
     hysteresis: str | float | None = None
-    duration: str = f"{_SHORTEST} s"
+    duration: str = f"{MONITORS.min_limit_time} s"
     words: str = ""
     off: bool = False
 
@@ -204,7 +202,7 @@ def _rule(
     warning: float | None,
     words: tuple[str, str],
     *,
-    duration: float = _SHORTEST,
+    duration: float = MONITORS.min_limit_time,
     armed_at: float | None = None,
     asleep_at: float | None = None,
     airborne_only: bool = False,

@@ -19,9 +19,8 @@ from gsapp.foundation import FlightError
 from gsapp.quantities import Block
 from gsapp.session.feeds import ReadResult
 from gsapp.session.file_worker import FileWorker, RecordBuffer
+from gsapp.session.monitor_settings import MONITORS
 
-_GUESS_US = 3_000_000
-_GUESS_RECORDS = 20_000
 _FLIGHT_ROWS = 4  # rows of a flight that weigh as much as one record
 
 
@@ -104,22 +103,22 @@ class RecordReader:
 
     def _hold(self, records: list[RawRecord], more: bool) -> list[RawRecord]:
         """Keep records until they tell which map fits; then return all of them."""
-        if len(self._held) >= _GUESS_RECORDS and self.problem:
+        if len(self._held) >= MONITORS.map_guess_records and self.problem:
             return []  # enough was seen to know that none fits
         self._held += records
         if len(self._held) <= self._next_guess:
             return []
-        enough = len(self._held) >= _GUESS_RECORDS
+        enough = len(self._held) >= MONITORS.map_guess_records
         if self._grows and not enough:
             # A finished file is judged by as much as there is; a link by its first seconds.
-            enough = self._held[-1].stamp_us - self._held[0].stamp_us >= _GUESS_US
+            enough = self._held[-1].stamp_us - self._held[0].stamp_us >= MONITORS.map_guess_us
         elif not more:
             enough = True
         return self._decide() if enough else []
 
     def _decide(self) -> list[RawRecord]:
         try:
-            channel_map = guess_channel_map(self._held[:_GUESS_RECORDS], self._path)
+            channel_map = guess_channel_map(self._held[: MONITORS.map_guess_records], self._path)
         except FlightError as error:
             if not self._grows:
                 raise

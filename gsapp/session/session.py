@@ -45,6 +45,7 @@ from gsapp.session.file_worker import BackgroundEventLog
 from gsapp.session.flight_metadata import FlightMetadata
 from gsapp.session.limits import LimitBands, LimitSet
 from gsapp.session.marks import FlightMark, MarkKind, MarkStore
+from gsapp.session.monitor_settings import MONITORS
 from gsapp.session.sample_history import SampleHistory
 from gsapp.session.session_flight import SessionFlight, open_live_flight, open_recorded_flight
 from gsapp.session.session_monitors import SessionMonitors
@@ -56,11 +57,6 @@ from gsapp.telemetry.recorder_control import RecorderHandle
 if TYPE_CHECKING:
     pass
 
-_EVENTS_EVERY = 0.25
-_RELAX_EVERY = 10.0
-_RECORDER_EVERY = 0.25
-_STUCK_SECONDS = 2.0
-"""After which a disk that does not respond is told."""
 
 log = logging.getLogger(__name__)
 
@@ -152,7 +148,7 @@ class Session:
         self.equipment: EquipmentMonitor | None = None
         self.feed: LiveFeed | ReplayFeed
         if mode == "live":
-            facts = opened.poll(RecorderProbe(path).read, _RECORDER_EVERY)
+            facts = opened.poll(RecorderProbe(path).read, MONITORS.recorder_interval)
             self.equipment = EquipmentMonitor(path, self.alarm_registry, clock, wall_us, facts)
             self.feed = LiveFeed(opened.reader, self.history, monitors.consumers, clock)
         else:
@@ -219,10 +215,10 @@ class Session:
         if self.estimates is not None:
             self.estimates.update(self.now)
         if now >= self._next_relax:
-            self._next_relax = now + _RELAX_EVERY
+            self._next_relax = now + MONITORS.memory_interval
             self.history.release_memory()
         if now >= self._next_events:
-            self._next_events = now + _EVENTS_EVERY
+            self._next_events = now + MONITORS.events_interval
             self.alarm_log.read()
 
     def _look_at_equipment(self, equipment: EquipmentMonitor) -> None:
@@ -243,7 +239,7 @@ class Session:
     @property
     def disk_stuck(self) -> bool:
         """Return whether the disk of the flight has not responded for a while."""
-        return self._worker is not None and self._worker.seconds_waiting > _STUCK_SECONDS
+        return self._worker is not None and self._worker.seconds_waiting > MONITORS.disk_timeout
 
     @property
     def has_new_data(self) -> bool:

@@ -11,14 +11,11 @@ from gsapp.decoding.framing import Framer
 from gsapp.telemetry.link_registry import kind_of, parse_link
 from gsapp.telemetry.recorder_status import LinkContent, RecorderStatus
 from gsapp.telemetry.serial_ports import list_serial_ports
+from gsapp.telemetry.settings import TELEMETRY
 
 LinkProblem = Literal["closed", "no-data", "unreadable", "text", "mavlink", "no-aircraft"]
 
-_SAMPLE_BYTES: Final = 4096
-_ENOUGH_BYTES: Final = 64
-"""Fewer bytes say nothing of what they are."""
 _PRINTABLE: Final = frozenset((*range(0x20, 0x7F), *b"\t\r\n"))
-_PRINTABLE_SHARE: Final = 0.95
 _CONTENT: Final = {"mavlink": "MAVLink", "text": "lines of text"}
 _ITEM: Final = {"mavlink": "MAVLink frame", "text": "line of text"}
 
@@ -57,7 +54,7 @@ class ContentSample:
     def feed(self, data: bytes) -> None:
         """Keep the next bytes of the stream."""
         # One thread feeds and another asks: bytes do not change while they are looked at.
-        self._data = (self._data + data)[-_SAMPLE_BYTES:]
+        self._data = (self._data + data)[-TELEMETRY.diagnosed_bytes :]
 
     @property
     def kind(self) -> LinkContent:
@@ -72,10 +69,10 @@ def _kind_of(data: bytes) -> LinkContent:
         for item in (*framer.feed(data), *framer.flush())
     ):
         return "mavlink"
-    if len(data) < _ENOUGH_BYTES:
+    if len(data) < TELEMETRY.min_diagnosed_bytes:
         return ""
     printable = sum(byte in _PRINTABLE for byte in data)
-    return "text" if printable >= _PRINTABLE_SHARE * len(data) else "unreadable"
+    return "text" if printable >= TELEMETRY.min_printable_share * len(data) else "unreadable"
 
 
 def diagnose_link(

@@ -15,10 +15,8 @@ from gsapp.telemetry.heartbeat import GroundHeartbeat
 from gsapp.telemetry.link_diagnosis import ContentSample, LinkDiagnosis, diagnose_link
 from gsapp.telemetry.link_registry import kind_of, parse_link
 from gsapp.telemetry.recorder_status import RecorderStatus
+from gsapp.telemetry.settings import TELEMETRY
 from gsapp.telemetry.sources import LinkUnavailableError, open_source
-
-_READ_SECONDS = 0.1
-_HEARTBEAT_SECONDS = 1.0
 
 
 class LinkTest:
@@ -105,9 +103,9 @@ class LinkTest:
         next_heartbeat = 0.0
         while not self._ended.is_set() and not self._source.finished:
             if heartbeat is not None and time.monotonic() >= next_heartbeat:
-                next_heartbeat = time.monotonic() + _HEARTBEAT_SECONDS
+                next_heartbeat = time.monotonic() + TELEMETRY.heartbeat_interval
                 self._source.write(heartbeat.frame())
-            for stamp, data, peer in self._source.read(_READ_SECONDS):
+            for stamp, data, peer in self._source.read(TELEMETRY.test_read_timeout):
                 self._take(stamp, data, peer)
         self._source.close()
 

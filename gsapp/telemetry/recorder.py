@@ -16,7 +16,7 @@ import time
 from collections import OrderedDict, deque
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Final, Literal
+from typing import Literal
 
 from gsapp.decoding.frames import MavlinkFrame, Residue
 from gsapp.decoding.framing import Framer, LineFramer, TextLine
@@ -29,24 +29,8 @@ from gsapp.telemetry.heartbeat import GroundHeartbeat
 from gsapp.telemetry.link_diagnosis import ContentSample
 from gsapp.telemetry.recorder_status import RecorderStatus, write_status
 from gsapp.telemetry.send_queue import SendQueue
+from gsapp.telemetry.settings import TELEMETRY
 from gsapp.telemetry.sources import Chunk, LinkSource
-
-_READ_SECONDS: Final = 0.2
-_LOOK_SECONDS: Final = 0.05
-_PAUSE_SECONDS: Final = 0.02
-_STATUS_SECONDS: Final = 0.5
-_SYNC_SECONDS: Final = 1.0
-_RETRY_SECONDS: Final = 0.5
-_FOLDER_SECONDS: Final = 0.5
-_HEARTBEAT_SECONDS: Final = 1.0
-_WARN_SECONDS: Final = 1800.0
-_WARN_BYTES: Final = 200_000_000
-_MOST_STREAMS: Final = 64
-_MOST_UNSENT: Final = 64
-"""Frames that wait to be sent; more are dropped, and whoever wanted an answer asks again."""
-_UNSENT_SECONDS: Final = 5.0
-"""For so long it is told what could not be sent, where nothing else is to be sent."""
-_LAST_SENDING_SECONDS: Final = 0.5
 
 
 class PeerStream:
@@ -197,21 +181,23 @@ class Recorder:
             with contextlib.suppress(queue.Empty):
                 unsettled = any(not stream.is_flushed for stream in self._streams.values())
                 self.write_chunks(
-                    self._arrived.get(timeout=_PAUSE_SECONDS if unsettled else _LOOK_SECONDS)
+                    self._arrived.get(
+                        timeout=TELEMETRY.flush_pause if unsettled else TELEMETRY.check_interval
+                    )
                 )
             now = time.monotonic()
             self.flush_idle_streams(now)
             self._tend(now)
             if now >= next_look:
-                next_look = now + _LOOK_SECONDS
+                next_look = now + TELEMETRY.check_interval
                 for frame in self._outbox.pop_frames():
                     self._ask_to_send(frame)
                 if self._stop_file.exists() or (not reading.is_alive() and self._arrived.empty()):
                     break
         self._ended.set()
         self._outgoing.put(None)
-        sending.join(timeout=_LAST_SENDING_SECONDS)
-        reading.join(timeout=10 * _READ_SECONDS)
+        sending.join(timeout=TELEMETRY.final_sending_time)
+        reading.join(timeout=10 * TELEMETRY.read_timeout)
         self.source.close()
         with contextlib.suppress(queue.Empty):
             while True:
@@ -257,7 +243,7 @@ class Recorder:
     def flush_idle_streams(self, now: float) -> None:
         """Bring out what is whole of every peer that pauses."""
         for stream in self._streams.values():
-            if not stream.is_flushed and now - stream.last_data > _PAUSE_SECONDS:
+            if not stream.is_flushed and now - stream.last_data > TELEMETRY.flush_pause:
                 stream.is_flushed = True
                 if stream.pending:
                     # It came with the last data; what waits to be taken may have come since.
@@ -340,7 +326,10 @@ class Recorder:
 
     @staticmethod
     def _warnings(free: int | None, seconds: float | None) -> list[str]:
-        if free is None or (free >= _WARN_BYTES and (seconds is None or seconds >= _WARN_SECONDS)):
+        if free is None or (
+            free >= TELEMETRY.low_disk_bytes
+            and (seconds is None or seconds >= TELEMETRY.low_disk_time)
+        ):
             return []
         lasts = f", enough for about {seconds / 60.0:.0f} minutes" if seconds is not None else ""
         return [f"The disk has only {free / 1e6:.0f} MB left{lasts}; free disk space."]
@@ -354,7 +343,7 @@ class Recorder:
         """Go on trying to write what waits, until that is given up."""
         self._remove_stop_file()
         while not (self.writer.retry() and self._check_folder()):
-            if self._stop_file.exists() or give_up.wait(_RETRY_SECONDS):
+            if self._stop_file.exists() or give_up.wait(TELEMETRY.retry_interval):
                 return
 
     def _check_folder(self) -> bool:
@@ -383,7 +372,7 @@ class Recorder:
         return True
 
     def _new_stream(self, stamp: int, peer: str) -> PeerStream:
-        if len(self._streams) >= _MOST_STREAMS:
+        if len(self._streams) >= TELEMETRY.max_streams:
             _, oldest = self._streams.popitem(last=False)
             self._write(stamp, oldest.flush())
         stream = PeerStream(self.source.new_framer())
@@ -408,24 +397,24 @@ class Recorder:
     def _tend(self, now: float) -> None:
         """Do what is due now and then."""
         if self._heartbeat is not None and now >= self._next_heartbeat:
-            self._next_heartbeat = now + _HEARTBEAT_SECONDS
+            self._next_heartbeat = now + TELEMETRY.heartbeat_interval
             self._ask_to_send(self._heartbeat.frame())
         if now >= self._next_folder_check:
-            self._next_folder_check = now + _FOLDER_SECONDS
+            self._next_folder_check = now + TELEMETRY.folder_interval
             self._check_folder()
         if self.writer.state.error and now >= self._next_retry:
-            self._next_retry = now + _RETRY_SECONDS
+            self._next_retry = now + TELEMETRY.retry_interval
             self.writer.retry()
 
     def _ask_to_send(self, frame: bytes) -> None:
-        if self._outgoing.qsize() < _MOST_UNSENT:
+        if self._outgoing.qsize() < TELEMETRY.max_unsent:
             self._outgoing.put(frame)
 
     def _send(self) -> None:
         """Send what is asked for, and nothing else."""
         while True:
             try:
-                frame = self._outgoing.get(timeout=_UNSENT_SECONDS)
+                frame = self._outgoing.get(timeout=TELEMETRY.unsent_time)
             except queue.Empty:
                 self.source.unsent = ""
                 continue
@@ -440,17 +429,17 @@ class Recorder:
         """Take from the source, and nothing else."""
         while not self._ended.is_set() and not self.source.finished:
             try:
-                chunks = self.source.read(_READ_SECONDS)
+                chunks = self.source.read(TELEMETRY.read_timeout)
             except Exception as error:  # a fault of a driver must not end the record
                 self.source.state = f"{self.source.address}: {error}; retrying"
-                self._ended.wait(_RETRY_SECONDS)
+                self._ended.wait(TELEMETRY.retry_interval)
                 continue
             if chunks:
                 self._arrived.put(chunks)
 
     def _keep(self) -> None:
         """Flush to the disk, and tell the state."""
-        next_sync = time.monotonic() + _SYNC_SECONDS
+        next_sync = time.monotonic() + TELEMETRY.sync_interval
         while True:
             # Whatever goes wrong in telling, the flushing below goes on, and everyone else is told.
             with contextlib.suppress(Exception):
@@ -460,10 +449,10 @@ class Recorder:
                     self._on_status(status)
                 # The file in the folder comes last: who sees it finds the recorder everywhere.
                 write_status(self.writer.folder / STATUS_FILE, status)
-            if self._written.wait(_STATUS_SECONDS):
+            if self._written.wait(TELEMETRY.status_interval):
                 return
             if time.monotonic() >= next_sync:
-                next_sync = time.monotonic() + _SYNC_SECONDS
+                next_sync = time.monotonic() + TELEMETRY.sync_interval
                 self.writer.sync()
 
 

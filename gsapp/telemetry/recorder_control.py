@@ -18,11 +18,8 @@ from gsapp.telemetry.detached_process import start_detached_process
 from gsapp.telemetry.link_registry import kind_of, parse_link
 from gsapp.telemetry.recorder_folder import runtime_lock_path, runtime_status_path
 from gsapp.telemetry.recorder_status import RecorderStatus, read_status, runtime_folder
+from gsapp.telemetry.settings import TELEMETRY
 
-_START_SECONDS = 20.0
-_LOOK_SECONDS = 0.02
-_SETTLED_US = 1_500_000
-"""After so long a recorder whose state is not in its folder has a disk that takes nothing."""
 # Children of this process by the id of the recorder, kept so that they do not stay behind as
 # zombies. On Windows the child may be a launcher, which has another id and ends a moment later.
 _children: dict[int, subprocess.Popen[bytes]] = {}
@@ -78,7 +75,7 @@ class RecorderHandle:
         while self.is_alive():
             if time.monotonic() >= deadline:
                 return False
-            time.sleep(_LOOK_SECONDS)
+            time.sleep(TELEMETRY.poll_interval)
         child = _children.get(self.pid)
         if child is not None:
             # The lock goes a moment before the process, and with that its hold on the log.
@@ -131,7 +128,7 @@ def start_recorder(
             "folder or correct its permissions"
         ) from error
     handle = RecorderHandle(folder=place, pid=child.pid)
-    deadline = time.monotonic() + _START_SECONDS
+    deadline = time.monotonic() + TELEMETRY.start_timeout
     while time.monotonic() < deadline:
         if child.poll() is not None:
             words = _startup_error_text(place / LOG_FILE, log_start, child.returncode)
@@ -139,12 +136,13 @@ def start_recorder(
         if (found := _wait_for_recorder(handle)) is not None:
             _children[found.pid] = child
             return found
-        time.sleep(_LOOK_SECONDS)
+        time.sleep(TELEMETRY.poll_interval)
     child.kill()
     child.wait()
     raise LinkError(
-        f"the recorder of {link} did not start within {_START_SECONDS:g} s: the computer or "
-        f"disk is too slow; close other programs and try again, or see {place / LOG_FILE}"
+        f"the recorder of {link} did not start within {TELEMETRY.start_timeout:g} s: the "
+        "computer or disk is too slow; close other programs and try again, or see "
+        f"{place / LOG_FILE}"
     )
 
 
@@ -168,7 +166,7 @@ def _wait_for_recorder(handle: RecorderHandle) -> RecorderHandle | None:
     if status is None or status.state != "recording":
         return None
     in_folder = read_status(handle.folder / STATUS_FILE)
-    settling = status.updated_us - status.started_us < _SETTLED_US
+    settling = status.updated_us - status.started_us < TELEMETRY.settled_us
     if settling and (in_folder is None or in_folder.pid != pid):
         return None
     return found if handle.pid in (pid, status.parent) else None

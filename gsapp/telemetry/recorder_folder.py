@@ -19,11 +19,10 @@ from gsapp.telemetry.recorder_status import (
     runtime_folder,
     write_status,
 )
+from gsapp.telemetry.settings import TELEMETRY
 
 RecordState = Literal["none", "recording", "interrupted", "finished"]
 
-_LARGEST: Final = 4 << 20
-"""Bytes of a file that is kept in memory: settings and marks, no logs."""
 _SMALL_FILES: Final = ("*.toml", "*.jsonl", f"{CALIBRATION_FOLDER}/*.toml")
 
 
@@ -175,7 +174,7 @@ class FolderFileCache:
                     found = path.stat()
                     stamp = (found.st_mtime_ns, found.st_size)
                     new = name not in self._kept or self._kept[name][0] != stamp
-                    if new and found.st_size <= _LARGEST:
+                    if new and found.st_size <= TELEMETRY.max_kept_bytes:
                         self._kept[name] = stamp, path.read_bytes()
 
     def write(self, folder: Path) -> None:

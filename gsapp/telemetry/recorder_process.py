@@ -35,10 +35,8 @@ from gsapp.telemetry.recorder_folder import (
     runtime_status_path,
 )
 from gsapp.telemetry.recorder_status import RecorderStatus, write_status
+from gsapp.telemetry.settings import TELEMETRY
 from gsapp.telemetry.sources import LinkUnavailableError, open_source
-
-_RELEASED_LOOK = 1.0
-"""Seconds between looks whether the process that a record is made for still lives."""
 
 
 def record_link(
@@ -159,7 +157,7 @@ def stop_when_released(lock: Path, stop: threading.Event) -> None:
 
     def watch() -> None:
         missed = 0
-        while missed < 2 and not stop.wait(_RELEASED_LOOK):
+        while missed < 2 and not stop.wait(TELEMETRY.owner_check_interval):
             missed = missed + 1 if lock_holder(lock) is None else 0
         stop.set()
 

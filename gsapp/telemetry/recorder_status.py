@@ -15,10 +15,9 @@ from pydantic import BaseModel, ConfigDict, ValidationError
 
 from gsapp.foundation.files import move_into_place
 from gsapp.foundation.os_error_text import DISK_FULL_ERRNOS
+from gsapp.telemetry.settings import TELEMETRY
 
 RUNTIME_VARIABLE: Final = "GSAPP_RUNTIME_FOLDER"
-_PATIENCE: Final = 0.2
-"""Seconds for which a status that is being read is tried to be replaced on Windows."""
 
 
 LinkContent = Literal["", "mavlink", "text", "unreadable"]
@@ -157,7 +156,7 @@ def write_status(path: Path, status: RecorderStatus) -> bool:
     content = status.model_dump_json(indent=1).encode("utf-8")
     try:
         temporary.write_bytes(content)
-        move_into_place(temporary, path, patience=_PATIENCE)
+        move_into_place(temporary, path, patience=TELEMETRY.status_wait)
     except OSError as error:
         with contextlib.suppress(OSError):
             temporary.unlink()

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Final
 
 import numpy as np
 
@@ -30,18 +29,16 @@ from gsapp.dynamics.simulation import ControlCommands, Simulator
 from gsapp.dynamics.terms import POSITIONED_INSTRUMENTS
 from gsapp.quantities.constants import EARTH_RADIUS, GRAVITY
 from gsapp.virtual.flight_plan import FlightPlan
-from gsapp.virtual.mission import TAKEOFF_RUN_START_ALONG, upwind_start
+from gsapp.virtual.mission import upwind_start
 from gsapp.virtual.pilot_controllers import AircraftHandling
 from gsapp.virtual.pilot_perception import AircraftState, RunwayFrame
+from gsapp.virtual.settings import VIRTUAL
 from gsapp.virtual.stick_motion import StickPositions
 
 # Three wheels on the runway: springs, dampers, tires.
 # The source gives no numbers of the gear but its layout, one nose wheel and two mains. Stiffness
 # and damping are chosen so that the aircraft sits down 3 cm under its weight and does not bounce
 # twice; they matter to the look of a landing, not to any derivative.
-
-_CREEP = 0.12
-"""Speed at which a braked wheel has most of its grip, m/s: a step of 10 ms can follow that."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -132,7 +129,7 @@ class LandingGear:
             rolling = along * ca + side * sa
             sliding = side * ca - along * sa
             friction = self.ROLLING_FRICTION + (self.BRAKE_FRICTION * brake if wheel.brakes else 0)
-            drag = -friction * push * math.tanh(rolling / _CREEP)
+            drag = -friction * push * math.tanh(rolling / VIRTUAL.wheel_grip_speed)
             grip = -self.SIDE_FRICTION * push * math.tanh(sliding / max(0.2, 0.1 * abs(rolling)))
             fx, fy, fz = drag * ca - grip * sa, drag * sa + grip * ca, -push
             X += fx
@@ -170,29 +167,6 @@ ONBOARD_CHANNELS = (
     "battery_remaining", "armed",
 )  # fmt: skip
 """What the autopilot-like board in the box knows."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class AirframeSettings:
-    """Settings of `Airframe`."""
-
-    calm: float = 3.0
-    """Below this airspeed, m/s, vanes hang where friction holds them."""
-    unloading: float = 0.3
-    """Share by which the fans turn faster at 120 ft/s: 19,000 rpm on the ground, 25,000 in the
-    air."""
-    supply: float = 4.96
-    """Of the potentiometers on the day, V; the certificates were taken at 5 V."""
-    rigging: float = 0.002
-    """Standard deviation by which left and right surface differ, rad."""
-    settling: float = 2.0
-    """Time for the wheels to take the weight before the box is switched on, s."""
-
-
-_SETTINGS: Final = AirframeSettings()
-
-
-_UNLOADED_SPEED = 36.576
 
 
 class Airframe:
@@ -236,7 +210,7 @@ class Airframe:
             ground=self._gear,
             dt=dt,
         )
-        rigging = _SETTINGS.rigging * random.standard_normal(2)
+        rigging = VIRTUAL.rigging_std * random.standard_normal(2)
         self._rigging = (float(rigging[0]), float(rigging[1]))
         tilt = math.radians(0.4) * random.standard_normal(2)
         self._board_tilt = (float(tilt[0]), float(tilt[1]))
@@ -248,10 +222,10 @@ class Airframe:
         self.simulator.start_on_ground(
             heading=conditions.runway_heading,
             height=self._gear.height,
-            position=runway.to_north_east(TAKEOFF_RUN_START_ALONG, 0.0),
+            position=runway.to_north_east(VIRTUAL.takeoff_start_along, 0.0),
             commands=self._commands(self._sticks),
         )
-        for _ in range(round(_SETTINGS.settling / dt)):
+        for _ in range(round(VIRTUAL.settling_time / dt)):
             self.simulator.step(self._commands(self._sticks))
         self._resting_height = self.simulator.sample()["height"]
         self._time = 0.0
@@ -337,10 +311,10 @@ class Airframe:
     def _note(self) -> None:
         """Take note of this instant."""
         now = self.simulator.sample()
-        if now["V"] < _SETTINGS.calm:
+        if now["V"] < VIRTUAL.vane_friction_speed:
             now["alpha"] = now["beta"] = 0.0
         # Unloaded by the air that comes in, and never two engines alike.
-        unloaded = 1.0 + _SETTINGS.unloading * min(now["V"] / _UNLOADED_SPEED, 1.0)
+        unloaded = 1.0 + VIRTUAL.fan_speedup * min(now["V"] / VIRTUAL.fan_speedup_speed, 1.0)
         half = 0.5 * self._plan.engines.imbalance
         now["rpm_left"] *= unloaded * (1.0 + half)
         now["rpm_right"] *= unloaded * (1.0 - half)
@@ -372,7 +346,7 @@ class Airframe:
         ax, ay, an = accelerations_at(self._places["accelerometer"], force, rates, spin)
         at_probe = velocity_at(self._places["air_data"], flow, rates)
         alpha = beta = 0.0
-        if now["V"] > _SETTINGS.calm:
+        if now["V"] > VIRTUAL.vane_friction_speed:
             at_vane = velocity_at(self._places["alpha_vane"], flow, rates)
             at_fin = velocity_at(self._places["beta_vane"], flow, rates)
             alpha = alpha_vane(at_vane, vane.upwash)
@@ -406,7 +380,7 @@ class Airframe:
             now["temperature"],
             self._sticks.throttle,
             self._through("flap", now["flap"]),
-            _SETTINGS.supply - 2e-5 * self._time,
+            VIRTUAL.pot_supply - 2e-5 * self._time,
             self._battery(),
             now["rpm_left"],
             now["rpm_right"],

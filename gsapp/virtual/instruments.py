@@ -17,6 +17,7 @@ from scipy import signal
 from gsapp.aircraft import Aircraft
 from gsapp.quantities import FloatArray
 from gsapp.virtual.sensor_faults import SensorFault, SensorFaultInjector
+from gsapp.virtual.settings import VIRTUAL
 
 # Engine vibration, as the gyros see it.
 # The fans turn at 117 to 417 Hz; the gyros have no filter before the converter, so the 100 Hz
@@ -80,8 +81,6 @@ class EngineVibration:
         return np.asarray((size * waves).sum(axis=1))
 
 
-DEFAULT_LOW_PASS_HZ = 50.0
-"""Of inputs that the aircraft file does not describe (throttle, flap, temperature)."""
 GYRO_CHANNELS = ("p", "q", "r")
 _NO_RANGE = (-math.inf, math.inf)
 
@@ -92,7 +91,7 @@ class Instrument:
 
     name: str
     """Channel of the converter."""
-    low_pass: float | None = DEFAULT_LOW_PASS_HZ
+    low_pass: float | None = VIRTUAL.low_pass
     """Corner of the filter before the converter, Hz."""
     lag: float = 0.0
     delay: float = 0.0

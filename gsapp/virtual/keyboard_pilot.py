@@ -3,12 +3,9 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import Final
 
 import numpy as np
 
-from gsapp.quantities.constants import DEGREE
 from gsapp.virtual.flight_plan import FlightPlan
 from gsapp.virtual.handover_phases import RECOVERY_PHASE, TRAINEE_PHASE
 from gsapp.virtual.human_pilot import HumanPilot
@@ -20,29 +17,8 @@ from gsapp.virtual.keyboard_sticks import (
 from gsapp.virtual.mission import GuidanceCommand, Leg, Mission, MissionStage
 from gsapp.virtual.pilot_controllers import AircraftHandling
 from gsapp.virtual.pilot_perception import AircraftState, PilotView
+from gsapp.virtual.settings import VIRTUAL
 from gsapp.virtual.stick_motion import StickPositions
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class KeyboardPilotSettings:
-    """Settings of `KeyboardPilot`."""
-
-    upset: float = 55.0 * DEGREE
-    """Beyond this bank the wings come first, and the pitch stick stays."""
-    steady_climb: float = 3.0
-    """m/s."""
-    intercept_range: float = 60.0
-    """From so far beside a leg's line, m, it is flown to at 45 deg."""
-    on_line: float = 20.0
-    """m."""
-
-
-_SETTINGS: Final = KeyboardPilotSettings()
-
-
-_STEADY_BANK: Final = 15.0 * DEGREE
-_STEEPEST_INTERCEPT: Final = 75.0 * DEGREE
-_JOINING_BANK: Final = 35.0 * DEGREE
 
 
 class TrainingMission(Mission):
@@ -109,19 +85,23 @@ class TrainingMission(Mission):
     def _home(self) -> MissionStage:
         """Level the wings, climb or sink to the pattern's height, and join the pattern."""
         view = yield GuidanceCommand(phase=RECOVERY_PHASE, speed=self._plan.pattern.speed)
-        while abs(view.bank) > _STEADY_BANK or abs(view.climb) > _SETTINGS.steady_climb:
-            upset = abs(view.bank) > _SETTINGS.upset
+        while abs(view.bank) > VIRTUAL.steady_bank or abs(view.climb) > VIRTUAL.steady_climb:
+            upset = abs(view.bank) > VIRTUAL.upset_bank
             view = yield GuidanceCommand(
                 phase=RECOVERY_PHASE,
                 path_angle=None if upset else self._level(view),
                 speed=self._plan.pattern.speed,
             )
-            if abs(view.bank) < _STEADY_BANK and abs(self._plan.pattern.height - view.height) > 15:
+            if (
+                abs(view.bank) < VIRTUAL.steady_bank
+                and abs(self._plan.pattern.height - view.height) > 15
+            ):
                 break  # it climbs or sinks because it should
         # The leg that leads back over the field.
         leg = self._downwind if view.along > 0.0 else self._upwind
         while (
-            abs(leg.across - view.across) > _SETTINGS.on_line or abs(leg.course_error(view)) > 0.3
+            abs(leg.across - view.across) > VIRTUAL.on_line_distance
+            or abs(leg.course_error(view)) > 0.3
         ):
             view = yield GuidanceCommand(
                 phase="pattern",
@@ -135,21 +115,11 @@ class TrainingMission(Mission):
 def _joining_bank(leg: Leg, view: PilotView) -> float:
     """Return the bank that leads onto a leg's line in its direction, from anywhere, rad."""
     aside = (leg.across - view.across) * math.cos(leg.course)
-    intercept = math.atan(aside / _SETTINGS.intercept_range)
-    intercept = min(max(intercept, -_STEEPEST_INTERCEPT), _STEEPEST_INTERCEPT)
+    intercept = math.atan(aside / VIRTUAL.intercept_range)
+    intercept = min(max(intercept, -VIRTUAL.max_intercept), VIRTUAL.max_intercept)
     turn = math.remainder(leg.course_error(view) + intercept, 2.0 * math.pi)
     wanted = 1.1 * (turn - 0.35 * view.bank)
-    return min(max(wanted, -_JOINING_BANK), _JOINING_BANK)
-
-
-KEY_TIMEOUT: Final = 2.0
-"""Seconds without a word from the keys after which the built-in pilot takes the aircraft."""
-_LOOK_AHEAD: Final = 2.0
-_LOWEST: Final = 10.0
-"""The built-in pilot takes the aircraft where it would be lower than this, m, in `_LOOK_AHEAD`
-seconds."""
-_HANDOVER_PACE: Final = 4.0
-"""Share of full stick per second while the sticks change hands."""
+    return min(max(wanted, -VIRTUAL.max_joining_bank), VIRTUAL.max_joining_bank)
 
 
 class KeyboardPilot:
@@ -255,9 +225,9 @@ class KeyboardPilot:
         """Return the sticks at this moment."""
         if self._mission.trainee_flies:
             self._silence += self._dt
-            if self._silence > KEY_TIMEOUT:
-                self.hand_back(f"no key for {KEY_TIMEOUT:g} s")
-            elif situation.height + _LOOK_AHEAD * situation.climb_rate < _LOWEST:
+            if self._silence > VIRTUAL.key_timeout:
+                self.hand_back(f"no key for {VIRTUAL.key_timeout:g} s")
+            elif situation.height + VIRTUAL.look_ahead * situation.climb_rate < VIRTUAL.min_height:
                 self.hand_back("too low")
         own = self._pilot.move(situation)
         if self._mission.trainee_flies:
@@ -268,7 +238,7 @@ class KeyboardPilot:
 
     def _blended(self, own: StickPositions) -> StickPositions:
         """Return the sticks on their way from the trainee's positions to the pilot's own."""
-        step, held = _HANDOVER_PACE * self._dt, self._sticks
+        step, held = VIRTUAL.handover_rate * self._dt, self._sticks
         pitch, roll, yaw, throttle = (
             step_toward(getattr(held, name), getattr(own, name), step)
             for name in ("pitch", "roll", "yaw", "throttle")

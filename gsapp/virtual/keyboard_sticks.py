@@ -13,19 +13,11 @@ from typing import Final, Literal
 
 from gsapp.foundation import FlightError
 from gsapp.foundation.name_suggestions import did_you_mean
+from gsapp.virtual.settings import VIRTUAL
 from gsapp.virtual.stick_motion import StickPositions
 
 StickAxis = Literal["pitch", "roll", "yaw"]
 STICK_AXES: Final[tuple[StickAxis, ...]] = ("pitch", "roll", "yaw")
-
-STICK_RATE: Final = 8.0
-"""Share of full stick per second: half stick is there within 0.06 s, as with a quick thumb."""
-THROTTLE_LEVER_RATE: Final = 0.7
-"""Share of the throttle's travel per second."""
-MIN_KEY_TRAVEL: Final = 0.05
-"""Share of full stick: less would not be seen on any surface."""
-DEFAULT_KEY_TRAVEL: Final = 0.25
-"""Share of full stick that a key gives until another is chosen."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -55,7 +47,7 @@ class KeyboardSticks:
         self._trim: dict[StickAxis, float] = dict.fromkeys(STICK_AXES, 0.0)
         self._pushed: dict[StickAxis, float] = dict.fromkeys(STICK_AXES, 0.0)
         self._throttle = self._lever = 0.0
-        self.key_travel = DEFAULT_KEY_TRAVEL
+        self.key_travel = VIRTUAL.key_travel
         self.high_rate = True
 
     def begin(self, sticks: StickPositions, trim: tuple[float, float, float]) -> None:
@@ -102,19 +94,20 @@ class KeyboardSticks:
         FlightError
             If it is more than full stick, or next to nothing.
         """
-        if not MIN_KEY_TRAVEL <= share <= 1.0:
+        if not VIRTUAL.min_key_travel <= share <= 1.0:
             raise FlightError(
-                f"a key cannot push by {share:g} of full stick; choose {MIN_KEY_TRAVEL:g} to 1"
+                f"a key cannot push by {share:g} of full stick; choose "
+                f"{VIRTUAL.min_key_travel:g} to 1"
             )
         self.key_travel = share
 
     def move(self) -> StickPositions:
         """Return where the sticks are after one more sample."""
-        step = STICK_RATE * self._dt
+        step = VIRTUAL.stick_rate * self._dt
         for axis in STICK_AXES:
             wanted = self.key_travel * getattr(self._keys, axis)
             self._pushed[axis] = step_toward(self._pushed[axis], wanted, step)
-        self._lever = step_toward(self._lever, self._throttle, THROTTLE_LEVER_RATE * self._dt)
+        self._lever = step_toward(self._lever, self._throttle, VIRTUAL.throttle_rate * self._dt)
         pitch, roll, yaw = (
             _limit_travel(self._trim[axis] + self._pushed[axis], -1.0) for axis in STICK_AXES
         )

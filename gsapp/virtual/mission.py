@@ -22,16 +22,8 @@ from gsapp.virtual.flight_plan import (
     RangeCheck,
 )
 from gsapp.virtual.pilot_perception import PilotView
+from gsapp.virtual.settings import VIRTUAL
 from gsapp.virtual.stick_motion import StickInput
-
-UPWIND_LEG_ACROSS = 25.0
-"""The upwind leg lies this far beside the runway, m."""
-AIM_POINT_ALONG = -60.0
-"""Where the approach aims at, before the middle of the runway, m."""
-TAKEOFF_RUN_START_ALONG = -110.0
-"""Where the take-off run begins, m."""
-MAX_LEGS = 60
-"""A pilot who has not found a quiet leg by then lands."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -99,7 +91,7 @@ class Leg:
 
 def upwind_start(pattern: Pattern) -> tuple[float, float]:
     """Return where the upwind leg begins: along and across the runway, m."""
-    return -0.5 * pattern.speed * pattern.leg, UPWIND_LEG_ACROSS
+    return -0.5 * pattern.speed * pattern.leg, VIRTUAL.upwind_leg_across
 
 
 class Mission:
@@ -199,7 +191,7 @@ class Mission:
     def _pattern(self) -> MissionStage:
         left = list(self._plan.maneuvers)
         leg = self._downwind
-        for _ in range(MAX_LEGS):
+        for _ in range(VIRTUAL.max_legs):
             yield from self._turn(leg)
             if not left:
                 # The approach starts from a downwind leg.
@@ -312,7 +304,9 @@ class Mission:
         low = min(self._plan.pattern.height, 40.0)
         final_length = 0.75 * low / math.tan(landing.glide)
         downwind = Leg(
-            course=math.pi, across=2.0 * self._radius * 1.1, end=AIM_POINT_ALONG - final_length
+            course=math.pi,
+            across=2.0 * self._radius * 1.1,
+            end=VIRTUAL.aim_point_along - final_length,
         )
         fast = landing.speed + 3.0
         view = yield GuidanceCommand(phase="approach", path_angle=0.0, speed=fast)
@@ -324,7 +318,7 @@ class Mission:
                 speed=fast,
                 flap=0.5 * landing.flap,
             )
-        final = Leg(course=0.0, across=0.0, end=AIM_POINT_ALONG)
+        final = Leg(course=0.0, across=0.0, end=VIRTUAL.aim_point_along)
         while final.course_error(view) > 0.3 or final.course_error(view) < -1.5:
             left = final.course_error(view) % (2.0 * math.pi)
             view = yield GuidanceCommand(
@@ -348,7 +342,7 @@ class Mission:
 
     def _flare(self, view: PilotView, phase: str) -> GuidanceCommand:
         """Return the intent to let the aircraft down onto its wheels."""
-        final = Leg(course=0.0, across=0.0, end=AIM_POINT_ALONG)
+        final = Leg(course=0.0, across=0.0, end=VIRTUAL.aim_point_along)
         sink = 0.3 + 0.35 * max(view.height, 0.0)
         # An aircraft that has become slow is let down while it still can be.
         sink += 0.15 * max(0.85 * self._plan.landing.speed - view.speed, 0.0)
@@ -366,7 +360,7 @@ class Mission:
     def _glide(self, view: PilotView, *, arc: float) -> float:
         """Return the path that leads to the aiming point over `arc` more meters of turn."""
         slope = math.tan(self._plan.landing.glide)
-        distance = max(AIM_POINT_ALONG - view.along, 0.0) + arc
+        distance = max(VIRTUAL.aim_point_along - view.along, 0.0) + arc
         above = view.height - 2.0 - slope * distance
         path = min(max(-self._plan.landing.glide - 0.012 * above, -11.0 * DEGREE), 1.0 * DEGREE)
         # Speed first, then height.

@@ -15,10 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gsapp.virtual.flight_plan import FieldConditions, FlightPlan
-
-PILOT_POSITION_ACROSS = -12.0
-"""Where the pilot stands: beside the middle of the runway, away from the pattern, m."""
-_HANGING = math.radians(8.0)
+from gsapp.virtual.settings import VIRTUAL
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -162,7 +159,7 @@ class PilotPerception:
         seen = self._late[0]
         human, sign = self._human, self._runway.sign
         along, across = self._runway.to_runway(seen.north, seen.east)
-        distance = math.hypot(along, across - PILOT_POSITION_ACROSS, seen.height)
+        distance = math.hypot(along, across - VIRTUAL.pilot_position_across, seen.height)
         blur = human.distance_error * distance
         # A model at arm's length is judged to a hand's breadth, its attitude to a degree.
         clarity = min(1.0, 0.2 + distance / 150.0)
@@ -175,7 +172,7 @@ class PilotPerception:
         pitch = seen.theta + human.pitch_error * clarity * self._pitch.advance()
         guess = seen.airspeed + human.speed_error * clarity * self._speed.advance()
         # A nose far above the path says "slow", whatever the motion over the ground says.
-        hanging = max(pitch - path - _HANGING, 0.0)
+        hanging = max(pitch - path - VIRTUAL.hanging_angle, 0.0)
         return PilotView(
             time=situation.time,
             bank=sign * seen.phi + human.bank_error * clarity * self._bank.advance(),

@@ -34,12 +34,11 @@ from gsapp.virtual.human_pilot import HumanPilot
 from gsapp.virtual.instruments import Instruments
 from gsapp.virtual.pilot_controllers import AircraftHandling
 from gsapp.virtual.sensor_faults import parse_sensor_fault
+from gsapp.virtual.settings import VIRTUAL
 from gsapp.virtual.stick_motion import StickSource
 
 # What a pilot knows of an aircraft after many flights: level flight, and what the sticks do.
 # Found by asking the equations, so that the same pilot flies any aircraft.
-
-_BANK = math.radians(25.0)
 
 
 def compute_handling(model: FlightModel, speed: float, density: float) -> AircraftHandling:
@@ -62,7 +61,7 @@ def compute_handling(model: FlightModel, speed: float, density: float) -> Aircra
     """
     level = trim(model, V=speed, rho=density)
     slower = trim(model, V=0.95 * speed, rho=density)
-    turn = trim(model, V=speed, rho=density, bank=_BANK)
+    turn = trim(model, V=speed, rho=density, bank=VIRTUAL.turn_bank)
     controls, now = model.aircraft.controls, level.controls
     pitch_rate = _steady_rate(model, level, ("alpha", "q"), "de") * controls.de.full_stick_high
     roll_rate = _steady_rate(model, level, ("p",), "da") * controls.da.full_stick_high
@@ -72,7 +71,7 @@ def compute_handling(model: FlightModel, speed: float, density: float) -> Aircra
             f"{math.degrees(pitch_rate):.0f} deg/s, full right {math.degrees(roll_rate):.0f} "
             "deg/s); check Cm_de, Cl_da, and full_stick in the aircraft file"
         )
-    pull = (turn.controls["de"] - now["de"]) / (1.0 / math.cos(_BANK) - 1.0)
+    pull = (turn.controls["de"] - now["de"]) / (1.0 / math.cos(VIRTUAL.turn_bank) - 1.0)
     return AircraftHandling(
         speed=speed,
         pitch_rate=pitch_rate,
@@ -87,8 +86,8 @@ def compute_handling(model: FlightModel, speed: float, density: float) -> Aircra
         throttle=now["throttle"],
         throttle_slope=(now["throttle"] - slower.controls["throttle"]) / (0.05 * speed),
         turn_pull=pull / controls.de.full_stick_high,
-        turn_roll=turn.controls["da"] / math.sin(_BANK) / controls.da.full_stick_high,
-        turn_yaw=turn.controls["dr"] / math.sin(_BANK) / controls.dr.full_stick_high,
+        turn_roll=turn.controls["da"] / math.sin(VIRTUAL.turn_bank) / controls.da.full_stick_high,
+        turn_yaw=turn.controls["dr"] / math.sin(VIRTUAL.turn_bank) / controls.dr.full_stick_high,
         flap_travel=controls.flap.travel[1],
     )
 
@@ -102,9 +101,6 @@ StickSourceFactory = Callable[
     [FlightPlan, AircraftHandling, np.random.Generator, float], StickSource
 ]
 """Makes whoever moves the sticks; the place for a joystick or a keyboard."""
-
-MAX_FLIGHT_DURATION = 11.0 * 60.0
-"""The recorder's memory, s (section 3.5); a flight ends there at the latest."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -250,7 +246,9 @@ class FlightSimulation:
     def finished(self) -> bool:
         """Return whether the flight is over."""
         return (
-            self._hands.finished or self._crashed or self._count * self._dt >= MAX_FLIGHT_DURATION
+            self._hands.finished
+            or self._crashed
+            or self._count * self._dt >= VIRTUAL.max_flight_duration
         )
 
     @property

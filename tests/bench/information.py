@@ -52,12 +52,13 @@ from gsapp.excitation.information.flight_knowledge import (
     maneuver_from_rows,
 )
 from gsapp.excitation.information.information_matrix import CombinedInformation
-from gsapp.excitation.information.information_tracker import OUTLOOK_DELAY, InformationTracker
+from gsapp.excitation.information.information_tracker import InformationTracker
 from gsapp.excitation.information.predicted_bounds import (
     fit_maximum_likelihood,
     information_from_fit,
     predict_information,
 )
+from gsapp.excitation.information.settings import INFORMATION
 from gsapp.flight.cards import CardSet, TestCard, load_cards
 from gsapp.identification import maximum_likelihood as likelihood
 from gsapp.identification.campaign import CampaignSettings, run_campaign
@@ -389,7 +390,7 @@ def _followed(cases: Sequence[Case], model: Model) -> InformationTracker:
     book = InformationTracker(cases[0].aircraft, model, cases[0].rate)
     for case in cases:
         book.add_maneuver(case.verdict, case.rows, card=case.card)
-    book.outlook(cases[-1].verdict.given_at + OUTLOOK_DELAY)
+    book.outlook(cases[-1].verdict.given_at + INFORMATION.forecast_delay)
     return book
 
 
@@ -411,11 +412,11 @@ def print_cost(cases: Sequence[Case], model: Model) -> None:
                 more = book.run_slice(0.0)
                 steps.append(time.process_time() - started)
             took.append(sum(steps[begun:]))
-            book.outlook(case.verdict.given_at + OUTLOOK_DELAY, asked)
+            book.outlook(case.verdict.given_at + INFORMATION.forecast_delay, asked)
         whole[title] = float(np.median(took))
     started = time.process_time()
     for _ in range(100):
-        book.outlook(case.verdict.given_at + 2.0 * OUTLOOK_DELAY, cards)
+        book.outlook(case.verdict.given_at + 2.0 * INFORMATION.forecast_delay, cards)
     asking = (time.process_time() - started) / 100.0
     print(
         f"CPU: what a maneuver teaches {1e3 * whole['maneuver']:.0f} ms, prospects of "

@@ -18,7 +18,7 @@ import numpy as np
 from PySide6.QtCore import Qt
 
 from gsapp.virtual.bench import BENCH_FAULT_KINDS, POTENTIOMETERS, BenchFault, VirtualBench
-from gsapp.virtual.bench.operator_motion import ANGLE_SETTING_ERROR
+from gsapp.virtual.settings import VIRTUAL
 from tests.calibration.wizard.bench_truth import within
 from tests.ui.bench_kit import BenchWindow, leave_only, try_out, work_through
 from ui.app import create_application
@@ -91,7 +91,7 @@ def faults(trials: int) -> None:
 def main(*arguments: str) -> None:
     quick = "--quick" in arguments
     application = create_application()
-    for setting_error in (0.0, ANGLE_SETTING_ERROR):
+    for setting_error in (0.0, VIRTUAL.angle_setting_std):
         whole_aircraft(20 if quick else 200, setting_error)
     faults(5 if quick else 50)
     application.quit()

@@ -11,7 +11,8 @@ import pytest
 from gsapp.decoding import air_data
 from gsapp.decoding.channel_map import load_channel_map
 from gsapp.decoding.decoder import Decoder
-from gsapp.decoding.derived_channels import LONGEST_HOLD, SlowInput, select_derivations
+from gsapp.decoding.derived_channels import SlowInput, select_derivations
+from gsapp.decoding.settings import DECODING
 
 
 def test_air_data_by_the_book() -> None:
@@ -176,7 +177,8 @@ def test_a_slow_sample_counts_from_after_it_came_for_half_a_minute() -> None:
     slow.push(0, [10, 20, 60], [10, 25, 60], [1.0, 2.0, float("nan")])
     slow.push(1, [5, 70], [5, 70], [-1.0, -2.0])
     told = {5: None, 6: -1.0, 10: -1.0, 11: 1.0, 25: 1.0, 26: 2.0, 60: 2.0, 61: -1.0, 71: -2.0,
-            LONGEST_HOLD + 60: -2.0, LONGEST_HOLD + 70: -2.0, LONGEST_HOLD + 71: None}  # fmt: skip
+            DECODING.max_hold + 60: -2.0, DECODING.max_hold + 70: -2.0,
+            DECODING.max_hold + 71: None}  # fmt: skip
     times = np.array(list(told), dtype=np.float64)
     expected = np.array([np.nan if value is None else value for value in told.values()])
     np.testing.assert_array_equal(slow.at(times), expected)

@@ -7,9 +7,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from gsapp.decoding.grid import MAX_FILLED_PAUSE, Grid, column_index
+from gsapp.decoding.grid import Grid, column_index
 from gsapp.decoding.grid_rows import GridRows
 from gsapp.decoding.gridder import Gridder
+from gsapp.decoding.settings import DECODING
 from gsapp.decoding.source_selection import SourceSelector
 
 
@@ -108,7 +109,7 @@ def test_hours_of_silence_cost_nothing() -> None:
 
 
 def test_a_pause_that_is_filled() -> None:
-    pause = int(MAX_FILLED_PAUSE * 1e6)
+    pause = int(DECODING.max_filled_pause * 1e6)
     index, values = joined(
         feed(gridder(), [0, 10_000, 20_000, 20_000 + pause], [1.0, 2.0, 3.0, 4.0])
     )

@@ -8,8 +8,6 @@ from scipy.stats import chi2, kstest, norm
 
 from gsapp.discrepancy.candidates import CandidateEffect
 from gsapp.discrepancy.effect_selection import (
-    MIN_EFFECT_PROBABILITY,
-    UNNAMED_EFFECT_PRIOR,
     EffectDecision,
     detection_threshold,
     log_priors,
@@ -19,6 +17,7 @@ from gsapp.discrepancy.effect_selection import (
 from gsapp.discrepancy.result_builder import is_contradicted
 from gsapp.discrepancy.screening import CandidateScreening
 from gsapp.discrepancy.search_stages import SearchStage, equivalent_effects_of
+from gsapp.discrepancy.settings import SEARCH
 from gsapp.identification.filter_error.information_matrix import InformationMatrix
 from gsapp.identification.filter_error.kalman import create_filter
 from gsapp.quantities import FloatArray
@@ -65,7 +64,7 @@ def decided(
 
 def test_probabilities_are_likelihood_times_prior() -> None:
     found = posterior_probabilities((*NAMED, UNNAMED), np.array([30.0, 26.0, 0.0, 30.0]))
-    raw = np.array([np.exp(15.0), np.exp(13.0), 1.0, UNNAMED_EFFECT_PRIOR * np.exp(15.0)])
+    raw = np.array([np.exp(15.0), np.exp(13.0), 1.0, SEARCH.unnamed_effect_prior * np.exp(15.0)])
     assert found == pytest.approx(raw / raw.sum())
     # Gains of thousands do not overflow.
     assert posterior_probabilities(NAMED, np.array([9e4, 8e4, 0.0])) == pytest.approx(
@@ -98,7 +97,7 @@ def test_what_has_no_name_has_less_of_a_chance_to_pass() -> None:
         < detection_threshold(0.05, NAMED[:1] * 220)
     )
     assert detection_threshold(0.05, (UNNAMED,)) == pytest.approx(
-        chi2.isf(0.05, 1) + 2.0 * np.log(UNNAMED_EFFECT_PRIOR)
+        chi2.isf(0.05, 1) + 2.0 * np.log(SEARCH.unnamed_effect_prior)
     )
 
 
@@ -119,12 +118,12 @@ def test_gains_that_are_exaggerated_count_for_less() -> None:
 
 
 def test_a_name_needs_nineteen_in_twenty() -> None:
-    margin = 2.0 * np.log(MIN_EFFECT_PROBABILITY / (1.0 - MIN_EFFECT_PROBABILITY))
+    margin = 2.0 * np.log(SEARCH.min_effect_probability / (1.0 - SEARCH.min_effect_probability))
     for extra, kind in ((0.1, "name"), (-0.1, "ambiguous")):
         found = decided([100.0, 100.0 + margin + extra, 0.0, 0.0])
         assert found.kind == kind
         assert found.best.id == "b"
-        assert found.evidence[1] == pytest.approx(MIN_EFFECT_PROBABILITY, abs=0.02)
+        assert found.evidence[1] == pytest.approx(SEARCH.min_effect_probability, abs=0.02)
 
 
 def test_alternatives_hold_the_probability_together() -> None:

@@ -14,12 +14,8 @@ from gsapp.dynamics.trim import Trim, trim
 from gsapp.excitation.test_points.amplitudes import channel_noise
 from gsapp.excitation.test_points.point import TestPoint
 from gsapp.flight.maneuvers.input_shape import smooth_samples
-from gsapp.flight.maneuvers.maneuver_grade import (
-    FAINT_RESPONSE,
-    RESPONSE_CHANNELS,
-    RESPONSE_TIME,
-    WEAK_RESPONSE,
-)
+from gsapp.flight.maneuvers.maneuver_grade import RESPONSE_CHANNELS
+from gsapp.flight.maneuvers.settings import DETECTION
 from gsapp.quantities import FloatArray
 from gsapp.quantities.constants import FOOT
 from gsapp.virtual.flight_plan import INPUT_SHAPES
@@ -125,7 +121,7 @@ def signal_to_noise(
     motion: Mapping[str, FloatArray], surface: str, width: float
 ) -> dict[str, float]:
     noise = channel_noise(b777()[0])
-    heard = slice(round(BEFORE / DT), round((BEFORE + 2.0 * width + RESPONSE_TIME) / DT))
+    heard = slice(round(BEFORE / DT), round((BEFORE + 2.0 * width + DETECTION.response_time) / DT))
     return {
         name: float(np.ptp(smooth_samples(motion[name][heard], DT))) / noise[name]
         for name in RESPONSE_CHANNELS[surface]
@@ -134,7 +130,10 @@ def signal_to_noise(
 
 def standing_out(motion: Mapping[str, FloatArray], surface: str, width: float) -> float:
     found = signal_to_noise(motion, surface, width)
-    return min(found[RATE_OF[surface]] / FAINT_RESPONSE, max(found.values()) / WEAK_RESPONSE)
+    return min(
+        found[RATE_OF[surface]] / DETECTION.faint_response,
+        max(found.values()) / DETECTION.weak_response,
+    )
 
 
 def deviation(line: FloatArray) -> float:

@@ -10,7 +10,7 @@ import pytest
 from gsapp.excitation.cueing import CueGenerator
 from gsapp.excitation.cues import CueSnapshot
 from gsapp.excitation.debrief import create_debrief
-from gsapp.excitation.information.information_tracker import OUTLOOK_DELAY
+from gsapp.excitation.information.settings import INFORMATION
 from gsapp.flight.cards import CardSet
 from gsapp.foundation import UnknownNameError
 from gsapp.quantities import Block
@@ -94,7 +94,7 @@ def test_the_look_ahead_is_done_in_slices_before_it_is_due() -> None:
     given = cues.verdicts[-1].given_at
     assert not cues.has_pending_work(given)
     slices = 0
-    while cues.has_pending_work(given + OUTLOOK_DELAY):
+    while cues.has_pending_work(given + INFORMATION.forecast_delay):
         cues.process_step()
         slices += 1
     assert slices > 10

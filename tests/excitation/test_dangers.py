@@ -10,12 +10,13 @@ from hypothesis import strategies as st
 
 from gsapp.aircraft import Aircraft, load_aircraft
 from gsapp.aircraft.config import Limits
-from gsapp.excitation.alerts.active_alerts import ALERT_HOLD_TIME, ActiveAlerts, AlertCondition
+from gsapp.excitation.alerts.active_alerts import ActiveAlerts, AlertCondition
 from gsapp.excitation.alerts.alert import AlertLevel
 from gsapp.excitation.alerts.alert_monitor import AlertMonitor
 from gsapp.excitation.alerts.clipping_monitor import ClippingMonitor
 from gsapp.excitation.alerts.geofence import Geofence, load_geofence
 from gsapp.excitation.alerts.row_frames import FlightFrame, FrameSplitter
+from gsapp.excitation.alerts.settings import ALERTS
 from gsapp.excitation.flight_rows import FlightRows, rows_from_block
 from gsapp.foundation import FileProblemsError
 from gsapp.quantities import Block, FloatArray
@@ -370,7 +371,7 @@ def test_what_stands_does_not_flicker() -> None:
     standing.update(5.0, [warning])
     standing.update(5.25, [caution])
     assert standing.alerts[0].level is AlertLevel.WARNING
-    standing.update(5.25 + ALERT_HOLD_TIME, [caution])
+    standing.update(5.25 + ALERTS.hold_time, [caution])
     assert standing.alerts[0].level is AlertLevel.CAUTION
     standing.update(20.0, [])
     assert not standing.alerts

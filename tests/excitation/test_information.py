@@ -28,7 +28,7 @@ from gsapp.excitation.information.flight_knowledge import (
     learn_from_maneuver,
 )
 from gsapp.excitation.information.information_matrix import CombinedInformation
-from gsapp.excitation.information.information_tracker import OUTLOOK_DELAY, InformationTracker
+from gsapp.excitation.information.information_tracker import InformationTracker
 from gsapp.excitation.information.outlook import BoundReduction
 from gsapp.excitation.information.pilot_error_model import (
     ErrorDistribution,
@@ -43,13 +43,9 @@ from gsapp.excitation.information.predicted_bounds import (
     noise_from_residuals,
     predict_information,
 )
-from gsapp.excitation.information.remaining_time import (
-    DEFAULT_FLIGHT_DURATION,
-    DEFAULT_MANEUVER_INTERVAL,
-    LANDING_RESERVE_TIME,
-    RemainingTimeEstimator,
-)
+from gsapp.excitation.information.remaining_time import RemainingTimeEstimator
 from gsapp.excitation.information.response_noise import assumed_noise
+from gsapp.excitation.information.settings import INFORMATION
 from gsapp.excitation.test_points.perturbation_models import linearize_level_flight
 from gsapp.flight.cards import CardSet, TestCard, load_cards
 from gsapp.identification.axes import AXIS_RESPONSES, axis_derivatives
@@ -202,7 +198,7 @@ def test_slices_change_nothing_and_an_outlook_comes_when_it_is_due() -> None:
         early = book.outlook(verdict.given_at + 0.5, cards)
         assert all(bound.std is None for bound in early.bounds)
         assert early.best_forecast is None
-        found.append(book.outlook(verdict.given_at + 0.5 + OUTLOOK_DELAY, cards))
+        found.append(book.outlook(verdict.given_at + 0.5 + INFORMATION.forecast_delay, cards))
     assert found[0] == found[1]
     outlook = found[0]
     reached = {bound.name for bound in outlook.bounds if bound.std is not None}
@@ -259,14 +255,17 @@ def test_spoiled_maneuvers_and_lost_channels() -> None:
 
 def test_nothing_is_worth_flying_without_time_or_once_all_is_reached() -> None:
     landed = InformationTracker(
-        _aircraft(), MODEL, RATE, longest=LANDING_RESERVE_TIME + 0.5 * DEFAULT_MANEUVER_INTERVAL
+        _aircraft(),
+        MODEL,
+        RATE,
+        longest=INFORMATION.landing_reserve + 0.5 * INFORMATION.default_maneuver_interval,
     )
     content = InformationTracker(
         _aircraft(), MODEL, RATE, wanted=dict.fromkeys(axis_derivatives("both"), 100.0)
     )
     for book in (landed, content):
         book.outlook(0.0, _cards("A1"))
-        outlook = book.outlook(OUTLOOK_DELAY, _cards("A1"))
+        outlook = book.outlook(INFORMATION.forecast_delay, _cards("A1"))
         assert outlook.best_forecast is None
     assert outlook.forecasts
 
@@ -278,7 +277,9 @@ def test_without_a_model_only_time_is_told() -> None:
     outlook = book.outlook(20.0, _cards("R1"))
     assert outlook.bounds == ()
     assert outlook.best_forecast is None
-    assert outlook.time_left == pytest.approx(DEFAULT_FLIGHT_DURATION - LANDING_RESERVE_TIME)
+    assert outlook.time_left == pytest.approx(
+        INFORMATION.default_flight_duration - INFORMATION.landing_reserve
+    )
     nothing = InformationTracker(None, None, RATE).outlook(0.0)
     assert nothing.time_left is None
     assert any("no aircraft file" in remark for remark in nothing.remarks)
@@ -303,7 +304,7 @@ def test_a_request_goes_to_another_process_and_back() -> None:
         mass=aircraft.mass.mass,
         density=1.2,
         target_bounds={},
-        maneuver_interval=DEFAULT_MANEUVER_INTERVAL,
+        maneuver_interval=INFORMATION.default_maneuver_interval,
     )
     reply = forecast_cards(pickle.loads(pickle.dumps(request)))  # noqa: S301 - our own
     assert pickle.loads(pickle.dumps(reply)) == forecast_cards(request)  # noqa: S301
@@ -386,14 +387,20 @@ def test_time_left_by_clock_and_by_fuel() -> None:
     thirsty.process_rows(_flight_rows(speed, 1.0))
     by_clock = thrifty.time_left(200.0)
     assert by_clock == pytest.approx(
-        DEFAULT_FLIGHT_DURATION - LANDING_RESERVE_TIME - 170.0, abs=2.0
+        INFORMATION.default_flight_duration - INFORMATION.landing_reserve - 170.0, abs=2.0
     )
     fuel = aircraft.mass
-    by_fuel = (fuel.fuel - 200.0 * fuel.fuel_flow_full) / fuel.fuel_flow_full - LANDING_RESERVE_TIME
+    by_fuel = (
+        fuel.fuel - 200.0 * fuel.fuel_flow_full
+    ) / fuel.fuel_flow_full - INFORMATION.landing_reserve
     assert thirsty.time_left(200.0) == pytest.approx(min(by_fuel, by_clock or 0.0), abs=3.0)
-    assert thrifty.maneuvers_left(200.0) == int((by_clock or 0.0) // DEFAULT_MANEUVER_INTERVAL)
+    assert thrifty.maneuvers_left(200.0) == int(
+        (by_clock or 0.0) // INFORMATION.default_maneuver_interval
+    )
     for begun in (100.0, 120.0, 140.0):
         thrifty.add_maneuver(begun)
-    assert thrifty.maneuver_interval == pytest.approx((DEFAULT_MANEUVER_INTERVAL + 40.0) / 3.0)
+    assert thrifty.maneuver_interval == pytest.approx(
+        (INFORMATION.default_maneuver_interval + 40.0) / 3.0
+    )
     thrifty.process_rows(_flight_rows(np.zeros(100), 0.0).slice_rows(0, 0))
     assert thrifty.time_left(200.0) == by_clock

@@ -7,13 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gsapp.excitation.flight_rows import (
-    MAX_CHANNEL_WAIT,
-    SLOW_CHANNEL_DELAY,
-    FlightRows,
-    FlightRowStream,
-    rows_from_block,
-)
+from gsapp.excitation.flight_rows import FlightRows, FlightRowStream, rows_from_block
+from gsapp.excitation.settings import CUES
 from gsapp.quantities import Block
 
 RATE = 100.0
@@ -76,13 +71,13 @@ def test_slow_channels_are_read_late_and_quick_ones_at_once() -> None:
         RATE,
     )
     np.testing.assert_array_equal(rows["q"], np.arange(300.0))
-    lag = round(SLOW_CHANNEL_DELAY * RATE)
+    lag = round(CUES.slow_channel_delay * RATE)
     assert np.isnan(rows["height"][:lag]).all()
     np.testing.assert_array_equal(rows["height"][lag:], np.arange(300.0 - lag))
 
 
 def test_a_silent_channel_holds_nothing_up_for_long() -> None:
-    """Vanes that fall silent cost the others `MAX_CHANNEL_WAIT` at most."""
+    """Vanes that fall silent cost the others `CUES.max_channel_wait` at most."""
     stream = FlightRowStream(RATE)
     last = 0
     for start in range(0, 1000, 10):
@@ -93,7 +88,7 @@ def test_a_silent_channel_holds_nothing_up_for_long() -> None:
             last = part.first_index + len(part)
             if part.first_index > 300:
                 assert np.isnan(part["alpha"]).all()
-        assert start + 10 - last <= MAX_CHANNEL_WAIT * RATE + stream.tick
+        assert start + 10 - last <= CUES.max_channel_wait * RATE + stream.tick
     assert 1000 - last < stream.tick
 
 

@@ -13,10 +13,11 @@ from gsapp.dynamics.simulation import ControlCommands, Simulator
 from gsapp.dynamics.trim import trim
 from gsapp.excitation.flight_rows import FlightRows, rows_from_block
 from gsapp.excitation.test_points import point_builder
-from gsapp.excitation.test_points.capture import CAPTURE_HOLD_TIME, TestPointCapture, guidance_text
+from gsapp.excitation.test_points.capture import TestPointCapture, guidance_text
 from gsapp.excitation.test_points.point import TestPoint
 from gsapp.excitation.test_points.point_builder import TestPointError, create_point_at
-from gsapp.excitation.test_points.trim_curve import MAX_ALPHA_SHIFT, TrimCurve
+from gsapp.excitation.test_points.settings import INPUTS
+from gsapp.excitation.test_points.trim_curve import TrimCurve
 from gsapp.flight.cards import TestCard, load_cards
 from gsapp.foundation import FlightError
 from gsapp.quantities import Block, FloatArray
@@ -104,7 +105,7 @@ def test_alpha_as_measured_shifts_the_curve_by_its_median() -> None:
     assert moved.speed_at(flown[0][1] + 0.1 * DEGREE) == pytest.approx(speeds[0], abs=0.02)
     assert CURVE.with_measured_alpha(flown[:2]) is CURVE
     wrong = [(speed, alpha + 20.0 * DEGREE) for speed, alpha in flown]
-    assert CURVE.with_measured_alpha(wrong).alpha_shift == MAX_ALPHA_SHIFT
+    assert CURVE.with_measured_alpha(wrong).alpha_shift == INPUTS.max_alpha_shift
 
 
 def test_without_a_model_that_flies_nothing_is_told() -> None:
@@ -265,7 +266,7 @@ def test_a_point_is_captured_after_two_seconds_and_left_when_left() -> None:
     speed = np.concatenate((np.full(300, 30.2), np.linspace(30.2, 20.0, 200), np.full(100, 20.0)))
     found = _captured(_rows(speed), (SLOW, USUAL, NEXT))
     first = found.index("E1")
-    assert first * 0.05 == pytest.approx(CAPTURE_HOLD_TIME, abs=0.1)
+    assert first * 0.05 == pytest.approx(INPUTS.capture_time, abs=0.1)
     assert set(found[:first]) == {""}
     assert set(found[first:60]) == {"E1"}
     assert found[-1] == ""

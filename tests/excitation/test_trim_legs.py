@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from gsapp.excitation.trim.trim_monitor import MIN_LEG_TIME_LEFT, TrimMonitor
+from gsapp.excitation.trim.settings import TRIM
+from gsapp.excitation.trim.trim_monitor import TrimMonitor
 from tests.excitation.trim_kit import RATE, aircraft, at, changed, cues, drawn, ramped
 
 # 45 deg of bank at 30 m/s turn by 180 deg in so many seconds, rolling in included.
@@ -27,7 +28,7 @@ def test_no_go_before_a_turn_nor_in_it() -> None:
     watch = TrimMonitor(aircraft(), RATE)
     found = cues(block, watch, point=None, since=ONSET - 9.0)
     last = max(cue.time for cue in found if cue.state == "go" and cue.time < ONSET)
-    assert MIN_LEG_TIME_LEFT < ONSET - last < MIN_LEG_TIME_LEFT + 1.5
+    assert TRIM.min_leg_time_left < ONSET - last < TRIM.min_leg_time_left + 1.5
     assert at(found, ONSET + 4.0).state == "turn"
     watch = TrimMonitor(aircraft(), RATE)
     watch.require_leg_time(5.5)

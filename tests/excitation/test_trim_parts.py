@@ -5,12 +5,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from gsapp.excitation.flight_rows import SLOW_CHANNEL_DELAY, rows_from_block
+from gsapp.excitation.flight_rows import rows_from_block
+from gsapp.excitation.settings import CUES
 from gsapp.excitation.trim.bank_observer import BankObserver
 from gsapp.excitation.trim.motion_estimator import ClimbObserver, MovingWindow
+from gsapp.excitation.trim.settings import TRIM
 from gsapp.excitation.trim.tick_means import TICK_INDEX, TickMeans
 from gsapp.excitation.trim.trim_cue import TrimDeviation
-from gsapp.excitation.trim.trim_monitor import MIN_DWELL_TIME, StateHysteresis, TrimMonitor
+from gsapp.excitation.trim.trim_monitor import StateHysteresis, TrimMonitor
 from gsapp.quantities import Block
 from gsapp.quantities.constants import DEGREE, GRAVITY
 from tests.excitation.trim_kit import RATE, SPEED, aircraft, changed, drawn, ramped
@@ -79,7 +81,7 @@ def test_climb_is_known_now_though_height_comes_late() -> None:
     climb = 1.0 + np.cumsum(lift) * DT
     height = 100.0 + np.cumsum(climb) * DT
     watch = ClimbObserver(DT)
-    late = round(SLOW_CHANNEL_DELAY / DT)
+    late = round(CUES.slow_channel_delay / DT)
     found = []
     for place in range(count):
         shown = height[place - late] + 0.5 * random.standard_normal() if place >= late else np.nan
@@ -115,7 +117,7 @@ def test_states_stand_for_a_while(wishes: list[tuple[str, bool]]) -> None:
         assert changed_now == (keeper.state != before)
         if changed_now:
             assert keeper.state == wanted
-            assert (before == "go" and lost) or tick * DT - since >= MIN_DWELL_TIME - 1e-6
+            assert (before == "go" and lost) or tick * DT - since >= TRIM.min_dwell_time - 1e-6
         if before == "go" and lost:
             assert keeper.state == wanted
 

@@ -12,7 +12,8 @@ from hypothesis import strategies as st
 from gsapp.aircraft import load_aircraft
 from gsapp.flight import Flight, load_flight
 from gsapp.flight.maneuvers import ManeuverDetector, detect_maneuvers, run_detector
-from gsapp.flight.maneuvers.airborne_detection import FRAME_DURATION, AirborneDetector, flying_speed
+from gsapp.flight.maneuvers.airborne_detection import AirborneDetector, flying_speed
+from gsapp.flight.maneuvers.settings import DETECTION
 from gsapp.flight.maneuvers.signals import SIGNAL_COLUMNS, SIGNALS
 from gsapp.foundation import FlightError
 from gsapp.quantities import Block
@@ -36,7 +37,7 @@ def test_it_flies_from_a_little_above_the_stall_until_a_little_below():
     shares = (0.0, 0.9, 1.0, 1.0, 1.2, 1.0, 1.1, 1.1, 0.95, 0.95, 0.8, 0.95, 0.85, 0.85, 1.0, 1.0)
     for number, share in enumerate(shares):
         means[SIGNAL_COLUMNS["V"]] = share * stall
-        watch.add(number * FRAME_DURATION, means)
+        watch.add(number * DETECTION.frame_duration, means)
         told.append(watch.airborne)
     assert told == [7 <= number < 13 for number in range(len(shares))]
     assert watch.criterion == "airspeed"

@@ -4,12 +4,8 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from gsapp.flight.uniform_grid import (
-    MAX_FILLED_GAP,
-    combine_on_grid,
-    find_uniform_grid,
-    grid_row_indices,
-)
+from gsapp.flight.settings import FLIGHT_DATA
+from gsapp.flight.uniform_grid import combine_on_grid, find_uniform_grid, grid_row_indices
 from gsapp.quantities import Block
 
 
@@ -35,7 +31,7 @@ def test_a_night_between_two_flights_costs_no_memory():
     assert len(flight) == 6
     assert np.array_equal(flight["q"], [1, 2, np.nan, np.nan, 3, 4], equal_nan=True)
     assert np.all(np.diff(flight.times) > 0)
-    minute = int(MAX_FILLED_GAP * 100)
+    minute = int(FLIGHT_DATA.max_filled_gap * 100)
     assert len(combine_on_grid([block("q", 0, [1]), block("q", minute, [2])], 100.0)) == minute + 1
 
 
@@ -53,7 +49,7 @@ def test_rows_hold_every_sample_and_no_long_gap(present, rate):
     rows = grid_row_indices(np.array(present, dtype=np.int64), rate)
     assert set(present) <= set(rows.tolist())
     assert np.all(np.diff(rows) >= 1)
-    assert rows.size <= len(set(present)) * (MAX_FILLED_GAP * rate + 2)
+    assert rows.size <= len(set(present)) * (FLIGHT_DATA.max_filled_gap * rate + 2)
     if present:
         assert (rows[0], rows[-1]) == (min(present), max(present))
 

@@ -106,7 +106,7 @@ def _find_picture_times(crew: ScreenshotTaker) -> Mapping[str, float]:
 
 def _visible_events(log: Sequence[CueEvent]) -> list[CueEvent]:
     """Return the events that show on the page: trim does not from an input to its verdict."""
-    from gsapp.excitation.cues import VERDICT_DISPLAY_TIME
+    from gsapp.excitation.settings import CUES
 
     seen: list[CueEvent] = []
     busy = -math.inf
@@ -117,7 +117,7 @@ def _visible_events(log: Sequence[CueEvent]) -> list[CueEvent]:
             seen = [one for one in seen if one.kind != "trim" or one.time < began]
             busy = math.inf
         elif event.kind == "verdict":
-            busy = event.time + VERDICT_DISPLAY_TIME
+            busy = event.time + CUES.verdict_display_time
         if event.kind != "trim" or event.time >= busy:
             seen.append(event)
     return seen

@@ -6,6 +6,7 @@ import signal
 import sys
 import time
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +19,7 @@ from gsapp.flight.raw_files.record_files import RawFile
 from gsapp.foundation import FlightError
 from gsapp.quantities import Block
 from gsapp.session import UNLIMITED_SPEED, Freshness, Session, Severity, equipment_monitor, readers
+from gsapp.session.monitor_settings import MONITORS
 from gsapp.session.replay_runner import run_replay
 from gsapp.session.sample_history import SampleHistory
 from gsapp.session.session_monitors import AlarmMonitor
@@ -29,9 +31,9 @@ Patience = Callable[..., None]
 
 @pytest.fixture
 def impatient(monkeypatch: pytest.MonkeyPatch) -> None:
-    settings = equipment_monitor.EquipmentMonitorSettings(look=0.0)
-    monkeypatch.setattr(equipment_monitor, "_SETTINGS", settings)
-    monkeypatch.setattr("gsapp.session.session._EVENTS_EVERY", 0.0)
+    settings = replace(MONITORS, equipment_interval=0.0, events_interval=0.0)
+    monkeypatch.setattr(equipment_monitor, "MONITORS", settings)
+    monkeypatch.setattr("gsapp.session.session.MONITORS", settings)
 
 
 def frames_in(session: Session) -> int:
@@ -107,7 +109,7 @@ def test_live_two_windows_a_frozen_one_and_the_replay_hold_the_same_bits(
 def test_the_map_is_found_in_the_stream_itself(
     field: Field, patience: Patience, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(readers, "_GUESS_US", 500_000)
+    monkeypatch.setattr(readers, "MONITORS", replace(MONITORS, map_guess_us=500_000))
     field.record()
     session = Session.follow(field.folder)
     field.aircraft.send(100)

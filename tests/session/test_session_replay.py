@@ -23,9 +23,9 @@ from gsapp.flight.raw_files import RawWriter
 from gsapp.flight.summary import summarize_flight
 from gsapp.foundation import FlightError, GroundStationError
 from gsapp.session import UNLIMITED_SPEED, Session
-from gsapp.session.channel_states import DEFAULT_STALE_SECONDS
 from gsapp.session.feeds import parse_speed
 from gsapp.session.limits import LimitBands
+from gsapp.session.monitor_settings import MONITORS
 from gsapp.session.replay_runner import run_replay
 
 START_US = 1_700_000_000_000_000
@@ -217,7 +217,7 @@ def test_patience_goes_by_how_often_a_message_comes(tmp_path: Path) -> None:
     session = Session.replay(folder, channel_map="ardupilot-plane", speed=UNLIMITED_SPEED)
     run_replay(session)
     assert session.stale_timeouts(("phi", "battery", "alpha")) == {
-        "phi": 0.5, "battery": 10.0, "alpha": DEFAULT_STALE_SECONDS
+        "phi": 0.5, "battery": 10.0, "alpha": MONITORS.default_stale_time
     }  # fmt: skip
 
 

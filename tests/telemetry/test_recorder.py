@@ -11,6 +11,7 @@ import textwrap
 import threading
 import time
 from collections import Counter, deque
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -25,7 +26,7 @@ from gsapp.telemetry import recorder_control
 from gsapp.telemetry.clock import HostClock
 from gsapp.telemetry.link_address import LinkAddress
 from gsapp.telemetry.link_registry import parse_link
-from gsapp.telemetry.recorder import _MOST_UNSENT, PeerStream, Recorder
+from gsapp.telemetry.recorder import PeerStream, Recorder
 from gsapp.telemetry.recorder_control import find_recorder, find_recorders, start_recorder
 from gsapp.telemetry.recorder_process import record_link
 from gsapp.telemetry.recorder_status import (
@@ -35,6 +36,7 @@ from gsapp.telemetry.recorder_status import (
     write_status,
 )
 from gsapp.telemetry.send_queue import request_send
+from gsapp.telemetry.settings import TELEMETRY
 from gsapp.telemetry.sources import Chunk, LinkSource
 
 pytestmark = pytest.mark.usefixtures("own_runtime")
@@ -238,7 +240,7 @@ def test_an_output_that_is_blocked_does_not_hold_up_the_record(tmp_path, frames,
     source = Blocked()
     with Running(source, tmp_path, heartbeat=True):
         patience((tmp_path / STATUS_FILE).exists)
-        for _ in range(2 * _MOST_UNSENT):
+        for _ in range(2 * TELEMETRY.max_unsent):
             request_send(tmp_path, bytes(request.pack(dialect().MAVLink(None, srcSystem=255))))
         source.chunks.extend(Chunk(1_000_000 + n, frame) for n, frame in enumerate(sent))
         patience(lambda: data_of(tmp_path) == sent)
@@ -246,7 +248,9 @@ def test_an_output_that_is_blocked_does_not_hold_up_the_record(tmp_path, frames,
         time.sleep(0.2)
         source.let_go.set()
         patience(lambda: len(source.written) > 20)
-    assert len(source.written) <= _MOST_UNSENT + 3  # the first is being sent, and the heartbeats
+    assert (
+        len(source.written) <= TELEMETRY.max_unsent + 3
+    )  # the first is being sent, and the heartbeats
 
 
 def test_a_clock_that_was_set_back_is_told_in_the_status(tmp_path, patience) -> None:
@@ -543,7 +547,7 @@ def test_what_cannot_begin_says_why(tmp_path, port) -> None:
 def test_what_takes_too_long_to_begin_is_ended_and_says_what_to_do(
     tmp_path, port, monkeypatch
 ) -> None:
-    monkeypatch.setattr(recorder_control, "_START_SECONDS", 0.01)
+    monkeypatch.setattr(recorder_control, "TELEMETRY", replace(TELEMETRY, start_timeout=0.01))
     with pytest.raises(LinkError, match=r"recorder\.log"):
         start_recorder(udp_link(port)[0], tmp_path)
     assert find_recorder(tmp_path) is None

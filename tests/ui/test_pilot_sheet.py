@@ -8,8 +8,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from gsapp.excitation.cues import VERDICT_DISPLAY_TIME
 from gsapp.excitation.doublets.verdict import VerdictResult
+from gsapp.excitation.settings import CUES
 from gsapp.quantities.constants import DEGREE, FOOT
 from tests.ui.pilot_kit import (
     BASE,
@@ -24,10 +24,11 @@ from tests.ui.pilot_kit import (
     danger,
     moving,
 )
+from ui.display_limits import DISPLAY
 from ui.pilot.card_browser import CardBrowser, find_last_flown_card
 from ui.pilot.cue_display import CueDisplay
 from ui.pilot.cue_display_builder import CueDisplayInput, build_cue_display
-from ui.pilot.display_rate_limiter import MIN_HOLD_SECONDS, DisplayRateLimiter
+from ui.pilot.display_rate_limiter import DisplayRateLimiter
 from ui.pilot.pilot_text import RESULT_SIGNS
 from ui.pilot.pilot_text import TRIM_STATE_SIGNS as STATE_WORDS
 
@@ -144,7 +145,7 @@ def test_a_verdict_says_what_to_do_next_time_and_is_put_away() -> None:
     assert rudder.marker < rudder.low
     assert rudder.target_text == "want 7–14"
     assert sheet("too-small", dismissed_verdict_id=VERDICT.id).status_text == "FLY"
-    old = replace(STATES["too-small"], time=VERDICT.given_at + VERDICT_DISPLAY_TIME + 0.1)
+    old = replace(STATES["too-small"], time=VERDICT.given_at + CUES.verdict_display_time + 0.1)
     assert build_cue_display(CueDisplayInput(cues=old, is_flight_open=True)).status_text == "FLY"
 
 
@@ -272,7 +273,8 @@ def test_words_change_at_most_twice_a_second_and_states_at_once(
         assert shown.gauges[0].marker == made.gauges[0].marker
         if before is not None and shown.gauges[0].number != before.gauges[0].number:
             assert (
-                clock.now - changed >= MIN_HOLD_SECONDS or shown.status_text != before.status_text
+                clock.now - changed >= DISPLAY.min_text_time
+                or shown.status_text != before.status_text
             )
         if before is None or (shown.gauges[0].number, shown.status_text) != (
             before.gauges[0].number,

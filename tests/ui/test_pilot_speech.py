@@ -10,7 +10,8 @@ from PySide6.QtWidgets import QApplication
 from gsapp.excitation.announcer import Announcement
 from tests.ui.pilot_kit import BASE, moving
 from tests.ui.window_kit import Loudspeaker, Mouth
-from ui.pilot.speech import MAX_SPEECH_DELAY, FlightSpeech
+from ui.display_limits import DISPLAY
+from ui.pilot.speech import FlightSpeech
 from ui.voice.speech_queue import UtterancePriority
 from ui.voice.voice import Voice
 
@@ -94,8 +95,8 @@ def test_a_danger_that_the_pilot_must_act_on_is_spoken_even_there(flight: Flight
 
 
 def test_what_was_true_a_while_ago_is_not_said(flight: Flight) -> None:
-    flight.say("go", ago=MAX_SPEECH_DELAY + 0.1)
-    flight.say("hold", ago=MAX_SPEECH_DELAY - 0.1)
+    flight.say("go", ago=DISPLAY.max_speech_delay + 0.1)
+    flight.say("hold", ago=DISPLAY.max_speech_delay - 0.1)
     flight.hear()
     assert flight.mouth.spoken == ["hold"]
     flight.speech.restart(flight.said)

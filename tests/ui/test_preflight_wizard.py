@@ -26,6 +26,7 @@ from gsapp.virtual.bench import BENCH_FAULT_KINDS, POTENTIOMETERS, BenchFault, V
 from tests.calibration.wizard.bench_truth import within
 from tests.ui.bench_kit import BenchWindow, leave_only, try_out, work_through
 from tests.ui.window_kit import activate, count, open_window, pixels, until
+from ui.display_limits import DISPLAY
 from ui.flight_controller import FlightController
 from ui.preflight.aircraft_outlines import ViewDirection
 from ui.preflight.surface_motion_view import SurfaceCloseup, SurfaceFigure, SurfaceKind
@@ -411,7 +412,9 @@ def test_volts_that_stop_are_not_left_standing(
     window = at_bench("elevator_left")
     begin(window)
     assert window.page.work.cue.cue.volts_text != "– V"
-    monkeypatch.setattr("ui.preflight.wizard_controller._NO_DATA_SECONDS", -1.0)
+    monkeypatch.setattr(
+        "ui.preflight.wizard_controller.DISPLAY", replace(DISPLAY, no_volts_time=-1.0)
+    )
     window.desk.refreshed.emit()
     cue = window.page.work.cue.cue
     assert (cue.state, cue.state_text) == ("warning", "No signal")

@@ -8,7 +8,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from ui.voice.speech_queue import REPEAT_INTERVAL, SpeechQueue, UtterancePriority
+from ui.display_limits import DISPLAY
+from ui.voice.speech_queue import SpeechQueue, UtterancePriority
 
 NOTE, PROMPT, WARNING = UtterancePriority.NOTE, UtterancePriority.PROMPT, UtterancePriority.WARNING
 
@@ -89,7 +90,7 @@ def test_no_repeats_until_time_or_other_words_are_between(queue: SpeechQueue, cl
     queue.enqueue("hold still", PROMPT)
     queue.enqueue("hold still", PROMPT)
     assert list(heard(queue)) == ["hold still"]
-    clock.now += REPEAT_INTERVAL - 0.1
+    clock.now += DISPLAY.repeat_interval - 0.1
     queue.enqueue("hold still", PROMPT)
     assert list(heard(queue)) == []
     clock.now += 0.2
@@ -102,9 +103,9 @@ def test_no_repeats_until_time_or_other_words_are_between(queue: SpeechQueue, cl
 
 def test_words_are_apart_from_the_end_of_what_was_said(queue: SpeechQueue, clock: Clock) -> None:
     queue.enqueue("hold still", PROMPT)
-    clock.now += 2.0 * REPEAT_INTERVAL
+    clock.now += 2.0 * DISPLAY.repeat_interval
     assert list(heard(queue)) == ["hold still"]
-    clock.now += REPEAT_INTERVAL - 0.1
+    clock.now += DISPLAY.repeat_interval - 0.1
     queue.enqueue("hold still", PROMPT)
     assert list(heard(queue)) == []
 

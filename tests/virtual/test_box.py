@@ -21,10 +21,11 @@ from gsapp.decoding.framing import Framer
 from gsapp.telemetry.clock import HostClock
 from gsapp.telemetry.sources import open_source
 from gsapp.virtual.ad_converter import DAQ_CHANNELS
-from gsapp.virtual.downlink.downlink_transmitter import THIN_BYTES_PER_SECOND, DownlinkTransmitter
+from gsapp.virtual.downlink.downlink_transmitter import DownlinkTransmitter
 from gsapp.virtual.downlink.flight_settings import FlightSettings
 from gsapp.virtual.downlink.onboard_messages import dialect
 from gsapp.virtual.downlink.virtual_source import VirtualSource
+from gsapp.virtual.settings import VIRTUAL
 
 SECONDS = 12
 START = 1_700_000_000_000_000
@@ -73,7 +74,7 @@ def test_the_thin_link_fits_a_57600_baud_radio(thin: list[MavlinkFrame]) -> None
         if frame.message_id == dialect.MAVLINK_MSG_ID_DEBUG_FLOAT_ARRAY:
             second = int.from_bytes(frame.payload[:8], "little") // 1_000_000
         per_second[second] += len(frame.data)
-    assert max(per_second.values()) < THIN_BYTES_PER_SECOND
+    assert max(per_second.values()) < VIRTUAL.thin_rate
 
 
 def test_attitude_can_be_left_out_and_position_added() -> None:

@@ -1,5 +1,7 @@
 """What the crew does not know of its instruments changes the record and nothing else."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -11,6 +13,7 @@ from gsapp.virtual import airframe
 from gsapp.virtual.airframe import INSTRUMENT_INPUT_CHANNELS, TRUTH_CHANNELS, Airframe
 from gsapp.virtual.flight_plan import load_flight_plan
 from gsapp.virtual.hidden_effects import add_hidden_effects
+from gsapp.virtual.settings import VIRTUAL
 from gsapp.virtual.stick_motion import StickPositions
 
 DT = 0.01
@@ -134,7 +137,7 @@ def test_what_comes_early_cannot_be_flown() -> None:
 
 
 def test_every_effect_can_be_hidden(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(airframe, "_SETTINGS", airframe.AirframeSettings(settling=0.03))
+    monkeypatch.setattr(airframe, "VIRTUAL", replace(VIRTUAL, settling_time=0.03))
     aircraft, model, plan = load_aircraft("b777"), load_model("b777"), load_flight_plan("short")
     sticks = StickPositions(throttle=1.0, pitch=0.2, roll=0.1, yaw=0.1, flap=0.5, engines=True)
     for name in effect_ids():

@@ -20,8 +20,9 @@ from gsapp.virtual.downlink.bench_downlink import StdinConsole
 from gsapp.virtual.downlink.flight_settings import FlightSettings
 from gsapp.virtual.downlink.training_downlink import TrainingDownlink, execute_training_command
 from gsapp.virtual.flight_plan import load_flight_plan
-from gsapp.virtual.keyboard_pilot import KEY_TIMEOUT, KeyboardPilot
+from gsapp.virtual.keyboard_pilot import KeyboardPilot
 from gsapp.virtual.keyboard_sticks import KeyboardSticks, KeyPositions
+from gsapp.virtual.settings import VIRTUAL
 from gsapp.virtual.stick_motion import StickPositions
 from gsapp.virtual.virtual_flight import FlightSegment, FlightSimulation
 
@@ -88,7 +89,7 @@ def test_the_built_in_pilot_takes_a_silent_aircraft_home() -> None:
     trainee.pilot.take_over()
     trainee.fly(0.6, KeyPositions(roll=1.0))
     held = trainee.true("height")[-1]
-    trainee.fly(KEY_TIMEOUT + 0.2)
+    trainee.fly(VIRTUAL.key_timeout + 0.2)
     assert not trainee.pilot.trainee_flies
     assert "no key" in trainee.pilot.take_handback_reason()
     trainee.fly(9.0)

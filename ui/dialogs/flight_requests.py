@@ -148,9 +148,7 @@ def check_folder(parent: str, name: str) -> InputCheck:
         return InputCheck(message=tr("The flight needs a name."), state="warning")
     if sanitize_file_name(name) != name.strip():
         return InputCheck(
-            message=tr("Invalid folder name; use {name!r}.").format(
-                name=sanitize_file_name(name)
-            ),
+            message=tr("Invalid folder name; use {name!r}.").format(name=sanitize_file_name(name)),
             state="warning",
         )
     if not parent.strip():

@@ -34,6 +34,7 @@ from PySide6.QtWidgets import (
 )
 
 from gsapp.quantities import trace_color
+from ui.display_limits import DISPLAY
 from ui.display_style import DisplayStyle
 from ui.number_format import DASH, count_text, number_text, symbol_text
 from ui.translation import QT_TR_NOOP, tr
@@ -51,9 +52,6 @@ _PLOT_WIDTH: Final = 112
 """Width of the history, points."""
 _TEXT_WIDTH: Final = 150
 """Width that words and numbers take beside it at least."""
-_SIGMAS: Final = 2.0
-_MAX_SIGMA_RANGE: Final = 5.0
-"""Half the height of a history, in bounds as they stand now."""
 
 _ARROW: Final = "→"
 """Between the bounds in percent before and after the last maneuver."""
@@ -198,7 +196,7 @@ class EstimateDelegate(QStyledItemDelegate):
         if best is None or not row.times.size:
             return
         value, std = best
-        reach = _MAX_SIGMA_RANGE * max(std, row.std or 0.0)
+        reach = DISPLAY.history_sigmas * max(std, row.std or 0.0)
         if row.prior is not None:
             # What was known before stays in sight, unless it is far from everything.
             away = abs(row.prior - value)
@@ -229,7 +227,7 @@ class EstimateDelegate(QStyledItemDelegate):
         painter.setPen(QPen(color, px(1)))
         painter.setBrush(color)
         for point in row.points:
-            half = _SIGMAS * point.std
+            half = DISPLAY.bar_sigmas * point.std
             painter.drawLine(place(point.time, point.value - half),
                              place(point.time, point.value + half))  # fmt: skip
             painter.drawEllipse(place(point.time, point.value), px(2.5), px(2.5))

@@ -14,6 +14,7 @@ from gsapp.session.user_limit_store import UserLimitStore
 from ui.alarm_text import spoken_alarm_text
 from ui.dialogs.flight_dialogs import GoToDialog, RangeDialog
 from ui.dialogs.limits import LimitsDialog
+from ui.display_limits import DISPLAY
 from ui.display_style import DisplayStyle
 from ui.flight.controls import next_speed
 from ui.flight.flight_view import FlightView
@@ -23,9 +24,6 @@ from ui.flight_controller import FlightController
 from ui.settings import SettingsStore
 from ui.voice.speech_queue import UtterancePriority
 from ui.voice.voice import Voice
-
-_REPEAT_SECONDS = 2.0
-"""Seconds between the sounds of a warning that nobody has acknowledged."""
 
 
 class FlightPageController(QObject):
@@ -279,7 +277,7 @@ class FlightPageController(QObject):
         self._heard = frozenset(keys)
         severe = any(alarm.active and alarm.severity is Severity.WARNING for alarm in waiting)
         now = time.monotonic()
-        if not new and not (severe and now - self._sounded >= _REPEAT_SECONDS):
+        if not new and not (severe and now - self._sounded >= DISPLAY.warning_interval):
             return
         self._sounded = now
         warnings = [alarm for alarm in new if alarm.severity is Severity.WARNING]

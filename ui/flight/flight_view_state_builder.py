@@ -13,6 +13,7 @@ from gsapp.flight.certificates import calibrated_ranges, uncalibrated_channels
 from gsapp.flight.events import Event
 from gsapp.session import LimitBands, Session, SessionSnapshot
 from gsapp.session.alarms import AlarmEpisode
+from ui.display_limits import DISPLAY
 from ui.flight.estimates_panel import fit_status_text
 from ui.flight.flight_view_state import ChannelOrigin, FlightViewState, ReplayState
 from ui.flight.panel_rows import (
@@ -35,8 +36,6 @@ _RECEIVED_STATES = ("ok", "weak", "silent")
 """What is said of a link over which something that can be read has come."""
 _MESSAGES_INTERVAL = 5
 _ESTIMATES_INTERVAL = 10
-_CHANNEL_WAIT_SECONDS = 3.0
-"""Seconds of a live flight after which channels without a sample are taken for absent."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -170,7 +169,7 @@ class FlightViewStateBuilder:
         if history.end is None or not snapshot.is_up_to_date:
             return False
         self._first = history.end if self._first is None else self._first
-        return history.end - self._first >= _CHANNEL_WAIT_SECONDS
+        return history.end - self._first >= DISPLAY.channel_wait
 
     def _look_at_channels(self) -> None:
         session = self.session

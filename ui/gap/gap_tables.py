@@ -16,8 +16,9 @@ from PySide6.QtWidgets import (
 )
 
 from gsapp.dynamics.buildup import COEFFICIENT_TITLES
+from ui.display_limits import DISPLAY
 from ui.display_style import DisplayStyle
-from ui.gap.gap_view_models import MAP_LEVELS, MapCell
+from ui.gap.gap_view_models import MapCell
 from ui.number_format import percent_text
 from ui.translation import tr
 from ui.widgets.paint_primitives import level_brushes, paint_focus_frame
@@ -126,7 +127,7 @@ class DisagreementMapLegend(QWidget):
     def __init__(self, look: DisplayStyle) -> None:
         super().__init__()
         self._look = look
-        bounds = [f"{bound:g}" for bound in MAP_LEVELS]
+        bounds = [f"{bound:g}" for bound in DISPLAY.map_levels]
         self._words = (tr("noise"), *(tr("from {bound}").format(bound=bound) for bound in bounds))
         self.setAccessibleName(
             tr(

@@ -56,8 +56,6 @@ _OBSERVABILITY_TEXTS = (
     (3.0, QT_TR_NOOP("barely")),
     (-math.inf, QT_TR_NOOP("too little")),
 )
-MIN_OBSERVABLE_SIGMA = 3.0
-"""Standard deviations below which these flights could not have shown an effect."""
 
 
 def coefficient_text(name: str) -> str:

@@ -15,9 +15,9 @@ from gsapp.discrepancy.results import (
 from gsapp.dynamics.buildup import COEFFICIENT_TITLES
 from gsapp.quantities import FloatArray, convert_text_units
 from gsapp.report.discrepancy_pictures import missing_by_condition, to_display_units
+from ui.display_limits import DISPLAY
 from ui.gap.gap_selection import GapSelection, find_maneuver_view
 from ui.gap.gap_text import (
-    MIN_OBSERVABLE_SIGMA,
     axis_unit,
     channel_symbol,
     channel_text,
@@ -40,9 +40,6 @@ from ui.number_format import DASH, clock_text, symbol_text, value_to_std_digits
 from ui.translation import tr
 from ui.widgets.row_model import CellFormat, TableRow
 
-MAP_LEVELS = (1.5, 2.5, 5.0, 10.0)
-"""Times the noise floor at which a cell of the map takes the next color."""
-
 NO_BREAK_SPACE = "\N{NO-BREAK SPACE}"
 ARROW = "\N{NARROW NO-BREAK SPACE}→\N{NARROW NO-BREAK SPACE}"
 """Between before and after: numbers that belong together stay on one line."""
@@ -60,7 +57,7 @@ class MapCell:
     ratio : float
         Missing part over the noise floor.
     level : int
-        0 to 4, by `MAP_LEVELS`.
+        0 to 4, by `DISPLAY.map_levels`.
     proven : bool
         Whether the baseline's disagreement here is more than chance.
     """
@@ -72,7 +69,7 @@ class MapCell:
 
 def find_map_level(ratio: float) -> int:
     """Return the level of color of a ratio to the noise floor."""
-    return sum(ratio >= bound for bound in MAP_LEVELS)
+    return sum(ratio >= bound for bound in DISPLAY.map_levels)
 
 
 def build_map_rows(answer: SearchResult, step: int) -> tuple[TableRow, ...]:
@@ -340,7 +337,7 @@ def build_observability_rows(answer: SearchResult, *, hidden_only: bool) -> tupl
                 else observability_text(one.sigma),
                 one.fly or _alias_text(answer, one),
             ),
-            state="caution" if one.sigma < MIN_OBSERVABLE_SIGMA else "plain",
+            state="caution" if one.sigma < DISPLAY.min_observable_sigmas else "plain",
             colored=frozenset({1}),
             detail=tr("{effect}, class {effect_class}. {alias}")
             .format(
@@ -349,7 +346,7 @@ def build_observability_rows(answer: SearchResult, *, hidden_only: bool) -> tupl
             .strip(),
         )
         for one in table
-        if not hidden_only or one.sigma < MIN_OBSERVABLE_SIGMA
+        if not hidden_only or one.sigma < DISPLAY.min_observable_sigmas
     )
 
 

@@ -13,6 +13,7 @@ from gsapp.excitation.test_points.target_input import TargetInput
 from gsapp.excitation.trim.trim_cue import TrimCue
 from gsapp.flight.cards import TestCard
 from gsapp.quantities import SURFACE_NAMES, convert_text_units
+from ui.display_limits import DISPLAY
 from ui.number_format import (
     DASH,
     clock_text,
@@ -41,10 +42,6 @@ from ui.pilot.pilot_text import (
 from ui.translation import tr
 
 _MAX_HINTS: Final = 2
-_DELIBERATE_SHARE: Final = 0.5
-"""Share of the least amplitude wanted, from which a move shows as an input while it is made."""
-_SHORT_LEG_SECONDS: Final = 4.0
-"""Seconds of leg below which its number is marked; what an input needs, the state knows."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -129,7 +126,7 @@ def build_cue_display(reading: CueDisplayInput) -> CueDisplay:
         ),
         gauges=gauges,
         leg_time_text=DASH if leg is None else f"{max(math.floor(leg), 0)}",
-        leg_short=leg is not None and leg < _SHORT_LEG_SECONDS,
+        leg_short=leg is not None and leg < DISPLAY.short_leg_time,
         card=replace(
             card,
             text=convert_text_units(card.text, reading.units),
@@ -209,7 +206,8 @@ def _is_deliberate_input(under_way: InputInProgress, cues: CueSnapshot) -> bool:
     bands = {} if wanted is None else wanted.amplitudes
     known = [name for name in under_way.surfaces if name in bands]
     return not known or any(
-        under_way.amplitudes.get(name, 0.0) >= _DELIBERATE_SHARE * bands[name].low for name in known
+        under_way.amplitudes.get(name, 0.0) >= DISPLAY.deliberate_share * bands[name].low
+        for name in known
     )
 
 

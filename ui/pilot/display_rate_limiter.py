@@ -5,10 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 
+from ui.display_limits import DISPLAY
 from ui.pilot.cue_display import CueDisplay, Gauge
-
-MIN_HOLD_SECONDS = 0.5
-"""Seconds for which words stand at least."""
 
 
 class DisplayRateLimiter:
@@ -37,7 +35,7 @@ class DisplayRateLimiter:
         if (
             shown is None
             or _unlimited_part(sheet) != _unlimited_part(shown)
-            or now - self._changed >= MIN_HOLD_SECONDS
+            or now - self._changed >= DISPLAY.min_text_time
         ):
             if shown is None or _text_part(sheet) != _text_part(shown):
                 self._changed = now

@@ -4,18 +4,16 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING
 
 from gsapp.excitation.announcer import Announcement
 from gsapp.excitation.cues import CueSnapshot
 from gsapp.flight.cards import CardSet
+from ui.display_limits import DISPLAY
 from ui.flight_controller import FlightController
 
 if TYPE_CHECKING:
     from gsapp.excitation.debrief import Debrief
-
-MAX_DATA_AGE: Final = 1.0
-"""Seconds without a sample after which what was said last does not stand any more."""
 
 
 class FlightCues:
@@ -57,7 +55,7 @@ class FlightCues:
             self._seen, self._came = newest, now
         live = self._desk.is_open and not self._desk.is_replay
         passed = now - self._came
-        return passed if live and newest is not None and passed > MAX_DATA_AGE else None
+        return passed if live and newest is not None and passed > DISPLAY.max_cue_age else None
 
     def spoken_cues(self) -> Sequence[Announcement]:
         """Return what is to be heard, all of the flight so far."""

@@ -7,11 +7,10 @@ from typing import Final
 
 from gsapp.excitation.announcer import Announcement
 from gsapp.excitation.cues import CueSnapshot
+from ui.display_limits import DISPLAY
 from ui.voice.speech_queue import UtterancePriority
 from ui.voice.voice import Voice
 
-MAX_SPEECH_DELAY: Final = 1.5
-"""Seconds of flight after which something is not said any more: it was true a while ago."""
 _PRIORITY: Final[Mapping[str, UtterancePriority]] = {
     "note": UtterancePriority.NOTE,
     "prompt": UtterancePriority.PROMPT,
@@ -61,7 +60,7 @@ class FlightSpeech:
         if not aloud or cues is None or cues.time is None:
             return
         for one in new:
-            if cues.time - one.time > MAX_SPEECH_DELAY:
+            if cues.time - one.time > DISPLAY.max_speech_delay:
                 continue
             if one.tone:
                 self._voice.play_tone(one.tone)

@@ -12,17 +12,14 @@ from PySide6.QtCore import QObject, Signal
 from calibration.wizard import CalibrationWizard, WizardAction, WizardView
 from gsapp.foundation import GroundStationError
 from gsapp.quantities import INSTRUMENTS, Block
+from ui.display_limits import DISPLAY
 from ui.error_reporter import ErrorReporter
 from ui.flight_controller import FlightController
 from ui.preflight.prompter import Prompter
 
 _VOLTAGE_CHANNELS = tuple(f"{name}_volts" for name in INSTRUMENTS)
-_NO_DATA_SECONDS = 1.5
-"""Seconds without volts after which none are shown, and none can be taken."""
 _MAX_NAMED_CHANNELS = 15
 """Samples that stand for these seconds: one for each look at the volts."""
-_MAX_DATA_DELAY = 2.0
-"""Seconds after which a channel that does not come is not waited for."""
 
 
 class WizardController(QObject):
@@ -101,7 +98,7 @@ class WizardController(QObject):
         """Let the wizard know that no volts come, lest it take those that came last."""
         if self._fed is None or not self.has_no_data:
             return
-        times = self._fed + np.linspace(0.0, _NO_DATA_SECONDS, _MAX_NAMED_CHANNELS + 1)[1:]
+        times = self._fed + np.linspace(0.0, DISPLAY.no_volts_time, _MAX_NAMED_CHANNELS + 1)[1:]
         self._fed = None
         missing = np.full((_MAX_NAMED_CHANNELS, 1), np.nan)
         self._wizard.feed(Block(channels=_VOLTAGE_CHANNELS[:1], times=times, values=missing))
@@ -135,7 +132,9 @@ class WizardController(QObject):
         last = min(max(stop for _, stop in spans), history.index(end) + 1)
         # Slow channels hold the others up for a while, silent ones do not.
         stop = min(
-            min(stop, last) for _, stop in spans if stop > last - _MAX_DATA_DELAY * history.rate
+            min(stop, last)
+            for _, stop in spans
+            if stop > last - DISPLAY.max_channel_delay * history.rate
         )
         first = self._next
         if first is None or first > stop:
@@ -152,7 +151,7 @@ class WizardController(QObject):
     @property
     def has_no_data(self) -> bool:
         """Return whether no volts have come for a while: what they were is not what they are."""
-        return time.monotonic() - self._heard > _NO_DATA_SECONDS
+        return time.monotonic() - self._heard > DISPLAY.no_volts_time
 
     @property
     def catching_up(self) -> bool:

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from calibration.validity import SHIPPED_EXAMPLE, CalibrationInForce, day_text
 from gsapp.quantities import channel, convert_text_units, from_si
+from ui.display_limits import DISPLAY
 from ui.icons import IndicatorState
 from ui.number_format import DASH, symbol_text
 from ui.preflight.calibration_folder import CalibrationFolder, current_local_time
@@ -28,11 +29,6 @@ if TYPE_CHECKING:
     from calibration.plan import CalibrationPlan, InstrumentPlan
     from calibration.wizard import WizardView
     from gsapp.session import SampleHistory
-
-_STALE_SECONDS = 2.0
-"""Seconds after which a value is not one of now."""
-_ROUNDING_ERROR = 1e-6
-"""In the unit of an instrument: a residual below that is the computer's, of a line through two."""
 
 
 def list_instrument_statuses(
@@ -104,7 +100,7 @@ def build_point_rows(view: WizardView) -> tuple[CalibrationPointRow, ...]:
     calibration = view.calibration
     residuals = view.residuals
     # What is less than the error of a setting is drawn as little, however little the others are.
-    largest = max(*map(abs, residuals), instrument.setting_error or 0.0, _ROUNDING_ERROR)
+    largest = max(*map(abs, residuals), instrument.setting_error or 0.0, DISPLAY.residual_rounding)
     odd = calibration.quality.outliers if calibration is not None else ()
     rows = [
         CalibrationPointRow(
@@ -264,7 +260,7 @@ def _side_text(name: str) -> str:
 def _latest_value_text(history: SampleHistory, name: str, units: str) -> str:
     last = history.last(name)
     spec = channel(name)
-    if last is None or history.end is None or last[0] < history.end - _STALE_SECONDS:
+    if last is None or history.end is None or last[0] < history.end - DISPLAY.stale_reading_age:
         return DASH
     unit = spec.display_unit(units)
     return quantity_text(from_si(last[1], unit, spec.quantity), unit, spec.decimals(unit))

@@ -194,7 +194,9 @@ class EstimatePage(ReviewStepPage):
         if outcome is None:
             kept = len(self.book.runs)
             words = (
-                tr("{runs} saved").format(runs=count_text(kept, "run")) if kept else tr("no run yet")
+                tr("{runs} saved").format(runs=count_text(kept, "run"))
+                if kept
+                else tr("no run yet")
             )
             return StepStatus(state="plain", text=words)
         count = len(outcome.result.results)

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final, Literal
 
 from gsapp.quantities import channel, typeset
+from ui.display_limits import DISPLAY
 from ui.number_format import DASH, MINUS, number_text, symbol_text
 from ui.translation import QT_TR_NOOP, tr
 from ui.widgets.row_model import TableRow
@@ -26,10 +27,6 @@ then in times the bounds of single maneuvers."""
 REMARK_COLUMN: Final = len(DERIVATIVE_TITLES) - 1
 """The column of words."""
 _SCATTER_RATIO_COLUMN: Final = 5
-_SCATTER_RATIO_LIMIT: Final = 1.4
-"""Scatter over bounds from which it is said."""
-_MIN_SCATTER_VALUES: Final = 3
-"""Values from which their scatter says something."""
 
 
 _CONFOUNDED_PATTERN: Final = re.compile("told apart from (.+?) in this maneuver")
@@ -63,7 +60,8 @@ def build_derivative_rows(outcome: RunOutcome) -> tuple[TableRow, ...]:
         name, mean, bound, percent, scatter, ratio, n, out, before = row
         one = outcome.summary.derivatives[name]
         scatters = (
-            one.bound_consistency is not None and one.bound_consistency.ratio > _SCATTER_RATIO_LIMIT
+            one.bound_consistency is not None
+            and one.bound_consistency.ratio > DISPLAY.max_scatter_ratio
         )
         sign = "▲ " if scatters else ""
         lines.append(
@@ -146,10 +144,10 @@ def describe_derivative(outcome: RunOutcome, name: str) -> str:
         for found in (fit.derivatives.get(name) for fit in outcome.result.joint)
         if found is not None and found.value is not None and found.std
     ]
-    if one.bound_consistency is None and one.value.n < _MIN_SCATTER_VALUES:
+    if one.bound_consistency is None and one.value.n < DISPLAY.min_scatter_values:
         said.append(
             tr("Fewer than {count} values: scatter cannot check the bounds.").format(
-                count=_MIN_SCATTER_VALUES
+                count=DISPLAY.min_scatter_values
             )
         )
     elif one.bound_consistency is None:
@@ -165,7 +163,7 @@ def describe_derivative(outcome: RunOutcome, name: str) -> str:
                 "Scatter is {ratio:.1f} times the bounds (expected by chance: up to {p_value:.2g})."
             ).format(ratio=one.bound_consistency.ratio, p_value=one.bound_consistency.p_value)
         )
-        if one.bound_consistency.ratio > _SCATTER_RATIO_LIMIT:
+        if one.bound_consistency.ratio > DISPLAY.max_scatter_ratio:
             said.append(tr("The bound of the mean includes the scatter between maneuvers."))
     said += [
         tr("Trend with {condition}: {verdict} (chance alone: {p_value:.2g}).").format(

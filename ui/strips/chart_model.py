@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from gsapp.quantities import channel
+from ui.display_limits import DISPLAY
 from ui.number_format import DASH, number_text
 from ui.strips.chart_annotations import AlarmSpan, ChannelLimits, ChartMark, ChartSpan, OriginInfo
 from ui.strips.chart_state import (
@@ -26,9 +27,6 @@ from ui.strips.strip_layout import StripLayout, default_layout
 from ui.strips.strip_view import StripView
 from ui.theme import DAYLIGHT, Theme
 from ui.translation import QT_TR_NOOP, tr
-
-_STALE_SECONDS = 3.0
-"""Least age of a stale value, s."""
 
 
 @dataclass(slots=True, eq=False)
@@ -144,7 +142,7 @@ class ChartModel:
                 spec,
                 display,
                 self.view.now,
-                max(self.stale_ages.get(spec.id, 0.0), _STALE_SECONDS),
+                max(self.stale_ages.get(spec.id, 0.0), DISPLAY.min_stale_age),
                 self.limits.get(spec.id),
                 self.sources.get(spec.id),
             )

@@ -9,7 +9,7 @@ The rule:
 3. Of two that would wait, the more urgent stays; of two equally urgent ones the newer, because it
    is what holds now.
 4. Nothing is said twice: words that are being spoken or wait are not taken again, and the words
-   said last only after `REPEAT_INTERVAL` seconds, unless other words were said in between.
+   said last only after `DISPLAY.repeat_interval` seconds, unless other words were said in between.
 5. In a hush, as while the pilot's hands are off the sticks, nothing begins but what belongs to it:
    warnings wait for its end, all else is forgotten.
 6. Mute acts at once: what is spoken is cut off, what waits is forgotten, and nothing is taken, so
@@ -23,8 +23,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from enum import IntEnum
 
-REPEAT_INTERVAL = 10.0
-"""Seconds after which the very same words may follow upon themselves."""
+from ui.display_limits import DISPLAY
 
 
 class UtterancePriority(IntEnum):
@@ -147,7 +146,7 @@ class SpeechQueue:
             return True
         if self.waiting is not None and self.waiting.text == words:
             return self.waiting.priority >= priority
-        return words == self._last and self._clock() - self._said_at < REPEAT_INTERVAL
+        return words == self._last and self._clock() - self._said_at < DISPLAY.repeat_interval
 
     def _go_on(self) -> None:
         """Say what waits, if it may be said and nothing else is."""

@@ -7,9 +7,7 @@ from dataclasses import dataclass, replace
 from typing import Final
 
 from gsapp.excitation.alerts.alert import Alert, AlertLevel
-
-ALERT_HOLD_TIME: Final = 2.0
-"""Seconds for which a danger stands after it was found last: nothing flickers."""
+from gsapp.excitation.alerts.settings import ALERTS
 
 _FIRST: Final = (
     "stall", "nose", "airspeed", "alpha", "beta", "gyro", "motion", "fence", "clip",
@@ -101,7 +99,7 @@ class ActiveAlerts:
 
     @staticmethod
     def _past(time: float, seen: float) -> bool:
-        return time - seen > ALERT_HOLD_TIME
+        return time - seen > ALERTS.hold_time
 
 
 def _order(danger: Alert) -> tuple[int, int, float, str]:

@@ -9,9 +9,7 @@ the way out of the fence, and what will run out.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from functools import cache
-from typing import Final
 
 from gsapp.aircraft import Aircraft, load_aircraft
 from gsapp.excitation.alerts.active_alerts import ActiveAlerts, AlertCondition
@@ -19,7 +17,8 @@ from gsapp.excitation.alerts.alert import Alert, AlertLevel
 from gsapp.excitation.alerts.clipping_monitor import ClippingMonitor
 from gsapp.excitation.alerts.geofence import Geofence, GeofenceMonitor
 from gsapp.excitation.alerts.instrument_monitor import InstrumentMonitor
-from gsapp.excitation.alerts.row_frames import ALERT_FRAME_DURATION, FlightFrame, FrameSplitter
+from gsapp.excitation.alerts.row_frames import FlightFrame, FrameSplitter
+from gsapp.excitation.alerts.settings import ALERTS
 from gsapp.excitation.alerts.stall_monitor import StallMonitor
 from gsapp.excitation.flight_rows import FlightRows
 
@@ -27,23 +26,6 @@ from gsapp.excitation.flight_rows import FlightRows
 # What stands below a fixed figure is the affair of `gsapp.session.limits` (battery and receiver in
 # ``files/b777.toml``). Here is what they cannot say: that the time agreed on is nearly over, and
 # that the battery, at the rate at which it sinks, will not last as long as the flight.
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class AlertMonitorSettings:
-    """Settings of `AlertMonitor`, checked by `tests/bench/dangers.py`."""
-
-    reserve: float = 60.0
-    """s; as long before the end the crew is told to land."""
-    fuel_reserve: float = 0.2
-    """Share of what there was at take-off."""
-    slope_frames: int = 240
-    """Frames, a minute, over which the battery's sinking is taken."""
-    least_sink: float = 1e-4
-    """V/s; less is noise and no forecast."""
-
-
-_SETTINGS: Final = AlertMonitorSettings()
 
 
 class EnduranceMonitor:
@@ -85,12 +67,12 @@ class EnduranceMonitor:
                     spoken_text="time expired: land",
                 )
             ]
-        if left <= _SETTINGS.reserve:
+        if left <= ALERTS.reserve_time:
             return [
                 AlertCondition(
                     key="time",
                     level=AlertLevel.CAUTION,
-                    text=f"{_SETTINGS.reserve:.0f} s are left of the flight time of "
+                    text=f"{ALERTS.reserve_time:.0f} s are left of the flight time of "
                     f"{_minutes(self._flight_time)}; land",
                     spoken_text="time: land",
                 )
@@ -101,24 +83,24 @@ class EnduranceMonitor:
         battery = frame.mean("battery")
         if self._battery_empty is None or math.isnan(battery):
             return []
-        self._battery = [*self._battery[1 - _SETTINGS.slope_frames :], battery]
+        self._battery = [*self._battery[1 - ALERTS.battery_slope_frames :], battery]
         half = len(self._battery) // 2
-        if len(self._battery) < _SETTINGS.slope_frames:
+        if len(self._battery) < ALERTS.battery_slope_frames:
             return []
         early = sum(self._battery[:half]) / half
         late = sum(self._battery[half:]) / (len(self._battery) - half)
-        sink = (early - late) / (half * ALERT_FRAME_DURATION)
-        if sink < _SETTINGS.least_sink:
+        sink = (early - late) / (half * ALERTS.frame_duration)
+        if sink < ALERTS.min_battery_slope:
             return []
-        left = (late - self._battery_empty) / sink - 0.5 * half * ALERT_FRAME_DURATION
-        if left > _SETTINGS.reserve:
+        left = (late - self._battery_empty) / sink - 0.5 * half * ALERTS.frame_duration
+        if left > ALERTS.reserve_time:
             return []
         return [
             AlertCondition(
                 key="battery",
                 level=AlertLevel.WARNING,
                 text=f"The battery drops by {60.0 * sink:.1f} V/min and will be empty within "
-                f"{_SETTINGS.reserve:.0f} s; land",
+                f"{ALERTS.reserve_time:.0f} s; land",
                 spoken_text="battery: land",
             )
         ]
@@ -129,7 +111,7 @@ class EnduranceMonitor:
             return []
         if not fuel <= self._fuel_full:
             self._fuel_full = fuel
-        if self._fuel_full <= 0.0 or fuel > _SETTINGS.fuel_reserve * self._fuel_full:
+        if self._fuel_full <= 0.0 or fuel > ALERTS.fuel_reserve * self._fuel_full:
             return []
         return [
             AlertCondition(

@@ -8,7 +8,6 @@ highest value again and again, which noise does not allow.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
@@ -19,34 +18,13 @@ from gsapp.excitation.alerts.active_alerts import AlertCondition
 from gsapp.excitation.alerts.alert import AlertLevel
 from gsapp.excitation.alerts.alert_text import INSTRUMENT_TITLES
 from gsapp.excitation.alerts.row_frames import FlightFrame
+from gsapp.excitation.alerts.settings import ALERTS
 from gsapp.flight.maneuvers.clipping import clipping_ranges, is_at_range_limit
 from gsapp.quantities import BoolArray, FloatArray
 
 IndexArray = npt.NDArray[np.int64]
 
 _SENSORS: Final = ("alpha", "beta", "p", "q", "r", "ax", "ay", "an")
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class ClippingMonitorSettings:
-    """Settings of `ClippingMonitor`, checked by `tests/bench/dangers.py`."""
-
-    least: int = 3
-    """Successive samples at the end: one alone is a spike."""
-    flat_time: float = 0.12
-    """Seconds at one value."""
-    flat: float = 0.12
-    """Of the usual change from row to row; less is none."""
-    memory: int = 40
-    """Frames of which the usual change and the swing are remembered."""
-    bend: float = 1e-3
-    """Of the usual change: where the change itself changes by more there is a sample; the rows
-    between two samples of a slow link lie on the line that joins them."""
-    stands_out: float = 6.0
-    """A flat top lies so many usual changes away from the middle of the last seconds, or more."""
-
-
-_SETTINGS: Final = ClippingMonitorSettings()
 
 
 class ClippingMonitor:
@@ -62,7 +40,7 @@ class ClippingMonitor:
 
     def __init__(self, aircraft: Aircraft | None, rate: float) -> None:
         self._ranges = {} if aircraft is None else clipping_ranges(aircraft)
-        self._flat_rows = max(4, round(_SETTINGS.flat_time * rate))
+        self._flat_rows = max(4, round(ALERTS.flat_time * rate))
         self.restart()
 
     def restart(self) -> None:
@@ -70,11 +48,11 @@ class ClippingMonitor:
         count = len(_SENSORS)
         self._tails = np.full((self._flat_rows, count), np.nan)
         # Of the latest frames, the oldest first; NaN, and runs of -1, where there were none.
-        self._changes = np.full((_SETTINGS.memory, count), np.nan)
-        self._lows = np.full((_SETTINGS.memory, count), np.nan)
-        self._highs = np.full((_SETTINGS.memory, count), np.nan)
-        self._runs = np.full((_SETTINGS.memory, count), -1)
-        self._samples = np.full((_SETTINGS.memory, count), -1)
+        self._changes = np.full((ALERTS.clipping_memory, count), np.nan)
+        self._lows = np.full((ALERTS.clipping_memory, count), np.nan)
+        self._highs = np.full((ALERTS.clipping_memory, count), np.nan)
+        self._runs = np.full((ALERTS.clipping_memory, count), -1)
+        self._samples = np.full((ALERTS.clipping_memory, count), -1)
 
     def evaluate(self, frame: FlightFrame, doubted: frozenset[str]) -> list[AlertCondition]:
         """Return which sensors stand at an end of their range in this frame.
@@ -93,7 +71,7 @@ class ClippingMonitor:
             clipped = (
                 name in self._ranges
                 and _longest_run(is_at_range_limit(values[:, place], self._ranges[name]))
-                >= _SETTINGS.least
+                >= ALERTS.min_clipped_samples
             )
             if (clipped or flat[place]) and name not in doubted:
                 found.append(_clipping_condition(name))
@@ -120,9 +98,9 @@ class ClippingMonitor:
         usual = np.where(full, np.median(self._changes, axis=0), 0.0)
         with np.errstate(invalid="ignore"):
             still = np.concatenate(
-                (steps < _SETTINGS.flat * usual, np.zeros((1, len(usual)), dtype=bool))
+                (steps < ALERTS.flat_share * usual, np.zeros((1, len(usual)), dtype=bool))
             )
-            bent = np.abs(np.diff(line, 2, axis=0))[-len(values) :] > _SETTINGS.bend * usual
+            bent = np.abs(np.diff(line, 2, axis=0))[-len(values) :] > ALERTS.min_bend * usual
         lowest = np.fmin(low, np.fmin.reduce(self._lows, axis=0))
         highest = np.fmax(high, np.fmax.reduce(self._highs, axis=0))
         for kept, newest in (
@@ -135,21 +113,21 @@ class ClippingMonitor:
             kept[:-1, whole] = kept[1:, whole]
             kept[-1, whole] = newest[whole]
         out: BoolArray = (
-            whole & (usual > 0.0) & (0.5 * (highest - lowest) >= _SETTINGS.stands_out * usual)
+            whole & (usual > 0.0) & (0.5 * (highest - lowest) >= ALERTS.min_flat_distance * usual)
         )
         if not out.any():
             return out
-        slack = _SETTINGS.flat * usual
+        slack = ALERTS.flat_share * usual
         with np.errstate(invalid="ignore"):
             at_end = (line >= highest - slack) | (line <= lowest + slack)
         # A slow link repeats itself everywhere, not at the ends only.
         heard = (self._runs >= 0).sum(axis=0)
-        places = _SETTINGS.memory - 1 - heard // 10
+        places = ALERTS.clipping_memory - 1 - heard // 10
         usual_run = np.sort(self._runs, axis=0)[places, np.arange(len(usual))]
         held = _longest_runs(still & at_end)
         samples = np.maximum(np.where(self._samples >= 0, self._samples, 0).sum(axis=0), 1)
         rows_each = heard * len(values) / samples
-        least = np.maximum(2 * usual_run + 1, _SETTINGS.least * rows_each)
+        least = np.maximum(2 * usual_run + 1, ALERTS.min_clipped_samples * rows_each)
         out &= held >= np.maximum(self._flat_rows - 1, least)
         return out
 

@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Final
 
 from pydantic import Field, model_validator
 
@@ -13,26 +11,10 @@ from gsapp.excitation.alerts.active_alerts import AlertCondition
 from gsapp.excitation.alerts.alert import AlertLevel
 from gsapp.excitation.alerts.alert_text import format_amount
 from gsapp.excitation.alerts.row_frames import FlightFrame
+from gsapp.excitation.alerts.settings import ALERTS
 from gsapp.foundation import StrictModel, read_toml
-from gsapp.quantities.constants import DEGREE, EARTH_RADIUS
+from gsapp.quantities.constants import EARTH_RADIUS
 from gsapp.quantities.fields import Angle, Length, Time
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class GeofenceSettings:
-    """Settings of `Geofence`, checked by `tests/bench/dangers.py`."""
-
-    climbed: float = 5.0
-    """The floor counts once the aircraft was so far above it, m."""
-    landing_flap: float = 5.0 * DEGREE
-    """With flaps out it lands, and the floor counts no more."""
-    lasting: int = 6
-    """Frames that a climb must last to be carried on."""
-    climb_time: float = 3.0
-    """Seconds over which the climb is taken where nothing measures it."""
-
-
-_SETTINGS: Final = GeofenceSettings()
 
 
 class Geofence(StrictModel):
@@ -174,14 +156,14 @@ class GeofenceMonitor:
                     spoken_text="ceiling: level off",
                 )
             ]
-        lands = frame.mean("flap") > _SETTINGS.landing_flap
+        lands = frame.mean("flap") > ALERTS.landing_flap
         return [] if lands else self._below(height, coming, system)
 
     def _below(self, height: float, coming: float, system: str) -> list[AlertCondition]:
         floor = self._fence.floor
         if floor is None:
             return []
-        self._above_floor = self._above_floor or height > floor + _SETTINGS.climbed
+        self._above_floor = self._above_floor or height > floor + ALERTS.floor_margin
         if not self._above_floor or min(height, coming) >= floor:
             return []
         low = height < floor
@@ -201,12 +183,12 @@ class GeofenceMonitor:
         self._heights = [
             (time, height)
             for time, height in self._heights
-            if frame.time - time < _SETTINGS.climb_time
+            if frame.time - time < ALERTS.climb_time
         ]
         self._heights.append((frame.time, frame.height))
         if rate == rate:
             # The pull of an input is over before it leads anywhere.
-            self._climbs = [*self._climbs[1 - _SETTINGS.lasting :], rate]
-            return min(self._climbs, key=abs) if len(self._climbs) == _SETTINGS.lasting else 0.0
+            self._climbs = [*self._climbs[1 - ALERTS.climb_frames :], rate]
+            return min(self._climbs, key=abs) if len(self._climbs) == ALERTS.climb_frames else 0.0
         (first, low), (last, high) = self._heights[0], self._heights[-1]
-        return (high - low) / (last - first) if last - first > 0.5 * _SETTINGS.climb_time else 0.0
+        return (high - low) / (last - first) if last - first > 0.5 * ALERTS.climb_time else 0.0

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import itertools
 import math
-from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
@@ -19,14 +18,14 @@ from gsapp.excitation.alerts.active_alerts import AlertCondition
 from gsapp.excitation.alerts.alert import AlertLevel
 from gsapp.excitation.alerts.alert_text import INSTRUMENT_TITLES
 from gsapp.excitation.alerts.kinematic_monitor import KinematicMonitor
-from gsapp.excitation.alerts.row_frames import ALERT_FRAME_DURATION, FlightFrame
+from gsapp.excitation.alerts.row_frames import FlightFrame
 from gsapp.excitation.alerts.sensor_activity_monitor import SensorActivityMonitor
+from gsapp.excitation.alerts.settings import ALERTS
 from gsapp.excitation.flight_rows import FlightRows
-from gsapp.flight.maneuvers.airborne_detection import FRAME_DURATION as AIRBORNE_FRAME
 from gsapp.flight.maneuvers.airborne_detection import AirborneDetector
+from gsapp.flight.maneuvers.settings import DETECTION
 from gsapp.flight.maneuvers.signals import SIGNAL_COLUMNS, SIGNALS
 from gsapp.quantities import FloatArray
-from gsapp.quantities.constants import DEGREE
 
 # Gyros against each other and against the attitude.
 # Two that measure one rate agree but for noise, zero and delay, so what grows between the angles
@@ -37,30 +36,7 @@ GYRO_AXES: Final = ("p", "q", "r")
 _SOURCES: Final = ("", ".2", ".3", "attitude")
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class GyroMonitorSettings:
-    """Settings of `GyroMonitor`, checked by `tests/bench/dangers.py`."""
-
-    memory: float = 3.0
-    """Seconds over which angles are compared: a leaky sum."""
-    apart: float = 10.0 * DEGREE
-    """Angles that differ so much are not the same motion: three times what zeros, scales and delays
-    of usual gyros make of a turn."""
-    turning: float = 10.0 * DEGREE
-    """rad/s; a gyro once outvoted is believed again when it shows such rates as the others do
-    ..."""
-    agreement_tolerance: tuple[float, float] = (3.0 * DEGREE, 0.15)
-    """... to so much, rad/s, and such a share ..."""
-    agreed: int = 4
-    """... in so many frames one after the other in which it turns."""
-    steep: float = 75.0 * DEGREE
-    """Beyond this pitch attitude Euler angles tell no rates."""
-
-
-_GYRO_MONITOR: Final = GyroMonitorSettings()
-
-
-_DECAY: Final = math.exp(-ALERT_FRAME_DURATION / _GYRO_MONITOR.memory)
+_DECAY: Final = math.exp(-ALERTS.frame_duration / ALERTS.gyro_memory)
 
 
 class GyroMonitor:
@@ -103,16 +79,15 @@ class GyroMonitor:
     def _confirm(self, name: str, values: list[float], own: int) -> None:
         """Believe a gyro again once it turns as the others do."""
         others = [value for k, value in enumerate(values) if k != own and value == value]
-        if not others or max(abs(value) for value in others) < _GYRO_MONITOR.turning:
+        if not others or max(abs(value) for value in others) < ALERTS.min_turn_rate:
             return
         alike = all(
             abs(values[own] - value)
-            < _GYRO_MONITOR.agreement_tolerance[0]
-            + _GYRO_MONITOR.agreement_tolerance[1] * abs(value)
+            < ALERTS.gyro_tolerance[0] + ALERTS.gyro_tolerance[1] * abs(value)
             for value in others
         )
         self._agreed[name] = self._agreed[name] + 1 if alike else 0
-        if self._agreed[name] >= _GYRO_MONITOR.agreed:
+        if self._agreed[name] >= ALERTS.gyro_agreement_frames:
             del self._lost[name]
 
     def _against(self, axis: str, rates: list[float]) -> dict[int, list[int]]:
@@ -122,10 +97,10 @@ class GyroMonitor:
         for i, j in itertools.combinations(there, 2):
             key = (axis, i, j)
             apart = (
-                _DECAY * self._apart.get(key, 0.0) + (rates[i] - rates[j]) * ALERT_FRAME_DURATION
+                _DECAY * self._apart.get(key, 0.0) + (rates[i] - rates[j]) * ALERTS.frame_duration
             )
             self._apart[key] = apart
-            if abs(apart) > _GYRO_MONITOR.apart:
+            if abs(apart) > ALERTS.max_gyro_difference:
                 against[i].append(j)
                 against[j].append(i)
         return against
@@ -135,9 +110,9 @@ def _rates_from_attitude(before: FloatArray, angles: FloatArray) -> FloatArray:
     """Return the body rates that turn one attitude into the next, NaN where they do not tell."""
     change = (angles - before + math.pi) % (2.0 * math.pi) - math.pi
     phi, theta, _ = before + 0.5 * change
-    if not abs(theta) < _GYRO_MONITOR.steep:
+    if not abs(theta) < ALERTS.max_pitch:
         return np.full(3, np.nan)
-    a, b, c = change / ALERT_FRAME_DURATION
+    a, b, c = change / ALERTS.frame_duration
     sp, cp, ct = math.sin(phi), math.cos(phi), math.cos(theta)
     return np.array([a - c * math.sin(theta), b * cp + c * sp * ct, c * cp * ct - b * sp])
 
@@ -175,22 +150,7 @@ def _angle(values: FloatArray) -> float:
     return float(known[0] + apart.mean())
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class FlightPhaseMonitorSettings:
-    """Settings of `FlightPhaseMonitor`, checked by `tests/bench/dangers.py`."""
-
-    standing: int = 40
-    """Frames of standing whose median altitude is that of the field."""
-    near_ground: float = 8.0
-    """Height above the field, m, below which an aircraft may be slow because it lands."""
-    altitude_frames: int = 4
-    """Barometers are noisy: the median of so many frames counts."""
-
-
-_FLIGHT_PHASE_MONITOR: Final = FlightPhaseMonitorSettings()
-
-
-_PER_JUDGMENT: Final = round(AIRBORNE_FRAME / ALERT_FRAME_DURATION)
+_PER_JUDGMENT: Final = round(DETECTION.frame_duration / ALERTS.frame_duration)
 
 
 class FlightPhaseMonitor:
@@ -228,19 +188,19 @@ class FlightPhaseMonitor:
             means[SIGNAL_COLUMNS[name]] = np.nan
         self._means.append(means)
         if len(self._means) == _PER_JUDGMENT:
-            began = float(rows.times[0]) - (_PER_JUDGMENT - 1) * ALERT_FRAME_DURATION
+            began = float(rows.times[0]) - (_PER_JUDGMENT - 1) * ALERTS.frame_duration
             self._watch.add(began, _means(np.array(self._means)))
             self._means = []
         airborne = self._watch.airborne
         if airborne:
-            self._flown += ALERT_FRAME_DURATION
+            self._flown += ALERTS.frame_duration
         height = self._height(rows, float(means[SIGNAL_COLUMNS["altitude"]]), airborne=airborne)
         return FlightFrame(
             rows=rows,
             time_since_takeoff=float(rows.times[-1]) - self._watch.since if airborne else -1.0,
             time_airborne=self._flown,
             height=height,
-            near_ground=height < _FLIGHT_PHASE_MONITOR.near_ground,
+            near_ground=height < ALERTS.landing_height,
         )
 
     def _height(self, rows: FlightRows, altitude: float, *, airborne: bool) -> float:
@@ -250,9 +210,9 @@ class FlightPhaseMonitor:
         if known.size:
             return float(known.mean())
         if not airborne and altitude == altitude:
-            self._standing = [*self._standing[1 - _FLIGHT_PHASE_MONITOR.standing :], altitude]
+            self._standing = [*self._standing[1 - ALERTS.field_altitude_frames :], altitude]
             self._field = float(np.median(self._standing))
-        self._altitudes = [*self._altitudes[1 - _FLIGHT_PHASE_MONITOR.altitude_frames :], altitude]
+        self._altitudes = [*self._altitudes[1 - ALERTS.altitude_frames :], altitude]
         return float(np.median(self._altitudes)) - self._field
 
 
@@ -267,10 +227,6 @@ def _means(values: FloatArray) -> FloatArray:
 NOSE_SENSORS: Final = ("alpha", "beta", "V")
 _DERIVED: Final = ("V", "Vc", "qbar", "dynamic_pressure")
 """Channels that fall with the airspeed."""
-_SETTLED: Final = 1.0
-"""Seconds in the air from which on instruments are spoken of."""
-_TOLD_AFTER: Final = 2
-"""Frames for which a doubt must last to be told; nothing is believed meanwhile."""
 
 _MEANING: Final = {
     "alpha": "no test point by alpha, and no lift or pitching moment from this flight",
@@ -319,8 +275,12 @@ class InstrumentMonitor:
         for name, why in self._motion.evaluate(frame, frozenset(doubts)).items():
             doubts.setdefault(name, why)
         self._since = {name: self._since.get(name, 0) + 1 for name in doubts}
-        told = {name: why for name, why in doubts.items() if self._since[name] >= _TOLD_AFTER}
-        findings = _instrument_conditions(told) if frame.time_since_takeoff >= _SETTLED else []
+        told = {
+            name: why for name, why in doubts.items() if self._since[name] >= ALERTS.confirm_frames
+        }
+        findings = (
+            _instrument_conditions(told) if frame.time_since_takeoff >= ALERTS.settling_time else []
+        )
         return frame, frozenset(doubts), findings
 
 

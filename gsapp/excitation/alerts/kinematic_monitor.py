@@ -8,7 +8,6 @@ they feign an airspeed that goes its own way by several times what they do to th
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
@@ -22,67 +21,10 @@ from gsapp.excitation.alerts.kinematic_reconstruction import (
     detrend,
     reconstruct_motion,
 )
-from gsapp.excitation.alerts.row_frames import ALERT_FRAME_DURATION, FlightFrame
+from gsapp.excitation.alerts.row_frames import FlightFrame
+from gsapp.excitation.alerts.settings import ALERTS
 from gsapp.quantities import FloatArray
 from gsapp.quantities.constants import DEGREE
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class KinematicMonitorSettings:
-    """Settings of `KinematicMonitor`, checked by `tests/bench/dangers.py`."""
-
-    stretch: int = 24
-    """Frames that are compared: long enough for a turn to begin, short enough to tell in time."""
-    every: int = 2
-    """Frames from one comparison to the next."""
-    per_frame: int = 5
-    """Samples of each frame, or a few less: means, which the engines' shaking does not pass."""
-    settled: float = 1.0
-    """Seconds in the air before a stretch begins."""
-    stuck: float = 0.15
-    """Of what it must; moving less is none. Gusts have been seen to hide two thirds of a motion."""
-    noises: float = 2.0
-    """... and where noise is stated, so many times that of the means."""
-    per_mean: float = 5.0
-    """Rows of 100 Hz in each mean."""
-    speed: float = 25.0
-    """m/s; at less, noise of the pressure is more noise of the speed."""
-    free: float = 0.4
-    """Of what it must; a sensor that has been stuck and moves as much is free again."""
-    rate_must_move: float = 3.5 * DEGREE
-    """Standard deviation of a rate that all else makes, rad/s, at which its gyro must have moved
-    ..."""
-    rate_stuck: float = 0.08
-    """... and the share of it below which it has not."""
-    rate_still: float = 1.0 * DEGREE
-    """rad/s; a gyro that moves more than this is not dead."""
-    rate_live: float = 0.6 * DEGREE
-    """rad/s; a gyro that moves less than this may be dead."""
-    explained: float = 0.3
-    """Share of the squared misses that may be left when a gyro is not believed, if it is to
-    blame."""
-    gust_shares: tuple[float, float] = (0.5, 0.4)
-    """Gusts along the path seen as shares of those across: v and w, after the straight line."""
-    calm: float = 0.1
-    """Misses of the airspeed in calm air, m/s."""
-    wrong_gust_ratio: float = 5.0
-    """An airspeed that misses so many times what gusts explain is wrong; 3.4 has been seen in
-    gusts."""
-    min_wrong_residual: float = 0.8
-    """m/s."""
-    reversed_correlation: float = -0.85
-    """Correlation: a tube that holds its pressure shows height as speed, which falls as that
-    rises."""
-    reversed_gust_ratio: float = 2.0
-    """Times what gusts explain, for that."""
-    min_valid_correlation: float = 0.5
-    """Correlation from which on the airspeed tells the truth."""
-    times: int = 2
-    """Successive comparisons that must agree."""
-
-
-_SETTINGS: Final = KinematicMonitorSettings()
-
 
 _MUST_MOVE: Final = {"V": 0.4, "alpha": 0.7 * DEGREE, "beta": 0.7 * DEGREE}
 """Standard deviation made by rates and accelerations, at which a sensor must have moved too."""
@@ -115,14 +57,16 @@ class KinematicMonitor:
     def __init__(self, aircraft: Aircraft | None, rate: float) -> None:
         self._places = SensorPositions.from_aircraft(aircraft)
         self._flat = _flatness(aircraft)
-        length = max(1, round(ALERT_FRAME_DURATION * rate))
-        self._per_frame = max(k for k in range(1, _SETTINGS.per_frame + 1) if length % k == 0)
+        length = max(1, round(ALERTS.frame_duration * rate))
+        self._per_frame = max(k for k in range(1, ALERTS.frame_samples + 1) if length % k == 0)
         self._dt = length / rate / self._per_frame
         self.restart()
 
     def restart(self) -> None:
         """Forget everything."""
-        self._samples = np.full((_SETTINGS.stretch * self._per_frame, len(MOTION_COLUMNS)), np.nan)
+        self._samples = np.full(
+            (ALERTS.compared_frames * self._per_frame, len(MOTION_COLUMNS)), np.nan
+        )
         self._lies: dict[str, int] = {}
         self._truths: dict[str, int] = {}
         self._found: dict[str, str] = {}
@@ -142,9 +86,10 @@ class KinematicMonitor:
         known = not doubted & set(MOTION_COLUMNS)
         self._samples[-fresh:] = self._means(frame) if known else np.nan
         long_enough = (
-            frame.time_since_takeoff > _SETTINGS.stretch * ALERT_FRAME_DURATION + _SETTINGS.settled
+            frame.time_since_takeoff
+            > ALERTS.compared_frames * ALERTS.frame_duration + ALERTS.min_airborne_time
         )
-        due = frame.rows.first_index // len(frame.rows) % _SETTINGS.every == 0
+        due = frame.rows.first_index // len(frame.rows) % ALERTS.comparison_interval == 0
         if due and long_enough and not frame.near_ground and np.isfinite(self._samples).all():
             self._compare()
         return self._found
@@ -161,12 +106,12 @@ class KinematicMonitor:
         self._lies = {name: self._lies.get(name, 0) + 1 for name in lies}
         self._truths = {name: self._truths.get(name, 0) + 1 for name in truths - lies.keys()}
         for name, why in lies.items():
-            if self._lies[name] >= _SETTINGS.times:
+            if self._lies[name] >= ALERTS.confirm_comparisons:
                 self._found.setdefault(name, why)
         self._found = {
             name: why
             for name, why in self._found.items()
-            if self._truths.get(name, 0) < _SETTINGS.times
+            if self._truths.get(name, 0) < ALERTS.confirm_comparisons
         }
 
     def _judged(self, motion: ReconstructedMotion) -> tuple[dict[str, str], set[str]]:
@@ -174,7 +119,7 @@ class KinematicMonitor:
         turning = {
             name
             for axis, name in enumerate("pqr")
-            if _rms(detrend(motion.rates[:, axis])) > 2.0 * _SETTINGS.rate_still
+            if _rms(detrend(motion.rates[:, axis])) > 2.0 * ALERTS.max_dead_rate
         }
         dead = self._dead_gyro(motion)
         if dead:
@@ -184,31 +129,31 @@ class KinematicMonitor:
         lies, truths = {}, turning
         for name, least in _MUST_MOVE.items():
             made, shown = _rms(motion.reconstructed[name]), _rms(motion.measured[name])
-            if made > least and shown < min(_SETTINGS.stuck * made, self._flat[name]):
+            if made > least and shown < min(ALERTS.stuck_share * made, self._flat[name]):
                 lies[name] = _WORDS[name]
-            elif made > least and shown > _SETTINGS.free * made:
+            elif made > least and shown > ALERTS.free_share * made:
                 truths.add(name)
         alike = _correlation(motion.reconstructed["V"], motion.measured["V"])
         against = self._against(motion, alike)
         if against and not lies and self._gyros_live(motion):
             lies["V"] = _AGAINST
-        if against or alike < _SETTINGS.min_valid_correlation:
+        if against or alike < ALERTS.min_valid_correlation:
             truths.discard("V")
         return lies, truths
 
     @staticmethod
     def _dead_gyro(motion: ReconstructedMotion) -> str:
         """Return the gyro that stands still while all else says that its axis turns."""
-        best, least = "", _SETTINGS.explained
+        best, least = "", ALERTS.max_unexplained_share
         for axis, name in enumerate("pqr"):
             shown = _rms(detrend(motion.rates[:, axis]))
-            if shown > _SETTINGS.rate_still:
+            if shown > ALERTS.max_dead_rate:
                 continue
             rate, left = motion.reconstruct_rate(axis)
             made = _rms(detrend(rate))
             if (
-                made > _SETTINGS.rate_must_move
-                and shown < _SETTINGS.rate_stuck * made
+                made > ALERTS.min_predicted_rate
+                and shown < ALERTS.stuck_rate_share * made
                 and left < least
             ):
                 best, least = name, left
@@ -219,17 +164,17 @@ class KinematicMonitor:
         """Return whether the airspeed goes another way than gusts could send it."""
         along, across, down = (float(miss) for miss in np.sqrt(np.mean(motion.residual**2, axis=0)))
         gusts = max(
-            _SETTINGS.gust_shares[0] * across, _SETTINGS.gust_shares[1] * down, _SETTINGS.calm
+            ALERTS.gust_ratios[0] * across, ALERTS.gust_ratios[1] * down, ALERTS.calm_airspeed_std
         )
-        if along > max(_SETTINGS.wrong_gust_ratio * gusts, _SETTINGS.min_wrong_residual) and all(
-            motion.reconstruct_rate(axis)[1] > _SETTINGS.explained for axis in range(3)
+        if along > max(ALERTS.wrong_gust_ratio * gusts, ALERTS.min_wrong_residual) and all(
+            motion.reconstruct_rate(axis)[1] > ALERTS.max_unexplained_share for axis in range(3)
         ):
             return True
         moves = _rms(motion.reconstructed["V"]) > _MUST_MOVE["V"]
         return (
-            alike < _SETTINGS.reversed_correlation
+            alike < ALERTS.reversed_correlation
             and moves
-            and along > _SETTINGS.reversed_gust_ratio * gusts
+            and along > ALERTS.reversed_gust_ratio * gusts
         )
 
     @staticmethod
@@ -237,8 +182,8 @@ class KinematicMonitor:
         """Return whether all gyros move, to the end: one that is dead makes the same misses."""
         late = len(motion.rates) * 2 // 3
         return all(
-            _rms(detrend(rate)) > _SETTINGS.rate_live
-            and _rms(detrend(rate[late:])) > 0.5 * _SETTINGS.rate_live
+            _rms(detrend(rate)) > ALERTS.min_live_rate
+            and _rms(detrend(rate[late:])) > 0.5 * ALERTS.min_live_rate
             for rate in motion.rates.T
         )
 
@@ -248,9 +193,9 @@ def _flatness(aircraft: Aircraft | None) -> dict[str, float]:
     if aircraft is None:
         return dict(_FLAT)
     sensors = aircraft.sensors
-    pressure = sensors.air_data.noise / (SEA_LEVEL_DENSITY * _SETTINGS.speed)
+    pressure = sensors.air_data.noise / (SEA_LEVEL_DENSITY * ALERTS.reference_speed)
     noises = {"alpha": sensors.alpha_vane.noise, "beta": sensors.beta_vane.noise, "V": pressure}
-    mean = _SETTINGS.noises / np.sqrt(_SETTINGS.per_mean)
+    mean = ALERTS.stuck_noise_ratio / np.sqrt(ALERTS.mean_rows)
     return {name: mean * noise if noise > 0.0 else _FLAT[name] for name, noise in noises.items()}
 
 

@@ -19,6 +19,7 @@ from typing import Final
 import numpy as np
 
 from gsapp.aircraft import Aircraft
+from gsapp.excitation.alerts.settings import ALERTS
 from gsapp.identification.compatibility.kinematics import (
     cumulative_integral,
     integrate_rotation_matrices,
@@ -28,25 +29,9 @@ from gsapp.identification.compatibility.kinematics import (
     sensitivities_to_rates,
 )
 from gsapp.quantities import FloatArray
-from gsapp.quantities.constants import DEGREE
 
 MOTION_COLUMNS: Final = ("p", "q", "r", "ax", "ay", "an", "V", "alpha", "beta")
 """What a stretch holds."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class KinematicReconstructionSettings:
-    """Settings of this module, checked by `tests/bench/dangers.py`."""
-
-    hats: int = 9
-    """Triangles over the stretch of which a rate that is not believed is made up."""
-    usual_error: float = 20.0 * DEGREE
-    """Rates, rad/s, by which a gyro that is not believed may be wrong: keeps the sums small ..."""
-    usual_miss: float = 0.5
-    """... beside misses, m/s, such as gusts make."""
-
-
-_SETTINGS: Final = KinematicReconstructionSettings()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -123,16 +108,16 @@ class ReconstructedMotion:
         path = reconstruct_path(
             self.rates, self.specific_force, self.dt, self.initial_velocity, self.gravity
         )
-        slopes = sensitivities_to_rates(path, self.dt, np.full(_SETTINGS.hats, axis), hats)
+        slopes = sensitivities_to_rates(path, self.dt, np.full(ALERTS.basis_functions, axis), hats)
         back = path.C.transpose(0, 2, 1)
-        matrix = np.zeros((3 * count + _SETTINGS.hats, 6 + _SETTINGS.hats))
+        matrix = np.zeros((3 * count + ALERTS.basis_functions, 6 + ALERTS.basis_functions))
         matrix[: 3 * count] = np.concatenate(
             (back, path.times[:, None, None] * back, slopes.velocity), axis=2
         ).reshape(3 * count, -1)
-        matrix[3 * count :, 6:] = np.eye(_SETTINGS.hats) * (
-            _SETTINGS.usual_miss / _SETTINGS.usual_error
+        matrix[3 * count :, 6:] = np.eye(ALERTS.basis_functions) * (
+            ALERTS.residual_std / ALERTS.gyro_error_std
         )
-        wanted = np.concatenate((self.residual.ravel(), np.zeros(_SETTINGS.hats)))
+        wanted = np.concatenate((self.residual.ravel(), np.zeros(ALERTS.basis_functions)))
         normal = matrix.T @ matrix
         solved = np.linalg.solve(
             normal + 1e-9 * np.trace(normal) * np.eye(len(normal)), matrix.T @ wanted
@@ -205,5 +190,5 @@ def _fit_lines(values: FloatArray, times: FloatArray) -> tuple[FloatArray, Float
 
 
 def _hat_functions(count: int) -> FloatArray:
-    place = np.linspace(0.0, _SETTINGS.hats - 1.0, count)[:, None]
-    return np.maximum(1.0 - np.abs(place - np.arange(_SETTINGS.hats)), 0.0)
+    place = np.linspace(0.0, ALERTS.basis_functions - 1.0, count)[:, None]
+    return np.maximum(1.0 - np.abs(place - np.arange(ALERTS.basis_functions)), 0.0)

@@ -9,18 +9,12 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Final
 
 import numpy as np
 
+from gsapp.excitation.alerts.settings import ALERTS
 from gsapp.excitation.flight_rows import FlightRows
 from gsapp.quantities import FloatArray
-
-ALERT_FRAME_DURATION: Final = 0.25
-"""Length of one frame, s: what is wrong is told at its end."""
-
-_ABSURD: Final = 1e9
-"""In SI no quantity of a flight is so large: such samples are missing ones."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -74,7 +68,7 @@ class FrameSplitter:
     """
 
     def __init__(self, rate: float) -> None:
-        self._length = max(1, round(ALERT_FRAME_DURATION * rate))
+        self._length = max(1, round(ALERTS.frame_duration * rate))
         self.restart()
 
     def restart(self) -> None:
@@ -103,7 +97,7 @@ class FrameSplitter:
         self._parts, self._held, self._fresh = [], 0, False
         values = np.concatenate([part.values for part in parts])
         with np.errstate(invalid="ignore"):
-            values[~(np.abs(values) < _ABSURD)] = np.nan
+            values[~(np.abs(values) < ALERTS.max_value)] = np.nan
         return FlightRows(
             first_index=parts[0].first_index,
             times=np.concatenate([part.times for part in parts]),

@@ -14,6 +14,7 @@ from typing import Final
 import numpy as np
 
 from gsapp.aircraft import Aircraft
+from gsapp.excitation.alerts.settings import ALERTS
 from gsapp.excitation.flight_rows import FlightRows
 from gsapp.flight.maneuvers.clipping import clipping_ranges
 
@@ -22,45 +23,12 @@ _AIRSPEED: Final = ("dynamic_pressure", "qbar", "Vc", "V")
 """Where the airspeed comes from, the rawest first."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class SensorActivityMonitorSettings:
-    """Settings of `SensorActivityMonitor`, checked by `tests/bench/dangers.py`."""
-
-    silent: int = 6
-    """Frames without a sample, while others come."""
-    still: int = 6
-    """Frames without life."""
-    learning: int = 40
-    """Frames until a sensor's own unrest is known."""
-    life: float = 0.25
-    """Of the least unrest that is usual; less is none. Where the sensor's noise is stated, of
-    that."""
-    unknown_life: float = 0.08
-    """The same where no noise is stated: engines shake a gyro ten times more than its own noise."""
-    beyond: float = 0.03
-    """Of a range's width: so far beyond its end no instrument reads, but an open wire does."""
-    open: int = 2
-    """Frames of nothing but that."""
-    episode_memory: float = 60.0
-    """Two excursions within so many seconds are a loose wire ..."""
-    episode_hold: float = 30.0
-    """... for so long after the last, s."""
-    fall: float = 6.0
-    """m/s within a frame; no aircraft of this kind stops so fast, but a tube that comes off
-    does."""
-    fall_hold: int = 8
-    """Frames for which such a fall counts; by then other signs tell, or it was none."""
-
-
-_SETTINGS: Final = SensorActivityMonitorSettings()
-
-
 @dataclass(slots=True)
 class _SensorHistory:
     """What is remembered of one sensor."""
 
-    unrest: deque[float] = field(default_factory=lambda: deque(maxlen=_SETTINGS.still))
-    waiting: deque[float] = field(default_factory=lambda: deque(maxlen=2 * _SETTINGS.still))
+    unrest: deque[float] = field(default_factory=lambda: deque(maxlen=ALERTS.still_frames))
+    waiting: deque[float] = field(default_factory=lambda: deque(maxlen=2 * ALERTS.still_frames))
     least: float = np.inf
     known: int = 0
     seen: bool = False
@@ -110,7 +78,7 @@ class SensorActivityMonitor:
                 why = self._of_samples(name, life, known, time)
             else:
                 life.silent += 1 if anything or self._others(rows, name) else 0
-                why = "is silent" if life.seen and life.silent >= _SETTINGS.silent else ""
+                why = "is silent" if life.seen and life.silent >= ALERTS.silent_frames else ""
             if name == "V" and not why:
                 why = _airspeed_collapse(life, rows)
             if why:
@@ -136,17 +104,21 @@ class SensorActivityMonitor:
         steps = np.diff(known)
         unrest = float(np.sqrt(np.mean(steps * steps))) if steps.size else 0.0
         life.unrest.append(unrest)
-        if len(life.unrest) < _SETTINGS.still:
+        if len(life.unrest) < ALERTS.still_frames:
             return ""
         most = max(life.unrest)
         noise = self._noise_of(name)
-        if life.known >= _SETTINGS.learning:
+        if life.known >= ALERTS.learning_frames:
             usual = min(life.least, np.sqrt(2.0) * noise) if noise > 0.0 else life.least
-            if most < (_SETTINGS.life if noise > 0.0 else _SETTINGS.unknown_life) * usual:
+            if (
+                most
+                < (ALERTS.min_activity if noise > 0.0 else ALERTS.min_activity_unknown_noise)
+                * usual
+            ):
                 return "stands still"
         elif most == 0.0:
             life.still += 1
-            return "has never moved" if life.still >= _SETTINGS.learning else ""
+            return "has never moved" if life.still >= ALERTS.learning_frames else ""
         if most > 0.0:
             # What may be the beginning of the end is not yet learned from.
             life.waiting.append(most)
@@ -165,17 +137,17 @@ class SensorActivityMonitor:
         if limits is None or (name == "V" and self._airspeed not in ("dynamic_pressure", "qbar")):
             return ""
         low, high = limits
-        slack = _SETTINGS.beyond * (high - low)
+        slack = ALERTS.range_excess * (high - low)
         beyond = (known < low - slack) | (known > high + slack)
         life.open = life.open + 1 if beyond.all() else 0
         out = bool(beyond.any())
         if out and not life.out:
             life.episodes.append(time)
         life.out = out
-        if life.open >= _SETTINGS.open:
+        if life.open >= ALERTS.open_frames:
             return "reads like an open wire"
-        recent = [when for when in life.episodes if time - when < _SETTINGS.episode_memory]
-        if len(recent) > 1 and time - recent[-1] < _SETTINGS.episode_hold:
+        recent = [when for when in life.episodes if time - when < ALERTS.episode_memory]
+        if len(recent) > 1 and time - recent[-1] < ALERTS.episode_hold:
             return "drops in and out like a loose wire"
         return "jumps out of its range" if out else ""
 
@@ -184,8 +156,8 @@ def _airspeed_collapse(life: _SensorHistory, rows: FlightRows) -> str:
     """Return whether the airspeed has collapsed within a moment."""
     speeds = rows["V"][np.isfinite(rows["V"])]
     now = float(speeds.mean()) if speeds.size else np.nan
-    if life.before - now > _SETTINGS.fall:
-        life.fallen = _SETTINGS.fall_hold
+    if life.before - now > ALERTS.max_speed_drop:
+        life.fallen = ALERTS.speed_drop_frames
     life.before = now
     life.fallen = max(life.fallen - 1, 0)
     return "has collapsed" if life.fallen else ""

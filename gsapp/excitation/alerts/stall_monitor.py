@@ -9,46 +9,14 @@ a second of what comes are added.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import Final
 
 from gsapp.aircraft import Aircraft
 from gsapp.excitation.alerts.active_alerts import AlertCondition
 from gsapp.excitation.alerts.alert import AlertLevel
 from gsapp.excitation.alerts.alert_text import format_amount
-from gsapp.excitation.alerts.row_frames import ALERT_FRAME_DURATION, FlightFrame
+from gsapp.excitation.alerts.row_frames import FlightFrame
+from gsapp.excitation.alerts.settings import ALERTS
 from gsapp.quantities.constants import GRAVITY
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class StallMonitorSettings:
-    """Settings of `StallMonitor`, checked by `tests/bench/dangers.py`."""
-
-    ahead: float = 0.5
-    """Seconds ahead of which is spoken: what the pilot needs to hear and to push."""
-    least_load: float = 0.5
-    """Load factors below this do not lower the stall speed any more: it will be pulled again."""
-    caution: float = 1.08
-    """Of the stall speed at the present load factor."""
-    warning: float = 1.0
-    """The same: here it stalls."""
-    alpha_calm: float = 0.93
-    """Of the two figures above, where a vane that is believed shows alpha within its linear range:
-    a gust that loads the wing for a moment is not yet a stall."""
-    far_from_stall: float = 1.35
-    """Of the least speed; there lift takes little more than half of what the wing can give."""
-    alpha_share: float = 0.55
-    """Share of the way from the linear range's end to the stall, at which alpha calls for
-    caution."""
-    flap_gain: float = 0.12
-    """Share of the stall speed that full flap takes off: half of what a slotted flap gives."""
-    settled: float = 3.0
-    """Seconds after lift-off from which on being slow is no part of the take-off."""
-    frames: int = 2
-    """Successive frames: a gust is no stall."""
-
-
-_SETTINGS: Final = StallMonitorSettings()
 
 
 class StallMonitor:
@@ -83,7 +51,7 @@ class StallMonitor:
             Units of the words.
         """
         limits = self._limits
-        if limits is None or frame.time_since_takeoff < _SETTINGS.settled or frame.near_ground:
+        if limits is None or frame.time_since_takeoff < ALERTS.takeoff_time or frame.near_ground:
             self.restart()
             return []
         speed, least = self._speeds(frame, distrusted, limits.stall_speed)
@@ -93,7 +61,7 @@ class StallMonitor:
                 self._by_speed(frame, speed, least, self._calm(frame, distrusted), system),
                 # So fast for its load it cannot be near the stall, whatever a vane shows.
                 None
-                if speed > _SETTINGS.far_from_stall * least
+                if speed > ALERTS.far_from_stall_ratio * least
                 else _evaluate_alpha(frame, distrusted, limits.alpha_linear[1], limits.alpha_stall),
             )
             if one is not None
@@ -102,9 +70,9 @@ class StallMonitor:
         for urgency, count in self._slow.items():
             beyond = worst is not None and worst >= urgency
             self._slow[urgency] = count + 1 if beyond else 0
-        if self._slow[AlertLevel.WARNING] >= _SETTINGS.frames:
+        if self._slow[AlertLevel.WARNING] >= ALERTS.stall_frames:
             return [_stall_condition(AlertLevel.WARNING, _stall_text(nearness, AlertLevel.WARNING))]
-        if self._slow[AlertLevel.CAUTION] >= _SETTINGS.frames:
+        if self._slow[AlertLevel.CAUTION] >= ALERTS.stall_frames:
             return [_stall_condition(AlertLevel.CAUTION, _stall_text(nearness, AlertLevel.CAUTION))]
         return []
 
@@ -117,16 +85,16 @@ class StallMonitor:
         if "V" in distrusted or stall_speed <= 0.0:
             return math.nan, math.nan
         load = frame.mean("an") / GRAVITY
-        load = 1.0 if math.isnan(load) or "an" in distrusted else max(load, _SETTINGS.least_load)
+        load = 1.0 if math.isnan(load) or "an" in distrusted else max(load, ALERTS.min_load_factor)
         flap = frame.mean("flap")
         share = flap / self._full_flap if flap == flap and self._full_flap > 0.0 else 0.0
-        flapped = 1.0 - _SETTINGS.flap_gain * min(max(share, 0.0), 1.0)
+        flapped = 1.0 - ALERTS.flap_gain * min(max(share, 0.0), 1.0)
         return speed, stall_speed * flapped * math.sqrt(load)
 
     def _calm(self, frame: FlightFrame, distrusted: frozenset[str]) -> float:
         alpha = frame.mean("alpha")
         linear = 0.0 if self._limits is None else self._limits.alpha_linear[1]
-        return _SETTINGS.alpha_calm if "alpha" not in distrusted and alpha < linear else 1.0
+        return ALERTS.alpha_valid_factor if "alpha" not in distrusted and alpha < linear else 1.0
 
     def _by_speed(
         self, frame: FlightFrame, speed: float, least: float, calm: float, system: str
@@ -135,13 +103,17 @@ class StallMonitor:
         if math.isnan(speed):
             return None
         slope = (
-            0.0 if before is None or math.isnan(before) else (speed - before) / ALERT_FRAME_DURATION
+            0.0
+            if before is None or math.isnan(before)
+            else (speed - before) / ALERTS.frame_duration
         )
-        coming = speed + _SETTINGS.ahead * min(slope, 0.0)
-        if min(speed, coming) >= _SETTINGS.caution * calm * least:
+        coming = speed + ALERTS.prediction_time * min(slope, 0.0)
+        if min(speed, coming) >= ALERTS.caution_ratio * calm * least:
             return None
         urgency = (
-            AlertLevel.WARNING if speed < _SETTINGS.warning * calm * least else AlertLevel.CAUTION
+            AlertLevel.WARNING
+            if speed < ALERTS.warning_ratio * calm * least
+            else AlertLevel.CAUTION
         )
         side = "above" if speed > least else "below"
         said = f"{format_amount('V', abs(speed - least), system)} {side}"
@@ -154,7 +126,7 @@ def _evaluate_alpha(
     alpha = frame.mean("alpha")
     if "alpha" in distrusted or math.isnan(alpha):
         return None
-    if alpha < linear + _SETTINGS.alpha_share * (stall - linear):
+    if alpha < linear + ALERTS.caution_alpha_share * (stall - linear):
         return None
     urgency = AlertLevel.WARNING if alpha >= stall else AlertLevel.CAUTION
     return urgency, f"alpha {math.degrees(alpha):.0f} deg, stall at {math.degrees(stall):.0f}"

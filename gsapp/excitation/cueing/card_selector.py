@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Final
 
 import numpy as np
 
@@ -16,17 +15,13 @@ from gsapp.excitation.cues import CardSelectionReason, NextCard
 from gsapp.excitation.doublets.verdict import InputVerdict
 from gsapp.excitation.flight_rows import FlightRows, concatenate_rows
 from gsapp.excitation.information.outlook import Outlook
+from gsapp.excitation.settings import CUES
 from gsapp.excitation.test_points.capture import TestPointCapture, guidance_text
 from gsapp.excitation.test_points.point import TestPoint
 from gsapp.excitation.test_points.stick_text import format_sticks
 from gsapp.excitation.test_points.target_input import TargetInput
 from gsapp.flight.cards import CardProgress, CardSet, CardSetProgress, TestCard
 from gsapp.identification.ftr.estimates import LiveEstimate
-
-_EVERY: Final = 10
-"""Ticks from one look at the rows to the next: a point is held for seconds."""
-_AIR_OF: Final = 200
-"""Samples of the air density whose mean is that of the day."""
 
 
 class CardSelector:
@@ -89,7 +84,7 @@ class CardSelector:
         if rows.starts_segment:
             self._waiting.clear()
         self._waiting.append(rows)
-        if len(self._waiting) < _EVERY:
+        if len(self._waiting) < CUES.selection_interval:
             return
         rows = concatenate_rows(self._waiting)
         self._waiting.clear()
@@ -129,11 +124,11 @@ class CardSelector:
 
     def _breathe(self, rows: FlightRows) -> None:
         """Learn the air of the day, once."""
-        if len(self._air) >= _AIR_OF:
+        if len(self._air) >= CUES.density_samples:
             return
         density = rows["density"]
         self._air += density[np.isfinite(density)].tolist()
-        if len(self._air) >= _AIR_OF:
+        if len(self._air) >= CUES.density_samples:
             self._changes += 1
             self._points.set_density(float(np.mean(self._air)))
 

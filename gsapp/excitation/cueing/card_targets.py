@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Final
 
 from gsapp.aircraft import Aircraft
 from gsapp.dynamics.atmosphere import SEA_LEVEL_DENSITY
 from gsapp.dynamics.model import Model
 from gsapp.excitation.doublets.verdict import InputVerdict
+from gsapp.excitation.settings import CUES
 from gsapp.excitation.test_points.point import TestPoint
 from gsapp.excitation.test_points.point_builder import (
     TestPointError,
@@ -20,9 +20,6 @@ from gsapp.excitation.test_points.target_selection import select_target_input
 from gsapp.excitation.test_points.trim_curve import TrimCurve
 from gsapp.flight.cards import TestCard
 from gsapp.identification.ftr.estimates import LiveEstimate
-
-_SAME_SPEED: Final = 1.0
-"""Inputs without a card are judged by the same wants within so many m/s."""
 
 
 class CardTargets:
@@ -115,11 +112,11 @@ class CardTargets:
         self, surfaces: tuple[str, ...], kind: str, V: float | None
     ) -> TargetInput:
         """Return what is wanted of an input that no card asks for, at an airspeed (m/s)."""
-        near = None if V is None else round(V / _SAME_SPEED)
+        near = None if V is None else round(V / CUES.same_speed)
         key = (surfaces, kind, near)
         found = self._wanted.get(key)
         if found is None:
-            speed = None if near is None else near * _SAME_SPEED
+            speed = None if near is None else near * CUES.same_speed
             found = self._wanted[key] = select_target_input(
                 surfaces,
                 kind,

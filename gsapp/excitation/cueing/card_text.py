@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Final
 
+from gsapp.excitation.settings import CUES
 from gsapp.excitation.test_points.target_input import TargetInput
 from gsapp.flight.cards import TestCard
 from gsapp.flight.cards.card import STEP_COUNTS
 from gsapp.quantities import SURFACE_NAMES, channel, from_si
-
-_REACTION: Final = 1.0
-"""Seconds from GO to the first move of the stick."""
 
 
 def format_card(card: TestCard, system: str) -> str:
@@ -38,4 +35,4 @@ def input_duration(wanted: TargetInput | None) -> float:
     if wanted is None:
         return 0.0
     moving = STEP_COUNTS.get(wanted.kind, 1) * wanted.width.best * len(wanted.surfaces)
-    return _REACTION + moving + wanted.hands_off
+    return CUES.reaction_time + moving + wanted.hands_off

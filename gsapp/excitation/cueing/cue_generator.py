@@ -5,8 +5,6 @@ from __future__ import annotations
 import bisect
 from collections import deque
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Final
 
 from gsapp.aircraft import Aircraft
 from gsapp.dynamics.model import Model
@@ -24,12 +22,8 @@ from gsapp.excitation.cues import CueEvent, CueSnapshot
 from gsapp.excitation.debrief_maneuver import EvaluatedManeuver, extract_curves
 from gsapp.excitation.doublets.doublet_monitor import DoubletMonitor
 from gsapp.excitation.doublets.verdict import InputInProgress, InputVerdict
-from gsapp.excitation.flight_rows import (
-    TICK_DURATION,
-    FlightRows,
-    FlightRowStream,
-    mask_implausible,
-)
+from gsapp.excitation.flight_rows import FlightRows, FlightRowStream, mask_implausible
+from gsapp.excitation.settings import CUES
 from gsapp.excitation.trim.trim_cue import TrimCue
 from gsapp.excitation.trim.trim_monitor import TrimMonitor
 from gsapp.flight.cards import CardSet, CardSetProgress
@@ -37,17 +31,12 @@ from gsapp.foundation import UnknownNameError
 from gsapp.foundation.name_suggestions import did_you_mean
 from gsapp.quantities import Block
 
-_KEPT: Final = 60.0
-"""Seconds of cues kept."""
-_GO_COUNTS: Final = 2.0
-"""Seconds after GO was lost in which an input still answers to it: a hand takes its time."""
-
 
 class TrimHistory:
     """Keeps one cue for each tick."""
 
     def __init__(self) -> None:
-        self._cues: deque[TrimCue] = deque(maxlen=round(_KEPT / TICK_DURATION))
+        self._cues: deque[TrimCue] = deque(maxlen=round(CUES.cue_retention / CUES.tick))
 
     def clear(self) -> None:
         """Forget all cues."""
@@ -73,24 +62,9 @@ class TrimHistory:
             if cue.time <= time:
                 if cue.state == "go":
                     return cue.since
-                if cue.time < time - _GO_COUNTS:
+                if cue.time < time - CUES.go_memory:
                     return None
         return None
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class CueGeneratorSettings:
-    """Settings of `CueGenerator`."""
-
-    after_input: float = 0.3
-    """Seconds after what is known of an input until GO may be given again."""
-    few: int = 4
-    """More ticks in one step than a live flight brings: a record is being read."""
-    shown_over: float = 0.5
-    """Seconds over which the speed and the angle of attack shown are the mean."""
-
-
-_SETTINGS: Final = CueGeneratorSettings()
 
 
 class CueGenerator:
@@ -172,7 +146,7 @@ class CueGenerator:
             self._take(rows)
             ticks += len(rows) // self._stream.tick
         # Live, what was just judged is to be told at once; the look ahead has the steps between.
-        if not ticks or ticks > _SETTINGS.few:
+        if not ticks or ticks > CUES.replay_ticks:
             self._lessons.run_slice()
 
     def has_pending_work(self, time: float) -> bool:
@@ -224,7 +198,7 @@ class CueGenerator:
             hint = did_you_mean(card_id, known, "choose one of the flight's cards")
             raise UnknownNameError(f"no test card '{card_id}'; {hint}")
         # Between the tick that was judged last and the next, which is the first to know of it.
-        now = 0.0 if self._time is None else self._time + 0.5 * TICK_DURATION
+        now = 0.0 if self._time is None else self._time + 0.5 * CUES.tick
         time = now if at is None else at
         # Those applied stay as they are: what was said cannot be unsaid.
         place = bisect.bisect_right(self._choices, time, lo=self._chosen, key=lambda one: one[0])
@@ -306,7 +280,7 @@ class CueGenerator:
 
     def _shown(self, channel: str) -> float | None:
         doubted = channel in self._dangers.invalid_channels
-        return None if doubted else self._recent.mean(channel, _SETTINGS.shown_over)
+        return None if doubted else self._recent.mean(channel, CUES.display_averaging)
 
     # --- ticks ----------------------------------------------------------------------------------
 
@@ -336,7 +310,7 @@ class CueGenerator:
             self._desk.set_noise(noise)
         under_way = self._doublets.input_in_progress
         if under_way is not None:
-            self._trim.inhibit_go(time + under_way.hands_off_left + _SETTINGS.after_input)
+            self._trim.inhibit_go(time + under_way.hands_off_left + CUES.go_delay)
         self._note(time, under_way)
         self._conclude()
         self._choose(time, under_way)

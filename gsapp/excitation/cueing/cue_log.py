@@ -8,7 +8,7 @@ from typing import Any
 from gsapp.excitation.alerts.alert import Alert, AlertLevel
 from gsapp.excitation.cues import CueEvent, NextCard
 from gsapp.excitation.doublets.verdict import InputInProgress, InputVerdict
-from gsapp.excitation.flight_rows import TICK_DURATION
+from gsapp.excitation.settings import CUES
 from gsapp.excitation.trim.trim_cue import TrimCue
 from gsapp.quantities import SURFACE_NAMES
 
@@ -67,7 +67,7 @@ class CueLog:
         """
         free = now is not None and now.phase == "hands-off"
         if self._answer is not None and (not free or now is None or now.t_input != self._answer):
-            state = "ends" if now is None and self._left <= TICK_DURATION else "broken"
+            state = "ends" if now is None and self._left <= CUES.tick else "broken"
             self._add(time, "hands-off", state, "", {"t_input": self._answer})
             self._answer = None
         self._left = 0.0 if now is None else now.hands_off_left

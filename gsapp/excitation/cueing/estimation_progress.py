@@ -11,15 +11,11 @@ from gsapp.aircraft import Aircraft
 from gsapp.dynamics.model import Model
 from gsapp.excitation.cueing.recent_rows import RecentRows
 from gsapp.excitation.doublets.verdict import InputVerdict
-from gsapp.excitation.flight_rows import (
-    FAST_CHANNELS,
-    SLOW_CHANNEL_DELAY,
-    FlightRows,
-    concatenate_rows,
-)
-from gsapp.excitation.information.flight_knowledge import NOISE_SEGMENT_TIME
-from gsapp.excitation.information.information_tracker import OUTLOOK_DELAY, InformationTracker
+from gsapp.excitation.flight_rows import FAST_CHANNELS, FlightRows, concatenate_rows
+from gsapp.excitation.information.information_tracker import InformationTracker
 from gsapp.excitation.information.outlook import Outlook
+from gsapp.excitation.information.settings import INFORMATION
+from gsapp.excitation.settings import CUES
 from gsapp.flight.cards import CardSetProgress, TestCard
 from gsapp.foundation import FlightError
 from gsapp.identification.ftr.channels import FTR_CHANNELS
@@ -36,8 +32,6 @@ _LEARNED_FROM: Final = ("good", "too-small", "too-fast", "too-slow", "not-trimme
 """Verdicts whose maneuvers still say something true, if little; what clipped or was spoiled
 does not."""
 
-_HEARD_AFTER: Final = 3.0
-"""Seconds after a maneuver when all of it was surely heard, late channels too."""
 
 _SETTINGS: Final = FTRSettings(gate="maneuvers", updates=2.0)
 
@@ -106,7 +100,7 @@ class FlightEstimates:
         prompt = np.column_stack([rows[name] for name in _PROMPT])
         late = np.column_stack([rows[name] for name in _LATE])
         self._ftr.feed(Block.unchecked(_PROMPT, rows.times, prompt))
-        self._ftr.feed(Block.unchecked(_LATE, rows.times - SLOW_CHANNEL_DELAY, late))
+        self._ftr.feed(Block.unchecked(_LATE, rows.times - CUES.slow_channel_delay, late))
 
     def _conclude(self, now: float) -> None:
         if self._due is not None and now >= self._due:
@@ -121,16 +115,7 @@ class FlightEstimates:
                 self._ftr.end_window(verdict.t_end)
             except FlightError:
                 return  # a pause lies between, and its rows are forgotten
-            self._due = verdict.t_end + _HEARD_AFTER
-
-
-WORK_SLICE: Final = 0.003
-"""Seconds of work on what comes next that a step of a session may take."""
-
-_EVERY: Final = 10
-"""Ticks from one look ahead to the next; the time left is told in seconds."""
-_MARGIN: Final = 0.6
-"""Seconds after which the look that follows the work was surely taken."""
+            self._due = verdict.t_end + CUES.maneuver_delay
 
 
 class EstimationProgress:
@@ -208,13 +193,13 @@ class EstimationProgress:
         doubted : collection of str
             Channels that were not believed at some time of the maneuver: as good as missing.
         """
-        rows = recent.segment(verdict.t_start - NOISE_SEGMENT_TIME, verdict.t_end)
+        rows = recent.segment(verdict.t_start - INFORMATION.noise_time, verdict.t_end)
         if rows is not None:
             rows = rows.mask_channels(doubted)
         self._book.add_maneuver(verdict, rows, card=card)
         # The cards as they stand now: else the look ahead would be worked out twice.
         self.outlook = self._book.outlook(verdict.given_at, flown)
-        self._ready_at = verdict.given_at + OUTLOOK_DELAY + _MARGIN
+        self._ready_at = verdict.given_at + INFORMATION.forecast_delay + CUES.forecast_margin
         if self._estimates is not None:
             self._estimates.add_verdict(verdict)
 
@@ -224,8 +209,8 @@ class EstimationProgress:
         For some seconds after a maneuver, and at the beginning, it is still being worked out.
         """
         if self._ticks == 0:
-            self._ready_at = time + OUTLOOK_DELAY + _MARGIN
-        if self._ticks % _EVERY == 0:
+            self._ready_at = time + INFORMATION.forecast_delay + CUES.forecast_margin
+        if self._ticks % CUES.forecast_interval == 0:
             self.outlook = self._book.outlook(time, flown)
         self._ticks += 1
         return time >= self._ready_at or not self._foresees
@@ -235,7 +220,7 @@ class EstimationProgress:
 
     def run_slice(self) -> None:
         """Do a slice of the work that the next look needs."""
-        self._book.run_slice(WORK_SLICE)
+        self._book.run_slice(CUES.work_slice)
 
 
 def _estimates_of(aircraft: Aircraft | None, rate: float) -> FlightEstimates | None:

@@ -4,14 +4,11 @@ from __future__ import annotations
 
 from collections import deque
 from itertools import takewhile
-from typing import Final
 
 import numpy as np
 
 from gsapp.excitation.flight_rows import FlightRows, concatenate_rows
-
-ROWS_RETENTION_TIME: Final = 60.0
-"""Seconds of rows kept: the longest input with its second of trim and its answer is shorter."""
+from gsapp.excitation.settings import CUES
 
 
 class RecentRows:
@@ -29,7 +26,7 @@ class RecentRows:
         if rows.starts_segment:
             self._parts.clear()
         self._parts.append(rows)
-        oldest = rows.times[-1] - ROWS_RETENTION_TIME
+        oldest = rows.times[-1] - CUES.rows_retention
         while self._parts[0].times[-1] < oldest:
             self._parts.popleft()
 

@@ -14,31 +14,22 @@ from gsapp.excitation.doublets.gust_analysis import GustAnalyzer
 from gsapp.excitation.doublets.input_candidate import InputCandidate
 from gsapp.excitation.doublets.input_evaluation import InputRequest, evaluate_input
 from gsapp.excitation.doublets.input_measurement import measure_input
+from gsapp.excitation.doublets.settings import DOUBLETS
 from gsapp.excitation.doublets.signal_history import SignalHistory
-from gsapp.excitation.doublets.stick_release import (
-    CONTINUATION_TIME,
-    RELEASE_WAIT_TIME,
-    StickReleaseDetector,
-)
+from gsapp.excitation.doublets.stick_release import StickReleaseDetector
 from gsapp.excitation.doublets.verdict import InputInProgress, InputVerdict
-from gsapp.excitation.flight_rows import TICK_DURATION, FlightRows
+from gsapp.excitation.flight_rows import FlightRows
+from gsapp.excitation.settings import CUES
 from gsapp.excitation.test_points.point import TestPoint
 from gsapp.excitation.test_points.target_input import TargetInput
 from gsapp.excitation.trim.tolerances import DEFAULT_TOLERANCES, TrimTolerances
 from gsapp.flight.cards import TestCard
 from gsapp.flight.maneuvers.input_shape import SurfaceInput
-from gsapp.flight.maneuvers.maneuver_grade import MIN_FREE_RESPONSE_TIME
 from gsapp.flight.maneuvers.rapid_moves import UNAMBIGUOUS_SHAPES, is_deliberate_input
+from gsapp.flight.maneuvers.settings import DETECTION
 from gsapp.flight.maneuvers.signals import SIGNAL_COLUMNS, SIGNALS, SURFACES
 from gsapp.quantities import FloatArray
-from gsapp.quantities.constants import DEGREE, GRAVITY
-
-_GOES_ON = 1.0
-"""Seconds for which the sticks may go on moving after an input that was expected and whole."""
-_BUSY = 4.0
-"""Seconds after a verdict in which the pilot recovers, and only unmistakable inputs are any."""
-_IN_TURN = 32.0 * DEGREE
-"""Bank in which nobody begins an input: what moves the sticks there rolls out of a turn."""
+from gsapp.quantities.constants import GRAVITY
 
 TargetLookup = Callable[[tuple[str, ...], str, float | None], TargetInput | None]
 """What is wanted of these surfaces, in this shape, at this airspeed (m/s)."""
@@ -76,7 +67,7 @@ class DoubletMonitor:
         self._known_aircraft = aircraft is not None
         self._aircraft = aircraft or default_aircraft()
         self._rate = rate
-        self._tick = max(round(TICK_DURATION * rate), 1)
+        self._tick = max(round(CUES.tick * rate), 1)
         self._wanted_for = wanted_for
         self._tolerances = tolerances
         self.system = system
@@ -236,7 +227,9 @@ class DoubletMonitor:
         if moving is not None and moving.inputs:
             awaited = bool(moving.pending_surfaces & set(surfaces))
             if first - moving.t_end <= (
-                RELEASE_WAIT_TIME + CONTINUATION_TIME if awaited else CONTINUATION_TIME
+                DOUBLETS.release_time_expected + DOUBLETS.continuation_time
+                if awaited
+                else DOUBLETS.continuation_time
             ):
                 moving.previous_inputs = [] if awaited else moving.inputs
                 moving.resume_time, moving.inputs = first, []
@@ -263,7 +256,10 @@ class DoubletMonitor:
     def _watch_sticks(self, moving: InputCandidate) -> None:
         """See whether the sticks were let go, or whether it was steering after all."""
         found = self._sticks.detect_release(moving, self._now)
-        went_on = bool(moving.expected_kind) and self._now - moving.resume_time > _GOES_ON
+        went_on = (
+            bool(moving.expected_kind)
+            and self._now - moving.resume_time > DOUBLETS.continuation_after_target
+        )
         if moving.previous_inputs and (went_on if found is None else not found):
             # What seemed to go on was the hand that came back at once.
             moving.inputs = moving.previous_inputs
@@ -278,18 +274,20 @@ class DoubletMonitor:
         moving.inputs = found
         moving.t_end = max(one.t_end for one in found)
         wanted = moving.request.target_input
-        moving.hands_off = MIN_FREE_RESPONSE_TIME if wanted is None else wanted.hands_off
+        moving.hands_off = DETECTION.min_free_response_time if wanted is None else wanted.hands_off
 
     def _in_turn(self, found: Sequence[SurfaceInput]) -> bool:
         """Return whether the aircraft turned when the sticks began to move."""
         begun = min(one.t_start for one in found)
         attitude = self._history.extra_channel("phi", begun - 1.0, begun)
         if np.isfinite(attitude).any():
-            return abs(float(np.nanmean(attitude))) > _IN_TURN
+            return abs(float(np.nanmean(attitude))) > DOUBLETS.max_start_bank
         # In a level turn r V = g sin(bank).
         _, rows = self._history.segment(begun - 1.0, begun)
         drawn = rows[:, SIGNAL_COLUMNS["r"]] * rows[:, SIGNAL_COLUMNS["V"]]
-        return bool(np.abs(np.nan_to_num(drawn).mean()) > GRAVITY * math.sin(_IN_TURN))
+        return bool(
+            np.abs(np.nan_to_num(drawn).mean()) > GRAVITY * math.sin(DOUBLETS.max_start_bank)
+        )
 
     def _held_against(
         self, moving: InputCandidate, found: list[SurfaceInput]
@@ -368,4 +366,4 @@ class DoubletMonitor:
                 system=self.system,
             )
         )
-        self._busy_until = self._now + _BUSY
+        self._busy_until = self._now + DOUBLETS.recovery_time

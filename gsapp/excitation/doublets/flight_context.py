@@ -5,25 +5,18 @@ from __future__ import annotations
 import math
 from collections import deque
 from dataclasses import replace
-from typing import Final
 
 import numpy as np
 
 from gsapp.aircraft import Aircraft
-from gsapp.flight.maneuvers.airborne_detection import FRAME_DURATION, AirborneDetector
-from gsapp.flight.maneuvers.detection import TAKEOFF_SETTLING_TIME
+from gsapp.excitation.doublets.settings import DOUBLETS
+from gsapp.flight.maneuvers.airborne_detection import AirborneDetector
 from gsapp.flight.maneuvers.maneuver_grade import GradingContext
-from gsapp.flight.maneuvers.noise_floor import WINDOW_DURATION, NoiseFloor, NoiseFloorEstimator
+from gsapp.flight.maneuvers.noise_floor import NoiseFloor, NoiseFloorEstimator
 from gsapp.flight.maneuvers.rapid_moves import RapidMoveDetector
+from gsapp.flight.maneuvers.settings import DETECTION
 from gsapp.flight.maneuvers.signals import SIGNAL_COLUMNS, SURFACES
 from gsapp.quantities import FloatArray
-
-_BEGAN_FLYING: Final = 1.5
-"""A stretch that flies so soon after its beginning, s, did not take off in it."""
-_LOW: Final = 8.0
-"""Height above where it stood, m, below which the sticks are busy with the landing."""
-_STANDING: Final = 8
-"""Frames on the ground whose median altitude is that of the field."""
 
 
 class FlightContext:
@@ -50,8 +43,8 @@ class FlightContext:
     def __init__(self, aircraft: Aircraft, rate: float, tick: int) -> None:
         self._aircraft = aircraft
         self._rate = rate
-        self._ticks = max(round(FRAME_DURATION * rate / tick), 1)
-        self._window = round(WINDOW_DURATION / FRAME_DURATION)
+        self._ticks = max(round(DETECTION.frame_duration * rate / tick), 1)
+        self._window = round(DETECTION.noise_window / DETECTION.frame_duration)
         self.restart()
 
     def restart(self) -> None:
@@ -60,7 +53,7 @@ class FlightContext:
         self._meter = NoiseFloorEstimator()
         self.setting = GradingContext(aircraft=self._aircraft, noise=NoiseFloor())
         self.move_detector = RapidMoveDetector(self.setting, self._rate)
-        self._field: deque[float] = deque(maxlen=_STANDING)
+        self._field: deque[float] = deque(maxlen=DOUBLETS.ground_altitude_frames)
         self._low = False
         self.unmeasured_surfaces: tuple[str, ...] = ()
         self._began = -math.inf
@@ -79,8 +72,8 @@ class FlightContext:
     def is_flying(self, time: float) -> bool:
         """Return whether the aircraft flies at a time (s), neither taking off nor landing."""
         since = self._watch.since
-        took_off = since > self._began + _BEGAN_FLYING
-        settled = not took_off or time - since > TAKEOFF_SETTLING_TIME
+        took_off = since > self._began + DOUBLETS.airborne_at_start
+        settled = not took_off or time - since > DETECTION.takeoff_settling_time
         return self._watch.airborne and settled and not self._low
 
     def process_tick(
@@ -121,7 +114,10 @@ class FlightContext:
             return
         if self._watch.airborne:
             # A record that begins in the air does not know its field.
-            self._low = bool(self._field) and altitude - float(np.median(self._field)) < _LOW
+            self._low = (
+                bool(self._field)
+                and altitude - float(np.median(self._field)) < DOUBLETS.landing_height
+            )
         else:
             self._field.append(altitude)
 

@@ -18,6 +18,7 @@ from gsapp.aircraft import Aircraft
 from gsapp.dynamics.linearization import LinearModel
 from gsapp.dynamics.model import Model
 from gsapp.excitation.doublets.gust_separation import ResponseChannel, separate_gusts
+from gsapp.excitation.doublets.settings import DOUBLETS
 from gsapp.excitation.test_points.perturbation_models import (
     PerturbationModels,
     linearize_level_flight,
@@ -34,11 +35,6 @@ GUST_ANALYSIS_CHANNELS: Final = {
 }
 """Channels whose answer is explained."""
 
-_GAIN_SPREAD: Final = 0.4
-"""Of the gains about one: how far control derivatives are off."""
-_HELD: Final = 1.0 * DEGREE
-"""What a surface may stand away from the trim of level flight as an input begins, rad: a stick that
-is held makes a steady roll, which is no gust."""
 _OFFSET: Final = ("alpha",)
 """States that are not zero in level flight: the second before tells them."""
 _STATE_SPREADS: Final = {
@@ -48,15 +44,7 @@ _STATE_SPREADS: Final = {
     "V": (0.3, 0.3),
 }
 """Of a state as the input begins, as measured, and of its trim in level flight; SI."""
-_OWN_SPREAD: Final = 1.0
-"""Of a state that an effect of the model has of its own, in its unit: nothing is known of it."""
 
-_SPEED_STEP: Final = 1.0
-"""Small motions are found once for each so many m/s ..."""
-_DENSITY_STEP: Final = 0.02
-"""... and of air so dense, kg/m^3: 2 % change no answer that one sees."""
-_LEAST_SAMPLES: Final = 50
-"""Of an answer; fewer tell nothing about it."""
 _PUSHED: Final = ("alpha", "beta")
 """States that a gust from below or from the side pushes."""
 
@@ -130,14 +118,14 @@ class GustAnalyzer:
         return max(known) if known else None
 
     def _motions(self, speed: float, density: float) -> PerturbationModels | None:
-        key = (round(speed / _SPEED_STEP), round(density / _DENSITY_STEP))
+        key = (round(speed / DOUBLETS.speed_step), round(density / DOUBLETS.density_step))
         if key not in self._known:
             try:
                 self._known[key] = linearize_level_flight(
                     self._aircraft,
                     self._model,
-                    speed=key[0] * _SPEED_STEP,
-                    density=key[1] * _DENSITY_STEP,
+                    speed=key[0] * DOUBLETS.speed_step,
+                    density=key[1] * DOUBLETS.density_step,
                 )
             except FlightError:
                 self._known[key] = None
@@ -161,7 +149,7 @@ class GustAnalyzer:
             name: samples
             for name in names
             if (samples := answers.get(name)) is not None
-            and np.isfinite(samples).sum() >= _LEAST_SAMPLES
+            and np.isfinite(samples).sum() >= DOUBLETS.min_response_samples
         }
         if not counted & set(heard):
             return None
@@ -242,11 +230,13 @@ def _prior_rows(
         sides.append(value / spread)
 
     for place in range(states // 2):
-        known([place], 1.0, _GAIN_SPREAD)
-        known([states // 2 + place], 0.0, _HELD)
+        known([place], 1.0, DOUBLETS.gain_std)
+        known([states // 2 + place], 0.0, DOUBLETS.max_trim_offset)
     seen = {name: size + place for place, name in enumerate(measured) if name in trim}
     for place, name in enumerate(linear.states):
-        small, wide = _STATE_SPREADS.get(name, (_OWN_SPREAD, _OWN_SPREAD))
+        small, wide = _STATE_SPREADS.get(
+            name, (DOUBLETS.effect_state_std, DOUBLETS.effect_state_std)
+        )
         if name in seen:
             mean, start = trim[name]
             known([states + place, seen[name]], start, small)

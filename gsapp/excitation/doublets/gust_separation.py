@@ -2,7 +2,7 @@
 
 The answer without gusts, ``X theta``, follows from the surfaces as measured, from sticks held, from
 the state in which it began and from each channel's zero error. Gusts are pushes ``w`` of unknown
-size on the angle of attack or of sideslip, one every `AVERAGING_STEP`: the vanes show them at
+size on the angle of attack or of sideslip, one every `DOUBLETS.gust_step`: the vanes show them at
 once, and the aircraft answers as it does to any such angle. Both are found together, with what is
 known of them beforehand:
 
@@ -18,24 +18,12 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Final
 
 import numpy as np
 from scipy.linalg import toeplitz
 
+from gsapp.excitation.doublets.settings import DOUBLETS
 from gsapp.quantities import FloatArray
-from gsapp.quantities.constants import DEGREE
-
-AVERAGING_STEP: Final = 0.05
-"""Seconds over which samples are averaged, and in which the air shifts by one push."""
-_ROUNDS: Final = 6
-"""Of answer and strengths, each from the other."""
-_PUSH: Final = 0.1 * DEGREE
-"""What a push is taken for at first, rad: gusts of half a meter a second."""
-_LEAST_PUSH: Final = 0.001 * DEGREE
-"""rad; below it the air is still."""
-_UNEXPLAINED: Final = 0.02
-"""Share of a channel's answer that its noise is at least: no model follows it more closely."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -96,24 +84,24 @@ def separate_gusts(
         In the order of the channels. The gusts' part counts what is not known of the pushes as
         well: an estimate alone would always be too small.
     """
-    step = max(round(AVERAGING_STEP * rate), 1)
+    step = max(round(DOUBLETS.gust_step * rate), 1)
     blocks = [_average(one, step) for one in channels]
     size = known[0].shape[1]
     pushes = blocks[0].pushes.shape[1]
-    push = _PUSH
+    push = DOUBLETS.initial_gust
     noise = [block.least for block in blocks]
-    for _ in range(_ROUNDS):
+    for _ in range(DOUBLETS.gust_iterations):
         found, spread = _solve(blocks, noise, push, known)
         gusts = found[size:]
         unknown = float(np.trace(spread[size:, size:]))
-        push = max(math.sqrt((float(gusts @ gusts) + unknown) / pushes), _LEAST_PUSH)
+        push = max(math.sqrt((float(gusts @ gusts) + unknown) / pushes), DOUBLETS.min_gust)
         noise = [block.noise(found, spread) for block in blocks]
     return [block.parts(found, spread, size) for block in blocks]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class _Block:
-    """Means over `AVERAGING_STEP` of a channel, its responses and its gust responses."""
+    """Means over `DOUBLETS.gust_step` of a channel, its responses and its gust responses."""
 
     samples: FloatArray
     responses: FloatArray
@@ -157,7 +145,9 @@ def _average(one: ResponseChannel, step: int) -> _Block:
         samples=samples,
         responses=means(one.responses)[kept],
         pushes=toeplitz(after, np.zeros(count))[kept],
-        least=max(one.noise / math.sqrt(step), _UNEXPLAINED * float(samples.std()), 1e-9),
+        least=max(
+            one.noise / math.sqrt(step), DOUBLETS.min_noise_share * float(samples.std()), 1e-9
+        ),
     )
 
 

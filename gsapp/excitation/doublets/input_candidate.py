@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 from gsapp.excitation.doublets.input_evaluation import InputRequest
 from gsapp.flight.maneuvers.input_shape import SurfaceInput
-from gsapp.flight.maneuvers.maneuver_grade import MIN_FREE_RESPONSE_TIME
+from gsapp.flight.maneuvers.settings import DETECTION
 
 
 @dataclass(slots=True)
@@ -46,7 +46,7 @@ class InputCandidate:
     inputs: list[SurfaceInput] = field(default_factory=list)
     t_end: float = math.nan
     request: InputRequest = field(default_factory=InputRequest)
-    hands_off: float = MIN_FREE_RESPONSE_TIME
+    hands_off: float = DETECTION.min_free_response_time
     previous_inputs: list[SurfaceInput] = field(default_factory=list)
     resume_time: float = math.nan
     is_confirmed: bool = False

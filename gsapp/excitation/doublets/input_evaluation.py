@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Final
 
 from gsapp.excitation.doublets.input_measurement import MeasuredInput
+from gsapp.excitation.doublets.settings import DOUBLETS
 from gsapp.excitation.doublets.verdict import InputFinding, InputVerdict
 from gsapp.excitation.doublets.verdict_criteria import (
     InputCase,
@@ -18,10 +18,8 @@ from gsapp.excitation.trim.tolerances import TrimTolerances
 from gsapp.flight.cards import TestCard
 from gsapp.flight.cards.card_matching import compare_with_card
 from gsapp.flight.maneuvers.detection import build_maneuver
-from gsapp.flight.maneuvers.maneuver_grade import TRIM_TIME, GradingContext
-
-MIN_SYMMETRY: Final = 0.6
-"""Smaller over larger half of a doublet, by area, below which it is told; it counts, though."""
+from gsapp.flight.maneuvers.maneuver_grade import GradingContext
+from gsapp.flight.maneuvers.settings import DETECTION
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -84,7 +82,11 @@ def evaluate_input(
     result = found[0].result if found else "good"
     advice = found[0].words if found else "good"
     graded = graded.with_verdict(result, advice)
-    if not found and min(measured.symmetry.values()) < MIN_SYMMETRY and case.kind == "doublet":
+    if (
+        not found
+        and min(measured.symmetry.values()) < DOUBLETS.min_symmetry
+        and case.kind == "doublet"
+    ):
         advice = "good, but uneven: make both halves equal"
     card, counts = "", False
     if asked.card is not None and asked.card.kind == case.kind:
@@ -96,7 +98,7 @@ def evaluate_input(
     return InputVerdict(
         id=name,
         given_at=now,
-        t_start=passage.t_input - TRIM_TIME,
+        t_start=passage.t_input - DETECTION.trim_time,
         t_input=passage.t_input,
         t_input_end=passage.t_input_end,
         t_end=passage.t_end,

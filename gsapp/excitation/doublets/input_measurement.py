@@ -6,7 +6,6 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import accumulate, pairwise
-from typing import Final
 
 import numpy as np
 
@@ -15,23 +14,16 @@ from gsapp.decoding import air_data
 from gsapp.dynamics.atmosphere import SEA_LEVEL_DENSITY
 from gsapp.dynamics.sensors import flow_at_cg
 from gsapp.excitation.doublets.gust_analysis import GUST_ANALYSIS_CHANNELS, GustAnalyzer
+from gsapp.excitation.doublets.settings import DOUBLETS
 from gsapp.excitation.doublets.signal_history import SignalHistory
-from gsapp.excitation.flight_rows import TICK_DURATION
+from gsapp.excitation.settings import CUES
 from gsapp.excitation.trim.bank_observer import BankObserver
 from gsapp.flight.maneuvers.airborne_detection import flying_speed
 from gsapp.flight.maneuvers.input_shape import SurfaceInput, smooth_samples
-from gsapp.flight.maneuvers.maneuver_grade import (
-    TRIM_TIME,
-    GradingContext,
-    ManeuverSamples,
-    clipped_samples,
-)
+from gsapp.flight.maneuvers.maneuver_grade import GradingContext, ManeuverSamples, clipped_samples
+from gsapp.flight.maneuvers.settings import DETECTION
 from gsapp.flight.maneuvers.signals import SIGNAL_COLUMNS, SURFACES
 from gsapp.quantities import FloatArray
-from gsapp.quantities.constants import DEGREE
-
-_AROUND = 0.3
-"""Seconds before and after an input in which its edges are looked for."""
 
 
 def measure_step_durations(passage: ManeuverSamples, one: SurfaceInput) -> tuple[float, ...]:
@@ -43,7 +35,9 @@ def measure_step_durations(passage: ManeuverSamples, one: SurfaceInput) -> tuple
     one : SurfaceInput
         One of its surfaces.
     """
-    low, high = np.searchsorted(passage.times, (one.t_start - _AROUND, one.t_end + _AROUND))
+    low, high = np.searchsorted(
+        passage.times, (one.t_start - DOUBLETS.edge_search, one.t_end + DOUBLETS.edge_search)
+    )
     times, samples = passage.times[low:high], passage.rows[low:high, SIGNAL_COLUMNS[one.surface]]
     there = np.isfinite(samples)
     times, samples = times[there], samples[there]
@@ -86,20 +80,6 @@ def _crossed(
     inner = place - direction
     share = beyond[inner] / (beyond[inner] - beyond[place])
     return float(times[inner] + share * (times[place] - times[inner]))
-
-
-PRE_INPUT_TIME: Final = 2.5
-"""Seconds before an input that are looked at; the second of trim is the last of them."""
-_BANK_FROM: Final = 12.0
-"""Seconds before an input from which bank is followed where no attitude tells it."""
-_LEAST_CROSS: Final = 0.5 * DEGREE
-"""Motion of another surface that has an answer of its own."""
-_JUST_BEFORE: Final = 0.15
-"""Seconds that tell in which state the input began."""
-_USUAL_GUSTS: Final = 0.3
-"""m/s."""
-_AT_REST: Final = (0.1, 0.6)
-"""Seconds after an input between which its surface shows where it was left."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -187,7 +167,7 @@ def measure_input(
     ordered = tuple(sorted(inputs, key=lambda one: one.t_start))
     t_input = ordered[0].t_start
     t_input_end = max(one.t_end for one in ordered)
-    times, rows = history.segment(t_input - PRE_INPUT_TIME, t_end)
+    times, rows = history.segment(t_input - DOUBLETS.pre_input_time, t_end)
     passage = ManeuverSamples(
         times=times,
         rows=rows,
@@ -203,7 +183,7 @@ def measure_input(
         if math.isfinite(value := passage.mean_at_trim(name))
     }
     before = passage.times < t_input
-    calm = flow["alpha"][before & (passage.times >= t_input - TRIM_TIME)]
+    calm = flow["alpha"][before & (passage.times >= t_input - DETECTION.trim_time)]
     if np.isfinite(calm).any():
         trim["alpha"] = float(np.nanmean(calm))
     bank, bank_seen = _bank(history, t_input, setting.aircraft)
@@ -245,7 +225,7 @@ def _symmetry(passage: ManeuverSamples, one: SurfaceInput) -> float:
 
 
 def _left_over(passage: ManeuverSamples, one: SurfaceInput) -> float:
-    start, stop = (one.t_end + wait for wait in _AT_REST)
+    start, stop = (one.t_end + wait for wait in DOUBLETS.rest_after_input)
     after = _level(passage, one.surface, start, min(stop, passage.t_end))
     if not math.isfinite(after):
         after = one.trim_after
@@ -262,7 +242,7 @@ def _cross_deflections(
     for surface in SURFACES:
         if surface in moved:
             continue
-        level = _level(passage, surface, passage.t_input - TRIM_TIME, passage.t_input)
+        level = _level(passage, surface, passage.t_input - DETECTION.trim_time, passage.t_input)
         samples = passage.samples(surface, passage.t_input, passage.t_end)
         if samples.size >= 5 and math.isfinite(level):
             found[surface] = float(np.max(np.abs(smooth_samples(samples, dt) - level)))
@@ -293,12 +273,12 @@ def _flow(passage: ManeuverSamples, aircraft: Aircraft) -> dict[str, FloatArray]
 
 def _bank(history: SignalHistory, t_input: float, aircraft: Aircraft) -> tuple[float | None, bool]:
     """Return the mean bank over the second before, rad, and whether attitude tells it."""
-    attitude = history.extra_channel("phi", t_input - TRIM_TIME, t_input)
+    attitude = history.extra_channel("phi", t_input - DETECTION.trim_time, t_input)
     if np.isfinite(attitude).sum() > 0.5 * attitude.size > 0:
         return float(np.nanmean(attitude)), True
-    times, rows = history.segment(t_input - _BANK_FROM, t_input)
-    step = max(round(TICK_DURATION / float(np.median(np.diff(times)))), 1) if times.size > 2 else 1
-    observer = BankObserver(TICK_DURATION, flying_speed(aircraft))
+    times, rows = history.segment(t_input - DOUBLETS.bank_history, t_input)
+    step = max(round(CUES.tick / float(np.median(np.diff(times)))), 1) if times.size > 2 else 1
+    observer = BankObserver(CUES.tick, flying_speed(aircraft))
     seen = []
     for low in range(0, times.size - step + 1, step):
         part = rows[low : low + step]
@@ -309,8 +289,8 @@ def _bank(history: SignalHistory, t_input: float, aircraft: Aircraft) -> tuple[f
         p, q, r, ax, ay, V, beta = (
             float(mean[SIGNAL_COLUMNS[name]]) for name in ("p", "q", "r", "ax", "ay", "V", "beta")
         )
-        observer.step((p, q, r), ax, ay, V, beta, _USUAL_GUSTS)
-        if times[low] >= t_input - TRIM_TIME and math.isfinite(observer.bank):
+        observer.step((p, q, r), ax, ay, V, beta, DOUBLETS.default_gusts)
+        if times[low] >= t_input - DETECTION.trim_time and math.isfinite(observer.bank):
             seen.append(observer.bank)
     return (sum(seen) / len(seen) if seen else None), False
 
@@ -319,7 +299,7 @@ def _clipped(
     passage: ManeuverSamples, setting: GradingContext
 ) -> tuple[dict[str, int], tuple[str, ...]]:
     """Return how many samples of each instrument clipped, and which stood there before too."""
-    start, begun = passage.t_input - TRIM_TIME, passage.t_input
+    start, begun = passage.t_input - DETECTION.trim_time, passage.t_input
     before = clipped_samples(passage, setting.aircraft, start, begun)
     stuck = tuple(name for name, (count, total) in before.items() if count > 0.5 * total)
     after = clipped_samples(passage, setting.aircraft, begun, passage.t_end)
@@ -346,7 +326,7 @@ def _gusts(
         if name not in stuck
     ]
     moved = {one.surface for one in inputs}
-    moved |= {name for name, size in cross.items() if size > _LEAST_CROSS}
+    moved |= {name for name, size in cross.items() if size > DOUBLETS.min_secondary_movement}
     return explainer.gust_fraction(
         {
             name: _fill_gaps(passage.rows[low:, SIGNAL_COLUMNS[name]])
@@ -365,7 +345,7 @@ def _gusts(
 def _mean_before(passage: ManeuverSamples, name: str) -> tuple[float, float] | None:
     """Return the mean of a channel over the second before, and just before the input."""
     mean = passage.mean_at_trim(name)
-    at = passage.samples(name, passage.t_input - _JUST_BEFORE, passage.t_input)
+    at = passage.samples(name, passage.t_input - DOUBLETS.initial_state_time, passage.t_input)
     return (mean, float(at.mean())) if math.isfinite(mean) and at.size else None
 
 
@@ -380,7 +360,7 @@ def _fill_gaps(samples: FloatArray) -> FloatArray:
 
 def _density(history: SignalHistory, passage: ManeuverSamples) -> float:
     """Return the density of the air, kg/m^3, as far as it was measured."""
-    start, stop = passage.t_input - TRIM_TIME, passage.t_end
+    start, stop = passage.t_input - DETECTION.trim_time, passage.t_end
     given = history.extra_channel("density", start, stop)
     if not np.isfinite(given).any():
         given = air_data.density(

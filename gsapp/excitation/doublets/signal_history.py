@@ -6,12 +6,10 @@ from typing import Final
 
 import numpy as np
 
+from gsapp.excitation.doublets.settings import DOUBLETS
 from gsapp.excitation.flight_rows import FlightRows
 from gsapp.flight.maneuvers.signals import SIGNALS
 from gsapp.quantities import FloatArray
-
-HISTORY_RETENTION_TIME: Final = 40.0
-"""Seconds that are surely kept: an input may take ten, its answer six."""
 
 EXTRA_CHANNELS: Final = ("phi", "rate_switch", "density", "static_pressure", "temperature")
 """Channels kept beside the signals of the detection."""
@@ -29,7 +27,7 @@ class SignalHistory:
     """
 
     def __init__(self, rate: float) -> None:
-        self._kept = round(HISTORY_RETENTION_TIME * rate)
+        self._kept = round(DOUBLETS.history_retention * rate)
         self._width = len(SIGNALS) + len(EXTRA_CHANNELS)
         self.clear()
 

@@ -4,25 +4,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import Final
 
 import numpy as np
 
 from gsapp.excitation.doublets.flight_context import FlightContext
 from gsapp.excitation.doublets.input_candidate import InputCandidate
-from gsapp.excitation.doublets.input_measurement import PRE_INPUT_TIME
+from gsapp.excitation.doublets.settings import DOUBLETS
 from gsapp.excitation.doublets.signal_history import SignalHistory
-from gsapp.excitation.flight_rows import TICK_DURATION
-from gsapp.flight.maneuvers.input_shape import (
-    LOOK_BACK,
-    SurfaceInput,
-    measure_surface_input,
-    smooth_samples,
-)
+from gsapp.excitation.settings import CUES
+from gsapp.flight.maneuvers.input_shape import SurfaceInput, measure_surface_input, smooth_samples
 from gsapp.flight.maneuvers.rapid_moves import (
-    INPUT_END_PAUSE,
-    INPUT_END_PAUSE_DISPLACED,
-    SECONDARY_INPUT_RATIO,
     UNAMBIGUOUS_SHAPES,
     distance_outside_range,
     find_pilot_takeover,
@@ -30,14 +21,9 @@ from gsapp.flight.maneuvers.rapid_moves import (
     is_deliberate_input,
     measure_moved_inputs,
 )
+from gsapp.flight.maneuvers.settings import DETECTION
 from gsapp.flight.maneuvers.signals import SURFACES
 from gsapp.quantities import FloatArray
-from gsapp.quantities.constants import DEGREE
-
-_APART: Final = 0.05
-"""Seconds without a quick move between two steps."""
-_SHARE: Final = 0.5
-"""Of what went before it that an input reaches at least: a part of a larger one is none."""
 
 
 def remove_steering(
@@ -70,7 +56,7 @@ def remove_steering(
         later = measure_surface_input(one.surface, times, samples, begin, span[1], noise)
         if later is None or later.kind != kind or later.max_step < threshold:
             continue
-        if later.amplitude > max(_SHARE * one.amplitude, later.motion_before):
+        if later.amplitude > max(DOUBLETS.min_relative_size * one.amplitude, later.motion_before):
             return later
     return one
 
@@ -80,45 +66,12 @@ def _steps(
 ) -> list[float]:
     """Return when each quick move after the first one began, s."""
     dt = float(np.median(np.diff(times)))
-    lag = max(round(LOOK_BACK / dt), 1)
+    lag = max(round(DETECTION.look_back / dt), 1)
     moves = np.zeros(times.size)
     moves[lag:] = np.abs(samples[lag:] - samples[:-lag])
     inside = (times >= span[0]) & (times <= span[1])
     quick = times[inside & (np.nan_to_num(moves) > threshold)]
-    return [float(at) for at in quick[1:][np.diff(quick) > _APART]]
-
-
-RELEASE_QUIET_TIME: Final = 0.15
-"""Seconds without a quick move after which an input is over, if the surfaces are back."""
-RELEASE_WAIT_TIME: Final = 0.6
-"""The same while a surface that is expected has not moved yet."""
-CONTINUATION_TIME: Final = 0.7
-"""A quick move so soon after an input, s, goes on with it."""
-_LONGEST = 10.0
-"""An input that goes on for longer, s, is steering."""
-_ODD_FREE = 1.05
-"""Seconds without a stick after which an input of an unusual shape is believed."""
-_BACK = 0.4
-"""Share of its excursion that a surface may be away from trim and be back."""
-_LEFT = 0.25
-"""Share of its amplitude from which a surface was not brought back, and looks like another shape
-about the line between its trims."""
-_BOTH_SIDES = 0.35
-"""Share of the larger excursion from which the smaller one is the other half of a doublet."""
-_RESTED = (0.4, 0.1)
-"""Seconds before the end of an input between which a surface is at rest that is no more part of
-it."""
-_STILL, _GONE = 0.3 * DEGREE, 0.6 * DEGREE
-"""What a surface at rest moves at most, and what it goes away by when a hand is put on, rad."""
-_AFTER_LAST_STEP = 0.8
-"""Seconds after which an input that ends away from trim is over, once both sides were seen."""
-_CALM = 0.15
-"""Unrest before an input of another shape than expected, as a share of its amplitude, so that it
-is taken for the one expected ..."""
-_QUITE_CALM = 0.25
-"""The same of the shape that was expected, which is then an input whatever follows."""
-_FAR, _SURELY = 2.0, 1.3
-"""... and its quickest move over the threshold for that, to one side alone and to both."""
+    return [float(at) for at in quick[1:][np.diff(quick) > DOUBLETS.step_gap]]
 
 
 class StickReleaseDetector:
@@ -130,7 +83,7 @@ class StickReleaseDetector:
 
     def amplitudes(self, moving: InputCandidate, now: float) -> dict[str, float]:
         """Return how far each surface went so far, rad: half of peak to peak."""
-        _, rows = self._history.segment(moving.first_move_time - LOOK_BACK, now)
+        _, rows = self._history.segment(moving.first_move_time - DETECTION.look_back, now)
         found = {}
         for surface in moving.surfaces:
             samples = rows[:, SURFACES.index(surface)]
@@ -143,7 +96,7 @@ class StickReleaseDetector:
         return {
             name: size
             for name, size in found.items()
-            if shares[name] >= SECONDARY_INPUT_RATIO * most
+            if shares[name] >= DETECTION.secondary_input_ratio * most
         }
 
     def detect_release(self, moving: InputCandidate, now: float) -> list[SurfaceInput] | None:
@@ -160,17 +113,17 @@ class StickReleaseDetector:
         list of SurfaceInput or None
             Empty if it was steering; None while that is open.
         """
-        if moving.last_move_time - moving.first_move_time > _LONGEST:
+        if moving.last_move_time - moving.first_move_time > DOUBLETS.max_duration:
             return []
         idle = now - moving.last_move_time
         if idle < (
-            RELEASE_WAIT_TIME
+            DOUBLETS.release_time_expected
             if moving.pending_surfaces and moving.pending_surfaces < moving.expected_surfaces
-            else RELEASE_QUIET_TIME
+            else DOUBLETS.release_time
         ):
             return None
-        ends = idle >= INPUT_END_PAUSE_DISPLACED or self._back(moving, now)
-        if not ends and idle <= _AFTER_LAST_STEP:
+        ends = idle >= DETECTION.input_end_pause_displaced or self._back(moving, now)
+        if not ends and idle <= DOUBLETS.last_step_time:
             return None
         found = self._measured(moving, now)
         if not ends and not (
@@ -181,7 +134,7 @@ class StickReleaseDetector:
             return []
         if self._is_input(moving, found[0], now):
             return found
-        return [] if idle >= INPUT_END_PAUSE else None
+        return [] if idle >= DETECTION.input_end_pause else None
 
     def detect_hands_on(self, moving: InputCandidate, now: float, rate: float) -> float | None:
         """Return when a hand was put on after the sticks were let go, s; None while none is."""
@@ -193,7 +146,7 @@ class StickReleaseDetector:
         own = {one.surface for one in moving.inputs}
         stood = {name: at for name, at in self._stood(moving).items() if name not in own}
         taken = find_pilot_takeover(
-            times, rows, last, self._around.setting, rate, stood=stood, least=_STILL
+            times, rows, last, self._around.setting, rate, stood=stood, least=DOUBLETS.rest_movement
         )
         at_once = self._resting_moved(moving, now, stood)
         if at_once is None:
@@ -203,7 +156,7 @@ class StickReleaseDetector:
 
     def _stood(self, moving: InputCandidate) -> dict[str, float]:
         """Return where each surface stood before the input, rad."""
-        begin = moving.first_move_time - LOOK_BACK
+        begin = moving.first_move_time - DETECTION.look_back
         _, rows = self._history.segment(begin - 0.5, begin)
         return {
             surface: float(np.nanmedian(samples))
@@ -219,7 +172,7 @@ class StickReleaseDetector:
         A hand that is put on at once moves other surfaces before the last one of the input rests.
         A second stick that goes back to where it stood is let go late.
         """
-        start, stop = (moving.t_end - wait for wait in _RESTED)
+        start, stop = (moving.t_end - wait for wait in DOUBLETS.rest_interval)
         times, rows = self._history.segment(start, now)
         before, after = times <= stop, times > stop
         dt = float(np.median(np.diff(times))) if times.size > 2 else 1.0
@@ -232,11 +185,13 @@ class StickReleaseDetector:
             samples = smooth_samples(rows[:, place], dt)
             rest = samples[before]
             noise = self._around.setting.noise.std_of(surface)
-            if not np.isfinite(rest).all() or np.ptp(rest) > max(_STILL, 4.0 * noise):
+            if not np.isfinite(rest).all() or np.ptp(rest) > max(
+                DOUBLETS.rest_movement, 4.0 * noise
+            ):
                 continue
             held = float(np.median(rest))
             away = distance_outside_range(samples, held, stood.get(surface, held))
-            off = away > max(_GONE, 6.0 * noise)
+            off = away > max(DOUBLETS.stick_movement, 6.0 * noise)
             gone = np.flatnonzero(off & after)
             if gone.size:
                 moved.append(float(times[gone[0]]))
@@ -247,11 +202,16 @@ class StickReleaseDetector:
         if moving.began_in_recovery and not main.is_unmistakable:
             return False
         clear = main.kind in UNAMBIGUOUS_SHAPES or main.kind == moving.expected_kind
-        if not clear and now - moving.last_move_time < _ODD_FREE:
+        if not clear and now - moving.last_move_time < DOUBLETS.hands_off_other:
             return False
         threshold = self._around.move_detector.thresholds[SURFACES.index(main.surface)]
         both = self._both_sides(moving, main, now)
-        meant = _is_flawed_attempt(moving, main, (_SURELY if both else _FAR) * threshold)
+        meant = _is_flawed_attempt(
+            moving,
+            main,
+            (DOUBLETS.certain_step_ratio if both else DOUBLETS.certain_step_ratio_one_side)
+            * threshold,
+        )
         if not clear and moving.expected_kind and not meant:
             return False
         if _matches_expected(moving, main, threshold):
@@ -268,7 +228,7 @@ class StickReleaseDetector:
     def _measured(self, moving: InputCandidate, now: float) -> list[SurfaceInput]:
         """Return what each surface did, that of the input first."""
         times, rows = self._history.segment(
-            moving.first_move_time - LOOK_BACK - PRE_INPUT_TIME, now
+            moving.first_move_time - DETECTION.look_back - DOUBLETS.pre_input_time, now
         )
         lag = self._around.move_detector.lag
         if times.size <= lag:
@@ -296,7 +256,7 @@ class StickReleaseDetector:
         rows: FloatArray,
     ) -> SurfaceInput:
         """Return an input that was not brought back as it shows about its trim before."""
-        if abs(one.trim_after - one.trim_before) < _LEFT * one.amplitude:
+        if abs(one.trim_after - one.trim_before) < DOUBLETS.displaced_share * one.amplitude:
             return one
         noise = self._around.setting.noise.std_of(one.surface)
         samples = rows[:, SURFACES.index(one.surface)]
@@ -333,20 +293,20 @@ class StickReleaseDetector:
         if not np.isfinite(away).any():
             return False
         sides = sorted((float(np.nanmax(away)), float(-np.nanmin(away))))
-        return sides[0] > _BOTH_SIDES * sides[1]
+        return sides[0] > DOUBLETS.second_side_share * sides[1]
 
     def _back(self, moving: InputCandidate, now: float) -> bool:
         """Return whether every moved surface is near where it was before."""
-        begin = moving.first_move_time - LOOK_BACK
+        begin = moving.first_move_time - DETECTION.look_back
         times, rows = self._history.segment(begin - 0.5, now)
         for surface in moving.surfaces:
             samples = rows[:, SURFACES.index(surface)]
-            early, late = samples[times < begin], samples[times > now - 2.0 * TICK_DURATION]
+            early, late = samples[times < begin], samples[times > now - 2.0 * CUES.tick]
             if not (np.isfinite(early).any() and np.isfinite(late).any()):
                 continue
             level = float(np.nanmedian(early))
             largest = float(np.nanmax(np.abs(samples - level)))
-            if abs(float(np.nanmedian(late)) - level) > _BACK * largest:
+            if abs(float(np.nanmedian(late)) - level) > DOUBLETS.returned_share * largest:
                 return False
         return True
 
@@ -354,12 +314,14 @@ class StickReleaseDetector:
 def _is_complete(main: SurfaceInput, idle: float) -> bool:
     """Return whether an input that ends away from its trim has had all its steps."""
     longest = max(length for _, length in main.excursions)
-    return main.kind in UNAMBIGUOUS_SHAPES and idle > max(_AFTER_LAST_STEP, 1.5 * longest + 0.2)
+    return main.kind in UNAMBIGUOUS_SHAPES and idle > max(
+        DOUBLETS.last_step_time, 1.5 * longest + 0.2
+    )
 
 
 def _matches_expected(moving: InputCandidate, main: SurfaceInput, threshold: float) -> bool:
     """Return whether an input of the very shape that was expected came out of calm."""
-    calm = main.motion_before < _QUITE_CALM * main.amplitude
+    calm = main.motion_before < DOUBLETS.max_unrest_expected * main.amplitude
     shaped = main.surface in moving.expected_surfaces and main.kind == moving.expected_kind
     return shaped and calm and main.max_step > threshold
 
@@ -369,7 +331,7 @@ def _is_flawed_attempt(moving: InputCandidate, main: SurfaceInput, least: float)
 
     Steering makes such moves as well, but hardly out of complete calm.
     """
-    calm = main.motion_before < _CALM * main.amplitude
+    calm = main.motion_before < DOUBLETS.max_unrest_other * main.amplitude
     return main.surface in moving.expected_surfaces and calm and main.max_step > least
 
 

@@ -1,10 +1,10 @@
 """The verdict on a measured input: what speaks against it, the worst first, and what to do.
 
 Bands of amplitude and width come from the wanted input. An input that began within
-`TRIM_TOLERANCE_FACTOR` times the tolerances of the trim cue still counts: GO asks for more than an
-estimate needs. The order is that of what makes an input useless: nothing to judge by, a sensor at
-its end, a start out of trim, a second stick, an answer lost in the noise, an answer out of the
-linear range, gusts; last a width that misses the mode.
+`DOUBLETS.trim_tolerance_factor` times the tolerances of the trim cue still counts: GO asks for more
+than an estimate needs. The order is that of what makes an input useless: nothing to judge by, a
+sensor at its end, a start out of trim, a second stick, an answer lost in the noise, an answer out
+of the linear range, gusts; last a width that misses the mode.
 """
 
 from __future__ import annotations
@@ -17,6 +17,7 @@ import numpy as np
 
 from gsapp.aircraft import Aircraft
 from gsapp.excitation.doublets.input_measurement import MeasuredInput
+from gsapp.excitation.doublets.settings import DOUBLETS
 from gsapp.excitation.doublets.verdict import InputFinding, VerdictResult
 from gsapp.excitation.test_points.point import TestPoint
 from gsapp.excitation.test_points.stick_text import (
@@ -30,14 +31,13 @@ from gsapp.excitation.trim.trim_cue import TrimDeviation
 from gsapp.flight.maneuvers.input_shape import SurfaceInput
 from gsapp.flight.maneuvers.maneuver_grade import (
     RESPONSE_CHANNELS,
-    TRIM_TIME,
     GradingContext,
     linear_ranges,
     pre_input_motion_ratio,
 )
+from gsapp.flight.maneuvers.settings import DETECTION
 from gsapp.quantities import SURFACE_NAMES as SURFACE_WORDS
 from gsapp.quantities import FloatArray, channel, name_in_text
-from gsapp.quantities.constants import DEGREE
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -105,38 +105,6 @@ class InputCase:
         return None if self.target_input is None else self.target_input.amplitudes.get(surface)
 
 
-TRIM_TOLERANCE_FACTOR: Final = 2.0
-"""Times the tolerances of GO within which a start still counts."""
-MAX_CROSS_INPUT: Final = 0.35
-"""Share of the main input, both as shares of travel, from which another stick spoils it."""
-MAX_RESIDUAL_DEFLECTION: Final = 0.4
-"""Share of its amplitude that a surface may stay away from its trim."""
-MIN_HANDS_OFF_SHARE: Final = 0.5
-"""Share of the wanted hands-off interval that is enough: one period of the oscillation."""
-MAX_GUST_FRACTION: Final = 0.5
-"""Share of the answer that gusts may make."""
-MIN_TIME_OUT_OF_RANGE: Final = 0.1
-"""Seconds out of the linear range that count."""
-MIN_SAMPLE_SHARE: Final = 0.8
-"""Share of the samples that must be there."""
-
-_LEAST_CROSS: Final = 0.5 * DEGREE
-"""rad; another surface that moves less spoils nothing, however small the main input was."""
-_CLIPPED_FOR: Final = 0.03
-"""Seconds at the end of a sensor's range that count."""
-_ROUGH_BEFORE: Final = 3.0
-"""What the model takes for gusts counts up to so many times the unrest before the input: a model
-that is wrong finds as many in calm air. Gusts are slow, and within two seconds most of them are
-hidden in a straight line."""
-_UNREST: Final = 0.6
-"""Unrest before the input over its answer that counts for gusts where no model tells more; the
-grader calls it a large defect."""
-_SMALLER: Final = 0.75
-"""Advice after an answer that was too large, where no band tells better."""
-_AT_LEAST: Final = 1.1
-"""A size that was wrong is to change by this factor at least: *the same* is no advice, even where
-the best size lies at the very end of the band that was left."""
-
 _CLIPPED: Final = {
     **{name: name_in_text(name) for name in ("p", "q", "r", "alpha", "beta")},
     **dict.fromkeys(("ax", "ay", "an"), "acceleration"),
@@ -161,7 +129,11 @@ def list_unevaluated(case: InputCase) -> tuple[str, ...]:
     found += [f"{channel(name).title} saturated" for name in measured.saturated_before]
     if measured.gust_fraction is None:
         found.append("gusts during the input: no model to compare with")
-    elif measured.gust_fraction > MAX_GUST_FRACTION >= _ROUGH_BEFORE * case.pre_input_motion_ratio:
+    elif (
+        measured.gust_fraction
+        > DOUBLETS.max_gust_fraction
+        >= DOUBLETS.max_gust_ratio * case.pre_input_motion_ratio
+    ):
         share = 100.0 * measured.gust_fraction
         found.append(
             f"the model finds gusts of {share:.0f} % of the response in calm air: doubtful"
@@ -178,11 +150,11 @@ def list_unevaluated(case: InputCase) -> tuple[str, ...]:
 
 def _check_samples(case: InputCase) -> list[InputFinding]:
     passage, found = case.measured.passage, []
-    start = passage.t_input - TRIM_TIME
+    start = passage.t_input - DETECTION.trim_time
     total = passage.count(start, passage.t_end)
     for surface in case.measured.surfaces:
         count = passage.samples(surface, start, passage.t_end).size
-        if count < MIN_SAMPLE_SHARE * total:
+        if count < DOUBLETS.min_sample_share * total:
             missing = 100.0 * (1.0 - count / max(total, 1))
             words = f"{SURFACE_WORDS[surface]} signal missing for {missing:.0f} percent"
             found.append(InputFinding(result="unclear", words=words, surface=surface))
@@ -190,7 +162,8 @@ def _check_samples(case: InputCase) -> list[InputFinding]:
             name
             for name in RESPONSE_CHANNELS[surface]
             if name not in case.measured.saturated_before
-            and passage.samples(name, start, passage.t_end).size >= MIN_SAMPLE_SHARE * total
+            and passage.samples(name, start, passage.t_end).size
+            >= DOUBLETS.min_sample_share * total
         ]
         if not heard:
             words = f"no response measured for the {SURFACE_WORDS[surface]}"
@@ -202,7 +175,7 @@ def _check_clipping(case: InputCase) -> list[InputFinding]:
     found = []
     worst = sorted(case.measured.clipped.items(), key=lambda item: -item[1])
     for name, count in worst:
-        if count * case.dt >= _CLIPPED_FOR:
+        if count * case.dt >= DOUBLETS.min_clipped_time:
             found.append(_too_large(case, name, f"{_CLIPPED[name]} clipped"))
     return found
 
@@ -227,7 +200,7 @@ def _check_trim(case: InputCase) -> list[InputFinding]:
         TrimDeviation(
             quantity=quantity,
             amount=trim[name] - wanted,
-            tolerance_ratio=abs(trim[name] - wanted) / (TRIM_TOLERANCE_FACTOR * room),
+            tolerance_ratio=abs(trim[name] - wanted) / (DOUBLETS.trim_tolerance_factor * room),
             channel=told,
         )
         for name, quantity, told, room, wanted in checks
@@ -250,15 +223,18 @@ def _check_cross_input(case: InputCase) -> list[InputFinding]:
     whole = max(one.amplitude / travel(one.surface) for one in measured.inputs)
     for surface, moved in sorted(measured.cross_deflections.items(), key=lambda item: -item[1]):
         share = moved / travel(surface) / whole
-        if share > MAX_CROSS_INPUT and moved > _LEAST_CROSS:
+        if share > DOUBLETS.max_cross_input and moved > DOUBLETS.min_cross_input:
             words = f"spoiled: {SURFACE_WORDS[surface]} moved too"
             found.append(InputFinding(result="spoiled", words=words, surface=surface))
     for surface, share in measured.residual_deflection.items():
-        if share > MAX_RESIDUAL_DEFLECTION:
+        if share > DOUBLETS.max_residual_deflection:
             words = f"spoiled: {SURFACE_WORDS[surface]} not returned to neutral"
             found.append(InputFinding(result="spoiled", words=words, surface=surface))
     wanted = case.target_input
-    if wanted is not None and measured.hands_off_time < MIN_HANDS_OFF_SHARE * wanted.hands_off:
+    if (
+        wanted is not None
+        and measured.hands_off_time < DOUBLETS.min_hands_off_share * wanted.hands_off
+    ):
         words = f"spoiled: hands off for {max(measured.hands_off_time, 0.0):.1f} seconds only"
         found.append(InputFinding(result="spoiled", words=words))
     return found
@@ -278,7 +254,7 @@ def _check_min_amplitude(case: InputCase) -> list[InputFinding]:
         band = case.amplitude_band(one.surface)
         if band is None or one.amplitude >= band.low:
             continue
-        factor = max(band.best / max(one.amplitude, 1e-9), _AT_LEAST)
+        factor = max(band.best / max(one.amplitude, 1e-9), DOUBLETS.min_change)
         change = f"{format_amplitude_change(factor)}, {case.stick_text(one.surface)}"
         words = f"{case.describe_input(one)} too small: {change}"
         found.append(
@@ -293,7 +269,7 @@ def _check_linear_range(case: InputCase) -> list[InputFinding]:
         values = case.measured.flow.get(name)
         if (
             values is not None
-            and _count_outside(values, low, high) * case.dt >= MIN_TIME_OUT_OF_RANGE
+            and _count_outside(values, low, high) * case.dt >= DOUBLETS.min_time_out_of_range
         ):
             found.append(_too_large(case, name, f"{_OUT[name]} left its linear range"))
     if found:
@@ -308,9 +284,12 @@ def _check_linear_range(case: InputCase) -> list[InputFinding]:
 def _check_gusts(case: InputCase) -> list[InputFinding]:
     gusts = case.measured.gust_fraction
     if gusts is not None:
-        spoiled = min(gusts, _ROUGH_BEFORE * case.pre_input_motion_ratio) > MAX_GUST_FRACTION
+        spoiled = (
+            min(gusts, DOUBLETS.max_gust_ratio * case.pre_input_motion_ratio)
+            > DOUBLETS.max_gust_fraction
+        )
     else:
-        spoiled = case.pre_input_motion_ratio > _UNREST
+        spoiled = case.pre_input_motion_ratio > DOUBLETS.max_unrest
     words = "invalid, gusts: wait for calmer air"
     return [InputFinding(result="spoiled", words=words)] if spoiled else []
 
@@ -373,8 +352,8 @@ def _too_large(case: InputCase, name: str, why: str) -> InputFinding:
         key=lambda one: (name in RESPONSE_CHANNELS[one.surface], one.amplitude),
     )
     band = case.amplitude_band(main.surface)
-    factor = _SMALLER if band is None else band.best / max(main.amplitude, 1e-9)
-    factor = min(factor, 1.0 / _AT_LEAST)
+    factor = DOUBLETS.reduction if band is None else band.best / max(main.amplitude, 1e-9)
+    factor = min(factor, 1.0 / DOUBLETS.min_change)
     words = f"{case.describe_input(main)} too large: {why}, {format_amplitude_change(factor)}"
     return InputFinding(
         result="too-large", words=words, surface=main.surface, factor=factor, channel=name
@@ -382,7 +361,7 @@ def _too_large(case: InputCase, name: str, why: str) -> InputFinding:
 
 
 def _larger_than(case: InputCase, one: SurfaceInput, band: ToleranceBand) -> InputFinding:
-    factor = min(band.best / one.amplitude, 1.0 / _AT_LEAST)
+    factor = min(band.best / one.amplitude, 1.0 / DOUBLETS.min_change)
     change = f"{format_amplitude_change(factor)}, {case.stick_text(one.surface)}"
     words = f"{case.describe_input(one)} too large: {change}"
     return InputFinding(result="too-large", words=words, surface=one.surface, factor=factor)

@@ -1,9 +1,9 @@
 """What flying each card some more times would bring, and in which band.
 
-A card is turned out `EXECUTION_COUNT` times as this pilot flies; each gives an information matrix.
-The bounds after one, two, ... further repeats follow by drawing among them, with the luck of noise
-and gusts on top. All of it depends on the request alone, so that it may be done in slices between
-two ticks, in another process, or at once.
+A card is turned out `INFORMATION.execution_count` times as this pilot flies; each gives an
+information matrix. The bounds after one, two, ... further repeats follow by drawing among them,
+with the luck of noise and gusts on top. All of it depends on the request alone, so that it may be
+done in slices between two ticks, in another process, or at once.
 """
 
 from __future__ import annotations
@@ -24,14 +24,11 @@ from gsapp.excitation.information.information_matrix import (
     compute_bounds,
 )
 from gsapp.excitation.information.outlook import BoundReduction, CardForecast
-from gsapp.excitation.information.pilot_error_model import (
-    UNKNOWN_NOISE_RATIO,
-    PilotErrorModel,
-    draw_executions,
-)
+from gsapp.excitation.information.pilot_error_model import PilotErrorModel, draw_executions
 from gsapp.excitation.information.planned_maneuver import CardExecution, simulate_maneuver
 from gsapp.excitation.information.predicted_bounds import predict_information
 from gsapp.excitation.information.response_noise import ResponseNoise
+from gsapp.excitation.information.settings import INFORMATION
 from gsapp.excitation.test_points.perturbation_models import (
     PerturbationModels,
     linearize_level_flight,
@@ -44,8 +41,6 @@ from gsapp.quantities import SURFACE_NAMES, FloatArray, from_si
 _NUMBERS: Final = ("no", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine")
 _INPUTS: Final = {"3-2-1-1": "3-2-1-1 input"}
 _SPEED_TEXTS: Final = {"US": "ft/s", "SI": "m/s"}
-_WIDEST: Final = 1.0
-"""A bound as large as its derivative says nothing yet."""
 
 
 def format_derivative(name: str) -> str:
@@ -82,7 +77,7 @@ def describe_forecast(
         return said
     value = abs(model.derivative(best.name))
     after = _percent(best.bound_after / value)
-    if best.bound_before is None or best.bound_before > _WIDEST * value:
+    if best.bound_before is None or best.bound_before > INFORMATION.max_relative_bound * value:
         return f"{said}: {format_derivative(best.name)} to {after}"
     before = _percent(best.bound_before / value)
     return f"{said}: {format_derivative(best.name)} from {before} to {after}"
@@ -117,18 +112,6 @@ def _percent(share: float) -> str:
     percent = 100.0 * share
     digits = 0 if percent >= 9.5 else 1 if percent >= 0.95 else 2
     return f"{percent:.{digits}f} %"
-
-
-EXECUTION_COUNT: Final = 8
-"""Ways in which one card may turn out; each costs a run of the model with all sensitivities."""
-DRAW_COUNT: Final = 200
-"""Of executions and surprises, from which the quantiles of a bound are taken."""
-BAND_QUANTILES: Final = (0.1, 0.5, 0.9)
-"""Quantiles of a bound: the ends of the band, and what is expected."""
-_SPEEDS: Final = 0.5
-"""Speeds are rounded to so much, m/s: nearer ones fly alike."""
-_MOST_REPEATS: Final = 6
-"""Nobody plans further ahead with one card."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -198,8 +181,12 @@ def forecast_cards_stepwise(request: ForecastRequest) -> ForecastSteps:
             a: [] for a in axes_of(one.card.surfaces)
         }
         problem: FlightError | None = None
-        for execution in draw_executions(one.card, request.pilot_errors, EXECUTION_COUNT):
-            speed = _SPEEDS * round((one.card.speed + execution.speed_error) / _SPEEDS)
+        for execution in draw_executions(
+            one.card, request.pilot_errors, INFORMATION.execution_count
+        ):
+            speed = INFORMATION.speed_step * round(
+                (one.card.speed + execution.speed_error) / INFORMATION.speed_step
+            )
             flying = speed, one.card.flap
             try:
                 if flying not in motions:
@@ -256,16 +243,16 @@ def _forecast_card(
     informations: Mapping[Axis, list[ManeuverInformation]],
     request: ForecastRequest,
 ) -> tuple[CardForecast, ...]:
-    repeats = min(one.missing, _MOST_REPEATS)
+    repeats = min(one.missing, INFORMATION.max_repeats)
     gains: list[list[BoundReduction]] = [[] for _ in range(repeats)]
     shrunk = np.zeros(repeats)
     for axis, matrices in informations.items():
         heard = request.noise[axis].duration > 0.0
         surprise = request.pilot_errors.bound_ratio
-        luck = (surprise.mean, surprise.std) if heard else UNKNOWN_NOISE_RATIO
+        luck = (surprise.mean, surprise.std) if heard else INFORMATION.unknown_noise_ratio
         names, before, after = _bounds_after(request.totals[axis], matrices, luck, repeats)
         # Shape (3, repeats, n_names).
-        bands = np.quantile(after, BAND_QUANTILES, axis=0)
+        bands = np.quantile(after, INFORMATION.band_quantiles, axis=0)
         for row in range(repeats):
             for column, name in enumerate(names):
                 low, middle, high = bands[:, row, column].tolist()
@@ -321,9 +308,9 @@ def _bounds_after(
         matrices[0, number][places] = one.matrix
         matrices[1, number][places] = one.gradient_covariance
     random = np.random.default_rng(0)
-    chosen = random.integers(len(informations), size=(DRAW_COUNT, repeats))
+    chosen = random.integers(len(informations), size=(INFORMATION.draw_count, repeats))
     mean, spread = luck
-    surprise = np.exp(mean + spread * random.standard_normal((DRAW_COUNT, repeats)))
+    surprise = np.exp(mean + spread * random.standard_normal((INFORMATION.draw_count, repeats)))
     gained = np.cumsum(matrices[:, chosen] / surprise[:, :, None, None] ** 2, axis=2)
     place = np.ix_(whole, whole)
     return (

@@ -24,6 +24,7 @@ from gsapp.excitation.information.predicted_bounds import (
     noise_from_residuals,
 )
 from gsapp.excitation.information.response_noise import ResponseNoise, assumed_noise, pool_noise
+from gsapp.excitation.information.settings import INFORMATION
 from gsapp.excitation.test_points.model_update import update_model
 from gsapp.flight import Flight
 from gsapp.flight.cards import TestCard
@@ -94,10 +95,6 @@ def maneuver_from_rows(
 
 
 ESTIMATION_AXES: Final[tuple[Axis, ...]] = ("lon", "lat")
-NOISE_SEGMENT_TIME: Final = 4.0
-"""Seconds before a maneuver in which the noise is heard."""
-_SHORTEST_HEARD: Final = 2.5
-"""s; a shorter stretch says too little of the noise."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -175,7 +172,7 @@ class ManeuverData:
 
     verdict: InputVerdict
     rows: FlightRows
-    """From `NOISE_SEGMENT_TIME` seconds before it to its end."""
+    """From `INFORMATION.noise_time` seconds before it to its end."""
     card: TestCard | None
     """That it was flown for."""
     mass: float
@@ -218,7 +215,7 @@ def learn_from_maneuver(
     now = _with_flight_condition(now, maneuver)
     yield
     stop = verdict.t_start
-    start = max(stop - NOISE_SEGMENT_TIME, float(lesson.rows.times[0]))
+    start = max(stop - INFORMATION.noise_time, float(lesson.rows.times[0]))
     for axis in ESTIMATION_AXES:
         now = _with_measured_noise(now, lesson.rows, (start, stop), aircraft, axis)
         yield
@@ -256,9 +253,9 @@ def learn_noise(before: FlightKnowledge, rows: FlightRows, aircraft: Aircraft) -
 
 
 def _find_quietest_segment(rows: FlightRows) -> tuple[float, float]:
-    """Return the `NOISE_SEGMENT_TIME` of least rotation: its start and end, s."""
+    """Return the `INFORMATION.noise_time` of least rotation: its start and end, s."""
     dt = float(np.median(np.diff(rows.times)))
-    length = min(round(NOISE_SEGMENT_TIME / dt), len(rows) - 1)
+    length = min(round(INFORMATION.noise_time / dt), len(rows) - 1)
     rates = np.nan_to_num(np.stack([rows[name] for name in ("p", "q", "r")]))
     sums = np.cumsum(np.pad((rates * rates).sum(axis=0), (1, 0)))
     first = int(np.argmin(sums[length:] - sums[:-length]))
@@ -296,7 +293,7 @@ def _with_measured_noise(
 ) -> FlightKnowledge:
     """Return the knowledge with the noise heard in a stretch of flight; as it was if it cannot."""
     start, stop = between
-    if stop - start < _SHORTEST_HEARD:
+    if stop - start < INFORMATION.min_noise_time:
         return now
     try:
         stretch = maneuver_from_rows(

@@ -14,12 +14,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from gsapp.excitation.information.settings import INFORMATION
 from gsapp.identification.axes import Axis, axis_derivatives
 from gsapp.identification.statistics.bounds import invert_information
 from gsapp.quantities import FloatArray
-
-UNOBSERVABLE_BOUND = 1e3
-"""A derivative whose bound exceeds this counts as not seen at all."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -61,7 +59,7 @@ def marginalize_information(
     shared = [
         place
         for place, name in enumerate(names)
-        if name in wanted and seen[place] and variances[place] < UNOBSERVABLE_BOUND**2
+        if name in wanted and seen[place] and variances[place] < INFORMATION.unobservable_bound**2
     ]
     local = [place for place, name in enumerate(names) if name not in wanted and seen[place]]
     order = [*shared, *local]

@@ -5,7 +5,6 @@ from __future__ import annotations
 import time as clock
 from collections import deque
 from collections.abc import Mapping
-from typing import Final
 
 import numpy as np
 
@@ -29,19 +28,12 @@ from gsapp.excitation.information.flight_knowledge import (
     learn_noise,
 )
 from gsapp.excitation.information.outlook import CardForecast, DerivativeBound, Outlook
-from gsapp.excitation.information.remaining_time import (
-    DEFAULT_FLIGHT_DURATION,
-    RemainingTimeEstimator,
-)
+from gsapp.excitation.information.remaining_time import RemainingTimeEstimator
+from gsapp.excitation.information.settings import INFORMATION
 from gsapp.flight.cards import CardSet, CardSetProgress, TestCard
-from gsapp.flight.maneuvers.airborne_detection import FRAME_DURATION
+from gsapp.flight.maneuvers.settings import DETECTION
 from gsapp.identification.axes import axis_derivatives
 from gsapp.identification.ftr.estimates import LiveEstimate
-
-CLIMB_EXCLUSION_TIME: Final = 8.0
-"""Seconds after take-off that are left out: flaps, full throttle, a steep climb."""
-_KEPT: Final = 60.0
-"""Seconds of rows kept on the ground: a take-off is recognized some time after it was."""
 
 
 class InitialSegmentCollector:
@@ -67,10 +59,10 @@ class InitialSegmentCollector:
         self._parts.append(rows)
         newest = float(rows.times[-1])
         if took_off is None:
-            while self._parts[0].times[-1] < newest - _KEPT:
+            while self._parts[0].times[-1] < newest - INFORMATION.ground_retention:
                 self._parts.popleft()
             return None
-        start = took_off + CLIMB_EXCLUSION_TIME
+        start = took_off + INFORMATION.climb_exclusion_time
         if newest < start + self._seconds:
             return None
         heard = concatenate_rows(self._parts)
@@ -78,16 +70,6 @@ class InitialSegmentCollector:
         self._given = True
         self._parts.clear()
         return heard.slice_rows(int(inside[0]), int(inside[-1]) + 1) if inside.size > 1 else None
-
-
-OUTLOOK_DELAY: Final = 4.0
-"""Seconds of flight after a verdict at which the new outlook is shown.
-
-The work is done before that, in slices; where it is not, at that moment. So what is shown when
-does not depend on how fast the computer is.
-"""
-_FIRST_AIR: Final = 20.0
-"""Seconds of the first flying among which a quiet stretch is looked for."""
 
 
 class InformationTracker:
@@ -116,12 +98,12 @@ class InformationTracker:
         rate: float = 100.0,
         *,
         wanted: Mapping[str, float] | None = None,
-        longest: float = DEFAULT_FLIGHT_DURATION,
+        longest: float = INFORMATION.default_flight_duration,
         system: str = "US",
     ) -> None:
         self._aircraft, self._model = aircraft, model
         self._rate = rate
-        self._every = max(1, round(FRAME_DURATION * rate))
+        self._every = max(1, round(DETECTION.frame_duration * rate))
         self._wanted = dict(wanted or {})
         self._system = system
         self.remaining_time = RemainingTimeEstimator(aircraft, rate, longest=longest)
@@ -132,7 +114,7 @@ class InformationTracker:
         self.remaining_time.restart()
         self._held: list[FlightRows] = []
         self._lessons: deque[ManeuverData | FlightRows] = deque()
-        self._first_air = InitialSegmentCollector(_FIRST_AIR)
+        self._first_air = InitialSegmentCollector(INFORMATION.first_noise_time)
         self._learning: KnowledgeUpdate | None = None
         self._answering: ForecastSteps | None = None
         self._estimates: Mapping[str, LiveEstimate] = {}
@@ -194,7 +176,7 @@ class InformationTracker:
         Parameters
         ----------
         rows : FlightRows or None
-            From `gsapp.excitation.information.flight_knowledge.NOISE_SEGMENT_TIME` seconds before
+            From `INFORMATION.noise_time` seconds before
             it, as far as there are, to its end. None: it cannot be learned from.
         card : TestCard, optional
             That it was flown for: tells how the pilot flies cards.
@@ -230,7 +212,7 @@ class InformationTracker:
 
     def _ask(self, time: float) -> None:
         self._stale = True
-        due = time + OUTLOOK_DELAY
+        due = time + INFORMATION.forecast_delay
         self._due = due if self._due is None else min(self._due, due)
 
     def _advance(self) -> bool:

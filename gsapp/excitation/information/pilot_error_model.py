@@ -11,17 +11,11 @@ import numpy as np
 
 from gsapp.excitation.doublets.verdict import InputVerdict
 from gsapp.excitation.information.planned_maneuver import CardExecution
+from gsapp.excitation.information.settings import INFORMATION
 from gsapp.flight.cards import TestCard
 from gsapp.quantities.constants import FOOT
 from gsapp.virtual.flight_plan import INPUT_SHAPES
 
-PRIOR_WEIGHT: Final = 4.0
-"""What is usual counts as much as so many maneuvers seen."""
-UNKNOWN_NOISE_RATIO: Final = 1.0, 0.9
-"""Mean and spread of the logarithm of what air nobody has heard does to bounds.
-
-In calm air they are what the instruments allow; in gusts of 0.8 m/s ten times that.
-"""
 USABLE_RESULTS: Final = frozenset({"good", "too-small", "too-fast", "too-slow", "not-trimmed"})
 """Verdicts on maneuvers that say something of the derivatives all the same."""
 
@@ -36,7 +30,7 @@ class ErrorDistribution:
 
     def updated(self, values: Sequence[float]) -> ErrorDistribution:
         """Return the habit once another maneuver was seen, with all that it showed of it."""
-        weight = PRIOR_WEIGHT + self.sample_count
+        weight = INFORMATION.pilot_prior_weight + self.sample_count
         value = float(np.mean(values))
         miss = value - self.mean
         mean = self.mean + miss / (weight + 1.0)
@@ -68,7 +62,9 @@ class PilotErrorModel:
     @property
     def usable_share(self) -> float:
         """Return the share of maneuvers that will be fit; four of five to begin with."""
-        return (0.8 * PRIOR_WEIGHT + self.usable_count) / (PRIOR_WEIGHT + self.maneuver_count)
+        return (0.8 * INFORMATION.pilot_prior_weight + self.usable_count) / (
+            INFORMATION.pilot_prior_weight + self.maneuver_count
+        )
 
     def updated_by_verdict(self, verdict: InputVerdict, card: TestCard | None) -> PilotErrorModel:
         """Return the habits once another maneuver was judged."""

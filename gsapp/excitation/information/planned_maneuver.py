@@ -16,18 +16,13 @@ from gsapp.dynamics.flight_model import MODEL_INPUTS, FlightModel
 from gsapp.dynamics.linearization import LinearModel
 from gsapp.dynamics.model import Model
 from gsapp.dynamics.sensors import OutputModel
+from gsapp.excitation.information.settings import INFORMATION
 from gsapp.excitation.test_points.perturbation_models import PerturbationModels
 from gsapp.flight.cards import TestCard
 from gsapp.identification.maneuver import Maneuver
 from gsapp.quantities import Block, FloatArray
 from gsapp.virtual.flight_plan import INPUT_SHAPES
 
-PRE_INPUT_TRIM_TIME: Final = 1.0
-"""Seconds of trim before an input, as detected maneuvers have them."""
-HAND_TIME_CONSTANT: Final = 0.1
-"""Time constant of a hand at the stick, s."""
-_SWEEP: Final = (0.3, 2.0)
-"""Frequencies of a sweep, Hz."""
 _SHOWN: Final = ("alpha", "beta", "p", "q", "r", "ax", "ay", "an", "V", "phi", "theta")
 _DRIVEN: Final = ("de", "da", "dr")
 
@@ -115,7 +110,10 @@ def simulate_surfaces(
     histories: dict[str, FloatArray] = {}
     edges = {
         name: _step_times(
-            card, name, execution, PRE_INPUT_TRIM_TIME + place * execution.stagger * card.duration
+            card,
+            name,
+            execution,
+            INFORMATION.pre_input_trim_time + place * execution.stagger * card.duration,
         )
         for place, name in enumerate(card.surfaces)
     }
@@ -127,7 +125,7 @@ def simulate_surfaces(
         else:
             asked = np.array((0.0, *values, 0.0))[np.searchsorted(times, grid, side="right")]
         smooth = asked
-        for lag in (HAND_TIME_CONSTANT, getattr(aircraft.controls, name).lag):
+        for lag in (INFORMATION.hand_time_constant, getattr(aircraft.controls, name).lag):
             keep = np.exp(-dt / lag) if lag > 0.0 else 0.0
             smooth = filter_first_order(smooth, keep, 0.0)
         # What counts as amplitude is half of what the surface went from end to end; of a pulse,
@@ -153,7 +151,7 @@ def _step_times(
 
 
 def _sweep(times: FloatArray, length: float) -> FloatArray:
-    low, high = _SWEEP
+    low, high = INFORMATION.sweep_band
     phase = 2.0 * np.pi * (low * times + 0.5 * (high - low) * times**2 / length)
     return np.where((times >= 0.0) & (times < length), np.sin(phase), 0.0)
 

@@ -10,7 +10,6 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass
-from typing import Final
 
 import numpy as np
 
@@ -20,6 +19,7 @@ from gsapp.excitation.information.information_matrix import (
     marginalize_information,
 )
 from gsapp.excitation.information.response_noise import ResponseNoise
+from gsapp.excitation.information.settings import INFORMATION
 from gsapp.foundation import FlightError
 from gsapp.identification.axes import AXIS_RESPONSES, Axis, axis_derivatives, free_derivatives
 from gsapp.identification.campaign import secondary_input_derivatives
@@ -40,25 +40,6 @@ from gsapp.identification.statistics.correlation import default_lags
 from gsapp.quantities import FloatArray
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class PredictedBoundsSettings:
-    """Settings of this module, checked by `tests/bench/information.py`."""
-
-    iterations: int = 12
-    """Steps after which a fit is left as it is."""
-    prior: float = 0.5
-    """Share of a derivative that it may be off where a stretch without an input is listened to."""
-    least_prior: float = 0.05
-    """The least of it, for a derivative near zero."""
-    rounds: int = 3
-    """Of weights and step, until what is left over hardly changes."""
-    tiny: float = 1e-16
-    """Variance, SI: no response is known better."""
-
-
-_SETTINGS: Final = PredictedBoundsSettings()
-
-
 def create_fit_settings(maneuver: Maneuver, axis: Axis, model: Model) -> MLSettings:
     """Return how the maneuver will be fitted after the flight: what is free, what is held.
 
@@ -68,7 +49,7 @@ def create_fit_settings(maneuver: Maneuver, axis: Axis, model: Model) -> MLSetti
     free = free_derivatives(axis, maneuver.inputs)
     free = (*free, *secondary_input_derivatives((maneuver,), axis, free))
     held = {name: model.derivative(name) for name in axis_derivatives(axis) if name not in free}
-    return MLSettings(axis=axis, free=free, held=held, max_iterations=_SETTINGS.iterations)
+    return MLSettings(axis=axis, free=free, held=held, max_iterations=INFORMATION.max_iterations)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -97,8 +78,8 @@ class ManeuverSensitivities:
         noise is asked for.
         """
         rest = self.residuals
-        for _ in range(_SETTINGS.rounds):
-            W = np.diag(1.0 / np.maximum(np.mean(rest * rest, axis=0), _SETTINGS.tiny))
+        for _ in range(INFORMATION.weight_iterations):
+            W = np.diag(1.0 / np.maximum(np.mean(rest * rest, axis=0), INFORMATION.min_variance))
             side = np.einsum("krm,kr->m", self.S, self.residuals @ W)
             rest = self.residuals - self.S @ (_pseudo_inverse(information_matrix(self.S, W)) @ side)
         one = BoundsPart(
@@ -248,7 +229,7 @@ def noise_from_quiet_segment(stretch: Maneuver, axis: Axis, model: Model) -> Res
     """
     free = axis_derivatives(axis)
     settings = MLSettings(
-        axis=axis, free=free, priors=_priors(free, model), max_iterations=_SETTINGS.iterations
+        axis=axis, free=free, priors=_priors(free, model), max_iterations=INFORMATION.max_iterations
     )
     problem = build_problem([stretch], settings)
     solver = Solver(problem, settings)
@@ -262,5 +243,5 @@ def _priors(names: tuple[str, ...], model: Model) -> Mapping[str, tuple[float, f
     found = {}
     for name in names:
         value = model.derivative(name)
-        found[name] = value, max(_SETTINGS.prior * abs(value), _SETTINGS.least_prior)
+        found[name] = value, max(INFORMATION.prior_share * abs(value), INFORMATION.min_prior)
     return found

@@ -3,40 +3,16 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import Final
 
 import numpy as np
 
 from gsapp.aircraft import Aircraft
 from gsapp.excitation.flight_rows import FlightRows
-from gsapp.flight.maneuvers.airborne_detection import FRAME_DURATION, AirborneDetector
+from gsapp.excitation.information.settings import INFORMATION
+from gsapp.flight.maneuvers.airborne_detection import AirborneDetector
+from gsapp.flight.maneuvers.settings import DETECTION
 from gsapp.flight.maneuvers.signals import SIGNALS
 from gsapp.quantities import FloatArray
-
-DEFAULT_FLIGHT_DURATION: Final = 420.0
-"""A flight lasts seven minutes at the most, s, where nobody says otherwise."""
-LANDING_RESERVE_TIME: Final = 60.0
-"""To come home and land, with one approach gone around, s."""
-DEFAULT_MANEUVER_INTERVAL: Final = 35.0
-"""From one maneuver to the next where nothing is known yet, s: nine to twelve in a flight."""
-_SHORTEST, _LONGEST = 10.0, 120.0
-"""Laps out of these, s, were no laps: two inputs on one leg, a pause."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class RemainingTimeSettings:
-    """Settings of this module, checked by `tests/bench/information.py`."""
-
-    turning: float = 100.0
-    """Above this speed, rad/s, an engine runs."""
-    closed: float = 0.02
-    """Throttle below which an engine without a tachometer is taken to stand still."""
-    learned_from: float = 30.0
-    """Seconds of flight from which on its own fuel flow counts."""
-
-
-_SETTINGS: Final = RemainingTimeSettings()
 
 
 class RemainingTimeEstimator:
@@ -62,12 +38,12 @@ class RemainingTimeEstimator:
         aircraft: Aircraft | None,
         rate: float,
         *,
-        longest: float = DEFAULT_FLIGHT_DURATION,
+        longest: float = INFORMATION.default_flight_duration,
     ) -> None:
         self._aircraft = aircraft
         self._rate = rate
         self.max_duration = longest
-        self._frame = max(1, round(FRAME_DURATION * rate))
+        self._frame = max(1, round(DETECTION.frame_duration * rate))
         self.restart()
 
     def restart(self) -> None:
@@ -138,7 +114,9 @@ class RemainingTimeEstimator:
         flow = np.where(np.isfinite(throttle), flow, self._usual_flow)
         rpm = rows["rpm"]
         running = np.where(
-            np.isfinite(rpm), rpm > _SETTINGS.turning, ~(throttle < _SETTINGS.closed)
+            np.isfinite(rpm),
+            rpm > INFORMATION.engine_running_speed,
+            ~(throttle < INFORMATION.closed_throttle),
         )
         flow = np.where(running, flow, 0.0)
         # One after the other, so that pieces give what the whole gives.
@@ -160,8 +138,8 @@ class RemainingTimeEstimator:
     def maneuver_interval(self) -> float:
         """Return the time from one maneuver to the next as learned so far, s."""
         gaps = np.diff(np.array(self._inputs))
-        laps = gaps[(gaps >= _SHORTEST) & (gaps <= _LONGEST)]
-        return float((DEFAULT_MANEUVER_INTERVAL + laps.sum()) / (1 + laps.size))
+        laps = gaps[(gaps >= INFORMATION.min_lap) & (gaps <= INFORMATION.max_lap)]
+        return float((INFORMATION.default_maneuver_interval + laps.sum()) / (1 + laps.size))
 
     @property
     def mass(self) -> float | None:
@@ -193,7 +171,7 @@ class RemainingTimeEstimator:
         by_fuel = self._by_fuel(flown)
         if by_fuel is not None:
             left = min(left, by_fuel)
-        return max(left - LANDING_RESERVE_TIME, 0.0)
+        return max(left - INFORMATION.landing_reserve, 0.0)
 
     def _by_fuel(self, flown: float) -> float | None:
         """Return how long the fuel lasts, s; None where the file says nothing of fuel."""
@@ -203,7 +181,7 @@ class RemainingTimeEstimator:
         if not gauge and not (mass.fuel > 0.0 and mass.fuel_flow_full > 0.0):
             return None
         flow = self._usual_flow
-        if flown > _SETTINGS.learned_from:
+        if flown > INFORMATION.fuel_flow_time:
             if gauge and self._measured_at_takeoff is not None:
                 burned = self._measured_at_takeoff - self._fuel
             else:

@@ -5,19 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Final
 
 import numpy as np
 
 from gsapp.aircraft import Aircraft
-from gsapp.identification.statistics.correlation import MAX_LAGS
+from gsapp.excitation.information.settings import INFORMATION
+from gsapp.identification.statistics.settings import STATISTICS
 from gsapp.quantities import FloatArray
-from gsapp.quantities.constants import DEGREE, GRAVITY
-
-_USUAL_ANGLE: Final = 0.1 * DEGREE
-_USUAL_RATE: Final = 1.0 * DEGREE
-_USUAL_ACCELERATION: Final = 0.005 * GRAVITY
-"""Noise of instruments of which the aircraft file says nothing."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -66,8 +60,8 @@ def assumed_noise(aircraft: Aircraft, responses: Sequence[str], rate: float) -> 
         Samples per second.
     """
     stds = [_instrument_noise(aircraft, name) for name in responses]
-    lagged = np.zeros((2 * MAX_LAGS + 1, len(stds), len(stds)))
-    lagged[MAX_LAGS] = np.diag(np.square(stds))
+    lagged = np.zeros((2 * STATISTICS.max_lags + 1, len(stds), len(stds)))
+    lagged[STATISTICS.max_lags] = np.diag(np.square(stds))
     return ResponseNoise(responses=tuple(responses), rate=rate, autocovariance=lagged, duration=0.0)
 
 
@@ -76,11 +70,11 @@ def _instrument_noise(aircraft: Aircraft, name: str) -> float:
     if name in ("p", "q", "r"):
         # A sine has an rms of its amplitude over the root of two.
         found = math.hypot(sensors.gyro.noise, sensors.gyro.vibration / math.sqrt(2.0))
-        return found or _USUAL_RATE
+        return found or INFORMATION.gyro_noise
     if name in ("ax", "ay", "an"):
-        return sensors.accelerometer.noise or _USUAL_ACCELERATION
+        return sensors.accelerometer.noise or INFORMATION.accelerometer_noise
     vane = sensors.alpha_vane if name == "alpha" else sensors.beta_vane
-    return vane.noise or _USUAL_ANGLE
+    return vane.noise or INFORMATION.vane_noise
 
 
 def pool_noise(heard: Sequence[ResponseNoise]) -> ResponseNoise:

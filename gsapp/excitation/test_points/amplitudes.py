@@ -11,27 +11,14 @@ from typing import Final
 import numpy as np
 
 from gsapp.aircraft import Aircraft, Control
-from gsapp.excitation.test_points.perturbation_models import (
-    RESPONSE_TIME_STEP,
-    InputResponse,
-    PerturbationModels,
-)
+from gsapp.excitation.test_points.perturbation_models import InputResponse, PerturbationModels
+from gsapp.excitation.test_points.settings import INPUTS
 from gsapp.excitation.test_points.target_input import ToleranceBand
 from gsapp.flight.maneuvers.clipping import clipping_ranges
-from gsapp.flight.maneuvers.maneuver_grade import (
-    FAINT_RESPONSE,
-    MIN_NOISE,
-    RESPONSE_CHANNELS,
-    WEAK_RESPONSE,
-)
+from gsapp.flight.maneuvers.maneuver_grade import MIN_NOISE, RESPONSE_CHANNELS
+from gsapp.flight.maneuvers.settings import DETECTION
 from gsapp.quantities import FloatArray
 from gsapp.quantities.constants import GRAVITY
-
-MAX_RANGE_SHARE: Final = 0.9
-"""Share of a sensor's range that an answer may use: gusts and vibration need the rest."""
-TARGET_AMPLITUDE_SHARE: Final = 0.6
-"""Share of the largest amplitude that is aimed at: a pilot is off by a tenth and more, the gust
-that comes along adds to the answer, and either must not spoil it."""
 
 _OWN_RATE: Final = {"de": "q", "da": "p", "dr": "r"}
 _WORDS: Final = {
@@ -43,23 +30,6 @@ _WORDS: Final = {
     "an": "the normal acceleration",
 }
 """Channels in words; others are called by their id."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class AmplitudesSettings:
-    """Settings of this module, checked by `tests/bench/wanted_inputs.py`."""
-
-    slops: float = 2.0
-    """Times the free play of the linkage that an input must have."""
-    least_of_travel: float = 0.03
-    """Share of half of the travel below which no input is seen as one; as the grader has it."""
-    edge_share: float = 1.0 / 3.0
-    """Share of a step that the servo may take from one side to the other."""
-    hardly: float = 1.25
-    """Ratio of the ends of a band where noise leaves hardly any room below the limits."""
-
-
-_SETTINGS: Final = AmplitudesSettings()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -151,15 +121,16 @@ def amplitude_from_linkage(aircraft: Aircraft, surface: str, width: float) -> To
     low, why_low = max(_min_by_linkage(control), key=lambda found: found[0])
     high, why_high = min(_max_by_servo(control, 0.0, width), key=lambda found: found[0])
     return replace(
-        _band(low, high, why_low, why_high), best=math.sqrt(low * max(high, _SETTINGS.hardly * low))
+        _band(low, high, why_low, why_high),
+        best=math.sqrt(low * max(high, INPUTS.narrow_band_ratio * low)),
     )
 
 
 def _band(low: float, high: float, why_low: str, why_high: str) -> ToleranceBand:
-    if high < _SETTINGS.hardly * low:
+    if high < INPUTS.narrow_band_ratio * low:
         why_high = f"{why_high}; little margin above the noise, fly another speed"
-        high = _SETTINGS.hardly * low
-    best = max(TARGET_AMPLITUDE_SHARE * high, math.sqrt(low * high))
+        high = INPUTS.narrow_band_ratio * low
+    best = max(INPUTS.target_amplitude_share * high, math.sqrt(low * high))
     return ToleranceBand(
         low=float(low), best=float(best), high=float(high), why_low=why_low, why_high=why_high
     )
@@ -194,7 +165,7 @@ def _limits(aircraft: Aircraft, motions: PerturbationModels) -> list[_Limit]:
     ]
     resting = {"alpha": alpha, "an": GRAVITY}
     for channel, (low, high) in clipping_ranges(aircraft).items():
-        used = (MAX_RANGE_SHARE * low, MAX_RANGE_SHARE * high)
+        used = (INPUTS.max_range_share * low, INPUTS.max_range_share * high)
         found.append(
             _Limit(
                 signal=channel,
@@ -257,7 +228,7 @@ def _delayed(answer: InputResponse, signal: str, amplitude: float, delay: float)
     line = answer.histories.get(signal)
     if line is None:
         line = np.zeros(1)
-    return np.concatenate((np.zeros(round(delay / RESPONSE_TIME_STEP)), amplitude * line))
+    return np.concatenate((np.zeros(round(delay / INPUTS.response_time_step)), amplitude * line))
 
 
 def _mechanical(
@@ -274,7 +245,7 @@ def _max_by_servo(control: Control, trimmed: float, width: float) -> list[tuple[
         (_margin(trimmed, control.travel), "larger, the surface reaches its stop"),
         (stick, "full stick reached"),
         (
-            0.5 * _SETTINGS.edge_share * width * control.rate_limit,
+            0.5 * INPUTS.max_edge_share * width * control.rate_limit,
             "larger, the servo is too slow for the step",
         ),
     ]
@@ -283,8 +254,8 @@ def _max_by_servo(control: Control, trimmed: float, width: float) -> list[tuple[
 def _min_by_linkage(control: Control) -> list[tuple[float, str]]:
     half = 0.5 * (control.travel[1] - control.travel[0])
     return [
-        (_SETTINGS.slops * control.slop, "smaller, the linkage play absorbs it"),
-        (_SETTINGS.least_of_travel * half, "smaller, it is not detected as an input"),
+        (INPUTS.min_free_plays * control.slop, "smaller, the linkage play absorbs it"),
+        (INPUTS.min_travel_share * half, "smaller, it is not detected as an input"),
     ]
 
 
@@ -296,7 +267,7 @@ def _min_amplitude(
     best = max(swings, key=lambda name: swings[name])
     rate = _OWN_RATE[surface]
     found = _min_by_linkage(getattr(aircraft.controls, surface))
-    for name, wanted in ((best, WEAK_RESPONSE), (rate, FAINT_RESPONSE)):
+    for name, wanted in ((best, DETECTION.weak_response), (rate, DETECTION.faint_response)):
         if swings[name] > 0.0:
             words = (
                 f"smaller, {_channel_text(name)} does not stand out of its noise {wanted:.0f} times"

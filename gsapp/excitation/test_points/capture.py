@@ -4,20 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Final
 
 import numpy as np
 
 from gsapp.excitation.flight_rows import FlightRows
 from gsapp.excitation.test_points.point import TestPoint
+from gsapp.excitation.test_points.settings import INPUTS
 from gsapp.excitation.trim.trim_cue import TrimDeviation
 from gsapp.quantities import BoolArray, FloatArray
-
-DEADBAND_SHARE: Final = 0.5
-"""Share of the tolerance within which nothing is said: advice must not chase noise."""
-
-_FAR = 2.0
-"""Tolerances beyond which the throttle that holds the point is said with the advice."""
 
 
 def guidance_text(
@@ -40,12 +34,13 @@ def guidance_text(
         return ""
     fast = _deviation(speed, point.speed)
     steep = _deviation(alpha, point.alpha)
-    if fast is not None and abs(fast) > DEADBAND_SHARE * point.speed_tolerance:
+    if fast is not None and abs(fast) > INPUTS.deadband * point.speed_tolerance:
         share = abs(fast) / point.speed_tolerance
         words = TrimDeviation(
             quantity="speed", amount=fast, tolerance_ratio=share, channel="V"
         ).format_text(system)
-        return f"{words}: {_throttle_advice(fast < 0.0, share > _FAR, point.throttle)}"
+        far = share > INPUTS.far_tolerances
+        return f"{words}: {_throttle_advice(fast < 0.0, far, point.throttle)}"
     if steep is not None:
         share = abs(steep) / point.alpha_tolerance
         words = TrimDeviation(
@@ -54,8 +49,9 @@ def guidance_text(
         if fast is not None and share > 1.0:
             # The speed is right, so the load is not 1 g: in a turn that is as it should be.
             return words
-        if fast is None and share > DEADBAND_SHARE:
-            return f"{words}: {_throttle_advice(steep > 0.0, share > _FAR, point.throttle)}"
+        if fast is None and share > INPUTS.deadband:
+            far = share > INPUTS.far_tolerances
+            return f"{words}: {_throttle_advice(steep > 0.0, far, point.throttle)}"
     return ""
 
 
@@ -69,15 +65,6 @@ def _throttle_advice(more: bool, far: bool, throttle: float | None) -> str:
     if not far or throttle is None:
         return "a little power" if more else "ease the throttle"
     return f"{'power' if more else 'throttle back'}, then {100.0 * throttle:.0f} %"
-
-
-CAPTURE_HOLD_TIME: Final = 2.0
-"""Seconds for which a point is held before it is captured."""
-
-_STEADY = 0.6
-"""Share of the tolerance by which the speed may have changed over `CAPTURE_HOLD_TIME`."""
-_LEFT = 2.0
-"""Tolerances beyond which a captured point is left."""
 
 
 class TestPointCapture:
@@ -125,7 +112,7 @@ class TestPointCapture:
         if times.size < 2:
             self._times, self._kept = times, flow
             return
-        window = round(CAPTURE_HOLD_TIME * (times.size - 1) / float(times[-1] - times[0]))
+        window = round(INPUTS.capture_time * (times.size - 1) / float(times[-1] - times[0]))
         misses = [self._misses(point, flow) for point in self._points]
         held = [
             _held(miss, _tolerance(point), window)[old:]
@@ -155,7 +142,7 @@ class TestPointCapture:
         if self._captured is not None:
             point = self._points[self._captured]
             after = np.abs(misses[self._captured][since:])
-            if bool((after > _LEFT * _tolerance(point)).any()):
+            if bool((after > INPUTS.release_tolerances * _tolerance(point)).any()):
                 self._captured = None
 
 
@@ -170,5 +157,5 @@ def _held(misses: FloatArray, tolerance: float, window: int) -> BoolArray:
     outside = np.maximum.accumulate(np.where(inside, -1, places))
     long_enough = places - outside > window
     before = np.concatenate((np.full(min(window, misses.size), np.nan), misses[: -window or None]))
-    steady = np.abs(misses - before[: misses.size]) <= _STEADY * tolerance
+    steady = np.abs(misses - before[: misses.size]) <= INPUTS.max_speed_change * tolerance
     return np.asarray(long_enough & steady, dtype=np.bool_)

@@ -10,45 +10,20 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Final
 
 import numpy as np
 
 from gsapp.dynamics.linearization import LinearModel
+from gsapp.excitation.test_points.settings import INPUTS
 from gsapp.excitation.test_points.target_input import ToleranceBand
-from gsapp.flight.maneuvers.maneuver_grade import MIN_FREE_RESPONSE_TIME
+from gsapp.flight.maneuvers.settings import DETECTION
 from gsapp.quantities import FloatArray
 from gsapp.virtual.flight_plan import INPUT_SHAPES
-
-MIN_RESPONSE_SHARE: Final = 0.8
-"""Share of the best response that an input's width must reach."""
-HANDS_OFF_PERIODS: Final = 2.0
-"""Periods of the slowest oscillation excited for which the hands stay off."""
-MAX_HANDS_OFF_TIME: Final = 6.0
-"""s; no straight leg has room for more."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class InputTimingSettings:
-    """Settings of this module, checked by `tests/bench/wanted_inputs.py`."""
-
-    heavy: float = 0.9
-    """Damping ratio beyond which an oscillation is none to the eye: it dies within one swing."""
-    time_constants: float = 4.0
-    """Time constants after which 2 % of a motion without oscillation are left."""
-    roll_built_up: float = 2.0
-    """Time constants of the roll after which a doublet's roll rate swings 80 % of what it can."""
-
-
-_SETTINGS: Final = InputTimingSettings()
-
 
 _GRID = np.linspace(0.02, 1.5, 297) * math.pi
 """Widths of a step, as the phase, rad, that the mode goes through meanwhile."""
 _MIDDLE_STEP = {"3-2-1-1": 2}
 """Units of the step that is to last half a period, in shapes that spread about the mode."""
-_FASTEST, _SLOWEST = 0.15, 2.5
-"""Steps, s, that a hand can make, and that a straight leg has room for."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -67,14 +42,14 @@ class ModeTiming:
     @property
     def hands_off_time(self) -> float:
         """Return how long its free motion is worth having, s: two periods, if it has any."""
-        if self.damping_ratio < _SETTINGS.heavy:
+        if self.damping_ratio < INPUTS.max_damping_ratio:
             period = (
                 2.0 * math.pi / (self.natural_frequency * math.sqrt(1.0 - self.damping_ratio**2))
             )
-            wanted = HANDS_OFF_PERIODS * period
+            wanted = INPUTS.hands_off_periods * period
         else:
-            wanted = _SETTINGS.time_constants * self.slowest_time_constant
-        return min(max(wanted, MIN_FREE_RESPONSE_TIME), MAX_HANDS_OFF_TIME)
+            wanted = INPUTS.aperiodic_time_constants * self.slowest_time_constant
+        return min(max(wanted, DETECTION.min_free_response_time), INPUTS.max_hands_off_time)
 
 
 def short_period(longitudinal: LinearModel) -> ModeTiming:
@@ -112,12 +87,14 @@ def oscillation_step_width(mode: ModeTiming, kind: str) -> ToleranceBand:
     units = _MIDDLE_STEP.get(kind, 1)
     response = _spectrum(INPUT_SHAPES["pulse" if kind == "pulse" else "doublet"])
     best = int(np.argmax(response))
-    poor = response < MIN_RESPONSE_SHARE * response[best]
+    poor = response < INPUTS.min_response_share * response[best]
     low = int(np.flatnonzero(poor[:best])[-1]) + 1 if poor[:best].any() else 0
     after = np.flatnonzero(poor[best:])
     high = best + int(after[0]) - 1 if after.size else response.size - 1
     widths = np.clip(
-        _GRID[[low, best, high]] / (units * mode.natural_frequency), _FASTEST, _SLOWEST
+        _GRID[[low, best, high]] / (units * mode.natural_frequency),
+        INPUTS.min_step,
+        INPUTS.max_step,
     )
     return ToleranceBand(
         low=float(widths[0]),
@@ -131,8 +108,8 @@ def oscillation_step_width(mode: ModeTiming, kind: str) -> ToleranceBand:
 def roll_step_width(roll_mode: ModeTiming, wobble: ModeTiming) -> ToleranceBand:
     """Return the width of an aileron input: the roll builds up, the dutch roll stays small."""
     half_period = math.pi / wobble.natural_frequency
-    low = min(_SETTINGS.roll_built_up * roll_mode.slowest_time_constant, half_period / 1.5)
-    low, high = (min(max(width, _FASTEST), _SLOWEST) for width in (low, half_period))
+    low = min(INPUTS.roll_time_constants * roll_mode.slowest_time_constant, half_period / 1.5)
+    low, high = (min(max(width, INPUTS.min_step), INPUTS.max_step) for width in (low, half_period))
     return ToleranceBand(
         low=low,
         best=math.sqrt(low * high),

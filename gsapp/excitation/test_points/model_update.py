@@ -3,18 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Final
 
 from gsapp.aircraft import Aircraft
 from gsapp.dynamics.model import Model
 from gsapp.dynamics.trim import find_suspect_signs, find_unflyable_reasons
+from gsapp.excitation.test_points.settings import INPUTS
 from gsapp.identification.ftr.estimates import LiveEstimate
-
-MAX_RELATIVE_BOUND: Final = 0.3
-"""Share of its own value that the bound of an estimate may have to take a derivative's place."""
-
-_WILDEST = 3.0
-"""Ratio to the model's value beyond which an estimate is not believed, either way."""
 
 
 def update_model(
@@ -23,8 +17,8 @@ def update_model(
     """Return a model with the derivatives that this flight has earned.
 
     An estimate takes the place of a derivative if it is earned, its bound is below
-    `MAX_RELATIVE_BOUND` of its value, and the model with it flies with no sign reversed that was
-    right before. Biases stay: they belong to trim and to how the instruments were zeroed.
+    `INPUTS.max_relative_bound` of its value, and the model with it flies with no sign reversed that
+    was right before. Biases stay: they belong to trim and to how the instruments were zeroed.
 
     Parameters
     ----------
@@ -42,7 +36,7 @@ def update_model(
         if name not in model.derivatives or not _is_reliable(estimate):
             continue
         old, new = model.derivative(name), estimate.value
-        if new is None or (old and not 1.0 / _WILDEST < new / old < _WILDEST):
+        if new is None or (old and not 1.0 / INPUTS.max_ratio < new / old < INPUTS.max_ratio):
             continue
         trial = model.with_derivatives({**changed, name: new})
         if not find_unflyable_reasons(aircraft, trial) and len(find_suspect_signs(trial)) <= doubts:
@@ -56,4 +50,4 @@ def _is_reliable(estimate: LiveEstimate) -> bool:
     value, std = estimate.value, estimate.std
     if estimate.name.endswith("_0") or value is None or std is None:
         return False
-    return 0.0 < std < MAX_RELATIVE_BOUND * abs(value)
+    return 0.0 < std < INPUTS.max_relative_bound * abs(value)

@@ -19,13 +19,11 @@ from gsapp.dynamics.flight_model import FlightModel
 from gsapp.dynamics.linearization import LinearModel
 from gsapp.dynamics.model import Model
 from gsapp.dynamics.trim import Trim, trim
+from gsapp.excitation.test_points.settings import INPUTS
 from gsapp.flight.maneuvers.input_shape import smooth_samples
-from gsapp.flight.maneuvers.maneuver_grade import RESPONSE_TIME
+from gsapp.flight.maneuvers.settings import DETECTION
 from gsapp.quantities import FloatArray
 from gsapp.virtual.flight_plan import INPUT_SHAPES
-
-RESPONSE_TIME_STEP: Final = 0.01
-"""Time step of the answers, s."""
 
 _STATES: Final = {"alpha": "alpha at the CG", "beta": "beta at the CG"}
 """Flow angles of the aircraft itself, beside what its vanes show."""
@@ -60,8 +58,10 @@ class InputResponse:
         """Return the peak-to-peak answer as the grader measures it, SI per rad; 0 for none."""
         if channel not in self.histories:
             return 0.0
-        heard = self.times <= self.duration + RESPONSE_TIME
-        return float(np.ptp(smooth_samples(self.histories[channel][heard], RESPONSE_TIME_STEP)))
+        heard = self.times <= self.duration + DETECTION.response_time
+        return float(
+            np.ptp(smooth_samples(self.histories[channel][heard], INPUTS.response_time_step))
+        )
 
 
 def linearize_level_flight(
@@ -118,8 +118,8 @@ def simulate_input_response(
     """
     linear = motions.model_for(surface)
     steps = INPUT_SHAPES.get(kind, INPUT_SHAPES["doublet"])
-    count = int(np.ceil((len(steps) * width + listen) / RESPONSE_TIME_STEP))
-    states, outputs = _step_response(linear, surface, max(lag, RESPONSE_TIME_STEP), count)
+    count = int(np.ceil((len(steps) * width + listen) / INPUTS.response_time_step))
+    states, outputs = _step_response(linear, surface, max(lag, INPUTS.response_time_step), count)
     one = {
         **{name: outputs[:, k] for k, name in enumerate(linear.outputs)},
         **{
@@ -129,9 +129,9 @@ def simulate_input_response(
         },
     }
     edges = np.diff([0.0, *steps, 0.0])
-    starts = [round(k * width / RESPONSE_TIME_STEP) for k in range(edges.size)]
+    starts = [round(k * width / INPUTS.response_time_step) for k in range(edges.size)]
     return InputResponse(
-        times=RESPONSE_TIME_STEP * np.arange(count, dtype=np.float64),
+        times=INPUTS.response_time_step * np.arange(count, dtype=np.float64),
         histories={name: _superposed(line, edges, starts) for name, line in one.items()},
         duration=len(steps) * width,
     )
@@ -161,7 +161,7 @@ def _step_response(
     matrix[:size, :size] = linear.A
     matrix[:size, size] = linear.B[:, column]
     matrix[size, size:] = -1.0 / lag, 1.0 / lag
-    forward = expm(RESPONSE_TIME_STEP * matrix)
+    forward = expm(INPUTS.response_time_step * matrix)
     found = np.empty((count, size + 2))
     state = np.zeros(size + 2)
     state[-1] = 1.0

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import Final
 
 from gsapp.aircraft import Aircraft, Control
+from gsapp.excitation.test_points.settings import INPUTS
 from gsapp.quantities.constants import DEGREE
 
 STICK_SHARES: Final = {
@@ -25,23 +25,6 @@ STICK_NAMES: Final = {"de": "stick", "da": "stick", "dr": "rudder"}
 """What moves each surface, as it is said."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class StickTextSettings:
-    """Settings of this module, checked by `tests/bench/wanted_inputs.py`."""
-
-    easy: tuple[float, float] = (1.0 / 3.0, 0.75)
-    """Shares that a hand finds well: smaller ones are fiddly, larger ones leave no room."""
-    possible: tuple[float, float] = (0.2, 1.0)
-    """Shares for which the rate switch is left where it is."""
-    beyond: float = 1.1
-    """Share beyond which full stick is not enough."""
-    same_width: float = 0.1
-    """Share by which a width may miss what is wanted without a word: no hand keeps it better."""
-
-
-_SETTINGS: Final = StickTextSettings()
-
-
 _FACTORS: Final = {
     "a quarter of that": 0.25,
     "a third of that": 1.0 / 3.0,
@@ -57,8 +40,6 @@ _FACTORS: Final = {
     "three times": 3.0,
     "four times": 4.0,
 }
-_MOST, _LEAST = 5.0, 0.2
-"""Factors beyond which no number is told: such an input was a mistake."""
 
 
 def format_stick(
@@ -116,12 +97,12 @@ def needs_high_rate(
     }
     if rate_switch is not None and math.isfinite(rate_switch):
         now = rate_switch > 0.5
-        if all(_SETTINGS.possible[0] <= share <= _SETTINGS.possible[1] for share in shares[now]):
+        if all(INPUTS.stick_range[0] <= share <= INPUTS.stick_range[1] for share in shares[now]):
             return now
     return min(
         shares,
         key=lambda high: (
-            sum(_outside(share, _SETTINGS.easy) for share in shares[high]),
+            sum(_outside(share, INPUTS.good_stick_range) for share in shares[high]),
             sum(abs(share - 0.5) for share in shares[high]),
         ),
     )
@@ -134,7 +115,7 @@ def _stick_text(aircraft: Aircraft, surface: str, amplitude: float, high: bool) 
     control: Control = getattr(aircraft.controls, surface)
     alike = math.isclose(control.full_stick_high, control.full_stick_low, rel_tol=0.02)
     rate = "" if alike else f", {'high' if high else 'low'} rate"
-    if share > _SETTINGS.beyond:
+    if share > INPUTS.max_stick:
         return f"full {lever}{rate}, and more than that"
     return f"{format_share(share)} {lever}{rate}"
 
@@ -162,9 +143,9 @@ def format_amplitude_change(factor: float) -> str:
     factor : float
         New over old, greater than zero; a tenth more or less is the least that has words.
     """
-    if not factor > 0.0 or factor > _MOST:
+    if not factor > 0.0 or factor > INPUTS.max_change:
         return "much more"
-    if factor < _LEAST:
+    if factor < INPUTS.min_change:
         return "much less"
     return min(_FACTORS, key=lambda words: abs(math.log(_FACTORS[words] / factor)))
 
@@ -180,7 +161,7 @@ def format_width_change(width: float, wanted: float) -> str:
         s.
     """
     way = f"{wanted:.1f} s each way" if wanted >= 0.095 else f"{wanted:.2f} s each way"
-    if abs(width / wanted - 1.0) < _SETTINGS.same_width:
+    if abs(width / wanted - 1.0) < INPUTS.width_tolerance:
         return way
     return f"{'quicker' if width > wanted else 'hold longer'}: {way}"
 

@@ -28,9 +28,10 @@ from gsapp.excitation.test_points.perturbation_models import (
     simulate_input_response,
 )
 from gsapp.excitation.test_points.point import TestPoint
+from gsapp.excitation.test_points.settings import INPUTS
 from gsapp.excitation.test_points.target_input import TargetInput, ToleranceBand
 from gsapp.flight.cards import TestCard
-from gsapp.flight.maneuvers.maneuver_grade import RESPONSE_TIME
+from gsapp.flight.maneuvers.settings import DETECTION
 from gsapp.foundation import FlightError
 from gsapp.identification.ftr.estimates import LiveEstimate
 from gsapp.virtual.flight_plan import INPUT_SHAPES
@@ -43,8 +44,6 @@ DEFAULT_STEP_WIDTH: Final = ToleranceBand(
     why_high="slower, too slow to excite this aircraft",
 )
 """Of one step where no model tells, s."""
-DEFAULT_HANDS_OFF_TIME: Final = 4.0
-"""Where no model tells, s: two periods of an aircraft of this size."""
 
 TargetSource = Literal["card", "model", "flight", "usual"]
 
@@ -156,7 +155,7 @@ def _timing(
         usual = "short period" if set(surfaces) == {"de"} else "dutch roll"
         return (
             DEFAULT_STEP_WIDTH,
-            DEFAULT_HANDS_OFF_TIME,
+            INPUTS.default_hands_off_time,
             "roll" if set(surfaces) == {"da"} else usual,
         )
     wobble = dutch_roll(motions.lateral)
@@ -190,7 +189,7 @@ def _amplitudes(
             kind=kind,
             width=width,
             lag=getattr(aircraft.controls, name).lag,
-            listen=RESPONSE_TIME,
+            listen=DETECTION.response_time,
         )
         for name in surfaces
     }

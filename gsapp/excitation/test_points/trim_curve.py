@@ -6,7 +6,6 @@ import copy
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Final
 
 import numpy as np
 from scipy.interpolate import PchipInterpolator
@@ -16,34 +15,10 @@ from gsapp.dynamics.atmosphere import SEA_LEVEL_DENSITY
 from gsapp.dynamics.flight_model import FlightModel
 from gsapp.dynamics.model import Model
 from gsapp.dynamics.trim import Trim, find_unflyable_reasons, trim
+from gsapp.excitation.test_points.settings import INPUTS
 from gsapp.foundation import FlightError
 from gsapp.quantities import FloatArray
-from gsapp.quantities.constants import DEGREE, GRAVITY
-
-MAX_ALPHA_SHIFT: Final = 3.0 * DEGREE
-"""The most by which alpha measured in steady flight moves the curve; beyond it the vane is off."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class TrimCurveSettings:
-    """Settings of `TrimCurve`, checked by `tests/bench/wanted_inputs.py`."""
-
-    points: int = 25
-    """Of the grid; alpha is met within a hundredth of a degree between them."""
-    halvings: int = 6
-    """Steps in which each end of the range is found."""
-    fewest_stretches: int = 3
-    """Stretches that tell where the vane stands: the median of three is safe from one that is
-    off."""
-    rounding: float = 1e-9
-    """By which alpha at an end of the curve may miss it, rad."""
-
-
-_SETTINGS: Final = TrimCurveSettings()
-
-
-_SLOWEST_SHARE, _FASTEST_SHARE = 0.7, 4.0
-"""Ends of the search, in speeds at which the wing carries the weight just before the stall."""
+from gsapp.quantities.constants import GRAVITY
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -126,7 +101,7 @@ class TrimCurve:
             return None
         by_model = alpha - self.alpha_shift
         least, most = float(self._table[-1, 1]), float(self._table[0, 1])
-        if not least - _SETTINGS.rounding <= by_model <= most + _SETTINGS.rounding:
+        if not least - INPUTS.alpha_tolerance <= by_model <= most + INPUTS.alpha_tolerance:
             return None
         return float(self._speed(min(max(by_model, least), most)))
 
@@ -137,17 +112,19 @@ class TrimCurve:
         ----------
         flown : sequence of (float, float)
             Mean speed (m/s) and alpha (rad) of steady level stretches; three at least. Their
-            median counts, and no more of it than `MAX_ALPHA_SHIFT`.
+            median counts, and no more of it than `INPUTS.max_alpha_shift`.
         """
         misses = [
             alpha - expected.alpha + self.alpha_shift
             for speed, alpha in flown
             if (expected := self.level_flight_at(speed)) is not None and math.isfinite(alpha)
         ]
-        if len(misses) < _SETTINGS.fewest_stretches:
+        if len(misses) < INPUTS.min_segments:
             return self
         moved = copy.copy(self)
-        moved.alpha_shift = min(max(float(np.median(misses)), -MAX_ALPHA_SHIFT), MAX_ALPHA_SHIFT)
+        moved.alpha_shift = min(
+            max(float(np.median(misses)), -INPUTS.max_alpha_shift), INPUTS.max_alpha_shift
+        )
         return moved
 
     def _flown(self, aircraft: Aircraft, model: Model | None) -> FloatArray:
@@ -162,7 +139,7 @@ class TrimCurve:
             return nothing
         flying = FlightModel(aircraft, model)
         slowest, fastest = self._ends(aircraft, model)
-        grid = np.linspace(slowest, fastest, _SETTINGS.points)
+        grid = np.linspace(slowest, fastest, INPUTS.grid_points)
         found = [self._level(flying, speed) for speed in grid.tolist()]
         run = _longest_true_run([one is not None for one in found])
         if run.stop - run.start < 2:
@@ -188,8 +165,10 @@ class TrimCurve:
         pressure = weight / (max(lift, 0.1) * aircraft.geometry.wing_area)
         stall = math.sqrt(2.0 * pressure / self.rho)
         true = math.sqrt(SEA_LEVEL_DENSITY / self.rho)
-        slowest = max(_SLOWEST_SHARE * stall, limits.stall_speed * true)
-        return slowest, max(min(_FASTEST_SHARE * stall, limits.maximum_speed * true), 1.1 * slowest)
+        slowest = max(INPUTS.min_speed_ratio * stall, limits.stall_speed * true)
+        return slowest, max(
+            min(INPUTS.max_speed_ratio * stall, limits.maximum_speed * true), 1.1 * slowest
+        )
 
     def _level(self, flying: FlightModel, speed: float) -> Trim | None:
         try:
@@ -199,7 +178,7 @@ class TrimCurve:
 
     def _end(self, flying: FlightModel, inside: float, outside: float) -> _Row:
         """Return level flight at the end of the range, between a speed that flies and one not."""
-        for _ in range(_SETTINGS.halvings):
+        for _ in range(INPUTS.bisections):
             middle = 0.5 * (inside + outside)
             if self._level(flying, middle) is None:
                 outside = middle

@@ -12,40 +12,10 @@ and v stays near zero, or near V times beta. In level flight theta is the mean o
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import Final
 
+from gsapp.excitation.trim.settings import TRIM
 from gsapp.excitation.trim.two_state_filter import TwoStateKalmanFilter
-from gsapp.quantities.constants import DEGREE, GRAVITY
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class BankObserverSettings:
-    """Settings of `BankObserver`, checked by `tests/bench/trim_cue.py`."""
-
-    start: tuple[float, float] = (12.0 * DEGREE, 2.0)
-    """Standard deviations of bank (rad) and sideways speed (m/s) before anything was seen."""
-    roll_noise: float = (0.6 * DEGREE) ** 2
-    """Of the integrated rate of roll, rad^2 a second: vibration, and what is left of its zero."""
-    roll_unknown: float = (15.0 * DEGREE) ** 2
-    """The same without that rate."""
-    side_noise: float = 0.35**2
-    """Of the integrated lateral acceleration and V r, (m/s)^2 a second."""
-    side_unknown: float = 1.5**2
-    """The same without lateral acceleration."""
-    calm_air: float = 0.15
-    """Standard deviation of v about V beta in calm air, m/s."""
-    slipping: float = 1.2
-    """The same about zero, where no vane tells beta."""
-    gust_time: float = 2.0
-    """How long a gust from the side lasts, s."""
-    nose_time: float = 2.0
-    """Time constant of the mean of a_x that tells the attitude, s; what is faster is gusts."""
-    nose: float = 4.0 * DEGREE
-    """Pitch attitude where no a_x tells it."""
-
-
-_SETTINGS: Final = BankObserverSettings()
+from gsapp.quantities.constants import GRAVITY
 
 
 class BankObserver:
@@ -75,9 +45,9 @@ class BankObserver:
 
     def restart(self) -> None:
         """Forget everything."""
-        self._filter = TwoStateKalmanFilter((0.0, 0.0), _SETTINGS.start)
-        self.pitch = _SETTINGS.nose
-        self.bank, self.bank_std = math.nan, _SETTINGS.start[0]
+        self._filter = TwoStateKalmanFilter((0.0, 0.0), TRIM.initial_bank_std)
+        self.pitch = TRIM.default_pitch
+        self.bank, self.bank_std = math.nan, TRIM.initial_bank_std[0]
 
     def step(
         self,
@@ -109,12 +79,14 @@ class BankObserver:
             return
         dt, state = self._dt, self._filter
         V = speed if speed > 0.5 * self._usual_speed else self._usual_speed
-        roll_noise = _SETTINGS.roll_noise if p == p else _SETTINGS.roll_unknown
-        side_noise = _SETTINGS.side_noise if ay == ay else _SETTINGS.side_unknown
+        roll_noise = TRIM.roll_process_noise if p == p else TRIM.roll_process_noise_unmeasured
+        side_noise = TRIM.side_process_noise if ay == ay else TRIM.side_process_noise_unmeasured
         p, q = (p if p == p else 0.0), (q if q == q else 0.0)
         if ax == ax:
             seen = (ax - q * V * self.pitch) / GRAVITY
-            self.pitch += dt / _SETTINGS.nose_time * (min(max(seen, -0.4), 0.4) - self.pitch)
+            self.pitch += (
+                dt / TRIM.attitude_time_constant * (min(max(seen, -0.4), 0.4) - self.pitch)
+            )
         phi, v = state.first, state.second
         sine, cosine = math.sin(phi), math.cos(phi)
         nose = math.tan(self.pitch)
@@ -129,10 +101,10 @@ class BankObserver:
         # A gust lasts: each tick tells only a part of what independent ones would.
         expected = V * beta if beta == beta else 0.0
         apart = (
-            math.hypot(_SETTINGS.calm_air, gusts)
+            math.hypot(TRIM.calm_air_std, gusts)
             if beta == beta
-            else math.hypot(_SETTINGS.slipping, gusts)
+            else math.hypot(TRIM.sideslip_std, gusts)
         )
-        state.update_second(expected, 2.0 * apart * apart * _SETTINGS.gust_time / dt)
+        state.update_second(expected, 2.0 * apart * apart * TRIM.gust_time / dt)
         self.bank = min(max(state.first, -1.5), 1.5)
         self.bank_std = state.stds[0]

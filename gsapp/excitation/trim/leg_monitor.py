@@ -12,43 +12,8 @@ from collections import deque
 from dataclasses import dataclass
 from typing import Final
 
-from gsapp.excitation.flight_rows import SLOW_CHANNEL_DELAY
-from gsapp.quantities.constants import DEGREE
-
-TURN_RATE_LIMIT: Final = 8.0 * DEGREE
-"""A mean turn rate beyond this, rad/s, is a turn; 45 deg of bank turn at 18 deg/s."""
-STRAIGHT_RATE_LIMIT: Final = 5.0 * DEGREE
-"""Below this, rad/s, a turn is over."""
-TURN_BANK_LIMIT: Final = 12.0 * DEGREE
-"""A turn is flown with more bank, rad; what yaws with less is the answer to a rudder."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class LegMonitorSettings:
-    """Settings of `LegMonitor`, checked by `tests/bench/trim_cue.py`."""
-
-    rolling_in: float = 0.7
-    """Seconds from the first bank to a mean turn rate of `TURN_RATE_LIMIT`."""
-    pattern_turn: float = 60.0 * DEGREE
-    """What turns less is a correction on the same leg, rad."""
-    same_track_tolerance: float = 45.0 * DEGREE
-    """Legs whose directions differ less are the same leg of the pattern, rad."""
-    kept: int = 12
-    """Legs remembered: three laps of four."""
-    latest: int = 3
-    """Laps by which the end of a leg is told."""
-    one_lap: float = 1.0
-    """Seconds more while one lap alone tells."""
-    overrun: float = 3.0
-    """A leg longer than this beyond its end, s, is flown to another plan."""
-    memory: float = 1.5
-    """Seconds of positions kept."""
-    slowest: float = 5.0
-    """Ground speed below which a position tells no direction, m/s."""
-
-
-_SETTINGS: Final = LegMonitorSettings()
-
+from gsapp.excitation.settings import CUES
+from gsapp.excitation.trim.settings import TRIM
 
 _DOUBT: Final = {"position": 0.5, "turns": 1.5, "": 0.0}
 """Seconds by which pilots turn earlier than in the laps before, by what tells the end of a leg."""
@@ -87,14 +52,16 @@ class LegMonitor:
 
     def restart(self) -> None:
         """Forget all legs."""
-        self._legs: deque[_Leg] = deque(maxlen=_SETTINGS.kept)
+        self._legs: deque[_Leg] = deque(maxlen=TRIM.max_legs)
         self._heading = 0.0
         self._turned = 0.0
         self._straight_for = 0.0
         self._on_leg = False
         self._leg_heading = 0.0
         self._began: _Leg | None = None
-        self._places: deque[tuple[float, float]] = deque(maxlen=round(_SETTINGS.memory / self._dt))
+        self._places: deque[tuple[float, float]] = deque(
+            maxlen=round(TRIM.position_memory / self._dt)
+        )
         self.is_turning = False
         self.time_left: float | None = None
         self.source = ""
@@ -110,7 +77,7 @@ class LegMonitor:
         bank : float
             rad; NaN where unknown.
         north, east : float
-            Position as it was `SLOW_CHANNEL_DELAY` ago, m; NaN where missing.
+            Position as it was `CUES.slow_channel_delay` ago, m; NaN where missing.
         """
         if math.isfinite(rate):
             self._heading += rate * self._dt
@@ -118,11 +85,11 @@ class LegMonitor:
         size = abs(mean_rate) if math.isfinite(mean_rate) else 0.0
         if self.is_turning:
             self._turned += rate * self._dt if math.isfinite(rate) else 0.0
-            if abs(self._turned) > _SETTINGS.pattern_turn and self._began is not None:
+            if abs(self._turned) > TRIM.min_pattern_turn and self._began is not None:
                 self._keep(self._began)
-            if size < STRAIGHT_RATE_LIMIT:
+            if size < TRIM.straight_rate:
                 self._leave_turn()
-        elif size > TURN_RATE_LIMIT and not math.copysign(1.0, mean_rate) * bank < TURN_BANK_LIMIT:
+        elif size > TRIM.turn_rate and not math.copysign(1.0, mean_rate) * bank < TRIM.turn_bank:
             self._enter_turn()
         if not self.is_turning or self._began is not None:
             self._straight_for += self._dt
@@ -131,16 +98,16 @@ class LegMonitor:
     @property
     def time_uncertainty(self) -> float:
         """Return how much earlier the turn may well come, s."""
-        return _DOUBT[self.source] + (_SETTINGS.one_lap if self._laps == 1 else 0.0)
+        return _DOUBT[self.source] + (TRIM.single_lap_margin if self._laps == 1 else 0.0)
 
     def _enter_turn(self) -> None:
         self.is_turning, self._turned = True, 0.0
         north, east, track, speed = self._ground()
         # The leg ended here, if this becomes a turn of the pattern.
-        ahead = (SLOW_CHANNEL_DELAY - _SETTINGS.rolling_in) * speed
+        ahead = (CUES.slow_channel_delay - TRIM.roll_in_time) * speed
         self._began = _Leg(
             heading=self._leg_heading,
-            length=self._straight_for - _SETTINGS.rolling_in,
+            length=self._straight_for - TRIM.roll_in_time,
             track=track,
             north=north + ahead * math.cos(track),
             east=east + ahead * math.sin(track),
@@ -162,30 +129,33 @@ class LegMonitor:
         if self.is_turning or not self._on_leg:
             return
         north, east, track, speed = self._ground()
-        if speed > _SETTINGS.slowest:
+        if speed > TRIM.min_ground_speed:
             alike = [
                 leg
                 for leg in self._legs
-                if _angle_between(leg.track, track) < _SETTINGS.same_track_tolerance
+                if _angle_between(leg.track, track) < TRIM.same_track_tolerance
             ]
             ahead = [
                 (leg.north - north) * math.cos(track) + (leg.east - east) * math.sin(track)
-                for leg in alike[-_SETTINGS.latest :]
+                for leg in alike[-TRIM.laps :]
             ]
             if ahead:
-                self.time_left, self.source = min(ahead) / speed - SLOW_CHANNEL_DELAY, "position"
+                self.time_left, self.source = (
+                    min(ahead) / speed - CUES.slow_channel_delay,
+                    "position",
+                )
                 self._laps = len(ahead)
         if self.time_left is None:
             same = [
                 leg
                 for leg in self._legs
-                if _angle_between(leg.heading, self._leg_heading) < _SETTINGS.same_track_tolerance
+                if _angle_between(leg.heading, self._leg_heading) < TRIM.same_track_tolerance
             ]
-            lengths = [leg.length for leg in (same or list(self._legs))[-_SETTINGS.latest :]]
+            lengths = [leg.length for leg in (same or list(self._legs))[-TRIM.laps :]]
             if lengths:
                 self.time_left, self.source = min(lengths) - self._straight_for, "turns"
                 self._laps = len(lengths)
-        if self.time_left is not None and self.time_left < -_SETTINGS.overrun:
+        if self.time_left is not None and self.time_left < -TRIM.max_overrun:
             self.time_left, self.source = None, ""
 
     def _ground(self) -> tuple[float, float, float, float]:

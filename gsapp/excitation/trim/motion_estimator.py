@@ -11,25 +11,24 @@ from typing import Final
 import numpy as np
 
 from gsapp.aircraft import Aircraft
-from gsapp.excitation.flight_rows import SLOW_CHANNEL_DELAY
+from gsapp.excitation.settings import CUES
 from gsapp.excitation.trim.bank_observer import BankObserver
 from gsapp.excitation.trim.leg_monitor import LegMonitor
+from gsapp.excitation.trim.settings import TRIM
 from gsapp.excitation.trim.tick_means import TICK_INDEX
 from gsapp.excitation.trim.tolerances import TrimTolerances
 from gsapp.excitation.trim.trim_evaluation import ATTITUDE_SOURCE, MeanMotion
 from gsapp.excitation.trim.turbulence_monitor import TURBULENCE_CHANNELS, TurbulenceMonitor
 from gsapp.excitation.trim.two_state_filter import TwoStateKalmanFilter
-from gsapp.flight.maneuvers.airborne_detection import FRAME_DURATION, AirborneDetector, flying_speed
+from gsapp.flight.maneuvers.airborne_detection import AirborneDetector, flying_speed
+from gsapp.flight.maneuvers.settings import DETECTION
 from gsapp.flight.maneuvers.signals import SIGNAL_COLUMNS, SIGNALS
 from gsapp.quantities import FloatArray
-from gsapp.quantities.constants import DEGREE, EARTH_RADIUS, GRAVITY
+from gsapp.quantities.constants import EARTH_RADIUS, GRAVITY
 
 # Means, slopes and unrest over moving windows, tick by tick.
 # Each window is summed by itself, whatever number of ticks come at once: so the results are the
 # same to the last bit however a stream was cut.
-
-_LEAST_WINDOW_SHARE = 0.6
-"""Share of the ticks of a window that must be there."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -78,7 +77,7 @@ class MovingWindow:
         windows = np.ascontiguousarray(joined.T[:, places])
         there = np.isfinite(windows)
         present = there.sum(axis=2)
-        enough = present >= _LEAST_WINDOW_SHARE * length
+        enough = present >= TRIM.min_window_share * length
         total = np.where(there, windows, 0.0).sum(axis=2)
         mean = np.where(enough, total / np.maximum(present, 1), np.nan)
         # What is missing counts as the mean.
@@ -93,24 +92,6 @@ class MovingWindow:
 
 
 _FLOWN: Final = ("p", "q", "r", "V", "altitude")
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class GroundMonitorSettings:
-    """Settings of `GroundMonitor`, checked by `tests/bench/trim_cue.py`."""
-
-    fewest_frames: int = 6
-    """Frames of standing still that tell a zero."""
-    sure_frames: int = 4
-    """Frames after which an aircraft that does not seem to fly is said to be on the ground: a
-    record may begin, or go on after a gap, in the air."""
-    largest_zero: float = 5.0 * DEGREE
-    """What is more, rad/s, is motion or a broken gyro."""
-    slow: float = 12.0
-    """Airspeed below which no aircraft of this kind flies, m/s, where no aircraft file tells."""
-
-
-_GROUND_MONITOR: Final = GroundMonitorSettings()
 
 
 class GroundMonitor:
@@ -135,7 +116,7 @@ class GroundMonitor:
 
     def __init__(self, aircraft: Aircraft | None, dt: float) -> None:
         self._watch = None if aircraft is None else AirborneDetector(aircraft)
-        self._length = round(FRAME_DURATION / dt)
+        self._length = round(DETECTION.frame_duration / dt)
         self._frame: list[tuple[float, ...]] = []
         self._frames = 0
         self._still = np.zeros(3)
@@ -154,26 +135,26 @@ class GroundMonitor:
         self._frame.clear()
         self._frames += 1
         self._decide(means)
-        self.on_ground = not self.airborne and self._frames >= _GROUND_MONITOR.sure_frames
+        self.on_ground = not self.airborne and self._frames >= TRIM.ground_frames
 
     def _decide(self, means: list[float]) -> None:
         if self._watch is None:
-            self.airborne = not means[3] < _GROUND_MONITOR.slow
+            self.airborne = not means[3] < TRIM.default_min_airspeed
             self.standing = False
             return
         row = np.full(len(SIGNALS), np.nan)
         row[[SIGNAL_COLUMNS[name] for name in _FLOWN]] = means
-        self._watch.add(self._frames * FRAME_DURATION, row)
+        self._watch.add(self._frames * DETECTION.frame_duration, row)
         self.airborne = self._watch.airborne
         self.standing = not self.airborne and bool(self._watch.is_stationary)
         if self.standing:
             self._learn(means[:3])
 
     def _learn(self, rates: list[float]) -> None:
-        there = np.abs(rates) < _GROUND_MONITOR.largest_zero
+        there = np.abs(rates) < TRIM.max_zero
         self._still += np.where(there, rates, 0.0)
         self._still_frames += there
-        known = self._still_frames >= _GROUND_MONITOR.fewest_frames
+        known = self._still_frames >= TRIM.min_zero_frames
         p, q, r = np.where(known, self._still / np.maximum(self._still_frames, 1), 0.0).tolist()
         self.zero_offsets = (p, q, r)
 
@@ -186,30 +167,6 @@ def _window_mean(values: tuple[float, ...]) -> float:
 # The rate of climb now, from a height that comes late and from accelerations that do not.
 # Height is read half a second late and with the noise of a static pressure. So it is followed where
 # it is, and accelerations carry the rate of climb on to the present.
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class ClimbObserverSettings:
-    """Settings of `ClimbObserver`, checked by `tests/bench/trim_cue.py`."""
-
-    start: tuple[float, float] = (10.0, 5.0)
-    """Standard deviations of height (m) and rate of climb (m/s) before anything was seen."""
-    height: float = 0.5
-    """Standard deviation of the mean height of a tick, m: static pressure with its noise."""
-    rate: float = 0.5
-    """The same of a measured rate of climb, m/s."""
-    lifted: float = 0.1**2
-    """What the integrated acceleration adds, (m/s)^2 a second: attitude is known to a degree or
-    two."""
-    astray: float = 15.0
-    """A height farther than this from where it should be, m, is a fault or a new beginning."""
-    astray_for: float = 0.5
-    """Seconds of such heights that are a new beginning."""
-    missing_for: float = 2.0
-    """Seconds without height and without rate of climb after which nothing is told."""
-
-
-_CLIMB_OBSERVER: Final = ClimbObserverSettings()
 
 
 class ClimbObserver:
@@ -228,7 +185,7 @@ class ClimbObserver:
 
     def __init__(self, dt: float) -> None:
         self._dt = dt
-        self._lag = round(SLOW_CHANNEL_DELAY / dt)
+        self._lag = round(CUES.slow_channel_delay / dt)
         self.restart()
 
     def restart(self) -> None:
@@ -244,7 +201,8 @@ class ClimbObserver:
         Parameters
         ----------
         height, climb_rate : float
-            As they were `SLOW_CHANNEL_DELAY` ago, m and m/s; NaN, as what follows, where missing.
+            As they were `CUES.slow_channel_delay` ago, m and m/s; NaN, as what follows, where
+            missing.
         lift : float
             Acceleration upwards now, m/s^2.
         """
@@ -256,29 +214,27 @@ class ClimbObserver:
         if self._filter is None:
             if not missing:
                 self._filter = TwoStateKalmanFilter(
-                    (height if height == height else 0.0, 0.0), _CLIMB_OBSERVER.start
+                    (height if height == height else 0.0, 0.0), TRIM.initial_std
                 )
             return
         state = self._filter
-        if self._unseen > _CLIMB_OBSERVER.missing_for:
+        if self._unseen > TRIM.climb_timeout:
             self.restart()
             return
         state.predict(
             (state.first + dt * state.second, state.second + dt * before),
             (dt, 0.0),
-            (0.0, dt * _CLIMB_OBSERVER.lifted),
+            (0.0, dt * TRIM.climb_process_noise),
         )
         self._astray = (
-            self._astray + dt if abs(height - state.first) > _CLIMB_OBSERVER.astray else 0.0
+            self._astray + dt if abs(height - state.first) > TRIM.max_height_error else 0.0
         )
-        if self._astray > _CLIMB_OBSERVER.astray_for:
-            state = self._filter = TwoStateKalmanFilter(
-                (height, state.second), _CLIMB_OBSERVER.start
-            )
+        if self._astray > TRIM.height_error_time:
+            state = self._filter = TwoStateKalmanFilter((height, state.second), TRIM.initial_std)
         elif height == height and not self._astray:
-            state.update_first(height, _CLIMB_OBSERVER.height**2)
+            state.update_first(height, TRIM.height_std**2)
         elif climb_rate == climb_rate:
-            state.update_second(climb_rate, _CLIMB_OBSERVER.rate**2)
+            state.update_second(climb_rate, TRIM.climb_rate_std**2)
         self.climb = state.second + dt * sum(self._lifts)
 
 
@@ -286,27 +242,6 @@ _FITTED: Final = (*TURBULENCE_CHANNELS, "V")
 _FITTED_PLACES: Final = [TICK_INDEX[name] for name in _FITTED]
 _P, _Q, _R, _ALPHA = (TICK_INDEX[name] for name in ("p", "q", "r", "alpha"))
 _SPEED, _ALTITUDE = TICK_INDEX["V"], TICK_INDEX["altitude"]
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class MotionEstimatorSettings:
-    """Settings of `MotionEstimator`, checked by `tests/bench/trim_cue.py`."""
-
-    slowest: float = 5.0
-    """Airspeed below which flow angles mean nothing, m/s."""
-    usual_speed: float = 28.0
-    """Airspeed, m/s, where neither a pitot nor an aircraft file tells one."""
-    cruise: float = 1.5
-    """Usual airspeed over that below which it does not fly."""
-    turn_time: float = 0.7
-    """Seconds of which the mean turn rate tells a turn."""
-    quick_time: float = 0.3
-    """Seconds of which the mean rates tell that trim is lost."""
-    least_share: float = 0.6
-    """Share of what a mean is taken of that must be there."""
-
-
-_MOTION_ESTIMATOR: Final = MotionEstimatorSettings()
 
 
 _BANK_SIGNS: Final = ("turn rate", "rate of roll", "lateral acceleration", "beta")
@@ -334,9 +269,7 @@ class MotionEstimator:
         self._dt = dt
         self._second = round(tolerances.averaging_time / dt)
         usual = (
-            _MOTION_ESTIMATOR.usual_speed
-            if aircraft is None
-            else _MOTION_ESTIMATOR.cruise * flying_speed(aircraft)
+            TRIM.default_speed if aircraft is None else TRIM.cruise_ratio * flying_speed(aircraft)
         )
         self.unrest = TurbulenceMonitor(aircraft, tolerances, self._second)
         self._stand = GroundMonitor(aircraft, dt)
@@ -353,10 +286,8 @@ class MotionEstimator:
         self._climb.restart()
         self._window = MovingWindow(self._second, len(_FITTED))
         self._derived: deque[tuple[float, float, float]] = deque(maxlen=self._second)
-        self._turns: deque[float] = deque(maxlen=round(_MOTION_ESTIMATOR.turn_time / self._dt))
-        self._rates: deque[Sequence[float]] = deque(
-            maxlen=round(_MOTION_ESTIMATOR.quick_time / self._dt)
-        )
+        self._turns: deque[float] = deque(maxlen=round(TRIM.turn_averaging / self._dt))
+        self._rates: deque[Sequence[float]] = deque(maxlen=round(TRIM.rate_averaging / self._dt))
         self.motion = MeanMotion(*(math.nan for _ in MeanMotion._fields))
         self._local = False
         self.fast_rates: tuple[float, ...] = (0.0, 0.0, 0.0)
@@ -383,7 +314,7 @@ class MotionEstimator:
         if self._aircraft is not None:
             vane = self._aircraft.sensors.alpha_vane
             turned = q * vane.position[0] - p * vane.position[1]
-            known = speed > _MOTION_ESTIMATOR.slowest and turned == turned
+            known = speed > TRIM.min_flow_angle_speed and turned == turned
             values[_ALPHA] = values[_ALPHA] / vane.upwash + (turned / speed if known else 0.0)
         return values, stand.airborne, stand.on_ground, stand.standing
 
@@ -446,5 +377,5 @@ def _mean(values: Iterable[float]) -> float:
     """Return the mean of what is there; NaN where much is missing."""
     given = list(values)
     known = [value for value in given if value == value]
-    enough = len(known) >= _MOTION_ESTIMATOR.least_share * len(given) and known
+    enough = len(known) >= TRIM.min_mean_share * len(given) and known
     return sum(known) / len(known) if enough else math.nan

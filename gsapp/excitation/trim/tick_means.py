@@ -6,12 +6,12 @@ that does not do even that for two seconds in the air is stuck.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
 
 from gsapp.excitation.flight_rows import FlightRows
+from gsapp.excitation.trim.settings import TRIM
 from gsapp.quantities import BoolArray, FloatArray, channel
 
 TICK_CHANNELS: Final = (
@@ -23,21 +23,6 @@ TICK_INDEX: Final = {name: place for place, name in enumerate(TICK_CHANNELS)}
 
 _LOWEST: Final = np.array([channel(name).limits[0] for name in TICK_CHANNELS])
 _HIGHEST: Final = np.array([channel(name).limits[1] for name in TICK_CHANNELS])
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class TickMeansSettings:
-    """Settings of `TickMeans`, checked by `tests/bench/trim_cue.py`."""
-
-    quick: int = 11
-    """The first of `TICK_CHANNELS`: quick ones, which never show the same value for long."""
-    stuck: float = 2.0
-    """s without any change."""
-    no_flow: float = 5.0
-    """Airspeed, m/s, below which a pitot may well show one and the same: on the ground."""
-
-
-_SETTINGS: Final = TickMeansSettings()
 
 
 _SPARES: Final = {name: (f"{name}.2", f"{name}.3") for name in ("p", "q", "r")}
@@ -61,14 +46,14 @@ class TickMeans:
 
     def __init__(self, tick: int, dt: float) -> None:
         self._tick = tick
-        self._longest = round(_SETTINGS.stuck / dt)
+        self._longest = round(TRIM.stuck_time / dt)
         self.invalid_channels: frozenset[str] = frozenset()
         self.restart()
 
     def restart(self) -> None:
         """Forget what the rows before held."""
-        self._last = np.full(_SETTINGS.quick, np.nan)
-        self._same = np.zeros(_SETTINGS.quick, dtype=np.int64)
+        self._last = np.full(TRIM.fast_channels, np.nan)
+        self._same = np.zeros(TRIM.fast_channels, dtype=np.int64)
 
     def average_rows(self, rows: FlightRows) -> tuple[FloatArray, list[tuple[str, ...]]]:
         """Return the mean of each whole tick, and which channels were stuck then.
@@ -82,7 +67,7 @@ class TickMeans:
         """
         tick, count = self._tick, len(rows) // self._tick
         values = self._read(rows)[: count * tick]
-        still = self._still(values[:, : _SETTINGS.quick], count)
+        still = self._still(values[:, : TRIM.fast_channels], count)
         shaped = values.reshape(count, tick, len(TICK_CHANNELS))
         # Beyond the limits of its channel an instrument is at fault.
         there = (shaped >= _LOWEST) & (shaped <= _HIGHEST)
@@ -97,7 +82,7 @@ class TickMeans:
                 means[:, TICK_INDEX[name]] = np.nan
         if not still.any():
             return means, [()] * count
-        means[:, : _SETTINGS.quick][still] = np.nan
+        means[:, : TRIM.fast_channels][still] = np.nan
         return means, [
             tuple(TICK_CHANNELS[place] for place in np.flatnonzero(one)) for one in still
         ]
@@ -119,11 +104,11 @@ class TickMeans:
         """Return which channels were stuck at the end of each tick, shape (count, quick)."""
         before = np.concatenate((self._last[np.newaxis], values[:-1]))
         unchanged = values == before
-        unchanged[:, TICK_INDEX["V"]] &= values[:, TICK_INDEX["V"]] > _SETTINGS.no_flow
-        same = unchanged.reshape(count, self._tick, _SETTINGS.quick).all(axis=1)
+        unchanged[:, TICK_INDEX["V"]] &= values[:, TICK_INDEX["V"]] > TRIM.min_flow_speed
+        same = unchanged.reshape(count, self._tick, TRIM.fast_channels).all(axis=1)
         if count:
             self._last = values[-1]
-        stuck = np.zeros((count, _SETTINGS.quick), dtype=np.bool_)
+        stuck = np.zeros((count, TRIM.fast_channels), dtype=np.bool_)
         for place in range(count):
             self._same = np.where(same[place], self._same + 1, 0)
             stuck[place] = self._same >= self._longest

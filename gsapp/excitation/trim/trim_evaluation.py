@@ -7,16 +7,10 @@ from collections.abc import Iterable, Sequence
 from typing import Final, NamedTuple
 
 from gsapp.excitation.test_points.point import TestPoint
+from gsapp.excitation.trim.settings import TRIM
 from gsapp.excitation.trim.tolerances import TrimTolerances
 from gsapp.excitation.trim.trim_cue import TrimDeviation
 from gsapp.identification.compatibility.instrument_text import join_names
-from gsapp.quantities.constants import DEGREE
-
-_WELL_KNOWN: Final = 1.25 * DEGREE
-"""Standard deviation of a bank not seen, rad, for which the tolerance itself leaves room."""
-_LEAST_ROOM: Final = 0.25
-"""Share of the tolerance of a bank not seen that is left however little is known of it."""
-
 
 ATTITUDE_SOURCE: Final = ("attitude",)
 """What tells the bank where it is measured."""
@@ -69,8 +63,8 @@ def evaluate_trim(
             )
 
     unseen = tolerances.bank_unmeasured
-    doubt = 2.0 * max(motion.bank_std - _WELL_KNOWN, 0.0)
-    room = tolerances.bank if attitude else max(unseen - doubt, _LEAST_ROOM * unseen)
+    doubt = 2.0 * max(motion.bank_std - TRIM.well_known_bank, 0.0)
+    room = tolerances.bank if attitude else max(unseen - doubt, TRIM.min_bank_share * unseen)
     add("bank", motion.bank, room, "phi" if attitude else "r")
     add("roll rate", motion.roll_rate, tolerances.roll_rate, "p")
     add("pitch rate", motion.pitch_rate, tolerances.pitch_rate, "q")

@@ -10,13 +10,13 @@ from __future__ import annotations
 import math
 from collections import deque
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Final
 
 from gsapp.aircraft import Aircraft
-from gsapp.excitation.flight_rows import TICK_DURATION, FlightRows
+from gsapp.excitation.flight_rows import FlightRows
+from gsapp.excitation.settings import CUES
 from gsapp.excitation.test_points.point import TestPoint
 from gsapp.excitation.trim.motion_estimator import MotionEstimator
+from gsapp.excitation.trim.settings import TRIM
 from gsapp.excitation.trim.tick_means import TickMeans
 from gsapp.excitation.trim.tolerances import DEFAULT_TOLERANCES, TrimTolerances
 from gsapp.excitation.trim.trim_cue import TrimCue, TrimDeviation, TrimState
@@ -28,20 +28,6 @@ from gsapp.excitation.trim.trim_evaluation import (
     list_sources,
     list_unmeasured,
 )
-from gsapp.excitation.trim.turbulence_monitor import WINDOW_COUNT
-
-MIN_DWELL_TIME: Final = 0.6
-"""Seconds that a state stands at least; GO ends at once when trim is clearly lost."""
-STEADY_TIME: Final = 0.4
-"""Seconds for which the mean of a second has to be within its tolerances before GO."""
-_DOUBT: Final = 0.2
-"""Seconds for which another state has to be wanted before it is taken."""
-ENTER_RATIO: Final = 0.92
-"""Share of the tolerances within which GO is given."""
-LEAVE_RATIO: Final = 1.08
-"""Share of the tolerances beyond which the aircraft is no longer trimmed, once it was."""
-_ROUND_OFF: Final = 1e-6
-"""s; sums of ticks are not exact."""
 
 
 class StateHysteresis:
@@ -78,38 +64,13 @@ class StateHysteresis:
         if wanted == self.state:
             return False
         at_once = self.state == "go" and lost
-        doubt = 0.0 if wanted in ("hold", "go") else _DOUBT
-        stood = time - self.since >= MIN_DWELL_TIME - _ROUND_OFF
-        sure = time - self._wished_since >= doubt - _ROUND_OFF
+        doubt = 0.0 if wanted in ("hold", "go") else TRIM.change_delay
+        stood = time - self.since >= TRIM.min_dwell_time - TRIM.time_tolerance
+        sure = time - self._wished_since >= doubt - TRIM.time_tolerance
         if not at_once and not (stood and sure):
             return False
         self.state, self.since = wanted, time
         return True
-
-
-MIN_LEG_TIME_LEFT: Final = 3.0
-"""No GO with less of the straight leg left, s."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class TrimMonitorSettings:
-    """Settings of `TrimMonitor`, checked by `tests/bench/trim_cue.py`."""
-
-    again: float = 1.0
-    """A leg found too short stays so unless it grows by this, s."""
-    lost_rate: float = 3.0
-    """Times its tolerance, over 0.3 s: a rate that ends GO at once."""
-    lost: float = 1.5
-    """Times its tolerance, over a second: anything that ends GO at once."""
-    restless: float = 0.6
-    """Share of the unrest allowed beyond which means of a second go to and fro with the gusts."""
-    calm_again: float = 0.9
-    """Share of the unrest allowed below which air is calm again that was too rough."""
-    calm_for: float = 1.0
-    """Seconds of calm that end gusty air."""
-
-
-_SETTINGS: Final = TrimMonitorSettings()
 
 
 class TrimMonitor:
@@ -142,7 +103,7 @@ class TrimMonitor:
     ) -> None:
         self._aircraft = aircraft
         self._tolerances = tolerances
-        self._tick = max(1, round(TICK_DURATION * rate))
+        self._tick = max(1, round(CUES.tick * rate))
         self._dt = self._tick / rate
         self._point: TestPoint | None = None
         self._needed = 0.0
@@ -187,8 +148,8 @@ class TrimMonitor:
     def require_leg_time(self, seconds: float) -> None:
         """Give no GO unless so many seconds from GO to the end of hands off fit before the turn.
 
-        Three seconds (`MIN_LEG_TIME_LEFT`) are the least; they are not added, or no input would fit
-        into a leg of ten.
+        Three seconds (`TRIM.min_leg_time_left`) are the least; they are not added, or no input
+        would fit into a leg of ten.
         """
         self._needed = seconds
 
@@ -251,7 +212,7 @@ class TrimMonitor:
             if airborne and self._undisturbed(time)
             else None,
             leg_time_left=leg.time_left if airborne else None,
-            progress=min(self._steady / STEADY_TIME, 1.0) if state in ("hold", "go") else 0.0,
+            progress=min(self._steady / TRIM.steady_time, 1.0) if state in ("hold", "go") else 0.0,
         )
         if changed:
             self._changes.append(self.cue)
@@ -278,11 +239,11 @@ class TrimMonitor:
         # Whoever makes an input already has no use for a leg that holds another one.
         if self._senses.leg.is_turning or (self._too_short(state) and not held_off):
             return "turn"
-        trimmed = worst <= (LEAVE_RATIO if state in ("hold", "go") else 1.0)
+        trimmed = worst <= (TRIM.leave_ratio if state in ("hold", "go") else 1.0)
         # Gusts come and go: what three seconds together say does not.
         near = trimmed or (
-            self._roughness() > _SETTINGS.restless
-            and self._off_on_average() <= (_SETTINGS.lost if state in ("hold", "gusty") else 1.0)
+            self._roughness() > TRIM.gusty_share
+            and self._off_on_average() <= (TRIM.lost_ratio if state in ("hold", "gusty") else 1.0)
         )
         if not near:
             return "fly"
@@ -290,7 +251,7 @@ class TrimMonitor:
             return "gusty"
         if not trimmed or self._rough or held_off:
             return "hold"
-        sure = self._steady >= STEADY_TIME and worst <= ENTER_RATIO
+        sure = self._steady >= TRIM.steady_time and worst <= TRIM.enter_ratio
         return "go" if sure or state == "go" else "hold"
 
     def _roughness(self) -> float:
@@ -301,9 +262,9 @@ class TrimMonitor:
         left = self._senses.leg.time_left
         if left is None:
             return False
-        least = max(MIN_LEG_TIME_LEFT, self._needed)
+        least = max(TRIM.min_leg_time_left, self._needed)
         return left < least + self._senses.leg.time_uncertainty + (
-            _SETTINGS.again if state == "turn" else 0.0
+            TRIM.leg_growth if state == "turn" else 0.0
         )
 
     def _off_on_average(self) -> float:
@@ -321,24 +282,24 @@ class TrimMonitor:
     def _look_at_the_air(self, time: float) -> None:
         """Tell air that is too rough now, and air that has been for some seconds."""
         roughness = self._roughness()
-        self._rough = roughness > (_SETTINGS.calm_again if self._rough else 1.0)
-        self._calm_for = self._calm_for + self._dt if roughness < _SETTINGS.calm_again else 0.0
+        self._rough = roughness > (TRIM.calm_share if self._rough else 1.0)
+        self._calm_for = self._calm_for + self._dt if roughness < TRIM.calm_share else 0.0
         if self._rough and self._senses.unrest.is_lasting:
             self._gusty = self._gusty or self._undisturbed(time)
-        elif self._calm_for >= _SETTINGS.calm_for:
+        elif self._calm_for >= TRIM.calm_time:
             self._gusty = False
 
     def _undisturbed(self, time: float) -> bool:
-        return time > self._held_until + WINDOW_COUNT
+        return time > self._held_until + TRIM.window_count
 
     def _lost(self, off: Sequence[TrimDeviation], wanted: TrimState) -> bool:
         """Return whether GO must end at once."""
-        if wanted in ("blind", "turn") or (off and off[0].tolerance_ratio > _SETTINGS.lost):
+        if wanted in ("blind", "turn") or (off and off[0].tolerance_ratio > TRIM.lost_ratio):
             return True
         limits = self._tolerances
         rates = (limits.roll_rate, limits.pitch_rate, limits.yaw_rate)
         return any(
-            abs(rate) > _SETTINGS.lost_rate * limit
+            abs(rate) > TRIM.lost_rate_ratio * limit
             for rate, limit in zip(self._senses.fast_rates, rates, strict=True)
         )
 

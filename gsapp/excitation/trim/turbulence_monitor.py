@@ -9,38 +9,17 @@ from __future__ import annotations
 import math
 from collections import deque
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Final
 
 from gsapp.aircraft import Aircraft
 from gsapp.dynamics.atmosphere import SEA_LEVEL_DENSITY
+from gsapp.excitation.trim.settings import TRIM
 from gsapp.excitation.trim.tolerances import TrimTolerances
 
 TURBULENCE_CHANNELS: Final = ("p", "q", "r", "an", "alpha", "beta")
 """Channels by which unrest is judged."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class TurbulenceMonitorSettings:
-    """Settings of `TurbulenceMonitor`, checked by `tests/bench/trim_cue.py`."""
-
-    lasting: float = 0.5
-    """Share of the tolerance that each of the last seconds exceeds in gusts that last: the answer
-    to an input fills some of them only."""
-    vane_to_gust: float = 2.8
-    """Standard deviation of a gust over that of V alpha within a second: the rest is slower, and
-    the aircraft turns its nose into the wind."""
-    lift_slope: float = 4.5
-    """Lift per radian of an aircraft of usual shape, where only accelerations tell of gusts."""
-    slowest: float = 5.0
-    """Airspeed below which flow angles mean nothing, m/s."""
-
-
-_SETTINGS: Final = TurbulenceMonitorSettings()
-
-
-WINDOW_COUNT: Final = 5
-"""Windows of a second by which unrest is found to last, or gusts to be strong."""
 _LIFT: Final = TURBULENCE_CHANNELS.index("an")
 _ALPHA: Final = TURBULENCE_CHANNELS.index("alpha")
 
@@ -70,7 +49,7 @@ class TurbulenceMonitor:
         self._loading = (
             None
             if aircraft is None
-            else 2.0 * aircraft.mass.mass / (aircraft.geometry.wing_area * _SETTINGS.lift_slope)
+            else 2.0 * aircraft.mass.mass / (aircraft.geometry.wing_area * TRIM.lift_slope)
         )
         self._second = second
         self._now = max(1, round(tolerances.turbulence_time / tolerances.averaging_time))
@@ -88,7 +67,9 @@ class TurbulenceMonitor:
 
     def restart(self) -> None:
         """Forget the motion; what was learned on the ground stays."""
-        self._past: deque[Sequence[float]] = deque(maxlen=(WINDOW_COUNT - 1) * self._second + 1)
+        self._past: deque[Sequence[float]] = deque(
+            maxlen=(TRIM.window_count - 1) * self._second + 1
+        )
         self.tolerance_ratio, self.worst_channel, self.is_lasting = math.nan, "", False
         self.gust_strength: float | None = None
 
@@ -123,7 +104,8 @@ class TurbulenceMonitor:
             if not share <= self.tolerance_ratio:
                 self.tolerance_ratio, self.worst_channel = share, TURBULENCE_CHANNELS[place]
                 self.is_lasting = (
-                    len(clean) >= WINDOW_COUNT and min(clean) > (_SETTINGS.lasting * limit) ** 2
+                    len(clean) >= TRIM.window_count
+                    and min(clean) > (TRIM.lasting_share * limit) ** 2
                 )
         self.gust_strength = self._gusts(seconds, speed)
 
@@ -132,7 +114,7 @@ class TurbulenceMonitor:
         if (
             powers[_ALPHA] == powers[_ALPHA]
             or self._loading is None
-            or not speed > _SETTINGS.slowest
+            or not speed > TRIM.min_gust_speed
         ):
             return powers
         lift = max(powers[_LIFT] - self._floor[_LIFT], 0.0)
@@ -141,7 +123,7 @@ class TurbulenceMonitor:
 
     def _gusts(self, seconds: list[Sequence[float]], speed: float) -> float | None:
         alpha = [one[_ALPHA] for one in seconds if one[_ALPHA] == one[_ALPHA]]
-        if not alpha or not speed > _SETTINGS.slowest:
+        if not alpha or not speed > TRIM.min_gust_speed:
             return None
         bump = max(sum(alpha) / len(alpha) - self._floor[_ALPHA], 0.0)
-        return _SETTINGS.vane_to_gust * speed * math.sqrt(bump)
+        return TRIM.gust_ratio * speed * math.sqrt(bump)

@@ -24,6 +24,7 @@ from typing import Any, Final, Literal
 from pydantic import Field, field_validator, model_validator
 
 from gsapp.flight.atomic_files import write_flight_file
+from gsapp.flight.settings import FLIGHT_DATA
 from gsapp.foundation import StrictModel, read_toml
 from gsapp.foundation.shipped_files import ShippedFiles
 from gsapp.foundation.toml import toml_text
@@ -50,9 +51,6 @@ _UNITS: Final[Mapping[str, str]] = {
     "width": "s",
 }
 _RATIOS = ("amplitude", "width")
-_SHORTEST, _LONGEST = 0.05, 30.0
-_LARGEST = 45.0 * DEGREE
-_MOST_REPEATS = 50
 
 
 class Tolerance(StrictModel):
@@ -130,23 +128,24 @@ class TestCard(StrictModel):
     @classmethod
     def _must_be_an_angle(cls, value: float | Mapping[CardSurface, float]) -> Any:
         sizes = value.values() if isinstance(value, Mapping) else (value,)
-        if any(not 0.0 < size < _LARGEST for size in sizes):
+        if any(not 0.0 < size < FLIGHT_DATA.max_amplitude for size in sizes):
             raise ValueError("must lie between 0 and 45 deg; it is half of peak to peak")
         return value
 
     @field_validator("width")
     @classmethod
     def _must_be_a_time(cls, value: float) -> float:
-        if not _SHORTEST <= value <= _LONGEST:
-            raise ValueError(f"must lie from {_SHORTEST:g} to {_LONGEST:g} s; check its unit")
+        low, high = FLIGHT_DATA.step_range
+        if not low <= value <= high:
+            raise ValueError(f"must lie from {low:g} to {high:g} s; check its unit")
         return value
 
     @field_validator("repeats")
     @classmethod
     def _must_be_flown(cls, value: int) -> int:
-        if not 1 <= value <= _MOST_REPEATS:
+        if not 1 <= value <= FLIGHT_DATA.max_repeats:
             raise ValueError(
-                f"must lie from 1 to {_MOST_REPEATS}; write the number of good repeats"
+                f"must lie from 1 to {FLIGHT_DATA.max_repeats}; write the number of good repeats"
             )
         return value
 

@@ -9,40 +9,15 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from typing import Final
 
 import numpy as np
 
 from gsapp.aircraft import Aircraft
 from gsapp.dynamics.atmosphere import SEA_LEVEL_DENSITY
+from gsapp.flight.maneuvers.settings import DETECTION
 from gsapp.flight.maneuvers.signals import SIGNAL_COLUMNS
 from gsapp.quantities import FloatArray
-from gsapp.quantities.constants import DEGREE, GRAVITY
-
-FRAME_DURATION: Final = 0.5
-"""Length of one frame, s: everything is decided at its end."""
-
-_LIFT_LIMIT = 1.2
-"""Greatest lift coefficient assumed where the aircraft file gives no stall speed."""
-_UP, _DOWN = 1.05, 0.9
-"""Of the stall speed: flies above the one, has landed below the other."""
-_ROLLING = 0.3
-"""Of the stall speed: below it the aircraft stands, in what wind there may be."""
-_FRAMES_TO_CHANGE = 2
-_CONTRADICTIONS = 12
-"""Frames of turning at a low airspeed after which the airspeed is not believed."""
-
-_TURNING = 4.0 * DEGREE
-"""A mean pitch or roll rate over a frame that wheels do not allow."""
-_STILL = 2.5 * DEGREE
-_ACTIVE_FRAMES = 4
-_ACTIVE_WITHIN = 16
-_STILL_FRAMES = 40
-_STILL_AT_END = 6
-_CLIMBED = 12.0
-"""Above the ground it stood on, m: more than static pressure wanders."""
-_STANDING_FRAMES = 8
-_NEAR_GROUND = 6.0
+from gsapp.quantities.constants import GRAVITY
 
 
 class AirborneDetector:
@@ -73,7 +48,7 @@ class AirborneDetector:
         self.is_stationary: bool | None = None
         self._first = True
         self._still_since = math.nan
-        self._rolling = _ROLLING * flying_speed(aircraft)
+        self._rolling = DETECTION.standing_speed_ratio * flying_speed(aircraft)
 
     def add(self, time: float, means: FloatArray) -> None:
         """Take in the means of a frame.
@@ -100,7 +75,7 @@ class AirborneDetector:
                 )
         by_motion = self.is_stationary is None
         self._still_since = (
-            time - (self._motion.still - 1) * FRAME_DURATION if by_motion else math.nan
+            time - (self._motion.still - 1) * DETECTION.frame_duration if by_motion else math.nan
         )
         if flies != self.airborne:
             self.airborne = flies
@@ -113,7 +88,7 @@ class AirborneDetector:
     @property
     def possible_landing_time(self) -> float | None:
         """Return when a landing seems to have been, s, that the record's end left undecided."""
-        long_enough = self._motion.still >= _STILL_AT_END and self._motion.low
+        long_enough = self._motion.still >= DETECTION.still_frames_at_end and self._motion.low
         if self.airborne and self.is_stationary is None and self.since > -math.inf and long_enough:
             return self._still_since
         return None
@@ -124,14 +99,14 @@ class _SpeedCriterion:
 
     def __init__(self, flying_speed: float) -> None:
         self._flying_speed = flying_speed
-        self._against = _FRAMES_TO_CHANGE
+        self._against = DETECTION.frames_to_change
         self._contradicted = 0
         self.flies = False
 
     @property
     def distrusted(self) -> bool:
         """Whether the airspeed was low for long while the aircraft turned in the air."""
-        return self._contradicted >= _CONTRADICTIONS
+        return self._contradicted >= DETECTION.frames_to_reject_airspeed
 
     def add(self, speed: float, *, moving: bool) -> None:
         if not math.isfinite(speed):
@@ -142,9 +117,13 @@ class _SpeedCriterion:
             self._contradicted = 0
         elif moving:
             self._contradicted += 1
-        wanted = speed > (_DOWN if self.flies else _UP) * self._flying_speed
+        wanted = (
+            speed
+            > (DETECTION.landing_speed_ratio if self.flies else DETECTION.takeoff_speed_ratio)
+            * self._flying_speed
+        )
         self._against = 0 if wanted == self.flies else self._against + 1
-        if self._against >= _FRAMES_TO_CHANGE:
+        if self._against >= DETECTION.frames_to_change:
             self.flies, self._against = wanted, 0
 
 
@@ -152,7 +131,7 @@ class _MotionCriterion:
     """Flies when it rolls and pitches, or has climbed; has landed when long still and low."""
 
     def __init__(self) -> None:
-        self._active: deque[bool] = deque(maxlen=_ACTIVE_WITHIN)
+        self._active: deque[bool] = deque(maxlen=DETECTION.airborne_rate_window)
         self._standing: list[float] = []
         self._ground: float | None = None
         self.still = 0
@@ -169,16 +148,16 @@ class _MotionCriterion:
         altitude = float(means[SIGNAL_COLUMNS["altitude"]])
         rates = [abs(float(means[SIGNAL_COLUMNS[name]])) for name in ("p", "q")]
         known = [rate for rate in rates if math.isfinite(rate)]
-        self._active.append(max(known, default=0.0) > _TURNING)
+        self._active.append(max(known, default=0.0) > DETECTION.airborne_rate)
         if not known and not math.isfinite(altitude):
             if not self.still and self.told_by == "nothing":
                 # Nothing tells flight from ground: all counts as flown.
                 self.flies = True
             return
         turning = max(known, default=0.0)
-        self.still = self.still + 1 if turning < _STILL else 0
+        self.still = self.still + 1 if turning < DETECTION.still_rate else 0
         height = self._height(altitude, turning)
-        self.low = height is None or height < _NEAR_GROUND
+        self.low = height is None or height < DETECTION.max_ground_height
         self.told_by = (
             " and ".join(
                 name
@@ -188,9 +167,9 @@ class _MotionCriterion:
             or "altitude"
         )
         if not self.flies:
-            climbed = height is not None and height > _CLIMBED
-            self.flies = climbed or sum(self._active) >= _ACTIVE_FRAMES
-        elif self.still >= _STILL_FRAMES and self.low:
+            climbed = height is not None and height > DETECTION.min_climb
+            self.flies = climbed or sum(self._active) >= DETECTION.min_airborne_rate_frames
+        elif self.still >= DETECTION.still_frames_to_land and self.low:
             self.flies = False
             self._active.clear()
 
@@ -199,8 +178,8 @@ class _MotionCriterion:
         if not math.isfinite(altitude):
             return None
         if self._ground is None and not self.flies:
-            self._standing = [*self._standing, altitude] if turning < _STILL else []
-            if len(self._standing) >= _STANDING_FRAMES:
+            self._standing = [*self._standing, altitude] if turning < DETECTION.still_rate else []
+            if len(self._standing) >= DETECTION.ground_altitude_frames:
                 self._ground = float(np.median(self._standing))
         return None if self._ground is None else altitude - self._ground
 
@@ -211,4 +190,4 @@ def flying_speed(aircraft: Aircraft) -> float:
         return aircraft.limits.stall_speed
     weight = aircraft.mass.mass * GRAVITY
     area = aircraft.geometry.wing_area
-    return math.sqrt(2.0 * weight / (SEA_LEVEL_DENSITY * area * _LIFT_LIMIT))
+    return math.sqrt(2.0 * weight / (SEA_LEVEL_DENSITY * area * DETECTION.max_lift_coefficient))

@@ -6,11 +6,10 @@ import numpy as np
 import numpy.typing as npt
 
 from gsapp.aircraft import Aircraft
+from gsapp.flight.maneuvers.settings import DETECTION
 from gsapp.quantities import FloatArray
 
 BoolArray = npt.NDArray[np.bool_]
-
-_MARGIN = 0.01
 
 
 def clipping_ranges(aircraft: Aircraft) -> dict[str, tuple[float, float]]:
@@ -27,6 +26,6 @@ def clipping_ranges(aircraft: Aircraft) -> dict[str, tuple[float, float]]:
 def is_at_range_limit(samples: FloatArray, limits: tuple[float, float]) -> BoolArray:
     """Return which samples lie within 1 % of the range's width from either end."""
     low, high = limits
-    margin = _MARGIN * (high - low)
+    margin = DETECTION.range_margin * (high - low)
     with np.errstate(invalid="ignore"):
         return np.asarray((samples <= low + margin) | (samples >= high - margin), dtype=np.bool_)

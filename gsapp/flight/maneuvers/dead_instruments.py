@@ -13,25 +13,13 @@ import numpy as np
 
 from gsapp.aircraft import Aircraft
 from gsapp.flight.maneuvers.clipping import clipping_ranges, is_at_range_limit
+from gsapp.flight.maneuvers.settings import DETECTION
 from gsapp.flight.maneuvers.signals import SURFACE_HALVES, SURFACES
 from gsapp.flight.maneuvers.stuck_sensors import is_stuck, sensor_noise
 from gsapp.quantities import FloatArray
-from gsapp.quantities.constants import DEGREE
 
 AIRSPEED: Final = ("V", "Vc", "qbar", "dynamic_pressure")
 """Channels that all come from the one probe."""
-
-_SHARE: Final = 0.95
-"""Share of a maneuver's samples at the end of the range from which an instrument is dead."""
-_BEYOND_TRAVEL: Final = 0.5
-"""Share of its travel that no surface ever goes beyond it: what reads more is a broken wire."""
-_NO_SPEED: Final = 0.3
-"""An aircraft that answers to its surfaces flies faster than this share of its stall speed."""
-_FEWEST: Final = 20
-_FEWEST_STILL: Final = 40
-"""Among so many samples noise reaches over four of its standard deviations."""
-_PARTNER_MOVED: Final = 1.0 * DEGREE
-"""A half of a surface that stays where it is while the other moves so far is stuck."""
 
 
 def find_dead_instruments(
@@ -54,19 +42,25 @@ def find_dead_instruments(
     found: dict[str, tuple[str, ...]] = {}
     for name, limits in clipping_ranges(aircraft).items():
         values = _finite_samples(samples(name))
-        if values.size >= _FEWEST and is_at_range_limit(values, limits).mean() >= _SHARE:
+        if (
+            values.size >= DETECTION.min_clipped_samples
+            and is_at_range_limit(values, limits).mean() >= DETECTION.dead_share
+        ):
             found[name] = (name,)
     for name, (low, high) in _surface_travels(aircraft).items():
         values = _finite_samples(samples(name))
-        beyond = _BEYOND_TRAVEL * (high - low)
+        beyond = DETECTION.beyond_travel_share * (high - low)
         gone = (values < low - beyond) | (values > high + beyond)
-        if values.size >= _FEWEST and gone.mean() >= _SHARE:
+        if values.size >= DETECTION.min_clipped_samples and gone.mean() >= DETECTION.dead_share:
             found[name] = (name,)
     speed = _finite_samples(samples("V"))
-    if speed.size >= _FEWEST and float(speed.max()) < _NO_SPEED * aircraft.limits.stall_speed:
+    if (
+        speed.size >= DETECTION.min_clipped_samples
+        and float(speed.max()) < DETECTION.min_speed_ratio * aircraft.limits.stall_speed
+    ):
         found["airspeed"] = AIRSPEED
     pressure = _finite_samples(samples("dynamic_pressure"))
-    if pressure.size >= _FEWEST and is_stuck(pressure):
+    if pressure.size >= DETECTION.min_clipped_samples and is_stuck(pressure):
         # No maneuver is flown at one speed to the last bit: the tube is blocked, the sensor stuck.
         found["airspeed"] = AIRSPEED
     return {**found, **_find_stuck_sensors(samples, sensor_noise(aircraft))}
@@ -83,15 +77,19 @@ def _find_stuck_sensors(
     found: dict[str, tuple[str, ...]] = {}
     for name in ("alpha", "beta", "p", "q", "r"):
         values = _finite_samples(samples(name))
-        if values.size >= _FEWEST_STILL and is_stuck(values, noise[name]) and not is_stuck(values):
+        if (
+            values.size >= DETECTION.min_stuck_samples
+            and is_stuck(values, noise[name])
+            and not is_stuck(values)
+        ):
             found[name] = (name,)
     for surface, halves in SURFACE_HALVES.items():
         shown = [_finite_samples(samples(name)) for name in halves]
         for name, own, other in zip(halves, shown, shown[::-1], strict=True):
             if (
-                min(own.size, other.size) >= _FEWEST_STILL
+                min(own.size, other.size) >= DETECTION.min_stuck_samples
                 and is_stuck(own, noise[name])
-                and np.ptp(other) > _PARTNER_MOVED
+                and np.ptp(other) > DETECTION.partner_movement
             ):
                 found[name] = (name, surface)
     return found

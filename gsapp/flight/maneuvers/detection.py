@@ -14,51 +14,33 @@ import math
 from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from typing import Final
 
 import numpy as np
 
 from gsapp.aircraft import Aircraft
 from gsapp.flight.flight import Flight
-from gsapp.flight.maneuvers.airborne_detection import FRAME_DURATION, AirborneDetector
+from gsapp.flight.maneuvers.airborne_detection import AirborneDetector
 from gsapp.flight.maneuvers.dead_instruments import dead_instruments_text, find_dead_instruments
 from gsapp.flight.maneuvers.detected_maneuver import DetectedManeuver
-from gsapp.flight.maneuvers.input_shape import LOOK_BACK, SurfaceInput
+from gsapp.flight.maneuvers.input_shape import SurfaceInput
 from gsapp.flight.maneuvers.maneuver_grade import (
-    TRIM_TIME,
     GradingContext,
     ManeuverSamples,
     grade_maneuver,
     measure_response,
 )
-from gsapp.flight.maneuvers.noise_floor import WINDOW_DURATION, NoiseFloor, NoiseFloorEstimator
+from gsapp.flight.maneuvers.noise_floor import NoiseFloor, NoiseFloorEstimator
 from gsapp.flight.maneuvers.rapid_moves import (
-    INPUT_END_PAUSE,
-    INPUT_END_PAUSE_DISPLACED,
     RapidMoveDetector,
     find_pilot_takeover,
     find_strong_moves,
     is_deliberate_input,
     measure_moved_inputs,
 )
+from gsapp.flight.maneuvers.settings import DETECTION
 from gsapp.flight.maneuvers.signals import SIGNAL_COLUMNS, SIGNALS, SURFACES, extract_signals
 from gsapp.foundation import FlightError
 from gsapp.quantities import Block, FloatArray
-
-MIN_SAMPLE_RATE: Final = 8.0
-"""Fewer samples a second do not show the steps of an input."""
-
-TAKEOFF_SETTLING_TIME: Final = 6.0
-"""Seconds after take-off in which the pilot is busy with flying."""
-_LANDING_MARGIN = 4.0
-"""Seconds before a landing that belong to flare and touch-down."""
-_MAX_INPUT_DURATION = 10.0
-"""An input that goes on for longer, s, is steering, from which to learn."""
-_MAX_FREE_RESPONSE = 5.0
-"""Length of the answer after the input that belongs to the maneuver at most, s."""
-_HISTORY_DURATION = 40.0
-_MIN_RESPONSE = 8.0
-"""Peak-to-peak answer over the noise floor that a standing aircraft does not give."""
 
 
 @dataclass(slots=True)
@@ -102,15 +84,15 @@ class ManeuverDetector:
     """
 
     def __init__(self, aircraft: Aircraft, rate: float) -> None:
-        if not (math.isfinite(rate) and rate >= MIN_SAMPLE_RATE):
+        if not (math.isfinite(rate) and rate >= DETECTION.min_sample_rate):
             raise FlightError(
                 f"maneuvers cannot be found at {rate:g} samples per second; it takes "
-                f"{MIN_SAMPLE_RATE:g} minimum, 50 or more recommended"
+                f"{DETECTION.min_sample_rate:g} minimum, 50 or more recommended"
             )
         self._aircraft = aircraft
         self._rate = rate
-        self._count = max(round(FRAME_DURATION * rate), 1)
-        self._windowed = round(WINDOW_DURATION / FRAME_DURATION)
+        self._count = max(round(DETECTION.frame_duration * rate), 1)
+        self._windowed = round(DETECTION.noise_window / DETECTION.frame_duration)
         self.reset()
 
     def reset(self) -> None:
@@ -131,7 +113,7 @@ class ManeuverDetector:
         self._waiting = 0
         self._quick.restart()
         self._frames: deque[tuple[FloatArray, FloatArray]] = deque(
-            maxlen=math.ceil(_HISTORY_DURATION / FRAME_DURATION)
+            maxlen=math.ceil(DETECTION.history_duration / DETECTION.frame_duration)
         )
         self._window: list[FloatArray] = []
         self._candidate: _Candidate | None = None
@@ -320,7 +302,7 @@ class ManeuverDetector:
         """Return whether new quick moves do not belong to the input under way."""
         idle = now - candidate.last
         return candidate.closed or (
-            idle >= INPUT_END_PAUSE and surfaces.isdisjoint(candidate.moved)
+            idle >= DETECTION.input_end_pause and surfaces.isdisjoint(candidate.moved)
         )
 
     def _follow(self, now: float) -> None:
@@ -328,18 +310,18 @@ class ManeuverDetector:
         candidate = self._candidate
         if candidate is None:
             return
-        if candidate.last - candidate.first > _MAX_INPUT_DURATION:
+        if candidate.last - candidate.first > DETECTION.max_input_duration:
             # Steering that goes on may have an input in it, and is waited for to its end.
-            long_ago = now - candidate.strongest_at > INPUT_END_PAUSE_DISPLACED
-            if long_ago or candidate.last - candidate.first > 2.0 * _MAX_INPUT_DURATION:
+            long_ago = now - candidate.strongest_at > DETECTION.input_end_pause_displaced
+            if long_ago or candidate.last - candidate.first > 2.0 * DETECTION.max_input_duration:
                 self._conclude()
             return
         idle = now - candidate.last
         if not candidate.closed:
-            away = idle < INPUT_END_PAUSE_DISPLACED and not self._back(candidate)
-            candidate.closed = idle >= INPUT_END_PAUSE and not away
+            away = idle < DETECTION.input_end_pause_displaced and not self._back(candidate)
+            candidate.closed = idle >= DETECTION.input_end_pause and not away
         if candidate.closed and (
-            idle >= _MAX_FREE_RESPONSE or self._taken_over(candidate.last, now) < now
+            idle >= DETECTION.max_free_response or self._taken_over(candidate.last, now) < now
         ):
             self._conclude()
 
@@ -353,7 +335,7 @@ class ManeuverDetector:
 
     def _back(self, candidate: _Candidate) -> bool:
         """Return whether every moved surface is near where it was before."""
-        begin = candidate.first - LOOK_BACK
+        begin = candidate.first - DETECTION.look_back
         times, rows = self._stretch(begin - 0.5)
         before = times < begin
         for surface in candidate.moved:
@@ -376,7 +358,7 @@ class ManeuverDetector:
     # Conclusions ----------------------------------------------------------------------
 
     def _landed(self, time: float) -> None:
-        while self._found and self._found[-1].t_input_end > time - _LANDING_MARGIN:
+        while self._found and self._found[-1].t_input_end > time - DETECTION.landing_margin:
             self._found.pop()
         self._dismiss()
 
@@ -400,10 +382,15 @@ class ManeuverDetector:
         self._candidate = None
 
     def _flies(self, candidate: _Candidate) -> bool:
-        return self._watch.airborne and candidate.first - self._watch.since > TAKEOFF_SETTLING_TIME
+        return (
+            self._watch.airborne
+            and candidate.first - self._watch.since > DETECTION.takeoff_settling_time
+        )
 
     def _judge(self, candidate: _Candidate) -> DetectedManeuver | None:
-        times, rows = self._stretch(candidate.first - LOOK_BACK - 2.5 * TRIM_TIME)
+        times, rows = self._stretch(
+            candidate.first - DETECTION.look_back - 2.5 * DETECTION.trim_time
+        )
         moves = find_strong_moves(
             times, rows, candidate.moved, candidate.first, candidate.last, self._quick.lag
         )
@@ -419,13 +406,13 @@ class ManeuverDetector:
             rows=rows,
             t_input=begin,
             t_input_end=end,
-            t_end=min(max(taken, end), end + _MAX_FREE_RESPONSE),
+            t_end=min(max(taken, end), end + DETECTION.max_free_response),
         )
         threshold = self._quick.thresholds[SURFACES.index(inputs[0].surface)]
         if not is_deliberate_input(inputs[0], passage.t_end - end, threshold):
             return None
         answered = measure_response(passage, self._setting, [one.surface for one in inputs])
-        if answered and max(answered.values()) < _MIN_RESPONSE:
+        if answered and max(answered.values()) < DETECTION.min_response:
             return None
         return build_maneuver(str(len(self._found) + 1), passage, self._setting, inputs)
 
@@ -443,7 +430,7 @@ def build_maneuver(
     passage = _drop_signals(passage, [name for names in dead.values() for name in names])
     grade, reasons = grade_maneuver(passage, setting, inputs)
     reasons = (*reasons, dead_instruments_text(dead)) if dead else reasons
-    start = max(passage.t_input - TRIM_TIME, float(passage.times[0]))
+    start = max(passage.t_input - DETECTION.trim_time, float(passage.times[0]))
     V, alpha = passage.mean_at_trim("V"), passage.mean_at_trim("alpha")
     return DetectedManeuver(
         id=name,

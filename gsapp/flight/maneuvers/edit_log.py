@@ -10,10 +10,8 @@ from typing import Final
 from gsapp.flight.events import Event, EventLog
 from gsapp.flight.maneuvers.detected_maneuver import DetectedManeuver
 from gsapp.flight.maneuvers.maneuver_list import AssessFunction, EditableManeuverList, ManeuverEdit
+from gsapp.flight.maneuvers.settings import DETECTION
 from gsapp.foundation import FlightError, UnknownNameError
-
-_SAME_SHARE: Final = 0.5
-"""Share of the shorter of two stretches that both hold if they are the same maneuver."""
 
 
 def localize_edit(book: EditableManeuverList, edit: ManeuverEdit) -> ManeuverEdit:
@@ -78,7 +76,7 @@ def _overlapping_maneuver_id(
     for one in maneuvers:
         common = min(one.t_end, stretch[1]) - max(one.t_start, stretch[0])
         lengths = (one.t_end - one.t_start, stretch[1] - stretch[0])
-        if common < _SAME_SHARE * min(lengths):
+        if common < DETECTION.same_maneuver_share * min(lengths):
             continue
         if one.id == name:
             return name

@@ -16,19 +16,16 @@ from gsapp.flight.flight import Flight
 from gsapp.flight.maneuvers.detected_maneuver import GRADES, DetectedManeuver, Grade
 from gsapp.flight.maneuvers.detection import build_maneuver, check_detectable, run_detector
 from gsapp.flight.maneuvers.edit_log import ManeuverEditLog, apply_edits
-from gsapp.flight.maneuvers.input_shape import LOOK_BACK, SurfaceInput, measure_plain_input
+from gsapp.flight.maneuvers.input_shape import SurfaceInput, measure_plain_input
 from gsapp.flight.maneuvers.maneuver_grade import RESPONSE_CHANNELS, GradingContext, ManeuverSamples
 from gsapp.flight.maneuvers.noise_floor import NoiseFloor
-from gsapp.flight.maneuvers.rapid_moves import SECONDARY_INPUT_RATIO, measure_moved_inputs
+from gsapp.flight.maneuvers.rapid_moves import measure_moved_inputs
+from gsapp.flight.maneuvers.settings import DETECTION
 from gsapp.flight.maneuvers.signals import SIGNAL_COLUMNS, SURFACE_HALVES, SURFACES, extract_signals
 from gsapp.foundation import FlightError
 from gsapp.quantities.constants import DEGREE
 
-SHORT_FLIGHT_DURATION: Final = 60.0
-"""A flight shorter than this, s, with one maneuver at most is that maneuver, whole."""
-
 _GRADE: Final[Mapping[str, Grade]] = {grade: grade for grade in GRADES}
-_MOVED_OVER_NOISE, _MOVED_SHARE = 6.0, 0.015
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -209,8 +206,8 @@ class ManeuverAssessor:
             samples = rows[:, SIGNAL_COLUMNS[surface]]
             one = measure_plain_input(surface, times, samples)
             least = max(
-                _MOVED_OVER_NOISE * self._setting.noise.std_of(surface),
-                _MOVED_SHARE * self._setting.half_travel(surface),
+                DETECTION.moved_over_noise * self._setting.noise.std_of(surface),
+                DETECTION.moved_share * self._setting.half_travel(surface),
             )
             if one is not None and one.amplitude > least:
                 plain.append(one)
@@ -219,14 +216,16 @@ class ManeuverAssessor:
             one.surface: one.max_step / self._setting.half_travel(one.surface) for one in plain
         }
         quickest = max(moves.values(), default=0.0)
-        plain = [one for one in plain if moves[one.surface] >= SECONDARY_INPUT_RATIO * quickest]
+        plain = [
+            one for one in plain if moves[one.surface] >= DETECTION.secondary_input_ratio * quickest
+        ]
         return sorted(
             (self._better(one, low, high) for one in plain), key=lambda one: -moves[one.surface]
         )
 
     def _better(self, one: SurfaceInput, low: int, high: int) -> SurfaceInput:
         """Return the input measured against its trim, where the stretch shows one."""
-        moves = {one.surface: (one.t_start + LOOK_BACK, one.t_end)}
+        moves = {one.surface: (one.t_start + DETECTION.look_back, one.t_end)}
         measured = measure_moved_inputs(
             self._times[low:high], self._rows[low:high], moves, self._setting
         )
@@ -285,7 +284,7 @@ def collect_maneuvers(
             grounded = [one for one in found if not detector.was_airborne(one.t_start, one.t_end)]
             on_ground = tuple(one.id for one in grounded)
             remarks += map(ground_window_text, grounded)
-    elif flight.duration < SHORT_FLIGHT_DURATION and len(found) <= 1:
+    elif flight.duration < DETECTION.short_flight_duration and len(found) <= 1:
         times = flight.block.times
         whole = assessor.assess("1", float(times[0]), float(times[-1]))
         # Where the detection saw the input, it knows its inputs and shape better.

@@ -8,25 +8,11 @@ from typing import Literal
 
 import numpy as np
 
+from gsapp.flight.maneuvers.settings import DETECTION
 from gsapp.quantities import FloatArray
 
 InputKind = Literal["doublet", "3-2-1-1", "pulse", "multistep", "sweep", "retrim"]
 """Shape of an input; see `classify_input`."""
-
-LOOK_BACK = 0.15
-"""A surface that goes a good way within this time, s, is moved on purpose."""
-
-_TRIM = 0.8
-"""Length of the stretch before an input in which the surface is trimmed, s."""
-_ASIDE = 0.35
-"""Share of the largest excursion beyond which the surface is held to one side."""
-_BEGUN = 0.1
-_SMOOTHED = 0.05
-_SHORTEST_RUN = 0.06
-_EDGE = 0.4
-"""The most that a surface takes from one side to the other in one go, s."""
-_LONGEST_HOLD = 3.0
-"""A surface held to one side for longer, s, was retrimmed and not displaced."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -47,7 +33,7 @@ class SurfaceInput:
     motion_before : float
         Peak-to-peak in the stretch before, rad.
     max_excursion, max_step : float
-        Its largest excursion from trim, and the most it went within `LOOK_BACK`, rad.
+        Its largest excursion from trim, and the most it went within `DETECTION.look_back`, rad.
     side_ratio : float
         The smaller side over the larger one.
     kind : InputKind
@@ -94,7 +80,7 @@ class SurfaceInput:
 
 def smooth_samples(samples: FloatArray, dt: float) -> FloatArray:
     """Return the centered mean over about 0.05 s; NaN where a sample is missing."""
-    half = round(0.5 * _SMOOTHED / dt)
+    half = round(0.5 * DETECTION.smoothing / dt)
     if half < 1 or samples.size < 2 * half + 1:
         return samples
     padded = np.concatenate((np.full(half, samples[0]), samples, np.full(half, samples[-1])))
@@ -120,7 +106,7 @@ def measure_surface_input(
     times, samples : ndarray, shape (n,)
         s and rad, from a good second before to a good second after the moves.
     first, last : float
-        Times of the first and the last quick move, s; each looks back over `LOOK_BACK`.
+        Times of the first and the last quick move, s; each looks back over `DETECTION.look_back`.
     noise : float
         Standard deviation of the surface's signal, rad.
     left : bool
@@ -137,8 +123,8 @@ def measure_surface_input(
     if times.size < 8:
         return None
     level = smooth_samples(samples, float(np.median(np.diff(times))))
-    begin = first - LOOK_BACK
-    calm = (times >= begin - _TRIM) & (times < begin - 0.02)
+    begin = first - DETECTION.look_back
+    calm = (times >= begin - DETECTION.trim_before_input) & (times < begin - 0.02)
     rest = (times > last + 0.2) & (times <= last + 1.0)
     moved = (times >= begin - 0.1) & (times <= last + 0.3)
     if calm.sum() < 3 or moved.sum() < 4:
@@ -149,15 +135,15 @@ def measure_surface_input(
     # The trim need not come back to where it was: half way between is fair to both ends.
     trim = np.linspace(before, after, inside.size)
     if left:
-        trim = np.where(at < last - LOOK_BACK, before, after)
+        trim = np.where(at < last - DETECTION.look_back, before, after)
     away = inside - trim
     largest = float(np.max(np.abs(away)))
     if not largest > 4.0 * noise:
         return None
-    runs, edges = _find_excursions(at, away, _ASIDE * largest)
+    runs, edges = _find_excursions(at, away, DETECTION.displaced_share * largest)
     if not runs:
         return None
-    threshold = max(_BEGUN * largest, 3.0 * noise)
+    threshold = max(DETECTION.begin_share * largest, 3.0 * noise)
     t_start, t_end = _trim_departure_and_return(times, level, edges, before, after, threshold)
     both = len({side for side, _ in runs}) == 2
     amplitude = 0.5 * float(np.ptp(away)) if both else largest
@@ -200,11 +186,11 @@ def measure_plain_input(
     largest = float(np.max(np.abs(away)))
     if not largest > 0.0:
         return None
-    runs, edges = _find_excursions(times, away, _ASIDE * largest)
+    runs, edges = _find_excursions(times, away, DETECTION.displaced_share * largest)
     if not runs:
         return None
     t_start, t_end = _trim_departure_and_return(
-        times, level, edges, before, after, _BEGUN * largest
+        times, level, edges, before, after, DETECTION.begin_share * largest
     )
     both = len({side for side, _ in runs}) == 2
     kind = classify_input(runs)
@@ -230,8 +216,8 @@ def _side_ratio(away: FloatArray) -> float:
 
 
 def _max_step(times: FloatArray, level: FloatArray) -> float:
-    """Return the most that a level changes within `LOOK_BACK`."""
-    earlier = np.searchsorted(times, times - LOOK_BACK - 1e-9)
+    """Return the most that a level changes within `DETECTION.look_back`."""
+    earlier = np.searchsorted(times, times - DETECTION.look_back - 1e-9)
     return float(np.max(np.abs(level - level[earlier])))
 
 
@@ -246,7 +232,11 @@ def _find_excursions(
         (int(side[low]), float(times[low]), float(times[min(high, side.size - 1)]))
         for low, high in pairwise(bounds)
     ]
-    held = [piece for piece in pieces if piece[0] and piece[2] - piece[1] >= _SHORTEST_RUN]
+    held = [
+        piece
+        for piece in pieces
+        if piece[0] and piece[2] - piece[1] >= DETECTION.min_displacement_time
+    ]
     joined: list[tuple[int, float, float]] = []
     for piece in held:
         if joined and joined[-1][0] == piece[0] and piece[1] - joined[-1][2] < 0.15:
@@ -257,10 +247,17 @@ def _find_excursions(
     gaps = [later[1] - piece[2] for piece, later in pairwise(joined)]
     edge = min(gaps, default=0.0)
     runs = [
-        (piece[0], (later[1] if later[1] - piece[2] < _EDGE else piece[2] + edge) - piece[1])
+        (
+            piece[0],
+            (later[1] if later[1] - piece[2] < DETECTION.max_edge_time else piece[2] + edge)
+            - piece[1],
+        )
         for piece, later in pairwise(joined)
     ]
-    runs += [(sign, stop + min(edge, _EDGE) - start) for sign, start, stop in joined[-1:]]
+    runs += [
+        (sign, stop + min(edge, DETECTION.max_edge_time) - start)
+        for sign, start, stop in joined[-1:]
+    ]
     ends = (joined[0][1], joined[-1][2]) if joined else (float("nan"), float("nan"))
     return runs, ends
 
@@ -292,7 +289,7 @@ def classify_input(runs: list[tuple[int, float]]) -> InputKind:
         else), ``retrim`` where a side is held for long.
     """
     lengths = [length for _, length in runs]
-    if max(lengths) > _LONGEST_HOLD:
+    if max(lengths) > DETECTION.max_hold_time:
         return "retrim"
     if len(runs) == 1:
         return "pulse"

@@ -18,6 +18,7 @@ from gsapp.flight.maneuvers.clipping import clipping_ranges, is_at_range_limit
 from gsapp.flight.maneuvers.detected_maneuver import Grade
 from gsapp.flight.maneuvers.input_shape import SurfaceInput, smooth_samples
 from gsapp.flight.maneuvers.noise_floor import NoiseFloor
+from gsapp.flight.maneuvers.settings import DETECTION
 from gsapp.flight.maneuvers.signals import SIGNAL_COLUMNS, SURFACES
 from gsapp.quantities import FloatArray
 from gsapp.quantities.constants import DEGREE, GRAVITY
@@ -28,18 +29,6 @@ RESPONSE_CHANNELS = {"de": ("q", "an", "alpha"), "da": ("p", "r"), "dr": ("r", "
 """What answers to each surface."""
 COUPLED_SURFACE = {"da": "dr", "dr": "da"}
 """The surface that answers in the same channels: nobody sees there which of the two it was."""
-
-RESPONSE_TIME = 1.0
-"""How long after an input its answer is looked for, s."""
-TRIM_TIME = 1.0
-"""Length of the stretch before an input that belongs to the maneuver, s."""
-MIN_FREE_RESPONSE_TIME = 2.0
-"""Length of the free answer that an estimate lives from, s."""
-
-FAINT_RESPONSE, WEAK_RESPONSE = 12.0, 25.0
-"""Peak-to-peak answer over the noise floor below which little can be learned."""
-_TURNING, _TUMBLING = 6.0 * DEGREE, 15.0 * DEGREE
-_LEAST_SAMPLES = 50
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -94,7 +83,7 @@ class ManeuverSamples:
 
     def mean_at_trim(self, name: str) -> float:
         """Return the mean in the stretch of trim; NaN without a sample."""
-        found = self.samples(name, self.t_input - TRIM_TIME, self.t_input)
+        found = self.samples(name, self.t_input - DETECTION.trim_time, self.t_input)
         return float(found.mean()) if found.size else math.nan
 
 
@@ -121,7 +110,7 @@ def measure_response(
     """
     found: dict[str, float] = {}
     dt = float(np.median(np.diff(passage.times))) if passage.times.size > 1 else 0.01
-    stop = min(passage.t_input_end + RESPONSE_TIME, float(passage.times[-1]))
+    stop = min(passage.t_input_end + DETECTION.response_time, float(passage.times[-1]))
     for name in dict.fromkeys(name for surface in surfaces for name in RESPONSE_CHANNELS[surface]):
         samples = passage.samples(name, passage.t_input, stop)
         if samples.size < 5:
@@ -190,14 +179,14 @@ def _trim(passage: ManeuverSamples) -> list[Defect]:
     found = []
     for name, words in (("p", "rolling"), ("q", "pitching"), ("r", "yawing")):
         rate = passage.mean_at_trim(name)
-        if abs(rate) > _TURNING:
+        if abs(rate) > DETECTION.max_trim_rate:
             found.append(
                 Defect(
-                    severity="large" if abs(rate) > _TUMBLING else "small",
+                    severity="large" if abs(rate) > DETECTION.max_rate_before_input else "small",
                     text=f"not trimmed at the start: {words} at {rate / DEGREE:.0f} deg/s",
                 )
             )
-    load = passage.samples("an", passage.t_input - TRIM_TIME, passage.t_input)
+    load = passage.samples("an", passage.t_input - DETECTION.trim_time, passage.t_input)
     if load.size and abs(float(load.mean()) / GRAVITY - 1.0) > 0.25:
         found.append(
             Defect(
@@ -205,7 +194,7 @@ def _trim(passage: ManeuverSamples) -> list[Defect]:
                 text=f"not trimmed at the start: a_n is {load.mean() / GRAVITY:.2f} g",
             )
         )
-    throttle = passage.samples("throttle", passage.t_input - TRIM_TIME, passage.t_end)
+    throttle = passage.samples("throttle", passage.t_input - DETECTION.trim_time, passage.t_end)
     if throttle.size and float(np.ptp(throttle)) > 0.15:
         found.append(
             Defect(
@@ -261,12 +250,13 @@ def _excitation(
             continue
         best = max(answered, key=lambda name: answered[name])
         size = answered[best]
-        if size < WEAK_RESPONSE:
+        if size < DETECTION.weak_response:
             found.append(
                 Defect(
-                    severity="large" if size < FAINT_RESPONSE else "small",
+                    severity="large" if size < DETECTION.faint_response else "small",
                     text=f"too small: {best} answered {surface} with {size:.0f} times its noise "
-                    f"({FAINT_RESPONSE:.0f} is little, {WEAK_RESPONSE:.0f} enough)",
+                    f"({DETECTION.faint_response:.0f} is little, "
+                    f"{DETECTION.weak_response:.0f} enough)",
                 )
             )
     return found
@@ -286,7 +276,7 @@ def clipped_samples(
 
 
 def _clipping(passage: ManeuverSamples, setting: GradingContext) -> list[Defect]:
-    start = passage.t_input - TRIM_TIME
+    start = passage.t_input - DETECTION.trim_time
     clipped = clipped_samples(passage, setting.aircraft, start, passage.t_end)
     return [
         Defect(
@@ -298,13 +288,13 @@ def _clipping(passage: ManeuverSamples, setting: GradingContext) -> list[Defect]
 
 
 def _missing_samples(passage: ManeuverSamples, surfaces: Sequence[str]) -> list[Defect]:
-    start, stop = passage.t_input - TRIM_TIME, passage.t_end
+    start, stop = passage.t_input - DETECTION.trim_time, passage.t_end
     total = passage.count(start, stop)
     names = dict.fromkeys(
         name for surface in surfaces for name in (surface, *RESPONSE_CHANNELS[surface])
     )
     found = []
-    if total < _LEAST_SAMPLES:
+    if total < DETECTION.min_graded_samples:
         found.append(Defect(severity="fatal", text=f"{total} samples are too few for an estimate"))
     absent = []
     for name in names:
@@ -335,7 +325,7 @@ def _lost_coupled_surfaces(
         )
         for name in partners
         if name in setting.noise.std
-        and not passage.samples(name, passage.t_input - TRIM_TIME, passage.t_end).size
+        and not passage.samples(name, passage.t_input - DETECTION.trim_time, passage.t_end).size
     ]
 
 
@@ -378,8 +368,10 @@ def pre_input_motion_ratio(
     """
     worst, channel = 0.0, ""
     for name in dict.fromkeys(name for surface in surfaces for name in RESPONSE_CHANNELS[surface]):
-        before = passage.samples(name, passage.t_input - 2.0 * TRIM_TIME, passage.t_input)
-        after = passage.samples(name, passage.t_input, passage.t_input_end + RESPONSE_TIME)
+        before = passage.samples(name, passage.t_input - 2.0 * DETECTION.trim_time, passage.t_input)
+        after = passage.samples(
+            name, passage.t_input, passage.t_input_end + DETECTION.response_time
+        )
         if before.size < 20 or after.size < 5:
             continue
         # What the noise floor explains is no turbulence.
@@ -415,11 +407,11 @@ def _detrended_std(samples: FloatArray) -> float:
 
 def _free_response(passage: ManeuverSamples) -> list[Defect]:
     free = passage.t_end - passage.t_input_end
-    if free >= MIN_FREE_RESPONSE_TIME:
+    if free >= DETECTION.min_free_response_time:
         return []
     return [
         Defect(
-            severity="small" if free >= 0.5 * MIN_FREE_RESPONSE_TIME else "large",
+            severity="small" if free >= 0.5 * DETECTION.min_free_response_time else "large",
             text=f"hands off for {max(free, 0.0):.1f} s only after the input",
         )
     ]

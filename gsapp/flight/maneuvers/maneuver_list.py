@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any, Final, Protocol
+from typing import Any, Protocol
 
 from gsapp.flight.maneuvers.detected_maneuver import (
     GRADED_BY_CREW,
@@ -19,10 +19,8 @@ from gsapp.flight.maneuvers.detected_maneuver import (
     DetectedManeuver,
     Grade,
 )
+from gsapp.flight.maneuvers.settings import DETECTION
 from gsapp.foundation import FlightError, UnknownNameError
-
-_SAME_EDGE: Final = 1e-6
-"""Seconds between edges that are the same."""
 
 
 class AssessFunction(Protocol):
@@ -273,7 +271,7 @@ class EditableManeuverList:
         """
         for one in self.detected:
             edges = (one.t_start - maneuver.t_start, one.t_end - maneuver.t_end)
-            if max(map(abs, edges)) <= _SAME_EDGE:
+            if max(map(abs, edges)) <= DETECTION.same_edge_tolerance:
                 return _with_crew_entries(one, maneuver)
         return _with_crew_entries(assess(maneuver.id, maneuver.t_start, maneuver.t_end), maneuver)
 

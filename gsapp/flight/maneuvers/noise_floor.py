@@ -15,21 +15,11 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from gsapp.flight.maneuvers.settings import DETECTION
 from gsapp.flight.maneuvers.signals import RATES, SIGNAL_COLUMNS, SIGNALS, SURFACES
 from gsapp.quantities import FloatArray
 
-WINDOW_DURATION = 2.0
-"""Length of one window, s."""
-
-_LAST_BEFORE_AIRBORNE = 8
-"""Windows dropped before being recognized as airborne: the take-off run is no quiet stretch."""
-_FEWEST_ON_GROUND = 2
-_QUIETEST = 0.15
-"""Share of the windows in the air that count as quiet."""
-_MOST_KEPT = 400
 _RATE_COLUMNS = [SIGNAL_COLUMNS[name] for name in RATES]
-_TURNING = 100.0
-"""Above this speed, rad/s, an engine runs."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -121,8 +111,13 @@ class NoiseFloorEstimator:
         elif not self._flown and standing is not False:
             self._floor = None
             # A comparison with a missing engine speed is false.
-            self._recent.append((noise, bool((rows[:, SIGNAL_COLUMNS["rpm"]] > _TURNING).any())))
-            if standing or len(self._recent) > _LAST_BEFORE_AIRBORNE:
+            self._recent.append(
+                (
+                    noise,
+                    bool((rows[:, SIGNAL_COLUMNS["rpm"]] > DETECTION.engine_running_speed).any()),
+                )
+            )
+            if standing or len(self._recent) > DETECTION.takeoff_windows:
                 noise, turning = self._recent.pop(0)
                 self._keep(self._turning if turning else self._ground, noise)
 
@@ -136,12 +131,12 @@ class NoiseFloorEstimator:
     @staticmethod
     def _keep(kept: list[FloatArray], noise: FloatArray) -> None:
         kept.append(noise)
-        if len(kept) > _MOST_KEPT:
+        if len(kept) > DETECTION.max_windows:
             del kept[::2]
 
     @property
     def _on_ground(self) -> bool:
-        return len(self._turning or self._ground) >= _FEWEST_ON_GROUND
+        return len(self._turning or self._ground) >= DETECTION.min_ground_windows
 
     def _measure(self) -> NoiseFloor:
         if self._turning:
@@ -149,8 +144,8 @@ class NoiseFloorEstimator:
         else:
             running = _vibrating_windows(self._ground)
             told = " while the gyros shook" if len(running) < len(self._ground) else ""
-        if len(running) >= _FEWEST_ON_GROUND:
-            length = WINDOW_DURATION * len(running)
+        if len(running) >= DETECTION.min_ground_windows:
+            length = DETECTION.noise_window * len(running)
             return NoiseFloor(
                 std=_by_channel(_ground_noise(np.array(running))),
                 source=f"{length:.0f} s before take-off{told}",
@@ -160,9 +155,9 @@ class NoiseFloorEstimator:
         windows = self._air or [*self._ground, *(noise for noise, _ in self._recent)]
         if not windows:
             return NoiseFloor()
-        length = WINDOW_DURATION * math.ceil(_QUIETEST * len(windows))
+        length = DETECTION.noise_window * math.ceil(DETECTION.quiet_share * len(windows))
         return NoiseFloor(
-            std=_by_channel(_column_quantiles(np.array(windows), 0.5 * _QUIETEST)),
+            std=_by_channel(_column_quantiles(np.array(windows), 0.5 * DETECTION.quiet_share)),
             source=f"the quietest {length:.0f} s of the record",
             duration=length,
         )

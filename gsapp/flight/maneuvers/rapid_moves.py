@@ -1,8 +1,8 @@
 """Quick moves of the surfaces: what tells an input made on purpose from steering.
 
-A surface that is moved on purpose goes further within `LOOK_BACK` than steering ever does; how far
-steering goes is learned from the flight itself. Used by the detection, frame by frame, and by
-whoever watches inputs while they happen.
+A surface that is moved on purpose goes further within `DETECTION.look_back` than steering ever
+does; how far steering goes is learned from the flight itself. Used by the detection, frame by
+frame, and by whoever watches inputs while they happen.
 """
 
 from __future__ import annotations
@@ -14,47 +14,18 @@ from typing import Final
 
 import numpy as np
 
-from gsapp.flight.maneuvers.input_shape import (
-    LOOK_BACK,
-    SurfaceInput,
-    measure_surface_input,
-    smooth_samples,
-)
+from gsapp.flight.maneuvers.input_shape import SurfaceInput, measure_surface_input, smooth_samples
 from gsapp.flight.maneuvers.maneuver_grade import GradingContext
+from gsapp.flight.maneuvers.settings import DETECTION
 from gsapp.flight.maneuvers.signals import SIGNAL_COLUMNS, SURFACES
 from gsapp.quantities import FloatArray
-
-INPUT_END_PAUSE: Final = 1.3
-"""Seconds without a quick move after which an input is over, if the surfaces are back."""
-INPUT_END_PAUSE_DISPLACED: Final = 2.6
-"""The same if they are not: the longest step of an input."""
-SECONDARY_INPUT_RATIO: Final = 0.25
-"""An input this quick beside the quickest, both as shares of travel, belongs to the maneuver."""
 
 UNAMBIGUOUS_SHAPES: Final = ("doublet", "3-2-1-1")
 """Shapes that steering hardly makes."""
 
-_LEAST_MOVE = 0.02
-"""Share of half the travel that a quick move takes at least."""
-_OVER_NOISE, _OVER_STEERING = 7.0, 3.0
-_STEERING_SHARE = 0.8
-_STEERING_FRAMES = 240
-_FEWEST_STEERING_FRAMES = 12
-_ABRUPT, _ABRUPT_IF_ODD = 0.35, 0.5
-"""Share of its excursion that an input covers within `LOOK_BACK`, doublet or 3-2-1-1, and
-any other shape."""
-_STRONG = 0.35
-"""Share of the quickest move of a surface that the steps of one input reach."""
-_AROUND = 1.5
-"""Seconds before the first quick move in which the first step is looked for."""
-_SURELY = 1.3
-"""A step from side to side is no accident this far over the threshold of a quick move."""
-_FREE_IF_CLEAR, _FREE_IF_ODD = 0.4, 1.0
-"""Seconds without a stick after a doublet or 3-2-1-1, and after any other shape."""
-
 
 class RapidMoveDetector:
-    """How far each surface goes within `LOOK_BACK`, and how far steering goes.
+    """How far each surface goes within `DETECTION.look_back`, and how far steering goes.
 
     Parameters
     ----------
@@ -72,10 +43,10 @@ class RapidMoveDetector:
     """
 
     def __init__(self, setting: GradingContext, rate: float) -> None:
-        self.lag = max(round(LOOK_BACK * rate), 1)
+        self.lag = max(round(DETECTION.look_back * rate), 1)
         self.half_travel = [setting.half_travel(name) for name in SURFACES]
-        self.thresholds = [_LEAST_MOVE * travel for travel in self.half_travel]
-        self._steering = [deque[float](maxlen=_STEERING_FRAMES) for _ in SURFACES]
+        self.thresholds = [DETECTION.min_rapid_move * travel for travel in self.half_travel]
+        self._steering = [deque[float](maxlen=DETECTION.steering_frames) for _ in SURFACES]
         self.restart()
 
     def restart(self) -> None:
@@ -83,7 +54,7 @@ class RapidMoveDetector:
         self._tail = np.full((self.lag + 2, len(SURFACES)), np.nan)
 
     def measure(self, rows: FloatArray) -> FloatArray:
-        """Return how far each surface went within `LOOK_BACK`, rad, shape (n, 3).
+        """Return how far each surface went within `DETECTION.look_back`, rad, shape (n, 3).
 
         Single wild samples are voted out by their two predecessors. 0 where samples are missing.
 
@@ -110,12 +81,12 @@ class RapidMoveDetector:
         for place, name in enumerate(SURFACES):
             seen = sorted(self._steering[place])
             steering = 0.0
-            if len(seen) >= _FEWEST_STEERING_FRAMES:
-                steering = seen[int(_STEERING_SHARE * len(seen))]
+            if len(seen) >= DETECTION.min_steering_frames:
+                steering = seen[int(DETECTION.steering_quantile * len(seen))]
             self.thresholds[place] = max(
-                _LEAST_MOVE * self.half_travel[place],
-                _OVER_NOISE * setting.noise.std_of(name),
-                _OVER_STEERING * steering,
+                DETECTION.min_rapid_move * self.half_travel[place],
+                DETECTION.rapid_move_over_noise * setting.noise.std_of(name),
+                DETECTION.rapid_move_over_steering * steering,
             )
 
 
@@ -132,11 +103,11 @@ def find_strong_moves(
     first, last : float
         Time of the first and the last of all quick moves, s.
     lag : int
-        Samples in `LOOK_BACK`.
+        Samples in `DETECTION.look_back`.
     """
     # The first and the last step are half as large as those between, and may be less than
     # quick by themselves.
-    inside = (times >= first - _AROUND) & (times <= last + 0.5)
+    inside = (times >= first - DETECTION.first_step_search) & (times <= last + 0.5)
     found = {}
     for place, surface in enumerate(SURFACES):
         if surface not in moved:
@@ -146,7 +117,7 @@ def find_strong_moves(
         moves[lag:] = np.abs(samples[lag:] - samples[:-lag])
         moves = np.where(inside & np.isfinite(moves), moves, 0.0)
         strongest = int(np.argmax(moves))
-        least = _STRONG * float(moves[strongest])
+        least = DETECTION.step_share * float(moves[strongest])
         strong = np.flatnonzero(moves > least)
         if strong.size:
             at = int(np.searchsorted(strong, strongest))
@@ -156,7 +127,7 @@ def find_strong_moves(
 
 def _cluster(times: FloatArray, strongest: int) -> tuple[float, float]:
     """Return first and last of the times that hang together with the strongest one, s."""
-    parted = np.flatnonzero(np.diff(times) > INPUT_END_PAUSE_DISPLACED)
+    parted = np.flatnonzero(np.diff(times) > DETECTION.input_end_pause_displaced)
     low = int(np.searchsorted(parted, strongest))
     first = int(parted[low - 1]) + 1 if low > 0 else 0
     last = int(parted[low]) if low < parted.size else times.size - 1
@@ -198,7 +169,7 @@ def find_pilot_takeover(
         if not np.isfinite(level).any():
             continue
         margin = max(
-            0.3 * _LEAST_MOVE * setting.half_travel(SURFACES[place]),
+            0.3 * DETECTION.min_rapid_move * setting.half_travel(SURFACES[place]),
             5.0 * setting.noise.std_of(surface),
             least,
         )
@@ -238,14 +209,18 @@ def is_deliberate_input(main: SurfaceInput, free: float, threshold: float) -> bo
     # What steering does may have been learned since the move was taken for quick.
     if main.max_step < threshold:
         return False
-    if main.is_unmistakable and main.max_step > _SURELY * threshold:
+    if main.is_unmistakable and main.max_step > DETECTION.certain_step_ratio * threshold:
         return True
     clear = main.kind in UNAMBIGUOUS_SHAPES
-    if main.kind == "retrim" or main.abruptness < (_ABRUPT if clear else _ABRUPT_IF_ODD):
+    if main.kind == "retrim" or main.abruptness < (
+        DETECTION.abrupt_share if clear else DETECTION.abrupt_share_other
+    ):
         return False
     if main.motion_before > (0.6 if clear else 0.35) * main.amplitude:
         return False
-    return main.has_returned_to_trim and free > (_FREE_IF_CLEAR if clear else _FREE_IF_ODD)
+    return main.has_returned_to_trim and free > (
+        DETECTION.hands_off if clear else DETECTION.hands_off_other
+    )
 
 
 def measure_moved_inputs(
@@ -280,8 +255,8 @@ def measure_moved_inputs(
 def _belongs_to_main_input(one: SurfaceInput, main: SurfaceInput, sizes: dict[str, float]) -> bool:
     """Return whether an input is part of the maneuver that the main one makes."""
     return (
-        sizes[one.surface] >= SECONDARY_INPUT_RATIO * sizes[main.surface]
-        and one.abruptness > _ABRUPT
-        and one.t_start < main.t_end + INPUT_END_PAUSE
-        and one.t_end > main.t_start - INPUT_END_PAUSE
+        sizes[one.surface] >= DETECTION.secondary_input_ratio * sizes[main.surface]
+        and one.abruptness > DETECTION.abrupt_share
+        and one.t_start < main.t_end + DETECTION.input_end_pause
+        and one.t_end > main.t_start - DETECTION.input_end_pause
     )

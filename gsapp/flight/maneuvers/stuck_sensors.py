@@ -8,16 +8,12 @@ than one of them shows neither the aircraft nor itself.
 
 from __future__ import annotations
 
-from typing import Final
-
 import numpy as np
 
 from gsapp.aircraft import Aircraft
+from gsapp.flight.maneuvers.settings import DETECTION
 from gsapp.flight.maneuvers.signals import SURFACE_HALVES
 from gsapp.quantities import FloatArray
-
-_SAME: Final = 1e-9
-"""Share of its size that a value may change by, brought to another time, and still be the same."""
 
 
 def sensor_noise(aircraft: Aircraft) -> dict[str, float]:
@@ -49,4 +45,6 @@ def is_stuck(samples: FloatArray, noise: float = 0.0) -> bool:
         Standard deviation; zero where it is not known: then only what is the same to the last bit
         stands still.
     """
-    return bool(np.ptp(samples) <= max(noise, _SAME * float(np.abs(samples).max())))
+    return bool(
+        np.ptp(samples) <= max(noise, DETECTION.same_value_tolerance * float(np.abs(samples).max()))
+    )

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
-from typing import Final, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -21,44 +21,9 @@ from gsapp.flight.onboard_log.cross_correlation import (
     find_lag,
 )
 from gsapp.flight.onboard_log.log_state import LogClock
+from gsapp.flight.onboard_log.settings import ALIGNMENT
 from gsapp.quantities import Block, FloatArray
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class ClockAlignmentSettings:
-    """Settings of this module."""
-
-    window: float = 10.0
-    """Seconds of a stretch: several periods of what an aircraft of this size does."""
-    smooth: float = 0.3
-    """Seconds over which both are smoothed alike before they are compared. The radio carries a few
-    samples a second, and what lies between them is a straight line; smoothed, both hold the same.
-    It is symmetric, so that it moves nothing."""
-    smooth_periods: float = 2.0
-    """Or over so many samples of the radio, where it carries fewer."""
-    most_drift: float = 1e-3
-    """Of any clock: bad crystals do 200 ppm."""
-    beyond_doubt: float = 3.0
-    """Standard deviations from which on a drift is corrected."""
-    floor: float = 2e-4
-    """Seconds; no lag of a stretch is believed to be better than this."""
-    normal: float = 1.4826
-    """From the median of absolute deviations to a standard deviation."""
-
-
-_SETTINGS: Final = ClockAlignmentSettings()
-
-
-_MOST_WINDOWS = 80
-_MOST_CHANNELS = 12
-_LEAST_THERE = 0.6
-_LEAST_ALIKE = 0.9
-_LEAST_AGREEING = 0.5
-_LEAST_SEARCH = 0.5
-_OUTSIDE = 4.0
-_ROUNDS = 3
-_FEW = 6
-_LEAST_SCATTER = 0.3
+from gsapp.quantities.constants import MAD_TO_STD
 
 
 class ClockAlignmentError(Exception):
@@ -122,20 +87,20 @@ def align_clocks(
             f"no common channel correlates (correlation {max(coarse.correlation, 0.0):.2f}, of "
             f"{', '.join(names)})"
         )
-    every = common_channels(live, log, leave_out, _MOST_CHANNELS)
+    every = common_channels(live, log, leave_out, ALIGNMENT.max_channels)
     lags = _segment_lags(live, log, rate, every, coarse)
     windows = len({one.at for one in lags})
     if not windows:
         raise ClockAlignmentError(
             f"coarse correlation {coarse.correlation:.2f}, but no window of "
-            f"{_SETTINGS.window:g} s correlates in detail"
+            f"{ALIGNMENT.window_duration:g} s correlates in detail"
         )
     line = _fit_lag_line(lags)
-    if line.agreeing < _LEAST_AGREEING * windows:
+    if line.agreeing < ALIGNMENT.min_agreeing_share * windows:
         raise ClockAlignmentError(
             f"only {line.agreeing} of {windows} motion windows agree on one clock"
         )
-    if abs(line.slope) > _SETTINGS.most_drift and abs(line.slope) > _SETTINGS.beyond_doubt * (
+    if abs(line.slope) > ALIGNMENT.max_drift and abs(line.slope) > ALIGNMENT.drift_sigmas * (
         line.slope_std or 0.0
     ):
         raise ClockAlignmentError(
@@ -143,7 +108,7 @@ def align_clocks(
             "implausible"
         )
     drifts = (
-        line.slope_std is not None and abs(line.slope) > _SETTINGS.beyond_doubt * line.slope_std
+        line.slope_std is not None and abs(line.slope) > ALIGNMENT.drift_sigmas * line.slope_std
     )
     # Lags are over flight time; offset and drift over the log's own, parts in a million apart.
     return LogClock(
@@ -167,7 +132,7 @@ def _segment_lags(
     log_first, log_values = fill_omitted_rows(log, names, rate)
     periods = [_period(column) for column in live_values.T]
     widths = [
-        2 * round(0.5 * max(_SETTINGS.smooth * rate, _SETTINGS.smooth_periods * period)) + 1
+        2 * round(0.5 * max(ALIGNMENT.smoothing * rate, ALIGNMENT.smoothing_periods * period)) + 1
         for period in periods
     ]
     live_values, log_values = (
@@ -176,22 +141,22 @@ def _segment_lags(
     )
     start = max(live_first, log_first + coarse.rows)
     stop = min(live_first + len(live_values), log_first + coarse.rows + len(log_values))
-    search = max(_LEAST_SEARCH, _SETTINGS.most_drift * (stop - start) / rate)
+    search = max(ALIGNMENT.min_search, ALIGNMENT.max_drift * (stop - start) / rate)
     reach = max(min(round(search * rate), (stop - start) // 8), 2)
     # The log is looked at a little before and behind each stretch, and smoothing takes its ends.
     edge = reach + min(max(widths) // 2, (stop - start) // 8)
     start, stop = start + edge, stop - edge
     if stop - start < min(widths):
         return []
-    rows = min(round(_SETTINGS.window * rate), stop - start)
+    rows = min(round(ALIGNMENT.window_duration * rate), stop - start)
     count = (stop - start) // rows
     begins = start + (stop - start - rows) * np.arange(count) // max(count - 1, 1)
-    if count > _MOST_WINDOWS:
+    if count > ALIGNMENT.max_windows:
         motion = [
             np.nansum(_relative_range(live_values, each - live_first, rows))
             for each in begins.tolist()
         ]
-        begins = np.sort(begins[np.argsort(motion, kind="stable")[-_MOST_WINDOWS:]])
+        begins = np.sort(begins[np.argsort(motion, kind="stable")[-ALIGNMENT.max_windows :]])
     found = []
     for begin in begins.tolist():
         part = live_values[begin - live_first : begin - live_first + rows]
@@ -205,7 +170,7 @@ def _segment_lags(
                         at=(begin + 0.5 * rows) / rate,
                         channel=name,
                         lag=(coarse.rows + lag[0]) / rate,
-                        std=max(lag[1] / rate, _SETTINGS.floor),
+                        std=max(lag[1] / rate, ALIGNMENT.min_lag_std),
                     )
                 )
     return found
@@ -279,7 +244,7 @@ def _lag_of_channel(
         None where the two are not alike.
     """
     there = np.flatnonzero(~np.isnan(live))
-    if there.size < _LEAST_THERE * live.size:
+    if there.size < ALIGNMENT.min_valid_share * live.size:
         return None
     # Row k of the views is the log as seen `reach - k` rows later than the coarse lag has it.
     views = np.lib.stride_tricks.sliding_window_view(log, live.size)
@@ -296,7 +261,7 @@ def _lag_of_channel(
     energy = float(measured @ measured)
     if not 0 < best < 2 * reach or not np.isfinite(apart[best - 1 : best + 2]).all():
         return None
-    if not apart[best] < (1.0 - _LEAST_ALIKE**2) * energy:
+    if not apart[best] < (1.0 - ALIGNMENT.min_window_correlation**2) * energy:
         return None
     before, here, after = apart[best - 1 : best + 2].tolist()
     curve = before - 2.0 * here + after
@@ -319,7 +284,7 @@ def _fit_lag_line(lags: Sequence[_SegmentLag]) -> _LagLine:
     stretches, row = np.unique([one.at for one in lags], return_inverse=True)
     each = np.array([one.lag for one in lags])
     stds = np.array([one.std for one in lags])
-    for _ in range(_ROUNDS):
+    for _ in range(ALIGNMENT.iterations):
         weights = np.bincount(row, stds**-2, minlength=stretches.size)
         means = np.bincount(row, each * stds**-2, minlength=stretches.size) / weights
         # By medians first, which no stray lag moves.
@@ -329,19 +294,21 @@ def _fit_lag_line(lags: Sequence[_SegmentLag]) -> _LagLine:
         excess = np.array(
             [_robust_std(rest[column == k] / stds[column == k]) for k in range(len(channels))]
         )
-        stds = np.maximum(stds * np.maximum(excess, _LEAST_SCATTER)[column], _SETTINGS.floor)
+        stds = np.maximum(
+            stds * np.maximum(excess, ALIGNMENT.min_scatter_ratio)[column], ALIGNMENT.min_lag_std
+        )
     weights = np.bincount(row, stds**-2, minlength=stretches.size)
     means = np.bincount(row, each * stds**-2, minlength=stretches.size) / weights
     beside = np.abs(means - middle - slope * stretches)
-    usual = max(_robust_std(beside), 2.0 * _SETTINGS.floor)
-    kept = beside <= _OUTSIDE * np.maximum(usual, weights**-0.5)
+    usual = max(_robust_std(beside), 2.0 * ALIGNMENT.min_lag_std)
+    kept = beside <= ALIGNMENT.outlier_sigmas * np.maximum(usual, weights**-0.5)
     return _fit_weighted_line(stretches[kept], means[kept], weights[kept])
 
 
 def _robust_std(values: FloatArray) -> float:
-    if values.size < _FEW:
+    if values.size < ALIGNMENT.min_scatter_values:
         return 1.0
-    return _SETTINGS.normal * float(np.median(np.abs(values)))
+    return MAD_TO_STD * float(np.median(np.abs(values)))
 
 
 def _fit_weighted_line(times: FloatArray, lags: FloatArray, weights: FloatArray) -> _LagLine:
@@ -362,11 +329,13 @@ def _fit_weighted_line(times: FloatArray, lags: FloatArray, weights: FloatArray)
     slope = float(weights @ ((times - at) * (lags - offset)) / arm)
     left = lags - offset - slope * (times - at)
     # How far they scatter counts, not what they say, where there are enough to tell.
-    told = 1.0 if times.size - 2 < _FEW else 0.0
+    told = 1.0 if times.size - 2 < ALIGNMENT.min_scatter_values else 0.0
     excess = max(float(weights @ left**2) / (times.size - 2), told)
     # What straight lines between samples leave is alike everywhere: more stretches do not help.
-    offset_std = max(float(np.sqrt(excess / weights.sum())), 0.5 * _SETTINGS.floor)
-    slope_std = max(float(np.sqrt(excess / arm)), 2.0 * _SETTINGS.floor / float(np.ptp(times)))
+    offset_std = max(float(np.sqrt(excess / weights.sum())), 0.5 * ALIGNMENT.min_lag_std)
+    slope_std = max(
+        float(np.sqrt(excess / arm)), 2.0 * ALIGNMENT.min_lag_std / float(np.ptp(times))
+    )
     return _LagLine(
         at=at,
         offset=offset,

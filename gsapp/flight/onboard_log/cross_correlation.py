@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import fft
 
+from gsapp.flight.onboard_log.settings import ALIGNMENT
 from gsapp.quantities import Block, FloatArray
 
 _PREFERRED_CHANNELS = (
@@ -25,10 +26,6 @@ _PREFERRED_CHANNELS = (
     "qbar",
     "V",
 )
-_CHANNELS_COMPARED = 4
-_LEAST_OVERLAP = 2.0
-_LEAST_SHARE = 0.2
-_LEAST_CORRELATION = 0.8
 _MOST_ROWS = 1 << 22
 
 
@@ -44,7 +41,7 @@ class RecordLag:
     @property
     def is_reliable(self) -> bool:
         """Return whether the two are alike there."""
-        return self.correlation >= _LEAST_CORRELATION
+        return self.correlation >= ALIGNMENT.min_correlation
 
 
 def estimate_record_lag(live: Block, log: Block, rate: float) -> RecordLag | None:
@@ -105,7 +102,7 @@ def common_channels(
     live: Block,
     log: Block,
     leave_out: Collection[str] = (),
-    most: int = _CHANNELS_COMPARED,
+    most: int = ALIGNMENT.compared_channels,
 ) -> list[str]:
     """Return up to `most` channels of both that move, the telling ones first."""
     shared = [name for name in live.channels if name in log.channels and name not in leave_out]
@@ -157,7 +154,10 @@ def _correlation(live: FloatArray, log: FloatArray, rate: float) -> FloatArray:
         a, b = np.nan_to_num(a - np.nanmean(a)), np.nan_to_num(b - np.nanmean(b))
         energy = sums(a * a, b_there) * sums(a_there, b * b)
         both = sums(a_there, b_there)
-        least = max(_LEAST_OVERLAP * rate, _LEAST_SHARE * min(a_there.sum(), b_there.sum()))
+        least = max(
+            ALIGNMENT.min_overlap * rate,
+            ALIGNMENT.min_overlap_share * min(a_there.sum(), b_there.sum()),
+        )
         # Rounding of the transform leaves a little where nothing is.
         usable = (both >= least) & (energy > 1e-12 * energy.max())
         total[usable] += sums(a, b)[usable] / np.sqrt(energy[usable])

@@ -10,11 +10,9 @@ import numpy.typing as npt
 from gsapp.flight.cache import DecodedFlight
 from gsapp.flight.onboard_log.clock_alignment import ClockAlignmentError, align_clocks
 from gsapp.flight.onboard_log.log_state import LogClock, OnboardLogState
+from gsapp.flight.onboard_log.settings import ALIGNMENT
 from gsapp.flight.uniform_grid import overlay_on_grid
 from gsapp.quantities import CIRCULAR_CHANNELS, STEPWISE_CHANNELS, Block, FloatArray, base_id
-
-_ON_A_ROW = 1e-6
-"""Of a row; nearer than that a sample is taken as it is."""
 
 
 def merge_onboard_log(
@@ -131,7 +129,7 @@ def _interpolate_rows(log: Block, index: npt.NDArray[np.int64], places: FloatArr
         NaN where one of the two rows beside has no sample.
     """
     near = np.rint(places)
-    exact = np.abs(places - near) < _ON_A_ROW
+    exact = np.abs(places - near) < ALIGNMENT.row_tolerance
     before = np.where(exact, near, np.floor(places)).astype(np.int64)
     part = np.where(exact, 0.0, places - before)[:, np.newaxis]
     four = [_take_rows(log.values, index, before + step) for step in (-1, 0, 1, 2)]

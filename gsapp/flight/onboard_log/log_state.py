@@ -6,9 +6,9 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from typing import Any
 
+from gsapp.flight.onboard_log.settings import ALIGNMENT
+
 _PER_MILLION = 1e6
-_WORTH_SAYING = 5e-4
-"""Seconds; clocks that differ by less are said to agree."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -43,7 +43,10 @@ class LogClock:
 
     def describe(self) -> str:
         """Return offset, drift and their uncertainties in a sentence."""
-        if abs(self.offset) < max(_WORTH_SAYING, self.offset_uncertainty) and not self.drifts:
+        if (
+            abs(self.offset) < max(ALIGNMENT.reported_offset, self.offset_uncertainty)
+            and not self.drifts
+        ):
             within = f"{1e3 * self.offset_uncertainty:.1f} ms"
             said = f"its clock agrees with the live record's within {within}"
         else:

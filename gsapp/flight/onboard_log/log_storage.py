@@ -18,14 +18,13 @@ from gsapp.flight.file_names import FRAMES_FILE
 from gsapp.flight.flight import Flight
 from gsapp.flight.flight_loader import LOG_SUFFIXES, load_flight, load_with_log
 from gsapp.flight.folder import FlightFolder
+from gsapp.flight.onboard_log.settings import ALIGNMENT
 from gsapp.flight.raw_files import read_tlog
 from gsapp.foundation import FlightError
 from gsapp.foundation.files import list_files, move_into_place
 from gsapp.foundation.name_suggestions import did_you_mean
 
 _INCOMING = "incoming"
-_SAME_DAY = 12 * 3600.0
-"""Seconds; clocks set to the wrong zone are no other flight."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -185,6 +184,6 @@ def _date_mismatch_text(folder: FlightFolder, begun: datetime | None) -> str:
     if first is None or begun is None:
         return ""
     flown = datetime.fromtimestamp(first.stamp_us * 1e-6, UTC)
-    if abs((begun - flown).total_seconds()) < _SAME_DAY:
+    if abs((begun - flown).total_seconds()) < ALIGNMENT.max_date_difference:
         return ""
     return f"it started on {begun:%Y-%m-%d}; the flight was on {flown:%Y-%m-%d}"

@@ -13,15 +13,11 @@ import numpy as np
 from scipy import signal
 from scipy.interpolate import CubicSpline
 
+from gsapp.flight.settings import FLIGHT_DATA
 from gsapp.flight.uniform_grid import median_step
 from gsapp.foundation import FlightError
 from gsapp.quantities import CIRCULAR_CHANNELS, STEPWISE_CHANNELS, Block, FloatArray, base_id
 
-MAX_GAP_PERIODS = 2.5
-"""Samples farther apart than so many of their own periods have a gap between them."""
-_ORDER = 4
-_SHARE = 0.4
-"""Corner of the filter before decimation, over the new rate; 0.5 would be half of it."""
 _MOST_NUMBERS = 500_000_000
 """Samples of all channels that still fit into the memory of a field laptop, 4 GB."""
 
@@ -104,7 +100,7 @@ def resample(
         raise FlightError("fewer than two samples cannot be resampled")
     before = 1.0 / median_step(block.times)
     if corner is None and rate < before * (1.0 - 1e-6):
-        corner = _SHARE * rate
+        corner = FLIGHT_DATA.decimation_cutoff * rate
     first = int(np.ceil(block.times[0] * rate - 1e-6))
     last = int(np.floor(block.times[-1] * rate + 1e-6))
     count = (last - first + 1) * len(block.channels)
@@ -117,7 +113,8 @@ def resample(
         if 0.5 * rate < min(corner, 0.5 * before):
             raise FlightError(
                 f"a filter at {corner:g} Hz passes more than {rate:g} samples per second can "
-                f"represent; choose {_SHARE * rate:g} Hz or less, or 0 for none"
+                f"represent; choose {FLIGHT_DATA.decimation_cutoff * rate:g} Hz or less, "
+                "or 0 for none"
             )
         block = low_pass(block, corner)
     times = np.arange(first, last + 1) / rate
@@ -144,7 +141,7 @@ def _gap_free_segments(times: FloatArray, samples: FloatArray) -> Iterator[np.nd
     if not there.size:
         return
     steps = np.diff(times[there])
-    longest = MAX_GAP_PERIODS * float(np.median(steps)) if steps.size else np.inf
+    longest = FLIGHT_DATA.max_gap_periods * float(np.median(steps)) if steps.size else np.inf
     yield from np.split(there, np.flatnonzero(steps > longest) + 1)
 
 
@@ -152,14 +149,16 @@ def _filter(corner: float) -> FloatArray:
     """Return sections of the one-way filter for a corner in cycles per sample, both ways."""
     # Two passes lose 3 dB where one loses 1.5: the corner of one pass lies higher, on the warped
     # axis of the bilinear transform.
-    wider = (np.sqrt(2.0) - 1.0) ** (-0.5 / _ORDER)
+    wider = (np.sqrt(2.0) - 1.0) ** (-0.5 / FLIGHT_DATA.filter_order)
     one_way = 2.0 / np.pi * np.arctan(wider * np.tan(np.pi * corner))
-    sections: FloatArray = signal.butter(_ORDER, min(one_way, 0.999), output="sos")
+    sections: FloatArray = signal.butter(
+        FLIGHT_DATA.filter_order, min(one_way, 0.999), output="sos"
+    )
     return sections
 
 
 def _min_segment_samples(corner: float) -> int:
-    return 3 * (2 * (_ORDER // 2) + 1) + int(0.5 / corner)
+    return 3 * (2 * (FLIGHT_DATA.filter_order // 2) + 1) + int(0.5 / corner)
 
 
 def _unwrap_angles(name: str, samples: FloatArray) -> FloatArray:

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
+from gsapp.flight.settings import FLIGHT_DATA
 from gsapp.flight.uniform_grid import median_step
 from gsapp.foundation import FileProblem, FileProblemsError, UnitError, UnknownNameError
 from gsapp.foundation.name_suggestions import close_matches
@@ -26,8 +27,6 @@ TIME = "time"
 _CELL = re.compile(r"(?P<id>[^\[\]]*?)\s*(?:\[(?P<unit>[^\[\]]*)\])?")
 _NUMBERED = re.compile(r"(?P<base>.+)_(?P<number>[2-9])")
 _FIRST = 5
-_QUICKEST = 20_000.0
-"""Samples per second that nothing on such an aircraft reaches."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -256,7 +255,7 @@ def check_spacing(path: Path, times: FloatArray, where: str) -> None:
         If they do, as where a program counts time in days.
     """
     step = median_step(times)
-    if step * _QUICKEST < 1.0:
+    if step * FLIGHT_DATA.max_sample_rate < 1.0:
         problem = FileProblem(
             where=where,
             what=f"the samples would follow every {step:.2g} s",

@@ -10,13 +10,11 @@ import numpy as np
 import numpy.typing as npt
 
 from gsapp.flight.events import Event
+from gsapp.flight.settings import FLIGHT_DATA
 from gsapp.flight.uniform_grid import median_step
 from gsapp.quantities import FloatArray
 
 BoolArray = npt.NDArray[np.bool_]
-
-_CLOCK_ERROR = 1.0
-_NEIGHBORS = 5
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -92,15 +90,15 @@ def find_valid_times(times: FloatArray) -> BoolArray:
         True where the sample stays.
     """
     good = np.isfinite(times)
-    if times.size > _NEIGHBORS:
-        reach = _NEIGHBORS // 2
+    if times.size > FLIGHT_DATA.clock_neighbors:
+        reach = FLIGHT_DATA.clock_neighbors // 2
         padded = np.concatenate((times[:1].repeat(reach), times, times[-1:].repeat(reach)))
         # Repeating the ends would let a damaged first or last stamp vouch for itself.
         padded[:reach] = times[1 : reach + 1]
         padded[-reach:] = times[-reach - 1 : -1]
-        windows = np.lib.stride_tricks.sliding_window_view(padded, _NEIGHBORS)
+        windows = np.lib.stride_tricks.sliding_window_view(padded, FLIGHT_DATA.clock_neighbors)
         center = np.median(windows, axis=1)
-        limit = max(_CLOCK_ERROR, 10.0 * abs(median_step(times)))
+        limit = max(FLIGHT_DATA.max_clock_jump, 10.0 * abs(median_step(times)))
         good &= np.abs(times - center) <= limit
     kept = np.where(good, times, -np.inf)
     before = np.concatenate(([-np.inf], np.maximum.accumulate(kept)[:-1]))

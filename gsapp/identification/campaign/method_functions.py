@@ -12,10 +12,8 @@ from gsapp.identification import maximum_likelihood as ml
 from gsapp.identification.axes import AXIS_SURFACES, Axis, axis_derivatives
 from gsapp.identification.campaign.estimation_task import EstimationTask
 from gsapp.identification.maneuver import Maneuver
+from gsapp.identification.preparation_settings import PREPARATION
 from gsapp.identification.results import DerivativeEstimate, Estimate
-
-_MIN_DEFLECTION = 0.01
-"""Peak-to-peak deflection (rad) from which a surface counts as moved."""
 
 
 def estimate_by_ftr(task: EstimationTask) -> Estimate:
@@ -75,7 +73,7 @@ def secondary_input_derivatives(
     moved = []
     for surface in AXIS_SURFACES[axis]:
         spans = [np.ptp(one.samples(surface)) for one in maneuvers if one.has(surface)]
-        if spans and max(spans) > _MIN_DEFLECTION:
+        if spans and max(spans) > PREPARATION.min_deflection:
             moved.append(surface)
     return tuple(
         name

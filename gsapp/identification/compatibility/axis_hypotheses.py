@@ -26,30 +26,17 @@ from gsapp.identification.compatibility.results import InstrumentVerdict, SignSt
 from gsapp.identification.compatibility.segments import CompatibilitySegment
 from gsapp.identification.compatibility.settings import (
     ACCELERATION_CHANNELS,
+    COMPATIBILITY,
     RATE_CHANNELS,
     CompatibilitySettings,
 )
 
 _SIGNED_CHANNELS = ("p", "q", "r", "ax", "ay", "an", "alpha", "beta", "phi", "theta")
 _GROUPS = (RATE_CHANNELS, ACCELERATION_CHANNELS, ("alpha", "beta"), ("phi", "theta"))
-_MIN_LIKELIHOOD_GAIN = 20.0
-"""In twice the log-likelihood: far beyond chance and beyond what free errors take up."""
-_MIN_RESIDUAL_RATIO = 1.2
-_CLEAR_RATIO = 2.0
 _RELATED_FLOW_ANGLE = {
     "p": "beta", "r": "beta", "ay": "beta", "beta": "beta",
     "q": "alpha", "an": "alpha", "alpha": "alpha", "ax": "V",
 }  # fmt: skip
-_MAX_SCALE_STD = 0.2
-"""Bound of a scale: a turned sign is ten times that away."""
-_WHITE_NOISE_FACTORS = (3.0, 10.0)
-"""Factors on the white noise that filters before the converter account for: of what drives the
-motion, of what shows it."""
-_SCREENING_SEGMENTS = 4
-"""Stretches on which remedies are tried first; those that move most."""
-_SCREENING_STAGES = ((1, 6), (4, 2))
-"""Steps, and how many remedies remain after them."""
-_MAX_CORRECTIONS = 3
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -100,7 +87,7 @@ def find_axis_corrections(
     current = AxisCorrectionResult(
         segments=tuple(stretches), fit=first, corrections=(), verdicts=()
     )
-    for _ in range(_MAX_CORRECTIONS):
+    for _ in range(COMPATIBILITY.max_corrections):
         if _is_white(current.fit):
             break
         better = _best_correction(current, settings, channels)
@@ -113,8 +100,8 @@ def find_axis_corrections(
 def _is_white(found: InstrumentErrorFit) -> bool:
     """Return whether hardly more than white noise is left: then nothing is to be remedied."""
     quiet = all(
-        one.noise.input_factors.max() < _WHITE_NOISE_FACTORS[0]
-        and one.noise.output_factors.max() < _WHITE_NOISE_FACTORS[1]
+        one.noise.input_factors.max() < COMPATIBILITY.white_noise_factors[0]
+        and one.noise.output_factors.max() < COMPATIBILITY.white_noise_factors[1]
         for one in found.segments
     )
     scales = [value for name, value in found.errors.items() if name.endswith(".scale")]
@@ -143,7 +130,7 @@ def _best_correction(
 
     done = {one.channels for one in current.corrections}
     left = [one for one in candidate_corrections(channels) if one.channels not in done]
-    for steps, kept in _SCREENING_STAGES:
+    for steps, kept in COMPATIBILITY.screening_stages:
         left = sorted(left, key=partial(tried, steps=steps))[:kept]
     # Where a gyro or an accelerometer is missing, what it would say may look like a wrong sign.
     incomplete = any(one.absent for one in current.segments)
@@ -152,7 +139,7 @@ def _best_correction(
         stretches = tuple(remedy.apply(stretch) for stretch in current.segments)
         found = fit_instrument_errors(stretches, settings, free, bounds=False)
         gain = current.fit.neg2_log_likelihood - found.neg2_log_likelihood
-        if gain < _MIN_LIKELIHOOD_GAIN or not found.segments:
+        if gain < COMPATIBILITY.min_likelihood_gain or not found.segments:
             continue
         # A fit in gusts may have gone astray: under the same noise, signs as they are get another
         # chance.
@@ -162,8 +149,8 @@ def _best_correction(
         usual = current.fit if np.isinf(again.neg2_log_likelihood) else again
         # What gusts leave in doubt takes more, too.
         strict = 3.0 if incomplete or _has_large_residuals(found) else 1.0
-        verdict = _verdict(remedy, usual, found, fall=strict * _MIN_RESIDUAL_RATIO)
-        if verdict is None or gain < strict**3 * _MIN_LIKELIHOOD_GAIN:
+        verdict = _verdict(remedy, usual, found, fall=strict * COMPATIBILITY.min_residual_ratio)
+        if verdict is None or gain < strict**3 * COMPATIBILITY.min_likelihood_gain:
             continue
         if best is None or found.neg2_log_likelihood < best.fit.neg2_log_likelihood:
             best = AxisCorrectionResult(
@@ -180,7 +167,9 @@ def _most_excited(stretches: Sequence[CompatibilitySegment]) -> list[int]:
         sum(float(np.ptp(samples)) for name, samples in one.inputs.items() if name in RATE_CHANNELS)
         for one in stretches
     ]
-    return sorted(range(len(stretches)), key=lambda place: -moved[place])[:_SCREENING_SEGMENTS]
+    return sorted(range(len(stretches)), key=lambda place: -moved[place])[
+        : COMPATIBILITY.screening_segments
+    ]
 
 
 def _verdict(
@@ -197,7 +186,7 @@ def _verdict(
     channel = max(falls_by, key=lambda name: falls_by[name])
     # The one that speaks to a crew, where it shows as well.
     nearest = _RELATED_FLOW_ANGLE.get(remedy.channels[0], channel)
-    if falls_by.get(nearest, 0.0) > _CLEAR_RATIO:
+    if falls_by.get(nearest, 0.0) > COMPATIBILITY.flow_angle_ratio:
         channel = nearest
     old, new = seen[channel]
     if not old > fall * new:
@@ -242,6 +231,6 @@ def evaluate_signs(
         if name in turned:
             signs[name] = "reversed"
         else:
-            seen = bound < _MAX_SCALE_STD and clear
+            seen = bound < COMPATIBILITY.max_scale_std and clear
             signs[name] = "right" if seen else "not-observable"
     return signs

@@ -15,7 +15,6 @@ from gsapp.identification.compatibility.axis_hypotheses import (
     find_axis_corrections,
 )
 from gsapp.identification.compatibility.instrument_error_fit import (
-    LARGEST_DELAY,
     InstrumentErrorFit,
     SegmentFit,
     at_limit,
@@ -44,9 +43,9 @@ from gsapp.identification.compatibility.segments import (
 )
 from gsapp.identification.compatibility.settings import (
     ACCELERATION_CHANNELS,
+    COMPATIBILITY,
     KINEMATIC_INPUTS,
     KINEMATIC_OUTPUTS,
-    OBSERVABLE_SHARE,
     RATE_CHANNELS,
     CompatibilitySettings,
 )
@@ -56,20 +55,10 @@ from gsapp.identification.statistics import response_fit
 
 RECONSTRUCTED_CHANNELS = ("V", "alpha", "beta", "p", "q", "r", "phi", "theta")
 """Channels of `CompatibilityResult.reconstructed`."""
-_SIGNIFICANT_SIGMAS = 3.0
-"""Bounds by which an error must exceed the tolerable."""
 _MAX_SLOW_NOISE: Mapping[str, float] = {
     "V": 1.0, "alpha": 0.01, "beta": 0.01, "phi": 0.035, "theta": 0.035,
 }  # fmt: skip
 """Slow noise of a channel (rms of averages, SI) beyond which the instrument is in question."""
-_MAX_GYRO_NOISE_RATIO = 1000.0
-"""Power over that of its own white noise with which a gyro contradicts the others as no gusts make
-it: 500 at most in gusts of 2 m/s, 4000 and more with a rate or an angle in another unit."""
-_MAX_FINAL_STEP = 4.0
-"""Bounds by which a fit was about to move on when it ended, from which it is no proof: 2.2 at most
-of good instruments whose errors hardly show, 6 and more with a vane in another unit."""
-_GUST_WARNING_SPEED = 0.3
-"""Change of the air's speed over a second (m/s) that is worth a warning."""
 
 
 def check_compatibility(
@@ -210,12 +199,12 @@ def _why_unknown(found: InstrumentErrorFit, name: str, std: float, plausible: fl
     unclear = _is_masked_by_noise(found, name)
     if not unclear and at_limit(name, found.errors[name]):
         return (
-            f"the best fit lies beyond {format_error(name, LARGEST_DELAY)}, too long for an "
-            "instrument delay; look for another error"
+            f"the best fit lies beyond {format_error(name, COMPATIBILITY.max_delay)}, too long for "
+            "an instrument delay; look for another error"
         )
     if unclear or (std > 0.9 * plausible and kind != "bias"):
         return f"{channel_title(channel)} hardly moves beyond the noise in these maneuvers"
-    if std > OBSERVABLE_SHARE * plausible:
+    if std > COMPATIBILITY.observable_share * plausible:
         return (
             f"the data leave {format_error(name, std)} open, where "
             f"{format_error(name, plausible)} was plausible: not distinguishable from other "
@@ -233,7 +222,7 @@ def _error_verdicts(
         if one.value is None or one.std is None:
             continue
         excess = abs(one.value - one.nominal) - settings.tolerable_size(name)
-        if excess <= _SIGNIFICANT_SIGMAS * one.std:
+        if excess <= COMPATIBILITY.significant_sigmas * one.std:
             continue
         channel, _, kind = name.partition(".")
         size = abs(one.value) if kind == "delay" else one.value
@@ -301,7 +290,7 @@ def _inconsistent_gyro_verdicts(found: InstrumentErrorFit) -> list[InstrumentVer
     for place, name in enumerate(("p", "q", "r")):
         worst = max(found.segments, key=lambda one: float(one.noise.input_factors[place]))
         power = float(worst.noise.input_factors[place])
-        if power <= _MAX_GYRO_NOISE_RATIO or name in worst.segment.absent:
+        if power <= COMPATIBILITY.max_gyro_noise_ratio or name in worst.segment.absent:
             continue
         verdicts.append(
             InstrumentVerdict(
@@ -327,7 +316,9 @@ def _gust_intensity(found: InstrumentErrorFit) -> dict[str, float]:
 
 def _gust_warnings(found: InstrumentErrorFit) -> list[str]:
     strong = {
-        name: size for name, size in _gust_intensity(found).items() if size > _GUST_WARNING_SPEED
+        name: size
+        for name, size in _gust_intensity(found).items()
+        if size > COMPATIBILITY.gust_warning_speed
     }
     if not strong:
         return []
@@ -360,7 +351,7 @@ def _summary(
         return f"{names} are consistent: remaining disagreement is in the model"
     stretches = [one.segment for one in found.segments]
     cause = ""
-    if found.step > _MAX_FINAL_STEP or _is_quiet(stretches, settings):
+    if found.step > COMPATIBILITY.max_final_step or _is_quiet(stretches, settings):
         cause = f"; {_failure_cause(stretches, settings)}"
     return f"no contradiction found between {names}, but the fit did not converge{cause}"
 

@@ -29,29 +29,13 @@ from gsapp.identification.compatibility.kalman_predictor import (
     whiten_residuals,
 )
 from gsapp.identification.compatibility.segments import CompatibilitySegment
-from gsapp.identification.compatibility.settings import ACCELERATION_CHANNELS, CompatibilitySettings
+from gsapp.identification.compatibility.settings import (
+    ACCELERATION_CHANNELS,
+    COMPATIBILITY,
+    CompatibilitySettings,
+)
 from gsapp.identification.statistics import ManeuverFitData, joint_covariance
 from gsapp.quantities import FloatArray
-
-_SPEED_AT_START, _TURN_AT_START = 10.0, 0.5
-"""Standard deviations of a start before anything was measured: m/s, rad."""
-_STEP_TOLERANCE = 0.02
-"""A step smaller than this share of a bound is the last."""
-_NOISE_UPDATE_STEP, _NOISE_UPDATE_INTERVAL, _MAX_NOISE_UPDATES = 0.3, 4, 2
-"""The noise is looked for where steps are this small, or after so many; so many times."""
-LARGEST_DELAY = 0.2
-"""Of an instrument against the gyros, s, either way."""
-_MAX_ROTATION_STEP = 0.5
-"""Of a start in one step, rad."""
-_MAX_COST_GROWTH, _HALVINGS = 1.02, 3
-_RIDGE = 1e-12
-_MAX_SPEED = 1e3
-"""Velocities (m/s) beyond this are no flight."""
-_MOTION_OVER_NOISE, _CHANGE_OVER_NOISE = (10.0, 20.0), (5.0, 25.0)
-"""Variance of the motion over that of the noise in it, for a scale to be seen; for a delay.
-
-The first over white noise, to take part in the fit; the second over all noise, to be reported.
-"""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -187,7 +171,9 @@ def fit_instrument_errors(
     prior = np.zeros(size)
     prior[: len(free)] = 1.0 / plausible**2
     prior[len(free) :] = np.tile(
-        [1.0 / _SPEED_AT_START**2] * 3 + [1.0 / _TURN_AT_START**2] * 2, len(stretches)
+        [1.0 / COMPATIBILITY.initial_speed_std**2] * 3
+        + [1.0 / COMPATIBILITY.initial_rotation_std**2] * 2,
+        len(stretches),
     )
     origin = np.zeros(size) if begin is None else begin.origin.copy()
     if begin is None:
@@ -204,7 +190,12 @@ def fit_instrument_errors(
                 errors[label] = float(np.clip(guess[axis], -largest, largest))
                 origin[free.index(label)] = errors[label]
         starts = [estimate_initial_state(stretch, errors) for stretch in stretches]
-    number, calm, phase, converged = 0, 0, 0 if noises is None else _MAX_NOISE_UPDATES, False
+    number, calm, phase, converged = (
+        0,
+        0,
+        0 if noises is None else COMPATIBILITY.max_noise_updates,
+        False,
+    )
     parts: list[SegmentFit] = []
     seen: list[frozenset[str] | None] = [None] * len(stretches)
     least, halved = np.inf, 0
@@ -218,9 +209,9 @@ def fit_instrument_errors(
         sound = [one for one in latest if one is not None]
         cost = _cost(sound, prior, origin) if len(sound) == len(latest) else np.inf
         if (
-            not cost <= _MAX_COST_GROWTH * least
+            not cost <= COMPATIBILITY.max_cost_growth * least
             and (np.isinf(cost) or not look)
-            and halved < _HALVINGS
+            and halved < COMPATIBILITY.max_halvings
         ):
             # The step led too far: a part of it may not.
             if not parts:
@@ -232,7 +223,7 @@ def fit_instrument_errors(
             return _diverged_fit(free, before, parts, number)
         parts, least, halved = sound, cost, 0
         chosen = [part.noise for part in parts]
-        if phase >= _MAX_NOISE_UPDATES:
+        if phase >= COMPATIBILITY.max_noise_updates:
             seen = [part.observable for part in parts]
         covariance, g = _normal_equations(parts, len(free), prior, origin)
         step = covariance @ g
@@ -241,17 +232,23 @@ def fit_instrument_errors(
             break
         number += 1
         calm += 1
-        look = phase < _MAX_NOISE_UPDATES and (
-            size_of_step < _NOISE_UPDATE_STEP or calm >= _NOISE_UPDATE_INTERVAL
+        look = phase < COMPATIBILITY.max_noise_updates and (
+            size_of_step < COMPATIBILITY.noise_update_step
+            or calm >= COMPATIBILITY.noise_update_interval
         )
         if look:
             phase, calm = phase + 1, 0
-        converged = phase >= _MAX_NOISE_UPDATES and not look and size_of_step < _STEP_TOLERANCE
+        converged = (
+            phase >= COMPATIBILITY.max_noise_updates
+            and not look
+            and size_of_step < COMPATIBILITY.step_tolerance
+        )
         # Where delays change which noise counts, full steps may go to and fro for ever.
         full, last = step, full
         share = (
             0.5 * share
-            if phase >= _MAX_NOISE_UPDATES and _reverses_last_step(full, last, covariance)
+            if phase >= COMPATIBILITY.max_noise_updates
+            and _reverses_last_step(full, last, covariance)
             else share
         )
         step = _limit_step(share * full, free, errors)
@@ -333,7 +330,7 @@ def _normal_equations(
         H[np.ix_(columns, columns)] += flat.T @ weighted
         g[columns] += weighted.T @ left.ravel()
     scale = 1.0 / np.sqrt(H.diagonal())
-    inverted = np.linalg.inv(H * scale * scale[:, None] + _RIDGE * np.eye(len(H)))
+    inverted = np.linalg.inv(H * scale * scale[:, None] + COMPATIBILITY.ridge * np.eye(len(H)))
     return np.asarray(inverted * scale * scale[:, None], dtype=np.float64), g
 
 
@@ -366,19 +363,19 @@ def _mask_sensitivities(S: FloatArray, left: FloatArray) -> FloatArray:
 
 def at_limit(name: str, value: float) -> bool:
     """Return whether the fit stopped a delay where it may go no further: then it is no estimate."""
-    return name.endswith(".delay") and abs(value) > 0.999 * LARGEST_DELAY
+    return name.endswith(".delay") and abs(value) > 0.999 * COMPATIBILITY.max_delay
 
 
 def _limit_step(step: FloatArray, free: Sequence[str], errors: Mapping[str, float]) -> FloatArray:
     """Return the step with scales kept away from zero and delays within reason."""
     turns = np.abs(step[len(free) :].reshape(-1, len(INITIAL_STATE_NAMES))[:, 3:]).max()
-    found: FloatArray = step * min(1.0, _MAX_ROTATION_STEP / max(turns, 1e-300))
+    found: FloatArray = step * min(1.0, COMPATIBILITY.max_rotation_step / max(turns, 1e-300))
     for place, name in enumerate(free):
         value = errors[name] + found[place]
         if name.endswith(".scale"):
             value = min(max(value, 0.1), 10.0)
         elif name.endswith(".delay"):
-            value = min(max(value, -LARGEST_DELAY), LARGEST_DELAY)
+            value = min(max(value, -COMPATIBILITY.max_delay), COMPATIBILITY.max_delay)
         found[place] = value - errors[name]
     return found
 
@@ -397,7 +394,7 @@ def _linearize_segment(
     """Return a stretch with all that a step needs; None where the motion left all bounds."""
     with np.errstate(all="ignore"):
         found = predict_channels(stretch, errors, start)
-    if not np.abs(found.path.velocity).max() < _MAX_SPEED:
+    if not np.abs(found.path.velocity).max() < COMPATIBILITY.max_speed:
         return None
     shown = np.column_stack([stretch.outputs[name] for name in found.channels])
     counted = np.isfinite(shown)
@@ -412,7 +409,7 @@ def _linearize_segment(
     chosen, calm = kalman_gain_pair(predictor, noise, white)
     with np.errstate(all="ignore"):
         left = whiten_residuals(predictor, chosen.K, v[:, :, None])[:, :, 0]
-    if not np.nanmax(np.abs(left)) < _MAX_SPEED:
+    if not np.nanmax(np.abs(left)) < COMPATIBILITY.max_speed:
         return None
     shift = v - left
     expected = block_average(shown, counted, predictor.width) - left
@@ -481,7 +478,9 @@ def _use_predicted_motion(
         ideal = (expected[:, row] - errors.get(f"{name}.bias", 0.0)) / scale
         if (label := f"{name}.scale") in free:
             motion = np.nanvar(expected[:, row]) * scale**2
-            for found, (late, _), ratio in zip(moving, levels, _MOTION_OVER_NOISE, strict=True):
+            for found, (late, _), ratio in zip(
+                moving, levels, COMPATIBILITY.scale_signal_to_noise, strict=True
+            ):
                 if motion > ratio * late[row]:
                     found.add(label)
             # Of a scale that is not seen, what it does to the mean is left.
@@ -494,7 +493,9 @@ def _use_predicted_motion(
             change = np.diff(shift[:, row], prepend=shift[:1, row])
             S[:, row, column] -= np.nan_to_num(change) / step
             motion = np.nanmean(S[:, row, column] ** 2) * step**2
-            for found, (_, walked), ratio in zip(moving, levels, _CHANGE_OVER_NOISE, strict=True):
+            for found, (_, walked), ratio in zip(
+                moving, levels, COMPATIBILITY.delay_signal_to_noise, strict=True
+            ):
                 if motion > ratio * walked[row]:
                     found.add(label)
             if label not in seen:
@@ -528,7 +529,7 @@ def is_motion_significant(stretch: CompatibilitySegment, channel: str, rate: flo
     width = samples_per_average(stretch, rate)
     means = block_average(samples[:, None], np.ones((samples.size, 1), dtype=bool), width)
     noise = stretch.noise[channel] ** 2 / width
-    return float(np.var(means)) > _MOTION_OVER_NOISE[1] * noise
+    return float(np.var(means)) > COMPATIBILITY.scale_signal_to_noise[1] * noise
 
 
 def scale_bounds(

@@ -23,22 +23,12 @@ import numpy as np
 
 from gsapp.identification.compatibility.instrument_prediction import Prediction
 from gsapp.identification.compatibility.segments import CompatibilitySegment
-from gsapp.identification.compatibility.settings import KINEMATIC_INPUTS
+from gsapp.identification.compatibility.settings import COMPATIBILITY, KINEMATIC_INPUTS
 from gsapp.identification.filter_error.steady_state import (
     InnovationsForm,
     propagated_covariance,
 )
 from gsapp.quantities import BoolArray, FloatArray
-
-_UNMEASURED_RATE_DENSITY, _UNMEASURED_FORCE_DENSITY = 0.03, 4.0
-"""Density of what no instrument measured: rad^2/s, m^2/s^3."""
-_CALM_AIR_DENSITY = 1e-4
-"""Density of gusts in calm air, m^2/s^3."""
-_DOUBLINGS = 10
-_MAX_ITERATIONS = 6
-_SEARCH_FACTOR = 4.0
-_ASSUMED_SPEED_STD = 4.0
-"""Standard deviation of a guessed airspeed, m/s."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -168,7 +158,7 @@ def build_error_state_model(
         show[row] = variance
     if stretch.assumed_speed is not None and "V" in found.channels:
         # A constant error: it counts once, not once for every sample.
-        show[found.channels.index("V")] = _ASSUMED_SPEED_STD**2 * count
+        show[found.channels.index("V")] = COMPATIBILITY.assumed_speed_std**2 * count
     process = np.zeros((9, 6, 6))
     middle = _cross_product_matrices(v.mean(axis=0))
     for axis in range(3):
@@ -176,9 +166,13 @@ def build_error_state_model(
         by_force = np.concatenate((np.eye(3)[axis], np.zeros(3)))
         process[axis] = step * np.outer(by_rate, by_rate)
         process[3 + axis] = process[6 + axis] = step * np.outer(by_force, by_force)
-    drive = np.full(9, _CALM_AIR_DENSITY)
+    drive = np.full(9, COMPATIBILITY.calm_air_density)
     for place, name in enumerate(KINEMATIC_INPUTS):
-        unknown = _UNMEASURED_RATE_DENSITY if place < 3 else _UNMEASURED_FORCE_DENSITY
+        unknown = (
+            COMPATIBILITY.unmeasured_rate_density
+            if place < 3
+            else COMPATIBILITY.unmeasured_force_density
+        )
         drive[place] = unknown if name in stretch.absent else stretch.noise[name] ** 2 * stretch.dt
     return ErrorStateModel(
         width=width,
@@ -213,7 +207,10 @@ def steady_kalman_gains(
     R = np.array([one.output_factors for one in noises]) * predictor.output_variance
     H = predictor.H.mean(axis=0)
     P = propagated_covariance(
-        predictor.Phi.mean(axis=0), np.einsum("ki,ck,kj->cij", H, 1.0 / R, H), Q, _DOUBLINGS
+        predictor.Phi.mean(axis=0),
+        np.einsum("ki,ck,kj->cij", H, 1.0 / R, H),
+        Q,
+        COMPATIBILITY.covariance_doublings,
     )
     covariance = H @ P @ H.T
     covariance[:, np.arange(len(H)), np.arange(len(H))] += R
@@ -308,9 +305,9 @@ def estimate_noise_levels(
         return neg2_log_likelihood(whiten_residuals(predictor, K, columns)[..., 0], covariance)
 
     least = float(judged([best])[0])
-    factor = _SEARCH_FACTOR**2
+    factor = COMPATIBILITY.search_factor**2
     while factor > 1.5:
-        for _ in range(_MAX_ITERATIONS):
+        for _ in range(COMPATIBILITY.max_search_steps):
             tried = [
                 changed
                 for group, place in places

@@ -19,7 +19,7 @@ from gsapp.identification.compatibility.instrument_text import (
     join_names,
 )
 from gsapp.identification.compatibility.results import InstrumentVerdict, SensorComparison
-from gsapp.identification.compatibility.settings import CompatibilitySettings
+from gsapp.identification.compatibility.settings import COMPATIBILITY, CompatibilitySettings
 from gsapp.identification.maneuver import Maneuver
 from gsapp.identification.motion import measured_motion
 from gsapp.quantities import FloatArray, channel
@@ -32,15 +32,7 @@ _PAIRS = (
     ("rudder", "dr"),
 )
 _SURFACE = {"bias": 1.0 * DEGREE, "scale": 0.1, "delay": 0.02}
-_PRECISION_STEPS = 10.0
-"""Of what a sensor earns: how far others than those of `TOLERABLE_ERRORS` may be apart."""
 _AIRSPEED = "airspeed from dynamic pressure"
-_MIN_MOTION_RATIO = 10.0
-"""Variance of the motion over that of the difference, for slope and delay to mean something."""
-_MAX_DELAY = 0.1
-"""Delays are looked for up to this, s."""
-_MIN_SAMPLES = 40
-_SIGNIFICANT_SIGMAS = 4.0
 
 
 def compare_redundant_sensors(
@@ -100,7 +92,8 @@ def _redundant_groups(maneuvers: Sequence[Maneuver]) -> list[dict[str, FloatArra
     return [
         signals
         for signals in found
-        if np.isfinite(np.sum([*signals.values()], axis=0)).sum() >= _MIN_SAMPLES
+        if np.isfinite(np.sum([*signals.values()], axis=0)).sum()
+        >= COMPATIBILITY.min_redundant_samples
     ]
 
 
@@ -129,12 +122,12 @@ def _compare(
 ) -> SensorComparison | None:
     x, y = signals[reference], signals[other]
     good = np.isfinite(x) & np.isfinite(y)
-    if good.sum() < _MIN_SAMPLES:
+    if good.sum() < COMPATIBILITY.min_redundant_samples:
         return None
     a, b = x[good], y[good]
     bias = float(b.mean() - a.mean())
     spread = float(np.std(b - a))
-    moving = max(np.var(a), np.var(b)) > _MIN_MOTION_RATIO * max(
+    moving = max(np.var(a), np.var(b)) > COMPATIBILITY.min_motion_ratio * max(
         _difference_noise(b - a) ** 2, 1e-18
     )
     scale = delay = None
@@ -145,7 +138,7 @@ def _compare(
         left = float(np.std(b - b.mean() - scale * (a - a.mean())))
     limits = _limits(reference, settings)
     wrong = []
-    uncertain = _SIGNIFICANT_SIGMAS * left / np.sqrt(max(good.sum() / 25.0, 1.0))
+    uncertain = COMPATIBILITY.redundant_sigmas * left / np.sqrt(max(good.sum() / 25.0, 1.0))
     name = channel_title(other)
     if abs(bias) > limits["bias"] + uncertain:
         wrong.append(f"is {format_quantity(_unit_of(reference), bias)} off")
@@ -183,7 +176,7 @@ def _limits(name: str, settings: CompatibilitySettings) -> Mapping[str, float]:
     try:
         return {kind: settings.tolerable_size(f"{base}.{kind}") for kind in _SURFACE}
     except KeyError:
-        return {**_SURFACE, "bias": _PRECISION_STEPS * channel(base).precision}
+        return {**_SURFACE, "bias": COMPATIBILITY.precision_ratio * channel(base).precision}
 
 
 def _total_least_squares_slope(a: FloatArray, b: FloatArray) -> float:
@@ -201,7 +194,7 @@ def _difference_noise(samples: FloatArray) -> float:
 
 def _estimate_delay(x: FloatArray, y: FloatArray, dt: float) -> float:
     """Return how late y is against x, s: where the two are the most alike, a parabola between."""
-    reach = max(1, round(_MAX_DELAY / dt))
+    reach = max(1, round(COMPATIBILITY.max_redundant_delay / dt))
     middle = slice(reach, x.size - reach)
     if x.size < 4 * reach:
         return 0.0

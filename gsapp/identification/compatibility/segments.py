@@ -11,17 +11,16 @@ from gsapp.aircraft import Aircraft
 from gsapp.decoding.air_data import true_airspeed
 from gsapp.foundation import FlightError
 from gsapp.identification.compatibility.instrument_text import join_names
-from gsapp.identification.compatibility.settings import KINEMATIC_INPUTS, KINEMATIC_OUTPUTS
+from gsapp.identification.compatibility.settings import (
+    COMPATIBILITY,
+    KINEMATIC_INPUTS,
+    KINEMATIC_OUTPUTS,
+)
 from gsapp.identification.maneuver import Maneuver
 from gsapp.identification.motion import measured_motion
 from gsapp.identification.smoothing import contiguous_slices, interpolate_missing
 from gsapp.quantities import BoolArray, FloatArray
 
-MAX_BRIDGED_GAP = 0.15
-"""Rates and accelerations missing for longer (s) break a maneuver in two."""
-MIN_DURATION = 2.0
-"""A stretch shorter than this (s) is left out."""
-MIN_SEGMENT_SAMPLES = 40
 _CALIBRATED = ("V", "alpha", "beta")
 
 
@@ -141,10 +140,10 @@ def prepare_segments(maneuvers: Sequence[Maneuver], aircraft: Aircraft | None) -
 def _prepare_maneuver(found: PreparedSegments, maneuver: Maneuver, aircraft: Aircraft) -> None:
     title = f"maneuver {maneuver.id}"
     count = len(maneuver.block)
-    if count < MIN_SEGMENT_SAMPLES:
+    if count < COMPATIBILITY.min_segment_samples:
         found.warnings.append(
             f"{title} has {count} samples; too few to compare instruments: give at least "
-            f"{MIN_SEGMENT_SAMPLES}"
+            f"{COMPATIBILITY.min_segment_samples}"
         )
         return
     dt = maneuver.dt
@@ -177,9 +176,11 @@ def _prepare_maneuver(found: PreparedSegments, maneuver: Maneuver, aircraft: Air
         visible = {
             name: signals[name][piece]
             for name in shown
-            if np.isfinite(signals[name][piece]).sum() >= MIN_SEGMENT_SAMPLES // 2
+            if np.isfinite(signals[name][piece]).sum() >= COMPATIBILITY.min_segment_samples // 2
         }
-        if not visible or piece.stop - piece.start < max(MIN_SEGMENT_SAMPLES, MIN_DURATION / dt):
+        if not visible or piece.stop - piece.start < max(
+            COMPATIBILITY.min_segment_samples, COMPATIBILITY.min_duration / dt
+        ):
             continue
         kept += 1
         driving = {
@@ -205,8 +206,8 @@ def _prepare_maneuver(found: PreparedSegments, maneuver: Maneuver, aircraft: Air
         )
     if not kept:
         found.warnings.append(
-            f"{title}: no {MIN_DURATION:g} s in a row have rates, accelerations and anything to "
-            "compare them with"
+            f"{title}: no {COMPATIBILITY.min_duration:g} s in a row have rates, accelerations and "
+            "anything to compare them with"
         )
 
 
@@ -231,7 +232,7 @@ def _drop_stuck(
     """Take out channels that stayed constant while others moved."""
     for name, samples in signals.items():
         seen = samples[np.isfinite(samples)]
-        if seen.size >= MIN_SEGMENT_SAMPLES and not np.ptp(seen):
+        if seen.size >= COMPATIBILITY.min_segment_samples and not np.ptp(seen):
             found.stuck.setdefault(name, []).append(maneuver.id)
             signals[name] = np.full_like(samples, np.nan)
 
@@ -247,7 +248,7 @@ def _unbridgeable_gaps(
             continue
         for gap in contiguous_slices(~np.isfinite(signals[name])):
             at_end = gap.start == 0 or gap.stop == count
-            if at_end or (gap.stop - gap.start) * dt > MAX_BRIDGED_GAP:
+            if at_end or (gap.stop - gap.start) * dt > COMPATIBILITY.max_filled_gap:
                 found[gap] = True
     return found
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
+from typing import Final
 
 from gsapp.foundation import UnknownNameError
 from gsapp.foundation.name_suggestions import did_you_mean
@@ -72,9 +73,6 @@ DEFAULT_FREE_ERRORS = (
 )  # fmt: skip
 """Gyros and accelerometers set the scale and the time for the others: theirs are held."""
 
-OBSERVABLE_SHARE = 0.3
-"""A parameter counts as seen where its bound is at most this share of `PLAUSIBLE_ERRORS`."""
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CompatibilitySettings:
@@ -127,3 +125,74 @@ class CompatibilitySettings:
     def tolerable_size(self, name: str) -> float:
         """Return up to which size an error is everyday."""
         return self.tolerable.get(name, TOLERABLE_ERRORS[name])
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CompatibilityAlgorithmSettings:
+    """Engineering choices; times in s."""
+
+    observable_share: float = 0.3  # Of `PLAUSIBLE_ERRORS`: bound of a visible error.
+
+    # Segments.
+    max_filled_gap: float = 0.15  # A longer gap in rates or accelerations splits a maneuver.
+    min_duration: float = 2.0  # A stretch shorter than this (s) is left out.
+    min_segment_samples: int = 40  # Samples below which a stretch is left out.
+
+    # Gauss-Newton fit.
+    initial_speed_std: float = 10.0  # Of a start before any measurement: m/s ...
+    initial_rotation_std: float = 0.5  # ... and rad.
+    step_tolerance: float = 0.02  # A step smaller than this share of a bound is the last.
+    noise_update_step: float = 0.3  # Step below which the noise is estimated again ...
+    noise_update_interval: int = 4  # ... or after so many steps ...
+    max_noise_updates: int = 2  # ... and so many times.
+    max_delay: float = 0.2  # Of an instrument against the gyros, s, either way.
+    max_rotation_step: float = 0.5  # Of a start in one step, rad.
+    max_cost_growth: float = 1.02  # Ratio of costs up to which a step is taken.
+    max_halvings: int = 3  # Halvings of a step that raises the cost by more.
+    ridge: float = 1e-12  # Share of the diagonal that keeps the normal equations solvable.
+    max_speed: float = 1e3  # Velocities (m/s) beyond this are no flight.
+    scale_signal_to_noise: tuple[float, float] = (10.0, 20.0)
+    """Variance of motion over noise, for a scale: over white noise to take part in the fit, over
+    all noise to be reported ..."""
+    delay_signal_to_noise: tuple[float, float] = (5.0, 25.0)  # ... and for a delay.
+
+    # Kalman predictor.
+    unmeasured_rate_density: float = 0.03  # Density of what no instrument measured: rad^2/s ...
+    unmeasured_force_density: float = 4.0  # ... and m^2/s^3.
+    calm_air_density: float = 1e-4  # Density of gusts in calm air, m^2/s^3.
+    covariance_doublings: int = 10  # Doublings of the time over which the covariance settles.
+    max_search_steps: int = 6  # Steps of the search for the noise with one factor ...
+    search_factor: float = 4.0  # ... which is the square of this at first.
+    assumed_speed_std: float = 4.0  # Standard deviation of a guessed airspeed, m/s.
+
+    # Verdict.
+    significant_sigmas: float = 3.0  # Bounds by which an error must exceed the tolerable.
+    max_gyro_noise_ratio: float = 1000.0
+    """Power over white noise at which a gyro contradicts the others as no gusts make it: at most
+    500 in gusts of 2 m/s, 4000 and more with a wrong unit."""
+    max_final_step: float = 4.0
+    """Last step in bounds from which a fit is no proof: at most 2.2 with good instruments whose
+    errors hardly show, 6 and more with a vane in another unit."""
+    gust_warning_speed: float = 0.3  # Change of the wind in a second, m/s.
+
+    # Reversed and exchanged axes.
+    min_likelihood_gain: float = 20.0  # Twice the log-likelihood: far beyond chance.
+    min_residual_ratio: float = 1.2  # Times by which a remedy must lower the residuals.
+    flow_angle_ratio: float = 2.0  # The same, to name the flow angle of that axis instead.
+    max_scale_std: float = 0.2  # Bound of a scale: a turned sign is ten times that away.
+    white_noise_factors: tuple[float, float] = (3.0, 10.0)
+    """For filters before the converter: on inputs and on outputs of the kinematics."""
+    screening_segments: int = 4  # Segments with most motion, for first tries.
+    screening_stages: tuple[tuple[int, int], tuple[int, int]] = ((1, 6), (4, 2))
+    """Steps, remedies kept."""
+    max_corrections: int = 3  # Remedies applied one after the other.
+
+    # Redundant instruments.
+    precision_ratio: float = 10.0  # Over `TOLERABLE_ERRORS`, for other sensors.
+    min_motion_ratio: float = 10.0  # Variance of motion over that of the difference.
+    max_redundant_delay: float = 0.1  # Delays are looked for up to this, s.
+    min_redundant_samples: int = 40  # Samples that a comparison takes.
+    redundant_sigmas: float = 4.0  # Standard deviations from which two instruments differ.
+
+
+COMPATIBILITY: Final = CompatibilityAlgorithmSettings()

@@ -16,16 +16,11 @@ from gsapp.identification.equation_error.regression import (
     Regression,
     collinear_columns,
 )
+from gsapp.identification.equation_error.settings import EQUATION_ERROR
 from gsapp.identification.results import DerivativeEstimate, ResponseFit
 from gsapp.identification.smoothing import contiguous_slices
 from gsapp.identification.statistics import response_fit
 from gsapp.quantities import FloatArray, name_in_text
-from gsapp.quantities.constants import DEGREE
-
-_ROWS_PER_COLUMN = 8
-"""Rows that a stretch must have for each number of its model."""
-_LARGEST_GROWTH = 10.0
-"""By which an unstable model may grow within a stretch."""
 
 
 def simulate_instruments(states: FloatArray, surfaces: FloatArray) -> FloatArray | None:
@@ -46,13 +41,13 @@ def simulate_instruments(states: FloatArray, surfaces: FloatArray) -> FloatArray
     """
     count, order = states.shape
     past = np.column_stack((states[:-1], surfaces[:-1], surfaces[1:], np.ones(count - 1)))
-    if count < _ROWS_PER_COLUMN * past.shape[1]:
+    if count < EQUATION_ERROR.rows_per_column * past.shape[1]:
         return None
     scale = np.maximum(np.linalg.norm(past, axis=0), 1e-300)
     solution = np.linalg.lstsq(past / scale, states[1:], rcond=1e-10)[0] / scale[:, None]
     A = np.ascontiguousarray(solution[:order].T)
     growth = float(np.abs(np.linalg.eigvals(A)).max())
-    if growth**count > _LARGEST_GROWTH:
+    if growth**count > EQUATION_ERROR.max_growth:
         return None
     drive = past[:, order:] @ solution[order:]
     out = np.empty_like(states)
@@ -66,18 +61,9 @@ def simulate_instruments(states: FloatArray, surfaces: FloatArray) -> FloatArray
 
 DRIFT_PREFIX = "drift."
 """Columns for offset and drift of instruments begin so."""
-DRIFT_DEGREE = 2
-"""Of the polynomial in time that takes up what an integrated flow angle drifts."""
 FORCE_COEFFICIENTS = ("CN", "CA", "CY")
 """Coefficients that the bias of an accelerometer shifts, by another amount each day."""
 _SURFACES = ("de", "da", "dr")
-_LEAST_ANGLE = 0.1 * DEGREE
-_LEAST_RATE = 0.3 * DEGREE
-"""Standard deviations below which nothing has moved, rad and rad/s."""
-_MIN_SIGNAL_TO_NOISE = 2.0
-"""Standard deviation over that of the noise, below which nothing has moved."""
-_MIN_DURATION = 1.0
-"""s of usable record below which nothing is estimated."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -152,7 +138,7 @@ def build_equation(
     used = [one for index, one in enumerate(found) if index not in lacking]
     stacked = _stack_maneuvers(coefficient, names, fixed, used, cache)
     length = stacked.y.size * stacked.dt
-    if length < _MIN_DURATION or stacked.y.size < 3 * len(names):
+    if length < EQUATION_ERROR.min_duration or stacked.y.size < 3 * len(names):
         why = (
             f"only {length:.1f} s of the record are usable"
             if length
@@ -334,7 +320,7 @@ def _drift_columns(times: FloatArray, parts: Sequence[slice], *, needs_drift: bo
     if not needs_drift or not rows.size:
         return np.empty((rows.size, 0))
     ramp = (rows - rows[0]) / max(float(rows[-1] - rows[0]), 1e-9)
-    return np.vander(ramp, DRIFT_DEGREE + 1, increasing=True)
+    return np.vander(ramp, EQUATION_ERROR.drift_degree + 1, increasing=True)
 
 
 def _instrument_columns(
@@ -360,7 +346,7 @@ def _unexcited(stacked: Equation, used: Sequence[Coefficients]) -> dict[str, Der
         spread = float(np.std(stacked.X[:, index]))
         noise = float(np.sqrt(stacked.noise[index, index]))
         least = excitation_threshold(suffix, used[0])
-        if spread < max(least, _MIN_SIGNAL_TO_NOISE * noise):
+        if spread < max(least, EQUATION_ERROR.min_signal_to_noise * noise):
             found[name] = DerivativeEstimate(
                 value=None,
                 status="unknown",
@@ -375,10 +361,14 @@ def _unexcited(stacked: Equation, used: Sequence[Coefficients]) -> dict[str, Der
 def excitation_threshold(suffix: str, one: Coefficients) -> float:
     """Return the standard deviation of a regressor below which nothing has moved."""
     if suffix not in ("p", "q", "r"):
-        return _LEAST_ANGLE
+        return EQUATION_ERROR.min_angle_std
     # p b/2V for the least p, at the mean speed.
     hat, rate = one.variables[f"{suffix}_hat"], one.variables[suffix]
-    return _LEAST_RATE * float(np.linalg.norm(hat)) / max(float(np.linalg.norm(rate)), 1e-12)
+    return (
+        EQUATION_ERROR.min_rate_std
+        * float(np.linalg.norm(hat))
+        / max(float(np.linalg.norm(rate)), 1e-12)
+    )
 
 
 def _redundant_columns(twins: Mapping[str, tuple[str, ...]]) -> set[str]:

@@ -25,7 +25,6 @@ from gsapp.identification.equation_error.delay_estimation import (
     estimate_relative_delay,
 )
 from gsapp.identification.equation_error.equations import (
-    DRIFT_DEGREE,
     DRIFT_PREFIX,
     CoefficientCache,
     build_equation,
@@ -38,6 +37,7 @@ from gsapp.identification.equation_error.regression import (
     instrument_inflation,
     solve_equation,
 )
+from gsapp.identification.equation_error.settings import EQUATION_ERROR
 from gsapp.identification.equation_error.smoothed_coefficients import smooth_coefficients
 from gsapp.identification.instrument_effects import effective_records
 from gsapp.identification.maneuver import Maneuver
@@ -131,7 +131,9 @@ def _from_motions(
     shift = (
         None if isinstance(delays, Mapping) else estimate_relative_delay(found, axis, tuple(inputs))
     )
-    proven = shift is not None and abs(shift[0]) > max(_SIGNIFICANT_SIGMAS * shift[1], _LEAST_SHIFT)
+    proven = shift is not None and abs(shift[0]) > max(
+        EQUATION_ERROR.significant_sigmas * shift[1], EQUATION_ERROR.min_shift
+    )
     plain = _estimate_from_coefficients(found, maneuvers, axis, free=free, held=held, model=model)
     if shift is None or not proven:
         return plain
@@ -146,11 +148,6 @@ def _from_motions(
     right = smooth_coefficients(maneuvers, motions, model=model, cutoff=cutoff, delays=late)
     better = _estimate_from_coefficients(right, maneuvers, axis, free=free, held=held, model=model)
     return _widen_bounds(better, plain, shift, f"{told}, which is corrected")
-
-
-_SIGNIFICANT_SIGMAS = 3.0
-_LEAST_SHIFT = 1e-3
-"""A shift is proven at three bounds; below a millisecond it does no harm."""
 
 
 def _widen_bounds(
@@ -229,7 +226,7 @@ def _estimate_from_coefficients(
         fitted.update(zip(solution.names, solution.values.tolist(), strict=True))
         courses[coefficient] = -1
         if any(name.startswith(DRIFT_PREFIX) for name in solution.names):
-            courses[coefficient] = DRIFT_DEGREE
+            courses[coefficient] = EQUATION_ERROR.drift_degree
         for index, name in enumerate(solution.names):
             if name in derivatives and name not in formed.unestimated:
                 derivatives[name] = DerivativeEstimate(
@@ -295,13 +292,9 @@ def _solve_with_instruments(equation: Equation) -> tuple[Regression, bool]:
     """
     if (equation.Z == equation.X).all():
         return solve_equation(equation), False
-    if instrument_inflation(equation) > _WEAK_INSTRUMENT_INFLATION:
+    if instrument_inflation(equation) > EQUATION_ERROR.weak_instrument_inflation:
         return solve_equation(equation.with_ordinary_least_squares), True
     return solve_equation(equation), False
-
-
-_WEAK_INSTRUMENT_INFLATION = 1.7
-"""Growth of the bounds at which instruments cost more than the noise that they avoid."""
 
 
 def _join_covariances(

@@ -17,15 +17,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from gsapp.identification.equation_error.settings import EQUATION_ERROR
 from gsapp.identification.statistics import ManeuverFitData, joint_covariance
 from gsapp.quantities import FloatArray
-
-_LONGEST_CORRELATION = 2.0
-"""Of the residuals, s: how far their autocovariance is followed."""
-_MIN_SIGNAL_TO_NOISE = 3.0
-"""What the other regressors leave of one, over the noise in it: below, it is noise."""
-_LARGEST_INFLATION = 1e7
-"""Of a variance by collinearity, where there is no noise to compare with."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -210,7 +204,7 @@ def _correlation_lags(equation: Equation) -> int:
         (part.stop - part.start for one in equation.maneuver_rows for part in one.segments),
         default=1,
     )
-    return max(1, min(round(_LONGEST_CORRELATION / equation.dt), longest // 4))
+    return max(1, min(round(EQUATION_ERROR.max_correlation_time / equation.dt), longest // 4))
 
 
 def collinear_columns(equation: Equation) -> dict[str, tuple[str, ...]]:
@@ -230,7 +224,9 @@ def collinear_columns(equation: Equation) -> dict[str, tuple[str, ...]]:
         alone = 1.0 / np.maximum(np.diag(inverse), 1e-300)
         weights = inverse / np.diag(inverse)
         own = np.einsum("ij,ik,kj->j", weights, noise[np.ix_(left, left)], weights)
-        ratio = alone / np.maximum(_MIN_SIGNAL_TO_NOISE * own, 1.0 / _LARGEST_INFLATION)
+        ratio = alone / np.maximum(
+            EQUATION_ERROR.min_regressor_to_noise * own, 1.0 / EQUATION_ERROR.max_inflation
+        )
         worst = int(np.argmin(ratio))
         if ratio[worst] >= 1.0:
             break

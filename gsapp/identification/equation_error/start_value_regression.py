@@ -10,15 +10,11 @@ from gsapp.dynamics.buildup import linear_variables
 from gsapp.dynamics.model import Model
 from gsapp.identification.coefficients import Coefficients
 from gsapp.identification.equation_error.equations import excitation_threshold
+from gsapp.identification.equation_error.settings import EQUATION_ERROR
 from gsapp.identification.equation_error.smoothed_coefficients import smooth_coefficients
 from gsapp.identification.maneuver import Maneuver
 from gsapp.identification.motion import MeasuredMotion
 from gsapp.quantities import FloatArray
-
-_CUTOFF = 5.0
-"""Hz; a start value needs no better choice."""
-_SINGULAR_VALUE_CUTOFF = 1e-3
-"""Share of the largest singular value below which a combination of parameters stays small."""
 
 
 def estimate_start_values(
@@ -44,7 +40,11 @@ def estimate_start_values(
         As in `gsapp.identification.equation_error.estimator`.
     """
     found = smooth_coefficients(
-        maneuvers, stand_ins=stand_ins, model=model, cutoff=_CUTOFF, motions=motions
+        maneuvers,
+        stand_ins=stand_ins,
+        model=model,
+        cutoff=EQUATION_ERROR.start_value_cutoff,
+        motions=motions,
     )
     fixed = {} if model is None else dict(model.derivatives)
     fixed = {name: value for name, value in fixed.items() if name not in free}
@@ -73,7 +73,10 @@ def estimate_start_values(
             )
         ]
         scale = np.maximum(np.linalg.norm(X[:, moved], axis=0), 1e-300)
-        solution = np.linalg.lstsq(X[:, moved] / scale, y, rcond=_SINGULAR_VALUE_CUTOFF)[0] / scale
+        solution = (
+            np.linalg.lstsq(X[:, moved] / scale, y, rcond=EQUATION_ERROR.singular_value_cutoff)[0]
+            / scale
+        )
         start.update(zip([names[index] for index in moved], solution.tolist(), strict=True))
     return start
 

@@ -29,20 +29,12 @@ from gsapp.identification.equation_error.equations import (
     maneuver_offset_columns,
 )
 from gsapp.identification.equation_error.regression import Equation, ManeuverRows, solve_equation
+from gsapp.identification.equation_error.settings import EQUATION_ERROR
 from gsapp.identification.equation_error.smoothed_coefficients import smooth_coefficients
 from gsapp.identification.maneuver import Maneuver
 from gsapp.identification.motion import MeasuredMotion
 from gsapp.identification.smoothing import BoolArray, contiguous_slices
 from gsapp.quantities import FloatArray
-
-F_TO_ENTER, F_TO_REMOVE = 20.0, 12.0
-"""Partial F at which a term enters, and below which it leaves."""
-_PRESS_SEGMENT_DURATION = 0.6
-"""Length of the stretches that PRESS leaves out, s."""
-_MAX_COSINE = 0.9
-"""Cosine of what is new in two candidates, from which the data hardly tell them apart."""
-_MAX_CANDIDATES = 3
-"""Candidates tried in a round before it gives up."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -359,14 +351,14 @@ class _StepwiseSearch:
         usable = size > 1e-3 * np.linalg.norm(raw, axis=0)
         new /= np.where(usable, size, 1.0)
         worth = np.where(usable, np.abs(new.T @ left), 0.0)
-        for place in np.argsort(-worth)[:_MAX_CANDIDATES].tolist():
+        for place in np.argsort(-worth)[: EQUATION_ERROR.max_candidates].tolist():
             if worth[place] <= 0.0:
                 return False
             name = names[place]
             alike = tuple(
                 names[other]
                 for other in np.flatnonzero(
-                    usable & (np.abs(new.T @ new[:, place]) > _MAX_COSINE)
+                    usable & (np.abs(new.T @ new[:, place]) > EQUATION_ERROR.max_cosine)
                 ).tolist()
                 if other != place
             )
@@ -378,7 +370,7 @@ class _StepwiseSearch:
         wanted = [*self._chosen, name]
         partial = float(_partial_f(self._table.equation(wanted))[len(wanted)])
         press = self._predicted(wanted)
-        if partial >= F_TO_ENTER and press < self._press:
+        if partial >= EQUATION_ERROR.f_to_enter and press < self._press:
             why = (
                 f"partial F {partial:.0f}, held-out prediction improves by "
                 f"{100.0 * (1.0 - press / self._press):.1f} %"
@@ -387,8 +379,8 @@ class _StepwiseSearch:
             self._note("added", name, partial, alike, why)
             return True
         why = (
-            f"partial F {partial:.1f} is less than {F_TO_ENTER:.0f}"
-            if partial < F_TO_ENTER
+            f"partial F {partial:.1f} is less than {EQUATION_ERROR.f_to_enter:.0f}"
+            if partial < EQUATION_ERROR.f_to_enter
             else "held-out prediction does not improve"
         )
         self._refused.add(name)
@@ -402,7 +394,7 @@ class _StepwiseSearch:
                 zip(self._chosen, _partial_f(self._table.equation(self._chosen))[1:], strict=False)
             )
             weakest = min(free, key=lambda name: partial[name])
-            if partial[weakest] >= F_TO_REMOVE:
+            if partial[weakest] >= EQUATION_ERROR.f_to_remove:
                 return
             self._chosen.remove(weakest)
             self._refused.add(weakest)
@@ -442,7 +434,7 @@ class _StepwiseSearch:
         y = self._table.y
         basis = np.linalg.qr(self._table.equation(names).X)[0]
         left = y - basis @ (basis.T @ y)
-        width = max(2, round(_PRESS_SEGMENT_DURATION / self._table.dt))
+        width = max(2, round(EQUATION_ERROR.press_segment_duration / self._table.dt))
         total = 0.0
         for start in range(0, y.size, width):
             part = slice(start, min(start + width, y.size))

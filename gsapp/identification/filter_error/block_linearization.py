@@ -17,18 +17,8 @@ from gsapp.dynamics.signal_terms import lag_weights
 from gsapp.identification.filter_error.instrument_delay import path_delay, path_lag, visible_shares
 from gsapp.identification.filter_error.motion_linearization import Linearization, NominalMotion
 from gsapp.identification.filter_error.noise_model import GUST_ROWS
+from gsapp.identification.filter_error.settings import FILTER_ERROR
 from gsapp.quantities import BoolArray, FloatArray
-
-_BLOCK = 0.04
-"""Length of a block, s."""
-_SCALES = (1.0, 0.01, 0.01, 0.05, 0.05, 0.05, 0.02, 0.02)
-"""Sizes (SI) that make the states comparable: V, alpha, beta, p, q, r, phi, theta."""
-_GUST_SCALES = (1.0, 0.01, 0.01)
-_READING_SCALE = 0.02
-_MIN_VALID_SHARE = 0.6
-"""Share of its samples that must count for a channel to count in a block."""
-_MAX_DELAY = 0.08
-"""Time through which a deviation is followed until a delayed instrument shows it, s."""
 
 
 class NoiseGain(NamedTuple):
@@ -88,7 +78,7 @@ class _DelayedInstruments:
             if tau is not None:
                 decay, old, new = lag_weights(tau, dt)
                 last = self._add(channel, None, decay=decay, old=old, new=new)
-            delay = min(max(delay, 0.0), round(_MAX_DELAY / dt))
+            delay = min(max(delay, 0.0), round(FILTER_ERROR.max_delay / dt))
             for _ in range(int(delay)):
                 last = self._add(channel, last)
             rest = delay - int(delay)
@@ -137,7 +127,7 @@ class BlockLinearization:
                 stepwise[:, one.row, one.row] = one.decay
             else:
                 stepwise[:, one.row, one.source] = 1.0
-        block = max(1, round(_BLOCK / record.dt))
+        block = max(1, round(FILTER_ERROR.block_duration / record.dt))
         n_blocks = n // block
         reach = np.empty((n_blocks, block + 1, size, size))
         reach[:, 0] = np.eye(size)
@@ -150,7 +140,10 @@ class BlockLinearization:
         # All samples of a block side by side: one product each.
         wide = shows.transpose(0, 2, 1, 3).reshape(n_blocks, -1, block * size)
         self.by_state = wide @ reach[:, :block].reshape(n_blocks, -1, size) / block
-        counted = record.valid[:whole].reshape(n_blocks, block, -1).mean(axis=1) > _MIN_VALID_SHARE
+        counted = (
+            record.valid[:whole].reshape(n_blocks, block, -1).mean(axis=1)
+            > FILTER_ERROR.min_valid_share
+        )
         self.valid: BoolArray = counted
         self.block_size = block
         self.stepwise = stepwise
@@ -203,9 +196,9 @@ class BlockLinearization:
     @property
     def scales(self) -> FloatArray:
         """Return a size for each state: columns of initial states are in these units."""
-        own = (1.0,) * (self.n_states - len(_SCALES))
-        late = (_READING_SCALE,) * len(self._late.readings)
-        return np.array((*_SCALES, *own, *_GUST_SCALES, *late))
+        own = (1.0,) * (self.n_states - len(FILTER_ERROR.state_scales))
+        late = (FILTER_ERROR.reading_scale,) * len(self._late.readings)
+        return np.array((*FILTER_ERROR.state_scales, *own, *FILTER_ERROR.gust_scales, *late))
 
     @cached_property
     def noise_gains(self) -> tuple[NoiseGain, ...]:

@@ -11,12 +11,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from gsapp.identification.filter_error.settings import FILTER_ERROR
 from gsapp.quantities import FloatArray
-
-_RIDGE = 1e-11
-"""Share of the diagonal that keeps the solution finite where parameters cannot be told apart."""
-_MIN_INFORMATION_SHARE = 1e-7
-"""A column that keeps less than this share of its square cannot be told from the others."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -77,7 +73,7 @@ class InformationMatrix:
         block = self.matrix[np.ix_(out, out)]
         cross = self.matrix[np.ix_(out, places)]
         scale = np.sqrt(np.maximum(block.diagonal(), 1e-300))
-        normal = block / scale[:, None] / scale + _RIDGE * np.eye(len(out))
+        normal = block / scale[:, None] / scale + FILTER_ERROR.ridge * np.eye(len(out))
         taken = np.linalg.solve(normal, cross / scale[:, None])
         left = self.matrix[np.ix_(places, places)] - (cross / scale[:, None]).T @ taken
         return InformationMatrix(
@@ -95,7 +91,7 @@ class InformationMatrix:
         block = self.matrix[np.ix_(places, places)]
         known = block.diagonal()
         scale = np.sqrt(np.where(known > 0.0, known, 1.0))
-        normal = block / scale[:, None] / scale + _RIDGE * np.eye(len(places))
+        normal = block / scale[:, None] / scale + FILTER_ERROR.ridge * np.eye(len(places))
         covariance = np.linalg.inv(normal) / scale[:, None] / scale
         return covariance @ self.matrix[places, -1], covariance
 
@@ -116,7 +112,7 @@ class InformationMatrix:
         """
         raw = of.matrix.diagonal()[of.indices(self.names)]
         own = self.matrix.diagonal()[:-1]
-        seen = own > _MIN_INFORMATION_SHARE * np.maximum(raw, 1e-300)
+        seen = own > FILTER_ERROR.min_information_share * np.maximum(raw, 1e-300)
         safe = np.where(seen, own, 1.0)
         score = self.matrix[:-1, -1]
         return (

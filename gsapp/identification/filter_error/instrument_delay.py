@@ -12,10 +12,8 @@ from __future__ import annotations
 import numpy as np
 
 from gsapp.dynamics.signal_terms import Delay, Lag, MemorylessTerm, PathTerms, apply_lag
+from gsapp.identification.filter_error.settings import FILTER_ERROR
 from gsapp.quantities import FloatArray
-
-_OVERSAMPLING = 4
-"""Samples in the place of one, for the response of a lag."""
 
 
 def path_delay(path: PathTerms) -> float:
@@ -145,10 +143,10 @@ def _lagged(
 ) -> tuple[FloatArray, FloatArray]:
     if tau <= 0.0 or len(signal) < 2:
         return signal, rate
-    steps = np.arange(_OVERSAMPLING * (len(signal) - 1) + 1) / _OVERSAMPLING
-    out = apply_lag(_interpolate_hermite(signal, rate, steps, dt), tau, dt / _OVERSAMPLING)[
-        ::_OVERSAMPLING
-    ]
+    steps = np.arange(FILTER_ERROR.oversampling * (len(signal) - 1) + 1) / FILTER_ERROR.oversampling
+    out = apply_lag(
+        _interpolate_hermite(signal, rate, steps, dt), tau, dt / FILTER_ERROR.oversampling
+    )[:: FILTER_ERROR.oversampling]
     return out, (signal - out) / tau
 
 

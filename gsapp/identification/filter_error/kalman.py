@@ -25,6 +25,7 @@ from gsapp.foundation import FlightError
 from gsapp.identification.filter_error.block_linearization import BlockLinearization
 from gsapp.identification.filter_error.motion_linearization import Linearization, NominalMotion
 from gsapp.identification.filter_error.noise_model import ColoredNoise, NoiseModel
+from gsapp.identification.filter_error.settings import FILTER_ERROR
 from gsapp.identification.filter_error.steady_state import (
     InnovationsForm,
     solve_forward,
@@ -33,8 +34,6 @@ from gsapp.identification.filter_error.steady_state import (
 )
 from gsapp.quantities import FloatArray
 
-_MIN_INTENSITY = 1e-9
-"""Process noise that every state has, in units of the scales squared per second."""
 _DIVERGED = "the fit of a model ran away; reject the effect, or check the data"
 
 
@@ -307,7 +306,11 @@ def _steady_covariance(
         for way in blocks.noise_gains
     ]  # fmt: skip
     rows, places = np.arange(n_x, len(scales)), colors.channel_indices
-    for least in (_MIN_INTENSITY, 1e3 * _MIN_INTENSITY, 1e6 * _MIN_INTENSITY):
+    for least in (
+        FILTER_ERROR.min_intensity,
+        1e3 * FILTER_ERROR.min_intensity,
+        1e6 * FILTER_ERROR.min_intensity,
+    ):
         own = Q + least * np.eye(n_x)
         arrived = np.zeros(A.shape)
         shared = np.zeros(C.T.shape)

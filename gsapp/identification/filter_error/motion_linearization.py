@@ -31,6 +31,7 @@ from gsapp.identification.filter_error.equation_jacobian import (
 from gsapp.identification.filter_error.instrument_delay import instrument_output, lead_matrix
 from gsapp.identification.filter_error.maneuver_record import INTEGRATED_STATES, ManeuverRecord
 from gsapp.identification.filter_error.output_jacobian import sensor_inputs
+from gsapp.identification.filter_error.settings import FILTER_ERROR
 from gsapp.quantities import FloatArray
 
 __all__ = [
@@ -43,10 +44,6 @@ __all__ = [
     "outputs_along",
 ]
 _VARIABLES = tuple(VARIABLES)
-BIAS_REFERENCE_SPEED = 30.0
-"""Airspeed at which its zero error is told, m/s: a pressure's zero is less speed when fast."""
-_MIN_SPEED = 5.0
-"""Airspeed (m/s) below which no pressure is believed."""
 
 
 @dataclass(slots=True, kw_only=True, eq=False)
@@ -151,8 +148,8 @@ def linearize_along(
     free : tuple of str
         Parameters of the equations to differentiate by.
     speed_zero : float
-        Zero error of airspeed at `BIAS_REFERENCE_SPEED`, m/s: airspeed shows that much less of a
-        change.
+        Zero error of airspeed at `FILTER_ERROR.bias_reference_speed`, m/s: airspeed shows that much
+        less of a change.
     """
     inputs = _surface_inputs(record, model)
     heading = record.motion.states.T[len(INTEGRATED_STATES)]
@@ -227,11 +224,13 @@ def bias_sensitivity(record: ManeuverRecord, V: FloatArray) -> FloatArray:
     """Return what a zero error of 1 changes in each channel, (n, n_channels), at airspeeds (n,).
 
     Each channel by 1, airspeed by what a pressure does that changes it by 1 at
-    `BIAS_REFERENCE_SPEED`.
+    `FILTER_ERROR.bias_reference_speed`.
     """
     zeros = np.ones((len(record), len(record.channels)))
     if "V" in record.channels:
-        zeros[:, record.channels.index("V")] = BIAS_REFERENCE_SPEED / np.maximum(V, _MIN_SPEED)
+        zeros[:, record.channels.index("V")] = FILTER_ERROR.bias_reference_speed / np.maximum(
+            V, FILTER_ERROR.min_speed
+        )
     return zeros
 
 
@@ -313,7 +312,9 @@ def _scales(
     scales: dict[int, FloatArray] = {}
     if "V" in record.channels:
         column = record.channels.index("V")
-        scales[column] = 1.0 - zeros[:, column] / np.maximum(outputs[:, column], _MIN_SPEED)
+        scales[column] = 1.0 - zeros[:, column] / np.maximum(
+            outputs[:, column], FILTER_ERROR.min_speed
+        )
     for column, path in _instrument_paths(record, model).items():
         for term, values in path:
             if isinstance(term, MemorylessTerm):

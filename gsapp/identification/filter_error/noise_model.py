@@ -11,25 +11,16 @@ from numpy.typing import NDArray
 from gsapp.dynamics.flight_model import MODEL_INPUTS
 from gsapp.identification.filter_error.equation_jacobian import CONTROLS
 from gsapp.identification.filter_error.maneuver_record import ManeuverRecord
+from gsapp.identification.filter_error.settings import FILTER_ERROR
 from gsapp.quantities import FloatArray
 from gsapp.quantities.constants import DEGREE
 
 GUSTS = ("u", "v", "w")
 GUST_ROWS = (0, 2, 1)
 """States that gusts along x, y, z enter: V, beta, alpha."""
-WHITE_SHARE = 0.02
-"""White noise of a channel whose noise is colored, over the variance that each sample adds."""
-_INITIAL_GUST_INTENSITY = 0.1
-_INITIAL_MOMENT_INTENSITY = 0.01
-_MAX_MOTION_FREQUENCY = 12.0
-"""Frequency above which no aircraft of this size moves, Hz."""
-_MIN_FREQUENCIES = 50
-_MIN_SAMPLES = 10
 _MEDIAN_OF_NORMAL = 0.6745
 _RHO = np.concatenate(([0.0], np.linspace(0.3, 0.9, 61)))
 """Correlations that are tried; what changes more slowly than the last is a bias or turbulence."""
-_MAX_WHITE_CORRELATION = 0.35
-"""Correlation below which noise counts as white."""
 _MIN_STD: Mapping[str, float] = {
     "V": 0.02,
     "ax": 0.01,
@@ -68,9 +59,9 @@ class NoiseModel:
     """
 
     variances: Mapping[str, float]
-    gust_intensities: tuple[float, float, float] = (_INITIAL_GUST_INTENSITY,) * 3
+    gust_intensities: tuple[float, float, float] = (FILTER_ERROR.initial_gust_intensity,) * 3
     gust_lengths: tuple[float, float, float] = (150.0, 60.0, 40.0)
-    moment_intensity: float = _INITIAL_MOMENT_INTENSITY
+    moment_intensity: float = FILTER_ERROR.initial_moment_intensity
     correlations: Mapping[str, float] = field(default_factory=dict)
     control_intensities: tuple[float, ...] = (0.0,) * len(CONTROLS)
 
@@ -81,7 +72,9 @@ class NoiseModel:
         """
         return np.array(
             [
-                self.variances[name] / block * (WHITE_SHARE if name in self.correlations else 1.0)
+                self.variances[name]
+                / block
+                * (FILTER_ERROR.white_share if name in self.correlations else 1.0)
                 for name in channels
             ]
         )
@@ -149,7 +142,9 @@ def initial_noise(records: Sequence[ManeuverRecord]) -> NoiseModel:
             float(np.median([_intensity(record, name) for record in records])) for name in CONTROLS
         ),
         correlations={
-            name: one for name, one in correlations.items() if one > _MAX_WHITE_CORRELATION
+            name: one
+            for name, one in correlations.items()
+            if one > FILTER_ERROR.max_white_correlation
         },
     ).with_variances(variances)
 
@@ -168,7 +163,7 @@ def _from_differences(record: ManeuverRecord, name: str) -> float:
 def _third_differences(samples: FloatArray) -> float | None:
     differences = np.diff(samples, 3)
     differences = differences[np.isfinite(differences)]
-    if differences.size <= _MIN_SAMPLES:
+    if differences.size <= FILTER_ERROR.min_samples:
         return None
     size = float(np.median(np.abs(differences))) / _MEDIAN_OF_NORMAL
     # 20 = 1 + 9 + 9 + 1.
@@ -191,8 +186,8 @@ def sample_variance(record: ManeuverRecord, name: str, correlation: float) -> fl
     if not record.valid[:, column].all():
         return 0.0
     power, angle = _periodogram(record.measured[:, column])
-    high = angle > 2.0 * np.pi * _MAX_MOTION_FREQUENCY * record.dt
-    if high.sum() < _MIN_FREQUENCIES:
+    high = angle > 2.0 * np.pi * FILTER_ERROR.max_motion_frequency * record.dt
+    if high.sum() < FILTER_ERROR.min_frequencies:
         return 0.0
     shape = 1.0 + correlation**2 - 2.0 * correlation * np.cos(angle[high])
     return float((power[high] * shape).mean()) / (1.0 - correlation**2)
@@ -210,9 +205,9 @@ def _correlation(records: Sequence[ManeuverRecord], name: str) -> float:
         if column < 0 or not record.valid[:, column].all():
             continue
         power, angle = _periodogram(record.measured[:, column])
-        high = angle > 2.0 * np.pi * _MAX_MOTION_FREQUENCY * record.dt
+        high = angle > 2.0 * np.pi * FILTER_ERROR.max_motion_frequency * record.dt
         power, angle = power[high], angle[high]
-        if len(power) < _MIN_FREQUENCIES:
+        if len(power) < FILTER_ERROR.min_frequencies:
             continue
         shape = 1.0 + _RHO[:, None] ** 2 - 2.0 * _RHO[:, None] * np.cos(angle)
         size = (power * shape).mean(axis=1)

@@ -15,17 +15,8 @@ import numpy as np
 
 from gsapp.identification.filter_error.filter_error_fit import FilterErrorFit
 from gsapp.identification.filter_error.maneuver_state import ManeuverState
-from gsapp.identification.filter_error.noise_model import GUST_ROWS, GUSTS, WHITE_SHARE, NoiseModel
-
-_LARGEST_STEP = 6.0
-_UP, _DOWN = 0.6, 2.0
-_BOUNDS = (1e-9, 100.0)
-_SKIPPED = 5
-"""Blocks at the start, which the initial state has used up."""
-NOISE_ROUNDS = 3
-"""Rounds of noise to each pass of a fit."""
-_MAX_STEP_SIGMAS = 0.3
-"""A move of every parameter below this share of its deviation ends the fit."""
+from gsapp.identification.filter_error.noise_model import GUST_ROWS, GUSTS, NoiseModel
+from gsapp.identification.filter_error.settings import FILTER_ERROR
 
 ActivityCallback = Callable[[str], None]
 """Told what is being done."""
@@ -39,12 +30,12 @@ def fit_to_convergence(
         tick(doing)
         fit.linearize()
         if number or not fresh:
-            tune_noise(fit, rounds=NOISE_ROUNDS)
+            tune_noise(fit, rounds=FILTER_ERROR.noise_rounds)
         move = fit.apply_step(fit.information())
-        if number > 1 and move < _MAX_STEP_SIGMAS:
+        if number > 1 and move < FILTER_ERROR.converged_step:
             break
     fit.linearize()
-    tune_noise(fit, rounds=NOISE_ROUNDS)
+    tune_noise(fit, rounds=FILTER_ERROR.noise_rounds)
 
 
 def tune_noise(fit: FilterErrorFit, rounds: int = 4) -> None:
@@ -85,7 +76,7 @@ def select_noise_correlation(fit: FilterErrorFit, rounds: int) -> None:
             best, least = fit.noise, cost
     fit.noise = dict(best)
     fit.refilter()
-    for _ in range(_CORRELATION_UPDATES):
+    for _ in range(FILTER_ERROR.correlation_updates):
         _update_correlations(fit)
         tune_noise(fit, 1)
     _try_common_correlation(fit, rounds)
@@ -109,7 +100,7 @@ def _try_common_correlation(fit: FilterErrorFit, rounds: int) -> None:
         fit.noise[flight] = replace(own[flight], correlations=same)
     tune_noise(fit, rounds)
     saved = sum(len(correlations) - 1 for correlations in colored.values())
-    if fit.deviance() > cost + _AIC_PENALTY * saved:
+    if fit.deviance() > cost + FILTER_ERROR.aic_penalty * saved:
         fit.noise = own
         fit.refilter()
 
@@ -121,7 +112,8 @@ def _is_near_tried(
     return all(
         own.keys() == tried[flight].keys()
         and all(
-            abs(value - tried[flight][name]) < _CORRELATION_TOLERANCE for name, value in own.items()
+            abs(value - tried[flight][name]) < FILTER_ERROR.correlation_tolerance
+            for name, value in own.items()
         )
         for flight, own in wanted.items()
     )
@@ -151,11 +143,6 @@ def _white(_: NoiseModel) -> dict[str, float]:
 _ATTITUDE_CHANNELS = ("p", "q", "r", "phi", "theta")
 """Channels that turbulence reaches through the motion of the aircraft only."""
 _CORRELATION_HYPOTHESES = (_measured_correlations, _common_correlation, _steady_only, _white)
-_CORRELATION_UPDATES = 4
-_CORRELATION_TOLERANCE = 0.12
-_AIC_PENALTY = 2.0
-"""Fall of the cost that one more number of a noise model must bring (Akaike)."""
-_LEAST_COLOR, _MOST_COLOR = 0.05, 0.97
 
 
 def _update_correlations(fit: FilterErrorFit) -> None:
@@ -167,12 +154,17 @@ def _update_correlations(fit: FilterErrorFit) -> None:
                 continue
             own = one.current_filter
             z, b, _ = own.residual(fit.bias_of(one.record))
-            kept = np.clip(own.smoothed_decay(z, b), _LEAST_COLOR**own.block_size, 1.0)
+            kept = np.clip(
+                own.smoothed_decay(z, b), FILTER_ERROR.min_correlation**own.block_size, 1.0
+            )
             for place, share in zip(
                 own.colors.channel_indices, kept ** (1.0 / own.block_size), strict=True
             ):
                 found.setdefault(one.record.channels[place], []).append(float(share))
-        moved = {name: min(float(np.median(values)), _MOST_COLOR) for name, values in found.items()}
+        moved = {
+            name: min(float(np.median(values)), FILTER_ERROR.max_correlation)
+            for name, values in found.items()
+        }
         fit.noise[flight] = replace(noise, correlations={**noise.correlations, **moved})
 
 
@@ -185,7 +177,7 @@ def _update_variances(
         held: dict[str, float] = {}
         expected: dict[str, float] = {}
         seen_of, usual_of = own.adjoints(fit.residual_innovations(one)), own.expected_adjoints()
-        steps = slice(_SKIPPED, None)
+        steps = slice(FILTER_ERROR.skipped_blocks, None)
         n_states = len(one.motion.states)
         V = float(np.mean(one.motion.states[0]))
         for place, (name, row) in enumerate(zip(GUSTS, GUST_ROWS, strict=True)):
@@ -215,7 +207,9 @@ def _update_variances(
         counted = own.valid[steps]
         measurement = seen_of.measurement[steps]
         for column, name in enumerate(one.record.channels):
-            white = 1.0 if name not in noise.correlations else WHITE_SHARE / own.block_size
+            white = (
+                1.0 if name not in noise.correlations else FILTER_ERROR.white_share / own.block_size
+            )
             _add(
                 held,
                 expected,
@@ -224,7 +218,7 @@ def _update_variances(
                 white * float(counted[:, column].sum() * usual_of.measurement[column, column]),
             )
         for color, column in enumerate(own.colors.channel_indices):
-            here = counted[: len(seen_of.colors) - _SKIPPED, column]
+            here = counted[: len(seen_of.colors) - FILTER_ERROR.skipped_blocks, column]
             _add(
                 held,
                 expected,
@@ -237,7 +231,11 @@ def _update_variances(
                 found.setdefault(name, []).append(held[name] / size)
     # The median over maneuvers: one that stalled, or was spoiled, says nothing of the air.
     ratios = {
-        name: float(np.clip(np.median(values), 1.0 / _LARGEST_STEP, _LARGEST_STEP))
+        name: float(
+            np.clip(
+                np.median(values), 1.0 / FILTER_ERROR.max_noise_step, FILTER_ERROR.max_noise_step
+            )
+        )
         for name, values in found.items()
     }
     moves = {name: _relaxed_ratio(ratio) for name, ratio in ratios.items()}
@@ -246,7 +244,10 @@ def _update_variances(
     }
     for name in ("gust.u", "gust.v", "gust.w", "moments"):
         noise = noise.with_value(
-            name, float(np.clip(noise.value(name) * moves.get(name, 1.0), *_BOUNDS))
+            name,
+            float(
+                np.clip(noise.value(name) * moves.get(name, 1.0), *FILTER_ERROR.intensity_bounds)
+            ),
         )
     return noise.with_variances(variances)
 
@@ -258,8 +259,8 @@ def _relaxed_ratio(ratio: float) -> float:
     very many rounds to go.
     """
     if ratio > 1.0:
-        return float(ratio**_UP)
-    return float(ratio**_DOWN)
+        return float(ratio**FILTER_ERROR.increase_exponent)
+    return float(ratio**FILTER_ERROR.decrease_exponent)
 
 
 def _add(

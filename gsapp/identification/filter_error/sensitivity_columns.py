@@ -20,6 +20,7 @@ from gsapp.dynamics.terms import COEFFICIENTS
 from gsapp.identification.filter_error.instrument_delay import delay_sensitivity, instrument_output
 from gsapp.identification.filter_error.kalman import SteadyStateFilter
 from gsapp.identification.filter_error.motion_linearization import CONTROLS, Linearization
+from gsapp.identification.filter_error.settings import FILTER_ERROR
 from gsapp.quantities import FloatArray
 
 
@@ -109,7 +110,6 @@ def _target_gains(found: Linearization, place: str) -> tuple[FloatArray, FloatAr
     return found.rate_by_control[:, :, index], found.output_by_control[:, :, index]
 
 
-_SHARE = 1e-3
 _STEPS = {"s": 1e-4, "rad": 1e-5, "rad/s": 1e-4}
 """Steps of differences by parameters of these units; else a share of the value."""
 
@@ -175,7 +175,7 @@ def _path_derivatives(
             if key in known:
                 yield key, known[key]
                 continue
-            step = _STEPS.get(item.unit, _SHARE * max(abs(values[index]), 1.0))
+            step = _STEPS.get(item.unit, FILTER_ERROR.relative_step * max(abs(values[index]), 1.0))
 
             def moved(by: float, place: int = place, index: int = index) -> FloatArray:
                 changed = [

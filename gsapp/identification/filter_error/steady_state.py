@@ -14,13 +14,8 @@ import numpy as np
 from scipy.linalg import LinAlgError, solve_discrete_are
 from scipy.linalg.lapack import dtbtrs
 
+from gsapp.identification.filter_error.settings import FILTER_ERROR
 from gsapp.quantities import BoolArray, FloatArray
-
-_BANDED_MAX_COLUMNS = 6
-_MAX_ITERATIONS = 40
-_TOLERANCE = 1e-15
-_RESIDUAL_TOLERANCE = 1e-9
-"""Share of the covariance by which the equation may be off; else the pencil is decomposed."""
 
 
 def steady_covariance(
@@ -54,7 +49,7 @@ def steady_covariance(
             (A - shared @ own[:, : len(A)]).T,
             C.T @ own[:, : len(A)],
             process - shared @ own[:, len(A) :],
-            _MAX_ITERATIONS,
+            FILTER_ERROR.max_doublings,
         )
     except LinAlgError:
         settled = False
@@ -62,7 +57,7 @@ def steady_covariance(
         crossed = A @ P @ C.T + shared
         left = A @ P @ A.T + process - P
         left -= crossed @ np.linalg.solve(C @ P @ C.T + measurement, crossed.T)
-        if np.abs(left).max() <= _RESIDUAL_TOLERANCE * np.abs(P).max():
+        if np.abs(left).max() <= FILTER_ERROR.residual_tolerance * np.abs(P).max():
             return P
     found: FloatArray = solve_discrete_are(A.T, C.T, process, measurement, s=shared)
     return found
@@ -82,12 +77,12 @@ def solve_lyapunov(A: FloatArray, first: FloatArray) -> FloatArray:
     """
     total, power = first, A
     with np.errstate(over="ignore", invalid="ignore"):
-        for _ in range(_MAX_ITERATIONS):
+        for _ in range(FILTER_ERROR.max_doublings):
             change = power.T @ total @ power
             total = total + change
             if not np.isfinite(total).all():
                 break
-            if np.abs(change).max() <= _TOLERANCE * np.abs(total).max():
+            if np.abs(change).max() <= FILTER_ERROR.covariance_tolerance * np.abs(total).max():
                 return total
             power = power @ power
     raise LinAlgError("the sum has no limit: the system does not forget")
@@ -126,7 +121,7 @@ def _double(A: FloatArray, G: FloatArray, P: FloatArray, rounds: int) -> tuple[F
             A = A @ both[..., :size]
             if not np.isfinite(P).all():
                 return P, False
-            if np.abs(change).max() <= _TOLERANCE * np.abs(P).max():
+            if np.abs(change).max() <= FILTER_ERROR.covariance_tolerance * np.abs(P).max():
                 return P, True
     return P, False
 
@@ -192,7 +187,7 @@ def solve_forward(propagation: FloatArray, rows: FloatArray) -> FloatArray:
     """
     steps, size, _ = propagation.shape
     n, _, m = rows.shape
-    if m > _BANDED_MAX_COLUMNS:
+    if m > FILTER_ERROR.max_banded_columns:
         # With many right-hand sides a product a step is quicker than the banded solver.
         for k in range(steps):
             rows[k + 1] += propagation[k] @ rows[k]

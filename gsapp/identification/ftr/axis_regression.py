@@ -14,13 +14,10 @@ from gsapp.identification.ftr.information import RecordInformation
 from gsapp.identification.ftr.regression import solve_records
 from gsapp.identification.ftr.regression_rows import RegressionRows
 from gsapp.identification.ftr.residual_covariance import ScratchBuffer
-from gsapp.identification.ftr.settings import FrequencyBand, FTRSettings
+from gsapp.identification.ftr.settings import FTR_ALGORITHM, FrequencyBand, FTRSettings
 from gsapp.identification.ftr.solution import FTRSolution, SolvableInformation, solve_estimates
 from gsapp.identification.ftr.state_file import ArrayTable, add_prefix, strip_prefix
 from gsapp.identification.ftr.transform import RunningTransform
-
-_LEAST_FREEDOM = 4.0
-"""Real equations beyond the unknowns that a record needs for its information to be kept."""
 
 
 class AxisRegression:
@@ -86,7 +83,7 @@ class AxisRegression:
 
     def close_record(self) -> None:
         """Keep what the open record said, and begin another."""
-        earned = self.open_information.degrees_of_freedom >= _LEAST_FREEDOM
+        earned = self.open_information.degrees_of_freedom >= FTR_ALGORITHM.min_record_freedom
         if earned.any():
             self.closed_information = self.closed_information.add(
                 self.open_information.select_equations(earned)

@@ -4,10 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from gsapp.identification.ftr.settings import FTR_ALGORITHM
 from gsapp.quantities import FloatArray
-
-ZERO_COLUMN_TOLERANCE = 1e-9
-"""Share of its natural size below which a column is taken as zero."""
 
 
 def sum_of_squares(rows: FloatArray) -> FloatArray:
@@ -35,7 +33,7 @@ def orthonormal_basis(columns: FloatArray, sizes: FloatArray) -> tuple[FloatArra
     """
     basis = np.ascontiguousarray(columns.transpose(2, 0, 1))
     basis /= np.maximum(sizes.T, 1e-300)[:, :, np.newaxis]
-    least = np.maximum(1e-6 * np.sqrt(np.vecdot(basis, basis)), ZERO_COLUMN_TOLERANCE)
+    least = np.maximum(1e-6 * np.sqrt(np.vecdot(basis, basis)), FTR_ALGORITHM.zero_column_tolerance)
     used = np.zeros(len(columns))
     for place, column in enumerate(basis):
         left = np.sqrt(np.vecdot(column, column))

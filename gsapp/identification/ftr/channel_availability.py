@@ -18,11 +18,8 @@ from gsapp.identification.ftr.channels import (
     REQUIRED_CHANNELS,
     FTRAxis,
 )
-from gsapp.identification.ftr.settings import FTRSettings
+from gsapp.identification.ftr.settings import FTR_ALGORITHM, FTRSettings
 from gsapp.quantities import BoolArray, FloatArray
-
-CHANNEL_TIMEOUT = 0.5
-"""Seconds without a sample after which a channel counts as not measured."""
 
 
 class ChannelAvailability:
@@ -71,7 +68,7 @@ class ChannelAvailability:
         last = np.maximum.accumulate(np.where(finite, rows, -self._silence), axis=0)
         silence = rows - last
         self._silence = silence[-1].copy()
-        return np.asarray(silence <= CHANNEL_TIMEOUT / self._dt)
+        return np.asarray(silence <= FTR_ALGORITHM.channel_timeout / self._dt)
 
     def hold(self, values: FloatArray, finite: BoolArray) -> FloatArray:
         """Return the values with missing ones replaced by the last measured."""
@@ -93,7 +90,7 @@ class ChannelAvailability:
     def missing_reasons(self, axis: FTRAxis) -> dict[str, str]:
         """Return, for each coefficient that cannot be had now, why, in words."""
         spoken = (
-            (self._heard & (self._silence <= CHANNEL_TIMEOUT / self._dt))
+            (self._heard & (self._silence <= FTR_ALGORITHM.channel_timeout / self._dt))
             if self._known is None
             else self._known
         )

@@ -47,15 +47,10 @@ from gsapp.identification.ftr.channels import (
     FTRAxis,
 )
 from gsapp.identification.ftr.regression_rows import RegressionRows
-from gsapp.identification.ftr.settings import FTRSettings
+from gsapp.identification.ftr.settings import FTR_ALGORITHM, FTRSettings
 from gsapp.identification.ftr.thrust_and_mass import ThrustAndMassModel
 from gsapp.quantities import BoolArray, FloatArray
 from gsapp.quantities.constants import GRAVITY
-
-MIN_GROUND_CLEARANCE = 5.0
-"""Height above the place of take-off below which wheels may touch the ground, m."""
-PRESSURE_TIME_CONSTANT = 0.5
-"""Time constant of the smoothing of static pressure, s."""
 
 
 class AirDataComputer:
@@ -121,7 +116,9 @@ class AirDataComputer:
         smooth = self._smoothed(static, np.isfinite(static), 0)
         ground = self._smoothed(static, np.isfinite(static) & standing, 1)
         with np.errstate(invalid="ignore"):
-            return np.asarray(~(ground - smooth < MIN_GROUND_CLEARANCE * GRAVITY * rho))
+            return np.asarray(
+                ~(ground - smooth < FTR_ALGORITHM.min_ground_clearance * GRAVITY * rho)
+            )
 
     def _smoothed(self, signal: FloatArray, chosen: BoolArray, place: int) -> FloatArray:
         """Return a first-order smoothing of chosen samples, held in between."""
@@ -130,7 +127,7 @@ class AirDataComputer:
         if not picked.size:
             return np.full(signal.size, state)
         first = float(picked[0]) if np.isnan(state) else state
-        decay = float(np.exp(-self._dt / PRESSURE_TIME_CONSTANT))
+        decay = float(np.exp(-self._dt / FTR_ALGORITHM.pressure_time_constant))
         smooth = filter_first_order(picked, decay, first)
         self._pressures[place] = smooth[-1]
         return np.concatenate(([state], smooth))[np.cumsum(chosen)]
@@ -150,12 +147,6 @@ def _first_finite(*candidates: FloatArray) -> FloatArray:
     for other in candidates[1:]:
         found = np.where(np.isfinite(found), found, other)
     return found
-
-
-MIN_SPEED_OVER_STALL = 1.25
-"""Speed over the stall speed below which wheels may touch the ground."""
-GROUND_SPEED_SHARE = 0.5
-"""Share of the lowest speed that counts, below which the aircraft stands or rolls."""
 
 
 class RegressionEquations:
@@ -201,7 +192,7 @@ class RegressionEquations:
         self._engines = ThrustAndMassModel(aircraft, dt, mass=self._mass, burning=burning)
         stall = aircraft.limits.stall_speed
         slow = settings.minimum_speed
-        self._slowest = MIN_SPEED_OVER_STALL * stall if slow is None else slow
+        self._slowest = FTR_ALGORITHM.min_speed_ratio * stall if slow is None else slow
         positions = aircraft.propulsion.position
         count = max(len(positions), 1)
         self._height = sum(z for _, _, z in positions) / count
@@ -246,7 +237,7 @@ class RegressionEquations:
         qbar = np.where(flying, qbar, 1.0)
         calibrated = V * np.sqrt(rho / SEA_LEVEL_DENSITY)
         if self._slowest > 0.0:
-            standing = flying & (calibrated < GROUND_SPEED_SHARE * self._slowest)
+            standing = flying & (calibrated < FTR_ALGORITHM.ground_speed_share * self._slowest)
             flying &= self._air.is_clear_of_ground(
                 values[:, CHANNEL_INDEX["static_pressure"]], rho, standing
             )

@@ -21,13 +21,10 @@ from enum import IntEnum
 import numpy as np
 import numpy.typing as npt
 
-from gsapp.identification.ftr.settings import FTRSettings
+from gsapp.identification.ftr.settings import FTR_ALGORITHM, FTRSettings
 from gsapp.identification.ftr.solution import FTRSolution
 from gsapp.identification.results import DerivativeStatus
 from gsapp.quantities import FloatArray
-
-_COLLINEARITY_SHARE = 0.1
-"""A variable with less than this share of its energy on its own moved with others."""
 
 
 class EstimateVerdict(IntEnum):
@@ -74,7 +71,7 @@ def evaluate_estimates(
     # Had it been alone in moving, would it have been enough?
     share = np.sqrt(np.maximum(solution.alone, 1e-30))
     companions = _most_correlated(solution)
-    together = (solution.alone < _COLLINEARITY_SHARE) & (companions >= 0)
+    together = (solution.alone < FTR_ALGORITHM.collinearity_share) & (companions >= 0)
     noisy_together = (
         noisy & together & (solution.signal_to_noise > settings.signal_to_noise * share)
     )

@@ -9,11 +9,9 @@ from gsapp.flight import Flight
 from gsapp.foundation import FlightError
 from gsapp.identification.deflections import reconstruct_deflections
 from gsapp.identification.ftr.online_regression import FTR
+from gsapp.identification.ftr.settings import FTR_ALGORITHM
 from gsapp.identification.maneuver import mass_over_flight
 from gsapp.quantities import Block
-
-_CHUNK_SAMPLES = 4096
-"""Samples given at a time."""
 
 
 def compute_ftr_history(flight: Flight, aircraft: Aircraft) -> FTR:
@@ -33,8 +31,8 @@ def compute_ftr_history(flight: Flight, aircraft: Aircraft) -> FTR:
         origin=float(block.times[0]),
         mass=float(mass_over_flight(flight, aircraft)[0]),
     )
-    for start in range(0, len(block), _CHUNK_SAMPLES):
-        piece = slice(start, start + _CHUNK_SAMPLES)
+    for start in range(0, len(block), FTR_ALGORITHM.chunk_samples):
+        piece = slice(start, start + FTR_ALGORITHM.chunk_samples)
         heard.feed(
             Block(channels=block.channels, times=block.times[piece], values=block.values[piece])
         )

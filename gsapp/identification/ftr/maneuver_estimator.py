@@ -14,7 +14,7 @@ from gsapp.identification.ftr.channels import FTRAxis
 from gsapp.identification.ftr.information import RecordInformation
 from gsapp.identification.ftr.known_effects import KnownEffects, compute_known_effects
 from gsapp.identification.ftr.online_regression import FTR, FTR_AXES
-from gsapp.identification.ftr.settings import FTRSettings
+from gsapp.identification.ftr.settings import FTR_ALGORITHM, FTRSettings
 from gsapp.identification.instrument_effects import effective_records
 from gsapp.identification.maneuver import Maneuver
 from gsapp.identification.motion import measured_motion
@@ -28,9 +28,6 @@ from gsapp.identification.statistics import response_fit
 from gsapp.identification.stuck_channels import check_estimate_support, remove_stuck_channels
 from gsapp.identification.zero_offsets import constant_term_offsets
 from gsapp.quantities import Block
-
-_UPDATE_RATE = 2.0
-"""Updates a second: only the last one is kept."""
 
 
 def estimate(
@@ -197,8 +194,8 @@ def _process_maneuver(
         forgetting=None,
         record_length=None,
         minimum_speed=0.0,
-        updates=_UPDATE_RATE,
-        lookback=maneuver.t_end - maneuver.t_start + 2.0 / _UPDATE_RATE + 1.0,
+        updates=FTR_ALGORITHM.maneuver_update_rate,
+        lookback=maneuver.t_end - maneuver.t_start + 2.0 / FTR_ALGORITHM.maneuver_update_rate + 1.0,
         longest_gap=1e6,
         still=tuple(dict.fromkeys((*settings.still, *still))),
     )

@@ -40,7 +40,6 @@ import numpy.typing as npt
 
 from gsapp.identification.ftr.axis_dynamics import AxisDynamics
 from gsapp.identification.ftr.batched_linalg import (
-    ZERO_COLUMN_TOLERANCE,
     combine_real_imag,
     invert_normal_matrices,
     orthonormal_basis,
@@ -54,15 +53,13 @@ from gsapp.identification.ftr.residual_covariance import (
     rate_response,
     sandwich_meat,
 )
-from gsapp.identification.ftr.settings import FrequencyBand
+from gsapp.identification.ftr.settings import FTR_ALGORITHM, FrequencyBand
 from gsapp.identification.ftr.solution import SolvableInformation
 from gsapp.identification.ftr.transform import Transforms
 from gsapp.quantities import FloatArray
 
 NUISANCE_COLUMNS = 4
 """Columns that trim, drift and the two ends take out of every equation."""
-AVERAGED_NEIGHBORS = 2
-"""Neighbors on either side that a level is averaged over."""
 
 IndexArray = npt.NDArray[np.int64]
 
@@ -124,16 +121,10 @@ def frequency_mask(firsts: IndexArray, count: int) -> FloatArray:
 def sum_over_neighbors(values: FloatArray) -> FloatArray:
     """Return sums over each frequency and its two neighbors on either side, (U, m, e)."""
     out = values.copy()
-    for reach in range(1, AVERAGED_NEIGHBORS + 1):
+    for reach in range(1, FTR_ALGORITHM.averaged_neighbors + 1):
         out[:, reach:] += values[:, :-reach]
         out[:, :-reach] += values[:, reach:]
     return out
-
-
-_ROUGHNESS_PRIOR_WEIGHT = 8.0
-"""Real equations that the roughness of earlier records counts for in the weight of a record."""
-_MIN_ROUGHNESS = 1e-120
-"""Roughness of targets that hold nothing but rounding; the square of its inverse is a number."""
 
 
 def solve_records(
@@ -260,7 +251,10 @@ def _solve_record(
     # Before its residuals are known, a record is taken to be as rough as those before it.
     known = past.degrees_of_freedom > 0.0
     usual = squared * past.rss / np.where(known, past.degrees_of_freedom, 1.0)
-    least = ZERO_COLUMN_TOLERANCE * record.energy / np.maximum(number, 1.0) + _MIN_ROUGHNESS
+    least = (
+        FTR_ALGORITHM.zero_column_tolerance * record.energy / np.maximum(number, 1.0)
+        + FTR_ALGORITHM.min_roughness
+    )
     weight = counts / np.where(known, np.maximum(usual, least), 1.0)
     b = np.add(past.b, weight[:, :, np.newaxis] * record.b, order="C")
     alone = not known.any()
@@ -276,7 +270,7 @@ def _solve_record(
     lever = pairs @ np.swapaxes(each_way, 1, 2)
     freedom = 2.0 * number - record.used[:, np.newaxis] - lever.sum(axis=1)
     scale = 2.0 * number / np.maximum(freedom, 1.0)
-    some = _ROUGHNESS_PRIOR_WEIGHT * known
+    some = FTR_ALGORITHM.roughness_prior_weight * known
     rough = (sum_of_squares(residual) + some * usual) / np.maximum(freedom + some, 1.0)
     weight = counts / np.maximum(rough, least)
 

@@ -1,8 +1,9 @@
 """Blocks of some channels, joined to rows of all channels in fixed blocks of the grid.
 
-Channels of one sample may come in several blocks, one after the other. A row is complete when
-every channel that speaks has passed it, or when the newest sample lies `MAX_ROW_DELAY` ahead of it
-at the end of a step; so what comes out does not depend on how the samples were cut into blocks.
+Channels of one sample may come in several blocks, one after the other. A row is complete when every
+channel that speaks has passed it, or when the newest sample lies `FTR_ALGORITHM.max_row_delay`
+ahead of it at the end of a step; so what comes out does not depend on how the samples were cut into
+blocks.
 """
 
 from __future__ import annotations
@@ -13,12 +14,8 @@ import numpy as np
 import numpy.typing as npt
 
 from gsapp.identification.ftr.channels import CHANNEL_INDEX, FTR_CHANNELS
+from gsapp.identification.ftr.settings import FTR_ALGORITHM
 from gsapp.quantities import Block, FloatArray
-
-MAX_ROW_DELAY = 1.0
-"""Seconds that a row waits for a channel that is late or has fallen silent."""
-MAX_FILLED_GAP = 60.0
-"""Seconds of a pause that are filled with missing rows; a longer one is jumped over."""
 
 IndexArray = npt.NDArray[np.int64]
 _NO_INDEX = -(2**62)
@@ -86,8 +83,8 @@ class RowAssembler:
 
     def __init__(self, rate: float, block: int, ahead: int = 0) -> None:
         self._rate, self._block, self._ahead = rate, block, ahead
-        self._patience = max(1, round(MAX_ROW_DELAY * rate))
-        self._longest = round(MAX_FILLED_GAP * rate)
+        self._patience = max(1, round(FTR_ALGORITHM.max_row_delay * rate))
+        self._longest = round(FTR_ALGORITHM.max_filled_gap * rate)
         self.restart()
 
     def restart(self) -> None:

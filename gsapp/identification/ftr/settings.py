@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import math
 from dataclasses import asdict, dataclass, field
-from typing import Literal
+from typing import Final, Literal
 
 from gsapp.foundation import FlightError
-from gsapp.identification.zero_offsets import ACCELEROMETER_OFFSET
+from gsapp.identification.preparation_settings import PREPARATION
 
 Gate = Literal["always", "maneuvers"]
 """Listen all the time, or only within the windows that are opened with `FTR.begin`."""
@@ -55,7 +55,7 @@ class FTRSettings:
     """Airspeed that stands in where none is measured, m/s."""
     still: tuple[str, ...] = ()
     """Surfaces that did not move and need not be measured."""
-    accelerometer_offset: float = ACCELEROMETER_OFFSET
+    accelerometer_offset: float = PREPARATION.accelerometer_offset
     """How uncertain the zero of the accelerometers is, m/s^2. It goes into the bounds of CN_0, CA_0
     and CY_0: no mean can tell it from them."""
     signal_to_noise: float = 3.0
@@ -106,3 +106,32 @@ class FTRSettings:
     def as_table(self) -> dict[str, object]:
         """Return the settings as plain values, for a saved state."""
         return {**asdict(self), "still": list(self.still)}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FTRAlgorithmSettings:
+    """Engineering choices, checked by `tests/bench/ftr.py`."""
+
+    # Samples.
+    channel_timeout: float = 0.5  # s without a sample: not measured.
+    max_row_delay: float = 1.0  # s that a row waits for a late channel.
+    max_filled_gap: float = 60.0  # s of a pause that are filled with missing rows.
+    chunk_samples: int = 4096  # Samples given at a time.
+
+    # On the ground.
+    min_ground_clearance: float = 5.0  # m above take-off: wheels may touch below.
+    pressure_time_constant: float = 0.5  # Time constant of the smoothing of static pressure, s.
+    min_speed_ratio: float = 1.25  # To the stall speed: wheels may touch below.
+    ground_speed_share: float = 0.5  # Of the lowest speed that counts: on the ground.
+
+    # Regression.
+    maneuver_update_rate: float = 2.0  # Updates a second: only the last one is kept.
+    min_record_freedom: float = 4.0  # Equations beyond the unknowns, to keep a record.
+    zero_column_tolerance: float = 1e-9  # Of its natural size: smaller is zero.
+    collinearity_share: float = 0.1  # Of a variable's energy on its own.
+    averaged_neighbors: int = 2  # Neighbors on either side that a level is averaged over.
+    roughness_prior_weight: float = 8.0  # Equations, of the roughness of former records.
+    min_roughness: float = 1e-120  # Rounding only; its inverse squared is finite.
+
+
+FTR_ALGORITHM: Final = FTRAlgorithmSettings()

@@ -31,6 +31,7 @@ from gsapp.identification.linear_models.discrete_model import (
     discretize,
 )
 from gsapp.identification.linear_models.prediction_error import refine_by_prediction_error
+from gsapp.identification.linear_models.settings import LINEAR_MODELS
 from gsapp.identification.linear_models.signals import (
     LinearAxis,
     LinearModelSignals,
@@ -45,8 +46,6 @@ from gsapp.quantities import FloatArray
 
 DRAG_DERIVATIVES = ("CA_0", "CA_alpha")
 """Without these nothing is known of how speed changes."""
-_SUBSPACE_RATE = 50.0
-"""Subspace models are made at this rate, Hz: quicker samples only lengthen the horizon."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -145,7 +144,7 @@ def subspace_model(
 ) -> tuple[DiscreteModel, tuple[str, ...]]:
     """Return the model of subspace start and prediction error, with remarks."""
     dt = stretches[0].dt
-    step = max(1, round(1.0 / (_SUBSPACE_RATE * dt)))
+    step = max(1, round(1.0 / (LINEAR_MODELS.subspace_rate * dt)))
     records = [_decimate_signals(one, step) for one in stretches]
     start = identify_subspace_model(records, dt * step, order=order)
     refined = refine_by_prediction_error(records, start.model, start.initial_states)

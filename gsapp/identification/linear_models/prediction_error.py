@@ -16,13 +16,10 @@ import numpy.typing as npt
 from scipy import linalg
 
 from gsapp.identification.linear_models.discrete_model import DiscreteModel, InputOutputRecord
+from gsapp.identification.linear_models.settings import LINEAR_MODELS
 from gsapp.quantities import FloatArray
 
 IndexArray = npt.NDArray[np.int64]
-
-MAX_ITERATIONS = 40
-COST_TOLERANCE = 1e-5
-"""Relative fall of the cost below which it counts as converged."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -77,7 +74,7 @@ def refine_by_prediction_error(
     current, own_starts = model, [np.array(one) for one in starts]
     cost = before = _cost(records, current, own_starts, weight)
     damping, rounds, converged = 1e-3, 0, False
-    while rounds < MAX_ITERATIONS and not converged:
+    while rounds < LINEAR_MODELS.max_iterations and not converged:
         rounds += 1
         normal, gradient = _normal_equations(records, current, own_starts, weight, innovations)
         scale = np.sqrt(np.maximum(normal.diagonal(), 1e-12 * normal.diagonal().max()))
@@ -90,7 +87,7 @@ def refine_by_prediction_error(
             trial, trial_starts = _apply_step(current, own_starts, step, innovations)
             value = _cost(records, trial, trial_starts, weight)
             if value < cost:
-                converged = cost - value < COST_TOLERANCE * cost
+                converged = cost - value < LINEAR_MODELS.cost_tolerance * cost
                 current, own_starts, cost = trial, trial_starts, value
                 damping, improved = max(damping / 5.0, 1e-9), True
                 break

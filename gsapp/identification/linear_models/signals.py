@@ -10,6 +10,7 @@ import numpy as np
 
 from gsapp.foundation import FlightError
 from gsapp.identification.axes import AXIS_TITLES
+from gsapp.identification.linear_models.settings import LINEAR_MODELS
 from gsapp.identification.maneuver import Maneuver
 from gsapp.identification.motion import measured_motion
 from gsapp.identification.smoothing import contiguous_slices
@@ -27,9 +28,6 @@ LINEAR_OUTPUTS: Mapping[LinearAxis, tuple[str, ...]] = {
     "lat": ("ay", "beta", "p", "r"),
 }
 """As in (7.2.12)-(7.2.15)."""
-
-MIN_SIGNAL_DURATION = 1.0
-"""Stretches shorter than this (s) are left out."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -99,7 +97,7 @@ def linear_model_signals(maneuver: Maneuver, axis: LinearAxis) -> tuple[LinearMo
     for name in (*LINEAR_STATES[axis], *LINEAR_INPUTS[axis]):
         if name in known.interpolated:
             good &= np.logical_not(known.interpolated[name])
-    least = MIN_SIGNAL_DURATION / maneuver.dt
+    least = LINEAR_MODELS.min_duration / maneuver.dt
     return tuple(
         LinearModelSignals(
             maneuver=maneuver.id,
@@ -135,6 +133,7 @@ def all_linear_model_signals(
     found = tuple(one for maneuver in maneuvers for one in linear_model_signals(maneuver, axis))
     if not found:
         raise FlightError(
-            f"no maneuver holds {MIN_SIGNAL_DURATION:g} s without a missing sample; nothing to fit"
+            f"no maneuver holds {LINEAR_MODELS.min_duration:g} s without a missing sample; "
+            "nothing to fit"
         )
     return found

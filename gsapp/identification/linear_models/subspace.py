@@ -17,12 +17,8 @@ from scipy import linalg
 
 from gsapp.foundation import FlightError
 from gsapp.identification.linear_models.discrete_model import DiscreteModel, InputOutputRecord
+from gsapp.identification.linear_models.settings import LINEAR_MODELS
 from gsapp.quantities import FloatArray
-
-MAX_ORDER = 40
-MAX_TRIED_ORDER = 12
-"""Orders tried where none is given."""
-_RIDGE = 1e-9
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -74,7 +70,7 @@ def identify_subspace_model(
     p = records[0].outputs.shape[1]
     block = horizon or _horizon(records, dt, -(-(order or 4) // p) + 2)
     chosen = select_order(records, dt, block) if order is None else order
-    highest = min(p * (block - 1), MAX_ORDER)
+    highest = min(p * (block - 1), LINEAR_MODELS.max_order)
     if not 1 <= chosen <= highest:
         raise FlightError(
             f"order {chosen} does not suit a horizon of {block} samples; ask for 1 to {highest}"
@@ -106,11 +102,11 @@ def select_order(records: Sequence[InputOutputRecord], dt: float, horizon: int) 
     halved in time.
     """
     halves = _split_in_halves(records)
-    costs = np.zeros(MAX_TRIED_ORDER)
+    costs = np.zeros(LINEAR_MODELS.max_tried_order)
     for one, other in (halves, halves[::-1]):
         projection = _Projection.of(one, horizon)
         spread = np.vstack([record.outputs for record in other]).std(axis=0)
-        for order in range(1, MAX_TRIED_ORDER + 1):
+        for order in range(1, LINEAR_MODELS.max_tried_order + 1):
             A, C = projection.system(order)
             B, D, _ = fit_inputs_and_initial_states(one, A, C)
             gain = np.zeros((order, C.shape[0]))
@@ -174,7 +170,7 @@ class _Projection:
         # Future outputs with future inputs taken out: signal from the past, and noise.
         oblique = R32 @ linalg.pinv(R22) @ R22
         spread = oblique @ oblique.T + R33 @ R33.T
-        ridge = _RIDGE * np.trace(spread) / len(spread)
+        ridge = LINEAR_MODELS.ridge * np.trace(spread) / len(spread)
         weight = linalg.cholesky(spread + ridge * np.eye(len(spread)), lower=True)
         left, singular, _ = linalg.svd(linalg.solve_triangular(weight, oblique, lower=True))
         return cls(left=weight @ left, singular_values=singular, width=p)

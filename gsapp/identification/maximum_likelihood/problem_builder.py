@@ -32,6 +32,7 @@ from gsapp.identification.instrument_effects import (
     without_swaps,
 )
 from gsapp.identification.maneuver import Maneuver
+from gsapp.identification.maximum_likelihood.algorithm_settings import ML_ALGORITHM
 from gsapp.identification.maximum_likelihood.axis_kernels import build_axis_kernel
 from gsapp.identification.maximum_likelihood.kernels import GeneralKernel, Kernel
 from gsapp.identification.maximum_likelihood.problem import (
@@ -51,14 +52,6 @@ from gsapp.identification.smoothing import build_smoother, contiguous_slices
 from gsapp.identification.stuck_channels import check_sample_count
 from gsapp.quantities import BoolArray, FloatArray
 from gsapp.quantities.constants import GRAVITY
-
-MAX_INPUT_GAP = 0.1
-"""An input missing for longer than this (s) ends a segment: nobody knows where it went."""
-MIN_SEGMENT_DURATION = 0.5
-"""Segments shorter than this (s) tell less than their initial states ask; they are left out."""
-TIME_SHIFT_AIRSPEED_CUTOFF = 3.0
-"""Hz: airspeed of an aircraft cannot change faster."""
-_START_SAMPLES = 5
 
 
 def build_problem(
@@ -174,10 +167,6 @@ def _unexcited_derivatives(
     return found
 
 
-_MIN_PEAK_TO_NOISE = 9.0
-"""Peak-to-peak of smoothed white noise over its deviation stays below this in a long record."""
-
-
 def _is_excited(signal: FloatArray) -> bool:
     """Return whether a signal holds more than white noise and drift below 0.05 degrees."""
     span = float(np.ptp(signal))
@@ -188,7 +177,9 @@ def _is_excited(signal: FloatArray) -> bool:
     noise = float(np.sqrt(np.mean(bends * bends) / 6.0)) if bends.size else 0.0
     width = max(1, signal.size // 50)
     smooth = np.convolve(signal, np.full(width, 1.0 / width), mode="valid")
-    return float(np.ptp(smooth)) > max(1e-3, _MIN_PEAK_TO_NOISE * noise / math.sqrt(width))
+    return float(np.ptp(smooth)) > max(
+        1e-3, ML_ALGORITHM.min_peak_to_noise * noise / math.sqrt(width)
+    )
 
 
 def _global_parameters(
@@ -322,7 +313,7 @@ def _build_maneuver_problem(
                 x=np.ascontiguousarray(guess),
             )
         )
-        first = guess[: len(rows), :_START_SAMPLES].mean(axis=1)
+        first = guess[: len(rows), : ML_ALGORITHM.initial_state_samples].mean(axis=1)
         for row, name in enumerate(states):
             if name in held_attitude:
                 first[row] = guess[row, 0]
@@ -491,7 +482,7 @@ def _airspeed_cutoff(settings: MLSettings, names: GlobalParameters) -> float:
     if settings.airspeed_cutoff is not None:
         return settings.airspeed_cutoff
     shifts = settings.time_shifts or any(name.endswith(".delay") for name in names.sensors)
-    return TIME_SHIFT_AIRSPEED_CUTOFF if shifts else math.inf
+    return ML_ALGORITHM.airspeed_cutoff if shifts else math.inf
 
 
 def _with_smoothed_airspeed(motion: MeasuredMotion, dt: float, cutoff: float) -> MeasuredMotion:
@@ -539,7 +530,7 @@ def _segments(
             if surface in motion.interpolated
             else ()
         ):
-            if (gap.stop - gap.start) * dt > MAX_INPUT_GAP:
+            if (gap.stop - gap.start) * dt > ML_ALGORITHM.max_input_gap:
                 good[gap] = False
                 remarks.append(
                     f"{surface} is missing from {times[gap.start]:.2f} to "
@@ -553,11 +544,13 @@ def _segments(
         parts += [slice(a, b) for a, b in pairwise(edges)]
     if breaks.size:
         remarks.append(f"{breaks.size} gap(s) in time split maneuver {maneuver.id}")
-    kept = [part for part in parts if (part.stop - part.start) * dt >= MIN_SEGMENT_DURATION]
+    kept = [
+        part for part in parts if (part.stop - part.start) * dt >= ML_ALGORITHM.min_segment_duration
+    ]
     if not kept:
         raise FlightError(
             f"maneuver {maneuver.id} of '{maneuver.flight}' has no stretch of "
-            f"{MIN_SEGMENT_DURATION:g} s without a gap in "
+            f"{ML_ALGORITHM.min_segment_duration:g} s without a gap in "
             f"{' or '.join(AXIS_SURFACES[settings.axis])}; "
             "widen the cut"
         )

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Final
 
 import numpy as np
 
+from gsapp.identification.maximum_likelihood.algorithm_settings import ML_ALGORITHM
 from gsapp.identification.maximum_likelihood.problem import ManeuverProblem
 from gsapp.identification.maximum_likelihood.settings import MLSettings
 from gsapp.identification.statistics import (
@@ -17,14 +17,6 @@ from gsapp.identification.statistics import (
 )
 from gsapp.identification.stuck_channels import unmeasured_surfaces, unmeasured_surfaces_text
 from gsapp.quantities import FloatArray
-
-COLORED_POWER_RATIO: Final = 4.0
-"""Power at low frequency over that of white noise from which on the crew is told."""
-
-MIN_RESPONSE_R2: Final = 0.5
-"""R2 of a response below which the crew is told not to believe the values of a maneuver."""
-R2_AVERAGING_TIME: Final = 0.1
-"""Seconds of which samples are averaged for that: so noise alone does not lower R2."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -94,7 +86,9 @@ def color_warnings(part: ManeuverResiduals) -> list[str]:
     ]
     followed = {name: _averaged_r2(part, part.responses.index(name)) for name in colored}
     missed = [
-        f"{name} (R2 {share:.2f})" for name, share in followed.items() if share < MIN_RESPONSE_R2
+        f"{name} (R2 {share:.2f})"
+        for name, share in followed.items()
+        if share < ML_ALGORITHM.min_response_r2
     ]
     if missed:
         found.append(
@@ -107,7 +101,9 @@ def color_warnings(part: ManeuverResiduals) -> list[str]:
 
 def _averaged_r2(part: ManeuverResiduals, column: int) -> float:
     """Return R2 of a response, measured and computed averaged against their noise."""
-    rows = max(1, round(R2_AVERAGING_TIME * (len(part.times) - 1) / float(np.ptp(part.times))))
+    rows = max(
+        1, round(ML_ALGORITHM.r2_averaging * (len(part.times) - 1) / float(np.ptp(part.times)))
+    )
     starts = np.arange(0, len(part.times), rows)
     counted = np.isfinite(part.measured[:, column])
     counts = np.maximum(np.add.reduceat(counted.astype(np.float64), starts), 1.0)
@@ -141,5 +137,5 @@ def _colored_responses(part: ManeuverResiduals) -> dict[str, float]:
     return {
         name: test.inflation
         for name, test in zip(part.responses, part.whiteness, strict=True)
-        if not test.white and test.inflation > COLORED_POWER_RATIO
+        if not test.white and test.inflation > ML_ALGORITHM.colored_power_ratio
     }

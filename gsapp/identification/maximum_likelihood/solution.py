@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from gsapp.identification.axes import axis_derivatives
+from gsapp.identification.maximum_likelihood.algorithm_settings import ML_ALGORITHM
 from gsapp.identification.maximum_likelihood.problem import EstimationProblem
 from gsapp.identification.maximum_likelihood.residuals import (
     ManeuverResiduals,
@@ -36,9 +37,6 @@ from gsapp.identification.statistics import ManeuverFitData as BoundsPart
 from gsapp.identification.statistics.bounds import invert_information
 from gsapp.identification.stuck_channels import withhold_values
 from gsapp.quantities import FloatArray
-
-BAD_FIT_POWER_RATIO = 20.0
-"""Power of residuals at low frequency over that of white noise from which on a fit is bad."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -73,7 +71,7 @@ class MLSolution:
     def fits_badly(self) -> bool:
         """Return whether the residuals of some response are far from noise."""
         return any(
-            not test.white and test.inflation > BAD_FIT_POWER_RATIO
+            not test.white and test.inflation > ML_ALGORITHM.bad_fit_power_ratio
             for part in self.parts
             for test in part.whiteness
         )

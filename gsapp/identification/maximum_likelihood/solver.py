@@ -15,6 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gsapp.foundation import FlightError
+from gsapp.identification.maximum_likelihood.algorithm_settings import ML_ALGORITHM
 from gsapp.identification.maximum_likelihood.problem import EstimationProblem, ManeuverProblem
 from gsapp.identification.maximum_likelihood.settings import (
     FitProgress,
@@ -22,18 +23,6 @@ from gsapp.identification.maximum_likelihood.settings import (
     MLSettings,
 )
 from gsapp.quantities import FloatArray
-
-_EIGENVALUE_TOLERANCE = 1e-11
-"""Eigenvalues of the scaled Hessian below this share of the largest count as zero."""
-_ACCEPTABLE_TOLERANCE = 1e-4
-"""The source's |dJ/J|: a fit that cannot get further, but this far, has converged."""
-_COST_ROUNDING = 1e-8
-"""Changes of the cost below this share drown in its rounding; steps are then taken unseen."""
-_HALVINGS = 4
-_DAMPINGS = (1e-3, 1e-2, 1e-1, 1.0, 10.0)
-_SINGLE_THREAD_SIZE = 2e5
-_NOISE_FLOOR = 1e-7
-"""Residuals below this share of the measured signal are rounding, not noise."""
 
 
 class DivergedError(FlightError):
@@ -267,7 +256,7 @@ class Solver:
             step, promise = _step(H, g, 0.0)
             change = 2.0 * promise / total
             if change < self._settings.tolerance or (
-                change < _COST_ROUNDING and change > 0.5 * last
+                change < ML_ALGORITHM.cost_rounding and change > 0.5 * last
             ):
                 after = self.evaluate(point.unknowns + step, point.unknowns)
                 if after is not None:
@@ -277,13 +266,13 @@ class Solver:
                 break
             last = change
             if iteration > self._settings.max_iterations:
-                if change < _ACCEPTABLE_TOLERANCE:
+                if change < ML_ALGORITHM.acceptable_tolerance:
                     converged, message = True, f"converged slowly, {iteration - 1} iterations"
                 break
-            after = self._descend(point, H, g, step, blindly=change < _COST_ROUNDING)
+            after = self._descend(point, H, g, step, blindly=change < ML_ALGORITHM.cost_rounding)
             if after is None:
                 # No direction lowers the cost: a minimum, as far as rounding lets one see.
-                converged = change < _ACCEPTABLE_TOLERANCE
+                converged = change < ML_ALGORITHM.acceptable_tolerance
                 message = (
                     f"converged in {iteration} iterations, to rounding"
                     if converged
@@ -317,11 +306,11 @@ class Solver:
         """Return a point of lower cost: halved Gauss-Newton steps, then damped ones."""
         if blindly:
             return self.evaluate(point.unknowns + step, point.unknowns)
-        for halving in range(_HALVINGS):
+        for halving in range(ML_ALGORITHM.max_halvings):
             after = self.evaluate(point.unknowns + 0.5**halving * step, point.unknowns)
             if after is not None and after.cost < point.cost:
                 return after
-        for damping in _DAMPINGS:
+        for damping in ML_ALGORITHM.dampings:
             damped, _ = _step(H, g, damping)
             after = self.evaluate(point.unknowns + damped, point.unknowns)
             if after is not None and after.cost < point.cost:
@@ -337,7 +326,7 @@ def _step(H: FloatArray, g: FloatArray, damping: float) -> tuple[FloatArray, flo
     diagonal = H.diagonal()
     scale = 1.0 / np.sqrt(np.where(diagonal > 0.0, diagonal, 1.0))
     values, vectors = np.linalg.eigh(H * scale * scale[:, None])
-    good = values > _EIGENVALUE_TOLERANCE * max(float(values[-1]), 1e-300)
+    good = values > ML_ALGORITHM.eigenvalue_tolerance * max(float(values[-1]), 1e-300)
     along = vectors.T @ (g * scale)
     taken = np.where(good, along / np.where(good, values + damping, 1.0), 0.0)
     step: FloatArray = scale * (vectors @ taken)
@@ -356,7 +345,7 @@ def _normal_equations(
         sides = weights @ v
         whitened = S if diagonal else np.tensordot(root.T, S, axes=1)
         # Products small enough for BLAS to stay on one thread: starting others takes longer.
-        length = max(1, int(_SINGLE_THREAD_SIZE / max(width, 1) ** 2))
+        length = max(1, int(ML_ALGORITHM.single_thread_size / max(width, 1) ** 2))
         for row in range(len(S)):
             g += S[row] @ sides[row]
             scale = weights[row, row] if diagonal else 1.0
@@ -368,7 +357,9 @@ def _normal_equations(
 
 def _noise_floors(part: ManeuverProblem) -> FloatArray:
     measured = np.concatenate([segment.measured for segment in part.segments], axis=1)
-    floors: FloatArray = np.maximum((_NOISE_FLOOR * np.abs(measured).max(axis=1)) ** 2, 1e-300)
+    floors: FloatArray = np.maximum(
+        (ML_ALGORITHM.noise_floor * np.abs(measured).max(axis=1)) ** 2, 1e-300
+    )
     return floors
 
 

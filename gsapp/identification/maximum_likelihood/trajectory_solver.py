@@ -20,17 +20,12 @@ from typing import Any, Literal, TypeVar
 import numpy as np
 from scipy.linalg.lapack import dtbtrs
 
+from gsapp.identification.maximum_likelihood.algorithm_settings import ML_ALGORITHM
 from gsapp.identification.maximum_likelihood.kernels import Forcing, Gradient, Kernel
 from gsapp.quantities import FloatArray
 
 IntegrationMethod = Literal["rk4", "euler"]
 _Result = TypeVar("_Result", bound=tuple[Any, ...])
-_MAX_NEWTON_ITERATIONS = 12
-_NEWTON_TOLERANCE = 3e-6
-"""A Newton correction smaller than this (of 1, or of the state) leaves an error of its square."""
-_CHORD_NEWTON_TOLERANCE = 1e-10
-_DIVERGENCE_LIMIT = 1e4
-"""States beyond this (SI, radians) have left all bounds."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -253,8 +248,8 @@ class TrajectorySolver:
         """Return the trajectory by Newton's method, with exact slopes or those near by."""
         x = guess.copy()
         # With exact slopes a correction leaves its square, else a small share of itself.
-        settled = _NEWTON_TOLERANCE if near is None else _CHORD_NEWTON_TOLERANCE
-        for _ in range(_MAX_NEWTON_ITERATIONS):
+        settled = ML_ALGORITHM.newton_tolerance if near is None else ML_ALGORITHM.chord_tolerance
+        for _ in range(ML_ALGORITHM.max_newton_iterations):
             if near is None:
                 stepped, Phi = self._step_slopes(drives, x[:, :-1], h, values)
             else:
@@ -265,7 +260,7 @@ class TrajectorySolver:
             change = _solve_bidiagonal(Phi, gap)[0].T
             x += change
             size = np.abs(x)
-            if not size.max() < _DIVERGENCE_LIMIT:
+            if not size.max() < ML_ALGORITHM.divergence_limit:
                 return None
             if (np.abs(change) <= settled * np.maximum(size, 1.0)).all():
                 return x
@@ -284,7 +279,7 @@ class TrajectorySolver:
                 halfway=drives.halfway.select_instants(slice(k, k + 1)),
             )
             x[:, k + 1 : k + 2] = self._step(one, x[:, k : k + 1], h, values)
-            if not np.abs(x[:, k + 1]).max() < _DIVERGENCE_LIMIT:
+            if not np.abs(x[:, k + 1]).max() < ML_ALGORITHM.divergence_limit:
                 return None
         return x
 

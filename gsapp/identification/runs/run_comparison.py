@@ -13,9 +13,7 @@ from gsapp.identification.runs.request import RunRequest
 from gsapp.identification.runs.run_repetition import version_differences
 from gsapp.identification.runs.run_store import StoredRun
 from gsapp.identification.runs.settings_text import setting_differences
-
-_SIGNIFICANT_SIGMAS = 2.0
-"""Joint bounds from which a difference is called one."""
+from gsapp.identification.summary.settings import SUMMARY
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -54,7 +52,7 @@ class ValueDifference:
         """Return whether the values lie farther apart than their bounds allow, or one is not."""
         if self.in_bounds is None:
             return True
-        return abs(self.in_bounds) > _SIGNIFICANT_SIGMAS
+        return abs(self.in_bounds) > SUMMARY.significant_sigmas
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -32,10 +32,8 @@ from gsapp.identification.statistics.correlation import (
     default_lags,
     residual_autocovariance,
 )
+from gsapp.identification.statistics.settings import STATISTICS
 from gsapp.quantities import FloatArray
-
-SINGULAR_TOLERANCE = 1e-11
-"""Eigenvalues of the scaled information below this share of the largest are rounding."""
 
 
 def information_matrix(
@@ -338,7 +336,7 @@ def _inverse(H: FloatArray) -> tuple[FloatArray, npt.NDArray[np.intp]]:
     seen = diagonal > 0.0
     scale = 1.0 / np.sqrt(np.where(seen, diagonal, 1.0))
     values, vectors = np.linalg.eigh(H * scale * scale[:, None])
-    good = values > SINGULAR_TOLERANCE * max(float(values[-1]), 1e-300)
+    good = values > STATISTICS.singular_tolerance * max(float(values[-1]), 1e-300)
     reciprocal = np.where(good, 1.0 / np.where(good, values, 1.0), 0.0)
     inverted: FloatArray = (vectors * reciprocal) @ vectors.T * scale * scale[:, None]
     # Taking part in a combination that is not seen: beyond the rounding of the eigenvectors.

@@ -8,18 +8,16 @@ import numpy as np
 import numpy.typing as npt
 from scipy.fft import irfft, next_fast_len, rfft
 
+from gsapp.identification.statistics.settings import STATISTICS
 from gsapp.quantities import FloatArray
 
 BoolArray = npt.NDArray[np.bool_]
 ComplexArray = npt.NDArray[np.complex128]
 
-MAX_LAGS = 100
-"""Notes, section 7: with 50 to 100 lags the corrected bound is right within 10 %."""
-
 
 def default_lags(samples: int) -> int:
     """Return how many lags to take for so many samples: 100, or a quarter of a short record."""
-    return max(1, min(MAX_LAGS, samples // 4))
+    return max(1, min(STATISTICS.max_lags, samples // 4))
 
 
 class LagLayout:

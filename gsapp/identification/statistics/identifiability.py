@@ -13,7 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from gsapp.identification.results import DerivativeStatus
-from gsapp.identification.statistics.bounds import SINGULAR_TOLERANCE, invert_information
+from gsapp.identification.statistics.bounds import invert_information
+from gsapp.identification.statistics.settings import STATISTICS
 from gsapp.quantities import FloatArray
 
 PLAUSIBLE_DERIVATIVES: Mapping[str, Mapping[str, float]] = {
@@ -25,8 +26,6 @@ PLAUSIBLE_DERIVATIVES: Mapping[str, Mapping[str, float]] = {
     "Cn": {"0": 0.1, "beta": 0.4, "p": 0.4, "r": 0.7, "da": 0.15, "dr": 0.25},
 }
 """About the largest sizes found on airplanes, per radian: a bound beyond them says nothing."""
-
-STRONG_CORRELATION = 0.95
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -121,7 +120,7 @@ def assess_identifiability(
         for index, name in enumerate(names)
     }  # fmt: skip
     largest, smallest = float(values[-1]), float(values[0])
-    singular = smallest <= SINGULAR_TOLERANCE * max(largest, 1e-300) or not bool(
+    singular = smallest <= STATISTICS.singular_tolerance * max(largest, 1e-300) or not bool(
         (diagonal > 0.0).all()
     )
     estimated = [index for index, name in enumerate(names) if verdicts[name].status == "estimated"]
@@ -174,7 +173,7 @@ def _confounded(
     index: int, names: Sequence[str], values: FloatArray, vectors: FloatArray
 ) -> tuple[str, ...]:
     """Return the parameters that share the badly seen combinations of one, the nearest first."""
-    floor = SINGULAR_TOLERANCE * max(float(values[-1]), 1e-300)
+    floor = STATISTICS.singular_tolerance * max(float(values[-1]), 1e-300)
     # Shares of the variance by combination (Belsley's variance decomposition).
     shares = vectors[index] ** 2 / np.maximum(values, floor)
     shares /= shares.sum()
@@ -196,7 +195,7 @@ def _correlated(
         products = variance * variance[:, None]
     sound = (products > 0.0) & np.isfinite(products)
     correlations = np.where(sound, own, 0.0) / np.sqrt(np.where(sound, products, 1.0))
-    strong = np.argwhere(np.triu(np.abs(correlations) > STRONG_CORRELATION, 1)).tolist()
+    strong = np.argwhere(np.triu(np.abs(correlations) > STATISTICS.strong_correlation, 1)).tolist()
     pairs = [
         (names[chosen[one]], names[chosen[other]], float(correlations[one, other]))
         for one, other in strong

@@ -29,20 +29,9 @@ import numpy as np
 from scipy.fft import rfft, rfftfreq
 
 from gsapp.identification.statistics.correlation import ComplexArray
+from gsapp.identification.statistics.settings import STATISTICS
 from gsapp.quantities import FloatArray
 from gsapp.quantities.constants import GRAVITY
-
-BAND_HZ = (0.5, 4.0)
-MIN_FORCE_COHERENCE = 0.6
-MIN_KINEMATIC_COHERENCE = 0.25
-MIN_NOISE_RATIO = 3.0
-"""Density in the band over that above it, from `NOISE_HZ` on."""
-NOISE_HZ = 8.0
-TAPER_SHARE = 0.3
-"""Share of a segment over which its ends fade in and out."""
-MIN_SEGMENT_LENGTH = 3.0
-"""Segments shorter than this (s) have too few frequencies in the band."""
-MIN_FREQUENCIES = 10
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -110,7 +99,7 @@ def detect_turbulence(
     parts = [
         part
         for part in ([slice(0, count)] if segments is None else segments)
-        if len(range(count)[part]) * dt >= MIN_SEGMENT_LENGTH
+        if len(range(count)[part]) * dt >= STATISTICS.min_segment_length
     ]
     if {"alpha", "q", "an"} <= residuals.keys():
         sums = _BandPowers()
@@ -143,9 +132,9 @@ class _BandPowers:
         from scipy.signal.windows import tukey  # a third of a second
 
         count = len(flow)
-        window = tukey(count, TAPER_SHARE)
+        window = tukey(count, STATISTICS.taper_share)
         frequency = rfftfreq(count, dt)
-        kept = frequency >= BAND_HZ[0]
+        kept = frequency >= STATISTICS.gust_band[0]
         frequency = frequency[kept]
         # Squares of these transforms add up to the variance in their band.
         size = np.sqrt(2.0 / count / (window @ window))
@@ -159,7 +148,10 @@ class _BandPowers:
         explained = spectrum(window * rate + np.gradient(window, dt) * flow)
         free = seen - explained / (2j * np.pi * frequency)
         pushed = spectrum(window * force)
-        inside, quiet = frequency <= BAND_HZ[1], frequency >= NOISE_HZ
+        inside, quiet = (
+            frequency <= STATISTICS.gust_band[1],
+            frequency >= STATISTICS.noise_frequency,
+        )
         self._flow += _cross_power(seen[inside], seen[inside])
         self._free += _cross_power(free[inside], free[inside])
         self._force += _cross_power(pushed[inside], pushed[inside])
@@ -173,19 +165,21 @@ class _BandPowers:
     def judge(
         self, direction: Literal["vertical", "lateral"], V: float
     ) -> list[TurbulenceDetection]:
-        if self._frequencies < MIN_FREQUENCIES or not min(self._flow, self._free, self._force):
+        if self._frequencies < STATISTICS.min_frequencies or not min(
+            self._flow, self._free, self._force
+        ):
             return []
         together = self._together / (self._flow * self._force) ** 0.5
         against = self._against / (self._free * self._force) ** 0.5
         noise = 0.0
-        if self._quiet_frequencies >= MIN_FREQUENCIES:
+        if self._quiet_frequencies >= STATISTICS.min_frequencies:
             noise = self._noise / self._quiet_frequencies * self._frequencies
         return [
             TurbulenceDetection(
                 direction=direction,
-                detected=together > MIN_FORCE_COHERENCE
-                and against > MIN_KINEMATIC_COHERENCE
-                and self._free > MIN_NOISE_RATIO * noise,
+                detected=together > STATISTICS.min_force_coherence
+                and against > STATISTICS.min_kinematic_coherence
+                and self._free > STATISTICS.min_noise_ratio * noise,
                 force_coherence=together,
                 gust_std=V * (self._free / self._parts) ** 0.5,
             )

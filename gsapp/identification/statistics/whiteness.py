@@ -14,12 +14,8 @@ from gsapp.identification.statistics.correlation import (
     bartlett,
     default_lags,
 )
+from gsapp.identification.statistics.settings import STATISTICS
 from gsapp.quantities import FloatArray
-
-PORTMANTEAU_LAGS = 20
-LOW_FREQUENCY_HZ = 2.0
-SIGNIFICANCE_LEVEL = 0.001
-MIN_WHITENESS_SAMPLES = 20
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -83,9 +79,9 @@ def _evaluate_response(
     """Test one response by its lagged sums; which samples count has the shape (n, 1)."""
     count, lags = len(counted), layout.lags
     samples = int(counted.sum())
-    edge = min(2.0 * LOW_FREQUENCY_HZ * dt, 1.0)
+    edge = min(2.0 * STATISTICS.low_frequency * dt, 1.0)
     own = sums * layout.pair_normalization(counted)[:, 0, 0]
-    if samples < MIN_WHITENESS_SAMPLES or not own[lags] > 0.0:
+    if samples < STATISTICS.min_samples or not own[lags] > 0.0:
         return Whiteness(
             p_value=1.0, low_frequency_share=np.nan, white_share=edge, inflation=np.nan, white=True
         )
@@ -93,7 +89,7 @@ def _evaluate_response(
     j = np.arange(-lags, lags + 1)
     tapered = rho * bartlett(lags)
     # Ljung-Box by the means over the pairs that there are.
-    after = slice(lags + 1, lags + 1 + min(PORTMANTEAU_LAGS, lags))
+    after = slice(lags + 1, lags + 1 + min(STATISTICS.portmanteau_lags, lags))
     pairs = layout.pair_counts(counted)[after, 0, 0]
     mean = rho[after] / (1.0 - j[after] / count)
     statistic = (samples + 2.0) / samples * float((mean * mean * pairs).sum())
@@ -105,5 +101,5 @@ def _evaluate_response(
         low_frequency_share=min(max(share, 0.0), 1.0),
         white_share=edge,
         inflation=max(float(tapered.sum()), 0.0),
-        white=p_value >= SIGNIFICANCE_LEVEL,
+        white=p_value >= STATISTICS.significance_level,
     )

@@ -4,16 +4,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Final
 
 import numpy as np
 from scipy.optimize import brentq
 from scipy.stats import chi2
 
 from gsapp.quantities import FloatArray
-
-_MAD_TO_STD: Final = 1.4826
-"""Standard deviation of a normal distribution over its median absolute deviation."""
+from gsapp.quantities.constants import MAD_TO_STD
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -83,5 +80,5 @@ def robust_center(values: FloatArray, stds: FloatArray) -> tuple[float, float]:
     order = np.argsort(values)
     heaped = np.cumsum(1.0 / stds[order])
     center = float(values[order][np.searchsorted(heaped, 0.5 * heaped[-1])])
-    spread = _MAD_TO_STD * float(np.median(np.abs(values - center)))
+    spread = MAD_TO_STD * float(np.median(np.abs(values - center)))
     return center, math.sqrt(max(spread**2 - float(np.median(stds)) ** 2, 0.0))

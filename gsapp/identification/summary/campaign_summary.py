@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, replace
-from typing import Final
 
 import numpy as np
 
@@ -31,13 +30,7 @@ from gsapp.identification.summary.derivative_points import (
     values_and_stds,
 )
 from gsapp.identification.summary.outliers import Outlier, detect_outliers, outlier_reasons
-
-_MIN_OUTLIERS: Final = 2
-"""Derivatives of one maneuver that must lie far off ..."""
-_MIN_OUTLIER_SHARE: Final = 0.3
-"""... and their share among those it gave, for the maneuver itself to be called wild."""
-_GOOD_FIT: Final = 0.95
-"""R2 of every response from which a fit is good."""
+from gsapp.identification.summary.settings import SUMMARY
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -237,7 +230,7 @@ def _outlying_maneuvers(
     found = []
     for maneuver, outliers in off.items():
         of = given[maneuver]
-        if len(outliers) < _MIN_OUTLIERS or len(outliers) < _MIN_OUTLIER_SHARE * of:
+        if len(outliers) < SUMMARY.min_outliers or len(outliers) < SUMMARY.min_outlier_share * of:
             continue
         estimate = results[maneuver].estimate
         fits = () if estimate is None else tuple(estimate.fit.values())
@@ -246,7 +239,7 @@ def _outlying_maneuvers(
                 maneuver=maneuver,
                 derivatives=tuple(outliers),
                 derivative_count=of,
-                fits_well=bool(fits) and min(fit.r2 for fit in fits) > _GOOD_FIT,
+                fits_well=bool(fits) and min(fit.r2 for fit in fits) > SUMMARY.good_fit,
                 reasons=tuple(
                     dict.fromkeys(text for one in outliers.values() for text in one.reasons)
                 ),

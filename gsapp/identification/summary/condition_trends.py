@@ -15,15 +15,12 @@ from gsapp.identification.summary.derivative_points import (
     DerivativePoint,
     values_and_stds,
 )
+from gsapp.identification.summary.settings import SUMMARY
 from gsapp.quantities import BoolArray, FloatArray
 from gsapp.quantities.constants import DEGREE
 
-_MIN_POINTS: Final = 6
-"""Values that it takes to see a trend."""
 _MIN_SPREAD: Final = {"V": 2.0, "alpha": 0.7 * DEGREE, "beta": 0.7 * DEGREE}
 """Standard deviation of a condition (SI) below which the campaign was flown at one and the same."""
-_SIGNIFICANCE_LEVEL: Final = 0.01
-"""Of calling any derivative of a campaign dependent that is not."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -58,7 +55,7 @@ def fit_condition_trends(points: tuple[DerivativePoint, ...]) -> tuple[Condition
     for name in CONDITIONS:
         chosen = tuple(one for one in points if name in one.conditions)
         x = np.array([one.conditions[name] for one in chosen])
-        if len(chosen) < _MIN_POINTS or float(x.std(ddof=1)) < _MIN_SPREAD[name]:
+        if len(chosen) < SUMMARY.min_trend_points or float(x.std(ddof=1)) < _MIN_SPREAD[name]:
             continue
         found.append(_fit_trend(name, x, *values_and_stds(chosen)))
     return tuple(found)
@@ -94,7 +91,7 @@ def holm_significant(p_values: FloatArray) -> BoolArray:
     """Return which of many trends stand, shape (n,): Holm's procedure at 1 %."""
     stands = np.zeros(p_values.size, dtype=np.bool_)
     for rank, place in enumerate(np.argsort(p_values)):
-        if p_values[place] > _SIGNIFICANCE_LEVEL / (p_values.size - rank):
+        if p_values[place] > SUMMARY.trend_significance / (p_values.size - rank):
             break
         stands[place] = True
     return stands

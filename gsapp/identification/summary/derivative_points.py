@@ -10,13 +10,11 @@ import numpy as np
 
 from gsapp.identification.campaign import CampaignResult, ManeuverResult
 from gsapp.identification.maneuver import Maneuver
+from gsapp.identification.summary.settings import SUMMARY
 from gsapp.quantities import FloatArray
 
 CONDITIONS: Final = ("V", "alpha", "beta")
 """Channels whose means before the input are a maneuver's conditions."""
-
-_TRIM_DURATION: Final = 1.0
-"""Seconds at the start of a maneuver that belong to the trim before its input."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -90,7 +88,7 @@ def _estimated_values(one: ManeuverResult) -> dict[str, tuple[float, float, floa
 
 def mean_conditions(maneuver: Maneuver) -> dict[str, float]:
     """Return the means (SI) before the input, of what was measured."""
-    early = maneuver.block.times <= maneuver.t_start + _TRIM_DURATION
+    early = maneuver.block.times <= maneuver.t_start + SUMMARY.trim_duration
     found = {}
     for name in CONDITIONS:
         samples = maneuver.samples(name)[early]

@@ -38,14 +38,11 @@ from gsapp.identification.summary.campaign_linear_models import (
     known_derivatives,
 )
 from gsapp.identification.summary.campaign_summary import summarize_campaign
+from gsapp.identification.summary.settings import SUMMARY
 from gsapp.quantities import FloatArray
 
 SUBSPACE_ORDERS: Final[Mapping[LinearAxis, int]] = {"lon": 2, "lat": 4}
 """States of the subspace models: as many as the rigid airplane has without the path it flies."""
-
-
-_MIN_RANGE_SHARE: Final = 0.02
-"""Of the usual range of a response, below which its instrument is taken as broken."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -235,7 +232,7 @@ def _complete_maneuvers(
     own = [
         one
         for one in flown
-        if one.id in moves and bool(np.all(moves[one.id] > _MIN_RANGE_SHARE * usual))
+        if one.id in moves and bool(np.all(moves[one.id] > SUMMARY.min_range_share * usual))
     ]
     return own, tuple(one.id for one in flown if one not in own)
 

@@ -14,14 +14,11 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Final
 
 from gsapp.dynamics.buildup import derivative_names
 from gsapp.identification.campaign import ManeuverResult, campaign_values
 from gsapp.identification.results import Estimate
-
-SIGNIFICANT_SIGMAS: Final = 2.0
-"""Joint bounds from which two values count as apart."""
+from gsapp.identification.summary.settings import SUMMARY
 
 ValueWithBound = tuple[float, float]
 """A value and its bound."""
@@ -55,7 +52,7 @@ class MethodDifference:
         """Return whether the two lie farther apart than their bounds allow."""
         return (
             self.normalized_difference is not None
-            and abs(self.normalized_difference) > SIGNIFICANT_SIGMAS
+            and abs(self.normalized_difference) > SUMMARY.significant_sigmas
         )
 
 

@@ -17,19 +17,10 @@ from gsapp.identification.summary.derivative_points import (
     DerivativePoint,
     values_and_stds,
 )
+from gsapp.identification.summary.settings import SUMMARY
 from gsapp.quantities import name_in_text
 from gsapp.quantities.constants import DEGREE
 
-MIN_POINTS: Final = 4
-"""Values that it takes to call one of them an outlier."""
-
-_SIGNIFICANCE_LEVEL: Final = 0.01
-"""Of calling any value of a campaign an outlier that is none."""
-_LEAST_SIGMAS: Final = 3.5
-_POOR_FIT: Final = 0.8
-"""R2 of a response below which the fit itself is poor."""
-_WIDE_BOUND_RATIO: Final = 3.0
-"""A bound so many times the usual one says little by itself."""
 _MIN_CONDITION_DISTANCE: Final = {"V": 3.0, "alpha": 2.0 * DEGREE, "beta": 4.0 * DEGREE}
 """How far from all others a maneuver's conditions must lie to be named (SI)."""
 
@@ -68,12 +59,15 @@ def detect_outliers(points: tuple[DerivativePoint, ...], count: int) -> dict[int
     dict of int to float
         Place among the points to signed distance in standard deviations.
     """
-    if len(points) < MIN_POINTS:
+    if len(points) < SUMMARY.min_points:
         return {}
     values, stds = values_and_stds(points)
     center, between = robust_center(values, stds)
     distance = (values - center) / np.hypot(stds, between)
-    limit = max(_LEAST_SIGMAS, float(norm.isf(0.5 * _SIGNIFICANCE_LEVEL / max(count, 1))))
+    limit = max(
+        SUMMARY.min_outlier_sigmas,
+        float(norm.isf(0.5 * SUMMARY.outlier_significance / max(count, 1))),
+    )
     return {int(k): float(distance[k]) for k in np.flatnonzero(np.abs(distance) > limit)}
 
 
@@ -103,7 +97,7 @@ def _condition_reasons(point: DerivativePoint, others: Sequence[DerivativePoint]
 
 def _bound_reasons(point: DerivativePoint, others: Sequence[DerivativePoint]) -> list[str]:
     usual = float(np.median([one.std for one in others])) if others else 0.0
-    if usual and point.std > _WIDE_BOUND_RATIO * usual:
+    if usual and point.std > SUMMARY.wide_bound_ratio * usual:
         return [f"its bound is {point.std / usual:.0f} times the usual one: weakly excited"]
     return []
 
@@ -116,7 +110,7 @@ def _fit_reasons(result: ManeuverResult) -> list[str]:
         found.append(f"{', '.join(clipped)} was at the end of the instrument's range")
     if estimate is None:
         return found
-    poor = [name for name, one in estimate.fit.items() if one.r2 < _POOR_FIT]
+    poor = [name for name, one in estimate.fit.items() if one.r2 < SUMMARY.poor_fit]
     if poor:
         found.append(f"the fit does not follow {', '.join(poor)}")
     found += [text for text in estimate.warnings if "gust" in text or "turbulence" in text]

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
@@ -17,30 +16,7 @@ from gsapp.session.checklist.checklist_text import (
 from gsapp.session.checklist.evaluation import ChecklistContext, RuleResult
 from gsapp.session.checklist.items import EngineSpeedRule, SurfacePulseRule, SurfaceResponseRule
 from gsapp.session.checklist.telemetry_availability import check_missing_channels
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class MotionEvaluatorsSettings:
-    """Settings of this module."""
-
-    center: float = 0.1
-    """A stick within this of its middle is let go."""
-    settled: float = 0.25
-    """Seconds after which a surface has arrived where its stick wants it."""
-    long_enough: float = 0.1
-    """Seconds of a settled surface that make a mean."""
-    engines_settled: float = 2.0
-    """Seconds after which engines have followed the throttle."""
-    stopped: float = 0.3
-    """Engines slower than this share of the lower bound do not run."""
-    back: float = 1.0 / 3.0
-    """A pulse ends where the surface is back within this share of its least size."""
-    rest: float = 1.0
-    """Time constant with which the place of rest is followed, s."""
-
-
-_SETTINGS: Final = MotionEvaluatorsSettings()
-
+from gsapp.session.monitor_settings import MONITORS
 
 _NO_STICK_POSITION = 9
 _ENDS: Final = {
@@ -64,7 +40,7 @@ class _HeldMean:
         self.count = 0
 
     def add(self, time: float, value: float) -> None:
-        if time >= self.first + _SETTINGS.settled:
+        if time >= self.first + MONITORS.surface_settling_time:
             self.total += value
             self.count += 1
         self.last = time
@@ -72,8 +48,8 @@ class _HeldMean:
     @property
     def mean(self) -> float | None:
         """Return the mean; None before it has been held for long enough."""
-        settled = self.last - self.first - _SETTINGS.settled
-        return self.total / self.count if self.count and settled >= _SETTINGS.long_enough else None
+        settled = self.last - self.first - MONITORS.surface_settling_time
+        return self.total / self.count if self.count and settled >= MONITORS.min_mean_time else None
 
 
 class SurfaceResponseEvaluator:
@@ -119,7 +95,7 @@ class SurfaceResponseEvaluator:
     def _place(self, stick: float) -> int:
         if abs(stick) >= self._rule.stick_reach:
             return 1 if stick > 0.0 else -1
-        return 0 if abs(stick) <= _SETTINGS.center else _NO_STICK_POSITION
+        return 0 if abs(stick) <= MONITORS.stick_center else _NO_STICK_POSITION
 
     def evaluate(self, facts: ChecklistContext) -> RuleResult:
         """Return whether the surface went with the stick to both sides."""
@@ -217,7 +193,7 @@ class EngineSpeedEvaluator:
             return RuleResult(state="red", why=fault)
         if self._seen is not None:
             return RuleResult(state="green", why=f"seen: {self._words(self._seen)}")
-        if max(self._last) < _SETTINGS.stopped * rule.low:
+        if max(self._last) < MONITORS.stopped_ratio * rule.low:
             return RuleResult(state="open", why="the engines are off")
         wanted = f"{self._one(rule.low)} to {self._one(rule.high)} for {rule.duration:g} s"
         return RuleResult(state="open", why=f"{self._words(self._last)}; wanted {wanted}")
@@ -225,8 +201,10 @@ class EngineSpeedEvaluator:
     def _counts(self, facts: ChecklistContext) -> bool:
         """Return whether the throttle asks for these bounds, and the engines had time to follow."""
         by_throttle = self._rule.throttle is not None and "throttle" in facts.states
-        running = self._last is not None and max(self._last) >= _SETTINGS.stopped * self._rule.low
-        asked = self._time - self._asked_since >= _SETTINGS.engines_settled
+        running = (
+            self._last is not None and max(self._last) >= MONITORS.stopped_ratio * self._rule.low
+        )
+        asked = self._time - self._asked_since >= MONITORS.engine_settling_time
         return by_throttle and running and asked
 
     def _fault(self, speeds: tuple[float, ...]) -> str | None:
@@ -282,10 +260,12 @@ class _PulseCounter:
         if math.isnan(self._began):
             if away >= self._size:
                 self._began = time
-            elif away < _SETTINGS.back * self._size:
-                share = 1.0 - math.exp(-min(max(time - self._time, 0.0), 1.0) / _SETTINGS.rest)
+            elif away < MONITORS.pulse_end_share * self._size:
+                share = 1.0 - math.exp(
+                    -min(max(time - self._time, 0.0), 1.0) / MONITORS.rest_time_constant
+                )
                 self._rest += share * (value - self._rest)
-        elif away < _SETTINGS.back * self._size:
+        elif away < MONITORS.pulse_end_share * self._size:
             self.count += 1
             self._began = math.nan
         elif time - self._began > self._longest:

@@ -21,6 +21,7 @@ from gsapp.session.checklist.evaluation import (
 )
 from gsapp.session.checklist.items import ChecklistFile, ChecklistItem
 from gsapp.session.checklist.rule_evaluators import create_evaluator
+from gsapp.session.monitor_settings import MONITORS
 from gsapp.session.session import Session
 
 
@@ -135,11 +136,6 @@ UNTICK_EVENT: Final = "checklist-untick"
 RESTART_EVENT: Final = "checklist-restart"
 FLIGHT_START_EVENT: Final = "flight-start"
 """Kinds of events."""
-
-_HELD_BACK = 0.5
-"""Seconds of the newest samples left for the next look: channels do not arrive side by side."""
-_AT_ONCE = 5.0
-"""Seconds of samples taken in by one look at most, so that none holds up the window."""
 
 
 class SessionChecklist:
@@ -308,12 +304,12 @@ class SessionChecklist:
         if end is None:
             return False
         names = [name for name in self.checklist.required_channels if history.has(name)]
-        stop = self._index(end - _HELD_BACK)
+        stop = self._index(end - MONITORS.sample_delay)
         if self._start is not None and self._start.time is not None:
             stop = min(stop, self._index(self._start.time))
         if self._next is None:
             self._next = self._first(names, stop)
-        last = min(stop, self._next + self._index(_AT_ONCE))
+        last = min(stop, self._next + self._index(MONITORS.max_samples_time))
         if not names or last <= self._next:
             return False
         self.checklist.feed(history.rows(self._next, last, names))

@@ -23,10 +23,9 @@ from gsapp.quantities import Block
 from gsapp.session.live_estimation.estimate_table import EstimateRow, build_estimate_rows
 from gsapp.session.live_estimation.fit_workers import FitWorker
 from gsapp.session.live_estimation.maneuver_fits import FitUpdate, ManeuverFits
+from gsapp.session.monitor_settings import MONITORS
 from gsapp.session.sample_history import SampleHistory
 
-_AROUND: Final = 1.0
-"""Seconds beside a maneuver that bringing late channels to their time may reach into."""
 _BURNS: Final = "throttle"
 """Channel by which fuel burns."""
 
@@ -65,7 +64,9 @@ class ManeuverCutter:
         info = self._info()
         carded = apply_flight_info(self._aircraft, info)
         block = self._history.block(
-            self._history.channels, verdict.t_start - _AROUND, verdict.t_end + _AROUND
+            self._history.channels,
+            verdict.t_start - MONITORS.maneuver_margin,
+            verdict.t_end + MONITORS.maneuver_margin,
         )
         flight = self._part(block, info)
         return correct_for_burned_fuel(

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Final
 
 import numpy as np
 
@@ -12,9 +11,7 @@ from gsapp.dynamics.model import Model
 from gsapp.identification.campaign import CampaignResult, CampaignValue
 from gsapp.identification.ftr.estimates import EstimateHistory, LiveEstimate
 from gsapp.quantities import FloatArray
-
-_MIN_REPORTED_CHANGE: Final = 0.05
-"""Share of a bound by which it must change to be told."""
+from gsapp.session.monitor_settings import MONITORS
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -138,6 +135,6 @@ def bound_change_text(history: EstimateHistory, since: float) -> str:
     old, new = (
         100.0 * abs(float(history.stds[place] / history.values[place])) for place in (before, -1)
     )
-    if abs(old - new) < _MIN_REPORTED_CHANGE * old:
+    if abs(old - new) < MONITORS.min_reported_change * old:
         return ""
     return f"{old:.0f} % to {new:.0f} %" if old >= 9.5 else f"{old:.1f} % to {new:.1f} %"

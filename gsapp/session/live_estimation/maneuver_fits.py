@@ -20,11 +20,8 @@ from gsapp.identification.campaign import (
 from gsapp.identification.maneuver import Maneuver
 from gsapp.session.live_estimation.fit_workers import FitWorker
 from gsapp.session.live_estimation.maneuver_fit import FitRequest, FitResponse
+from gsapp.session.monitor_settings import MONITORS
 
-COMPLETE_AFTER_SECONDS: Final = 3.0
-"""Seconds of flight after a maneuver when all its samples have surely come, slow ones too."""
-MAX_ATTEMPTS: Final = 2
-"""A fit whose process died is begun anew: another fit may have been to blame, or the system."""
 UNUSABLE_VERDICTS: Final = ("spoiled", "unclear")
 """Verdicts whose maneuvers are not fitted: nobody knows what moved the aircraft."""
 
@@ -90,7 +87,7 @@ class ManeuverFits:
         self._waiting += verdicts[self._seen :]
         self._seen = len(verdicts)
         while self._waiting and (
-            now is None or now >= self._waiting[0].t_end + COMPLETE_AFTER_SECONDS
+            now is None or now >= self._waiting[0].t_end + MONITORS.maneuver_delay
         ):
             self._ask(self._waiting.pop(0))
         return tuple(self._taken())
@@ -131,7 +128,7 @@ class ManeuverFits:
         for name in [name for name, one in self._running.items() if one.done()]:
             done = self._running.pop(name)
             error = done.exception()
-            if isinstance(error, BrokenProcessPool) and self._tries[name] < MAX_ATTEMPTS:
+            if isinstance(error, BrokenProcessPool) and self._tries[name] < MONITORS.max_attempts:
                 self._begin(name)
                 continue
             if error is not None:

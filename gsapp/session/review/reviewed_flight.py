@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Final
 
 import numpy as np
 
@@ -26,6 +25,7 @@ from gsapp.flight.maneuvers import (
 )
 from gsapp.foundation import FlightError
 from gsapp.identification.maneuver_extraction import open_flight
+from gsapp.session.monitor_settings import MONITORS
 
 
 def save_maneuvers_to_catalog(
@@ -62,10 +62,6 @@ def load_catalog_verdicts(catalog: Path | None, flight: str) -> tuple[StoredVerd
         return ()
     with Catalog(catalog) as opened:
         return search_verdicts(opened, flight=flight)
-
-
-MIN_MANEUVER_SECONDS: Final = 0.5
-"""A maneuver shorter than this, s, shows no motion of the aircraft."""
 
 
 class ReviewedFlight:
@@ -218,10 +214,10 @@ class ReviewedFlight:
 
     def _edges(self, start: float, stop: float) -> tuple[float, float]:
         start, stop = self.snap_to_sample(start), self.snap_to_sample(stop)
-        if not stop - start >= MIN_MANEUVER_SECONDS:
+        if not stop - start >= MONITORS.min_maneuver_duration:
             raise FlightError(
                 f"from {start:.2f} to {stop:.2f} s is too short for a maneuver; minimum "
-                f"{MIN_MANEUVER_SECONDS:g} s"
+                f"{MONITORS.min_maneuver_duration:g} s"
             )
         return start, stop
 

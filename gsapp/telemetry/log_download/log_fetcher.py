@@ -19,13 +19,9 @@ from gsapp.foundation.file_lock import FileLock
 from gsapp.telemetry.log_download.log_protocol import DownloadState, LogDownloadProtocol, LogEntry
 from gsapp.telemetry.log_download.partial_log import PartialLog
 from gsapp.telemetry.log_download.recorder_link import DOWNLOAD_LOCK, open_recorder_link
+from gsapp.telemetry.settings import TELEMETRY
 
 _FOLDER = "download"
-_POLL = 0.02
-_TELL = 0.25
-_SAVE = 2.0
-_CLOCK_UNSET = 946_684_800
-"""Logs begun before 2000 were begun by a box that did not know the time."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -111,7 +107,7 @@ class LogFetcher:
                 self._part.close()
             with contextlib.suppress(LinkError):
                 self._line.send(self._conversation.pack_request_end())
-                time.sleep(5.0 * _POLL)  # until the recorder has passed it on
+                time.sleep(5.0 * TELEMETRY.fetch_interval)  # until the recorder has passed it on
             self._line.close()
         finally:
             self._lock.release()
@@ -163,7 +159,7 @@ class LogFetcher:
             there = ", ".join(str(entry.id) for entry in entries)
             raise LinkError(f"the autopilot holds no log {number}; it has {there}")
         began = self._began()
-        dated = [entry for entry in entries if entry.time_utc > _CLOCK_UNSET]
+        dated = [entry for entry in entries if entry.time_utc > TELEMETRY.clock_unset]
         if began is None or not dated:
             return entries[-1]
         return min(dated, key=lambda entry: (abs(entry.time_utc - began), -entry.id))
@@ -191,14 +187,14 @@ class LogFetcher:
         path = self._part.finish()
         self._part = None
         begun = None
-        if entry.time_utc > _CLOCK_UNSET:
+        if entry.time_utc > TELEMETRY.clock_unset:
             begun = datetime.fromtimestamp(entry.time_utc, UTC)
         return DownloadedLog(path=path, entry=entry, start_time=begun)
 
     def _converse(self, until: tuple[str, ...]) -> None:
         """Hear and ask until a phase is reached, or all is stopped."""
         talk = self._conversation
-        next_save = time.monotonic() + _SAVE
+        next_save = time.monotonic() + TELEMETRY.save_interval
         while talk.phase not in until and not self.stopped:
             now = time.monotonic()
             for frame in self._line.receive_frames():
@@ -209,10 +205,10 @@ class LogFetcher:
             if talk.phase == "failed":
                 raise LinkError(self._failure(talk.state(now).why))
             if self._part is not None and now >= next_save:
-                next_save = now + _SAVE
+                next_save = now + TELEMETRY.save_interval
                 self._part.save()
             if talk.phase not in until:
-                self._stop.wait(_POLL)
+                self._stop.wait(TELEMETRY.fetch_interval)
         self._next_tell = 0.0
         self._say(time.monotonic())
 
@@ -222,7 +218,7 @@ class LogFetcher:
 
     def _say(self, now: float) -> None:
         if now >= self._next_tell:
-            self._next_tell = now + _TELL
+            self._next_tell = now + TELEMETRY.progress_interval
             self._tell(self._conversation.state(now))
 
     def _keep(self, offset: int, data: bytes) -> None:

@@ -16,6 +16,7 @@ from gsapp.decoding.dialect import dialect
 from gsapp.telemetry.heartbeat import GROUND_COMPONENT, GROUND_SYSTEM
 from gsapp.telemetry.log_download.missing_ranges import MissingRanges
 from gsapp.telemetry.send_queue import frame_message_id
+from gsapp.telemetry.settings import TELEMETRY
 
 _HEARTBEAT: Final = 0
 _LOG_ENTRY: Final = 118
@@ -24,22 +25,6 @@ _ARMED: Final = 128
 _NO_AUTOPILOT: Final = 8
 LOG_DATA_BYTES: Final = 90
 """Bytes in one LOG_DATA."""
-_RETRY_SECONDS: Final = 1.5
-_LISTEN_SECONDS: Final = 3.0
-"""Seconds to hear a heartbeat, which says whom to ask, before all are asked."""
-_LEAST_WINDOW: Final = 64 * LOG_DATA_BYTES
-_MOST_WINDOW: Final = 4096 * LOG_DATA_BYTES
-_WINDOW_SECONDS: Final = 2.0
-_ROUND_TRIP: Final = 0.15
-"""Seconds that asking costs at least: what comes meanwhile may as well be sent twice."""
-_MIN_MEASURED_BYTES: Final = _LEAST_WINDOW // 2
-"""Bytes of one answer that tell the pace of the link: of fewer, asking takes most of the time."""
-_FIRST_SILENCE: Final = 1.5
-_LEAST_SILENCE, _MOST_SILENCE = 0.25, 2.0
-_SILENT_PIECES: Final = 20
-_TIMEOUT_SECONDS: Final = 30.0
-_RATE_SECONDS: Final = 3.0
-_MOST_CUT_OFF: Final = 5
 
 DownloadPhase = Literal["listening", "listing", "listed", "fetching", "done", "failed"]
 
@@ -136,7 +121,7 @@ class LogDownloadProtocol:
         self._came: deque[tuple[float, int]] = deque()
         self._answered = 0
         self._pace: float | None = None
-        self._trip = _ROUND_TRIP
+        self._trip = TELEMETRY.round_trip
         self._interval = 0.0
 
     def state(self, now: float) -> DownloadState:
@@ -182,7 +167,9 @@ class LogDownloadProtocol:
             self._begun = now
         if self._armed and self.phase not in ("done", "failed"):
             self.fail("the aircraft is armed; land and disarm it first")
-        if self.phase == "listening" and (self._target[0] or now - self._begun > _LISTEN_SECONDS):
+        if self.phase == "listening" and (
+            self._target[0] or now - self._begun > TELEMETRY.listen_time
+        ):
             self.phase = "listing"
         if self.phase == "listing":
             return self._ask_for_list(now)
@@ -248,18 +235,18 @@ class LogDownloadProtocol:
     def _time(self, count: int, now: float) -> None:
         """Take from a piece what asking costs, and how fast pieces follow each other."""
         if self._heard_at > self._asked_at:
-            gap = min(now - self._heard_at, _MOST_SILENCE)
+            gap = min(now - self._heard_at, TELEMETRY.max_silence)
             self._interval += 0.1 * (gap - self._interval)
         else:
             self._trip = now - self._asked_at
         self._answered += count
-        if self._answered >= _MIN_MEASURED_BYTES and now > self._asked_at:
+        if self._answered >= TELEMETRY.min_measured_bytes and now > self._asked_at:
             self._pace = self._answered / (now - self._asked_at)
 
     def _hear_end(self, end: int) -> None:
         """Note that the log ended before the size that was announced."""
         self._cut_off += 1
-        if self._cut_off >= _MOST_CUT_OFF and self._entry is not None:
+        if self._cut_off >= TELEMETRY.max_cut_off and self._entry is not None:
             self.fail(
                 f"the autopilot ends log {self._entry.id} at {end} bytes, though it announced "
                 f"{self._entry.size}; power-cycle it and start again"
@@ -267,9 +254,12 @@ class LogDownloadProtocol:
 
     def _ask_for_list(self, now: float) -> list[bytes]:
         quiet = now - max(self._asked_at, self._heard_at)
-        if self._asked_at >= 0.0 and quiet < _RETRY_SECONDS:
+        if self._asked_at >= 0.0 and quiet < TELEMETRY.list_retry:
             return []
-        if now - max(self._begun + _LISTEN_SECONDS, self._heard_at) > _TIMEOUT_SECONDS / 2.0:
+        if (
+            now - max(self._begun + TELEMETRY.listen_time, self._heard_at)
+            > TELEMETRY.fetch_timeout / 2.0
+        ):
             if self.entries:
                 self.phase = "listed"  # the rest of the list does not come
                 return []
@@ -287,10 +277,10 @@ class LogDownloadProtocol:
         if self._heard_at < 0.0:
             self._heard_at = self._asked_at = now
             self._request = None
-        if now - self._heard_at > _TIMEOUT_SECONDS:
+        if now - self._heard_at > TELEMETRY.fetch_timeout:
             self.fail(
-                f"no data for {_TIMEOUT_SECONDS:.0f} s; restore the link and start again: the "
-                "download resumes"
+                f"no data for {TELEMETRY.fetch_timeout:.0f} s; restore the link and start again: "
+                "the download resumes"
             )
             return []
         if self._request is not None:
@@ -323,20 +313,21 @@ class LogDownloadProtocol:
         answer shall be long enough to tell it.
         """
         if self._pace is None:
-            return _LEAST_WINDOW, _LEAST_WINDOW
-        most = min(max(_WINDOW_SECONDS * self._pace, _LEAST_WINDOW), _MOST_WINDOW)
-        return round(most / LOG_DATA_BYTES) * LOG_DATA_BYTES, round(
-            max(self._trip, _ROUND_TRIP) * self._pace
+            return TELEMETRY.min_window, TELEMETRY.min_window
+        most = max(TELEMETRY.window_time * self._pace, TELEMETRY.min_window)
+        return round(min(most, TELEMETRY.max_window) / LOG_DATA_BYTES) * LOG_DATA_BYTES, round(
+            max(self._trip, TELEMETRY.round_trip) * self._pace
         )
 
     def _silence(self) -> float:
         """Return after how many seconds without a piece there will be none."""
         if self._heard_at <= self._asked_at:
-            return _FIRST_SILENCE
-        return min(max(_SILENT_PIECES * self._interval, _LEAST_SILENCE), _MOST_SILENCE)
+            return TELEMETRY.first_silence
+        usual = max(TELEMETRY.silent_pieces * self._interval, TELEMETRY.min_silence)
+        return min(usual, TELEMETRY.max_silence)
 
     def _rate(self, now: float) -> float:
-        while self._came and now - self._came[0][0] > _RATE_SECONDS:
+        while self._came and now - self._came[0][0] > TELEMETRY.rate_window:
             self._came.popleft()
         if not self._came:
             return 0.0

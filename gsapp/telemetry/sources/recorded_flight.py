@@ -12,10 +12,10 @@ from gsapp.flight.raw_record import RawRecord
 from gsapp.foundation import FlightError, GroundStationError, LinkError
 from gsapp.telemetry.clock import Clock
 from gsapp.telemetry.link_address import LinkAddress
+from gsapp.telemetry.settings import TELEMETRY
 from gsapp.telemetry.sources.link_source import Chunk, LinkSource
 
 _MOST_AT_ONCE = 256
-_LONGEST_PAUSE = 10.0
 
 
 class RecordedSource(LinkSource):
@@ -109,7 +109,7 @@ class RecordedSource(LinkSource):
         if self._last_stamp is None or math.isinf(self._speed):
             return self._due
         pause = (record.stamp_us - self._last_stamp) / 1e6
-        return self._due + min(max(pause, 0.0), _LONGEST_PAUSE) / self._speed
+        return self._due + min(max(pause, 0.0), TELEMETRY.max_replayed_pause) / self._speed
 
     def _advance(self) -> None:
         self._ahead.clear()

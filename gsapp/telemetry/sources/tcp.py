@@ -9,6 +9,7 @@ from functools import partial
 
 from gsapp.telemetry.clock import Clock
 from gsapp.telemetry.link_address import LinkAddress
+from gsapp.telemetry.settings import TELEMETRY
 from gsapp.telemetry.sources.link_source import (
     Chunk,
     LinkUnavailableError,
@@ -17,8 +18,6 @@ from gsapp.telemetry.sources.link_source import (
     set_exclusive_port,
 )
 
-_CONNECT_SECONDS = 2.0
-_MOST_CLIENTS = 8
 _READ_BYTES = 65536
 
 
@@ -44,7 +43,7 @@ class TcpSource(ReconnectingSource):
 
     def _connect(self) -> None:
         made = socket.create_connection(
-            (self.address.host, self.address.port), timeout=_CONNECT_SECONDS
+            (self.address.host, self.address.port), timeout=TELEMETRY.connect_timeout
         )
         _prepare(made)
         self._socket = made
@@ -91,7 +90,7 @@ class TcpInSource(ReconnectingSource):
         try:
             set_exclusive_port(made)
             made.bind(target)
-            made.listen(_MOST_CLIENTS)
+            made.listen(TELEMETRY.max_clients)
             made.setblocking(False)
         except OSError:
             made.close()
@@ -125,7 +124,7 @@ class TcpInSource(ReconnectingSource):
             client, caller = self._listener.accept()
         except OSError:
             return  # the caller has gone already
-        if len(self._clients) >= _MOST_CLIENTS:
+        if len(self._clients) >= TELEMETRY.max_clients:
             client.close()
             return
         client.setblocking(False)

@@ -10,6 +10,7 @@ from typing import Any
 
 from gsapp.telemetry.clock import Clock
 from gsapp.telemetry.link_address import LinkAddress
+from gsapp.telemetry.settings import TELEMETRY
 from gsapp.telemetry.sources.link_source import (
     Chunk,
     ReconnectingSource,
@@ -19,8 +20,6 @@ from gsapp.telemetry.sources.link_source import (
 
 _RECEIVE_BUFFER = 4 << 20
 _MOST_AT_ONCE = 256
-_MOST_PEERS = 8
-_PEER_SECONDS = 30.0
 
 
 class _UdpSource(ReconnectingSource):
@@ -101,7 +100,7 @@ class UdpInSource(_UdpSource):
 
     def _accepts(self, sender: tuple[Any, ...]) -> bool:
         if sender not in self._peers:
-            if len(self._peers) >= _MOST_PEERS:
+            if len(self._peers) >= TELEMETRY.max_peers:
                 del self._peers[min(self._peers, key=self._peers.__getitem__)]
             self._peers[sender] = 0.0
             heard = ", ".join(sorted({peer[0] for peer in self._peers}))
@@ -110,7 +109,7 @@ class UdpInSource(_UdpSource):
         return True
 
     def _send(self, data: bytes) -> None:
-        recent = self.clock.monotonic() - _PEER_SECONDS
+        recent = self.clock.monotonic() - TELEMETRY.peer_timeout
         peers = [peer for peer, heard in list(self._peers.items()) if heard >= recent]
         self._send_to(peers, data)
 

@@ -13,11 +13,10 @@ from gsapp.virtual.bench.potentiometer import (
     Potentiometer,
 )
 from gsapp.virtual.bench.transducers import SensorTriad, Transducer
-from gsapp.virtual.bench.virtual_bench import BENCH_SAMPLE_RATE, BenchWeather, VirtualBench
+from gsapp.virtual.bench.virtual_bench import BenchWeather, VirtualBench
 
 __all__ = [
     "BENCH_FAULT_KINDS",
-    "BENCH_SAMPLE_RATE",
     "POTENTIOMETERS",
     "POTENTIOMETER_TRAVEL",
     "SURFACE_POTENTIOMETERS",

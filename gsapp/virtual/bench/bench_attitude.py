@@ -13,16 +13,10 @@ from gsapp.foundation import FlightError
 from gsapp.quantities import FloatArray
 from gsapp.virtual.bench.operator_motion import AttitudeMovement, TableRotation
 from gsapp.virtual.bench.transducers import GYROS
+from gsapp.virtual.settings import VIRTUAL
 
-POSITIONING_ERROR = 0.8
-"""Standard deviation about either axis with which the aircraft is laid in a position, deg."""
-TABLE_TURN_ERROR = 0.12
-"""Standard deviation of each end of a turn of the table, deg."""
 TURN_POSITIONS: Mapping[str, Position] = {"p": "x_down", "q": "y_up", "r": "z_down"}
 """How the aircraft lies on the table to turn about each axis."""
-_LAYING_SECONDS, _BEFORE_TURN = 3.0, 3.0
-_TURN_RATE, _SHORTEST_TURN = 30.0, 2.0
-"""deg/s on the average, and s."""
 
 Direction = tuple[float, float, float]
 
@@ -57,12 +51,12 @@ class BenchAttitude:
     def move_to_position(self, position: Position, now: float) -> float:
         """Have it laid in a position; return when it will be, s."""
         up = _up_direction(position)
-        leaning = self._hands.normal(0.0, math.radians(POSITIONING_ERROR), 3)
+        leaning = self._hands.normal(0.0, math.radians(VIRTUAL.positioning_std), 3)
         direction = np.array(up) + np.where(np.abs(up) > 0.5, 0.0, leaning)
         direction /= np.linalg.norm(direction)
         laying = AttitudeMovement(
             begin=self._free_at(now),
-            seconds=_LAYING_SECONDS,
+            seconds=VIRTUAL.laying_time,
             start=self.up_direction,
             target=(float(direction[0]), float(direction[1]), float(direction[2])),
         )
@@ -84,10 +78,10 @@ class BenchAttitude:
         axis = GYROS.index(channel)
         if abs(self.up_direction[axis]) < 0.9:
             self.move_to_position(TURN_POSITIONS[channel], now)
-        marks = float(self._hands.normal(0.0, TABLE_TURN_ERROR * math.sqrt(2.0)))
+        marks = float(self._hands.normal(0.0, VIRTUAL.table_turn_std * math.sqrt(2.0)))
         turning = TableRotation(
-            begin=self._free_at(now) + _BEFORE_TURN,
-            seconds=seconds or max(abs(angle) / _TURN_RATE, _SHORTEST_TURN),
+            begin=self._free_at(now) + VIRTUAL.rest_before_turn,
+            seconds=seconds or max(abs(angle) / VIRTUAL.table_turn_rate, VIRTUAL.min_turn_time),
             angle=angle + marks,
             axis=axis,
             ripple=float(self._hands.uniform(-0.2, 0.2)),

@@ -12,14 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gsapp.quantities import FloatArray
-
-ANGLE_SETTING_ERROR = 0.05
-"""Standard deviation with which a digital protractor is set and read, deg."""
-TREMOR_STD = 0.02
-"""Standard deviation of a surface held by hand, deg."""
-_TREMOR_HZ, _TREMOR_DECAY = 8.0, 0.9
-_QUICK = 25.0
-"""deg/s of the way toward the angle; the rest is creeping up to it."""
+from gsapp.virtual.settings import VIRTUAL
 
 
 def _smooth(share: FloatArray) -> FloatArray:
@@ -46,7 +39,7 @@ class SurfaceMovement:
     @classmethod
     def create(cls, begin: float, start: float, target: float) -> SurfaceMovement:
         """Return a movement that takes as long as a hand needs."""
-        seconds = math.ceil(100.0 * (1.2 + abs(target - start) / _QUICK)) / 100.0
+        seconds = math.ceil(100.0 * (1.2 + abs(target - start) / VIRTUAL.surface_rate)) / 100.0
         return cls(begin=begin, seconds=seconds, start=start, target=target)
 
     @property
@@ -81,10 +74,14 @@ class OperatorTremor:
 
     def __init__(self, dt: float) -> None:
         # y[k] = a y[k-1] + b y[k-2] + noise, of unit size for a noise of size `gain`.
-        self._a = 2.0 * _TREMOR_DECAY * math.cos(2.0 * math.pi * _TREMOR_HZ * dt)
-        self._b = -(_TREMOR_DECAY**2)
+        self._a = (
+            2.0 * VIRTUAL.tremor_decay * math.cos(2.0 * math.pi * VIRTUAL.tremor_frequency * dt)
+        )
+        self._b = -(VIRTUAL.tremor_decay**2)
         a, b = self._a, self._b
-        self._gain = TREMOR_STD * math.sqrt((1.0 + b) * ((1.0 - b) ** 2 - a * a) / (1.0 - b))
+        self._gain = VIRTUAL.tremor_std * math.sqrt(
+            (1.0 + b) * ((1.0 - b) ** 2 - a * a) / (1.0 - b)
+        )
         self._last = (0.0, 0.0)
 
     def __call__(self, white: FloatArray) -> FloatArray:

@@ -19,6 +19,7 @@ import numpy as np
 import numpy.typing as npt
 
 from gsapp.quantities import FloatArray
+from gsapp.virtual.settings import VIRTUAL
 
 SURFACE_POTENTIOMETERS = (
     "elevator_left",
@@ -37,7 +38,6 @@ POTENTIOMETER_TRAVEL: Mapping[str, float] = MappingProxyType(
 """To either side, deg."""
 _FALLING = frozenset(("elevator_right", "beta"))
 """Mounted so that the volts fall with the angle."""
-_NOMINAL_SUPPLY = 5.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -73,12 +73,14 @@ class Potentiometer:
             noise=float(random.uniform(0.8e-3, 2.0e-3)),
         )
 
-    def volts(self, shaft: npt.ArrayLike, supply: npt.ArrayLike = _NOMINAL_SUPPLY) -> FloatArray:
+    def volts(
+        self, shaft: npt.ArrayLike, supply: npt.ArrayLike = VIRTUAL.nominal_supply
+    ) -> FloatArray:
         """Return the volts (V) at angles of the shaft (deg), without noise."""
         a = np.asarray(shaft, dtype=np.float64)
         share = a / self.travel
         bent = a * (1.0 + self.curvature * share + self.cubic * share * share)
-        volts = (self.center + self.slope * bent) * (np.asarray(supply) / _NOMINAL_SUPPLY)
+        volts = (self.center + self.slope * bent) * (np.asarray(supply) / VIRTUAL.nominal_supply)
         return np.asarray(volts, dtype=np.float64)
 
     def reversed(self) -> Potentiometer:

@@ -23,12 +23,7 @@ from gsapp.quantities import INSTRUMENTS, Block, FloatArray
 from gsapp.virtual.ad_converter import DAQ_CHANNELS
 from gsapp.virtual.bench.bench_attitude import BenchAttitude
 from gsapp.virtual.bench.bench_faults import BenchFault
-from gsapp.virtual.bench.operator_motion import (
-    ANGLE_SETTING_ERROR,
-    OperatorTremor,
-    PitotBreath,
-    SurfaceMovement,
-)
+from gsapp.virtual.bench.operator_motion import OperatorTremor, PitotBreath, SurfaceMovement
 from gsapp.virtual.bench.potentiometer import (
     POTENTIOMETERS,
     Linkage,
@@ -42,14 +37,10 @@ from gsapp.virtual.bench.transducers import (
     sample_accelerometers,
     sample_gyros,
 )
+from gsapp.virtual.settings import VIRTUAL
 
 # Faults at work on the volts of the bench.
 # What is mounted the other way round (``reversed``) is so from the beginning: see `virtual`.
-
-_SCRATCH, _LOST = 0.04, 0.6
-"""A bad contact: standard deviation, V, and how far it falls when lost, V."""
-_ROOM = (0.25, 0.45)
-"""V between where the wiper stands at first and the end of the converter, where it is clipped."""
 
 
 class BenchFaultInjector:
@@ -60,7 +51,7 @@ class BenchFaultInjector:
         self._random = random.spawn(len(self._faults))
         self._open = [bool(own.integers(2)) for own in self._random]
         self._upward = [bool(own.integers(2)) for own in self._random]
-        self._room = [float(own.uniform(*_ROOM)) for own in self._random]
+        self._room = [float(own.uniform(*VIRTUAL.clipped_margin)) for own in self._random]
         self._at_first: FloatArray | None = None
 
     def apply(self, volts: FloatArray) -> FloatArray:
@@ -90,12 +81,13 @@ class BenchFaultInjector:
     def _scratching(self, random: np.random.Generator, count: int) -> FloatArray:
         drawn = random.standard_normal((count, 2))
         lost = np.abs(drawn[:, 1]) > 2.17  # three samples in a hundred
-        return np.asarray(_SCRATCH * drawn[:, 0] - np.where(lost, _LOST, 0.0))
+        return np.asarray(
+            VIRTUAL.bad_contact_std * drawn[:, 0] - np.where(lost, VIRTUAL.bad_contact_drop, 0.0)
+        )
 
 
 _HALF_DENSITY = 0.6
 """kg/m^3."""
-_BREATHING_IN = 0.5
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -132,7 +124,7 @@ class Pitot:
         """Have somebody take the cover off and blow; return when it is over, s."""
         self.covered = False
         self._breath = PitotBreath(
-            begin=now + _BREATHING_IN,
+            begin=now + VIRTUAL.breath_delay,
             seconds=float(hands.uniform(1.0, 1.8)),
             peak=float(hands.uniform(500.0, 2200.0)),
         )
@@ -151,11 +143,6 @@ class Pitot:
         if self._breath is not None:
             felt = felt + self._breath.pressure(times)
         return np.asarray(felt)
-
-
-BENCH_SAMPLE_RATE = 100
-"""Samples a second."""
-_BATTERY = 12.5
 
 
 class VirtualBench:
@@ -186,7 +173,7 @@ class VirtualBench:
         *,
         faults: Sequence[BenchFault] = (),
         aircraft: str = "b777",
-        setting_error: float = ANGLE_SETTING_ERROR,
+        setting_error: float = VIRTUAL.angle_setting_std,
     ) -> None:
         drawing, self._hands, noise, harming = np.random.default_rng([seed, 0xBE]).spawn(4)
         nominal = load_certificates("b777")
@@ -217,7 +204,7 @@ class VirtualBench:
         }
         self._setting_error = setting_error
         self._noise = noise
-        self._tremor = OperatorTremor(1.0 / BENCH_SAMPLE_RATE)
+        self._tremor = OperatorTremor(1.0 / VIRTUAL.bench_rate)
         self._harm = BenchFaultInjector(faults, harming)
         self._ticks = 0
         self._held = ""
@@ -251,7 +238,7 @@ class VirtualBench:
     @property
     def time(self) -> float:
         """Return the time since the box was switched on, s."""
-        return self._ticks / BENCH_SAMPLE_RATE
+        return self._ticks / VIRTUAL.bench_rate
 
     @property
     def ticks(self) -> int:
@@ -378,7 +365,7 @@ class VirtualBench:
         ndarray, shape (ticks, 20)
             V, in the order of `gsapp.virtual.ad_converter.DAQ_CHANNELS`.
         """
-        times = (self._ticks + np.arange(ticks)) / BENCH_SAMPLE_RATE
+        times = (self._ticks + np.arange(ticks)) / VIRTUAL.bench_rate
         # Row by row, so that the numbers do not depend on how far it goes at a time.
         white = self._noise.standard_normal((ticks, len(DAQ_CHANNELS) + 1))
         supply = self._supply - 2e-5 * times
@@ -387,7 +374,7 @@ class VirtualBench:
         columns.update(self._inertial(times, white))
         columns.update(self._air(times, white))
         columns["excitation"] = supply
-        columns["battery"] = np.full(ticks, 0.2 * _BATTERY)
+        columns["battery"] = np.full(ticks, 0.2 * VIRTUAL.battery_voltage)
         noise = {name: pot.noise for name, pot in self.potentiometers.items()}
         volts = np.empty((ticks, len(DAQ_CHANNELS)))
         for index, name in enumerate(DAQ_CHANNELS):
@@ -407,10 +394,10 @@ class VirtualBench:
             ``<instrument>_volts`` of all instruments and ``excitation``, V.
         """
         first = self._ticks
-        volts = self.advance(round(seconds * BENCH_SAMPLE_RATE))
+        volts = self.advance(round(seconds * VIRTUAL.bench_rate))
         return Block(
             channels=(*(f"{name}_volts" for name in INSTRUMENTS), "excitation"),
-            times=(first + np.arange(len(volts))) / BENCH_SAMPLE_RATE,
+            times=(first + np.arange(len(volts))) / VIRTUAL.bench_rate,
             values=volts[:, : len(INSTRUMENTS) + 1],
         )
 

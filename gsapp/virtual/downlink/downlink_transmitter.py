@@ -23,13 +23,7 @@ from gsapp.virtual.downlink.onboard_messages import (
     landed_heartbeat,
 )
 from gsapp.virtual.downlink.packet import Packet
-
-THIN_BYTES_PER_SECOND = 4600
-"""What 57,600 baud carry, with room for the radio's own needs."""
-FULL_BYTES_PER_SECOND = 100_000
-_AHEAD, _FAR_AHEAD = 4, 10
-_BURST_SECONDS = 3.0
-_HEARTBEAT = 1.0
+from gsapp.virtual.settings import VIRTUAL
 
 
 class TransmitLink(Protocol):
@@ -102,7 +96,7 @@ class DownlinkTransmitter:
         self._line = line
         self._clock = clock
         self._speed = speed
-        self._rate: float = THIN_BYTES_PER_SECOND if thin else FULL_BYTES_PER_SECOND
+        self._rate: float = VIRTUAL.thin_rate if thin else VIRTUAL.full_rate
         self._log = log
         self._server = server
         self._framer = Framer()
@@ -120,7 +114,7 @@ class DownlinkTransmitter:
         """
         start = self._clock.monotonic()
         # Flown a little ahead of what is sent: a few samples together cost half as much.
-        ticks = _AHEAD if self._speed <= 2.0 else _FAR_AHEAD
+        ticks = VIRTUAL.ticks_ahead if self._speed <= 2.0 else VIRTUAL.fast_ticks_ahead
         told = -math.inf
         while not self._stream.finished:
             for packet in self._stream.advance(ticks):
@@ -143,12 +137,12 @@ class DownlinkTransmitter:
         full link, times the speed of the flight.
         """
         if math.isfinite(self._speed):
-            self._rate = FULL_BYTES_PER_SECOND * max(self._speed, 1.0)
+            self._rate = VIRTUAL.full_rate * max(self._speed, 1.0)
         end = self._clock.monotonic() + seconds
         sign = self._clock.monotonic()
         while (left := end - self._clock.monotonic()) > 0.0:
             if self._clock.monotonic() >= sign:
-                sign += _HEARTBEAT
+                sign += VIRTUAL.heartbeat_interval
                 self._line.send(self._stream.pack_reply(landed_heartbeat()))
             if self._hear(self._line.receive(min(left, 1.0 / TICK_RATE))):
                 end = self._clock.monotonic() + seconds
@@ -174,7 +168,7 @@ class DownlinkTransmitter:
         if self._log is not None:
             self._log.append(packet.stamp_us, packet.onboard_frames)
         self._credit += self._rate / TICK_RATE - len(data)
-        self._credit = min(self._credit, _BURST_SECONDS * 100.0)
+        self._credit = min(self._credit, VIRTUAL.burst_time * 100.0)
         self._answer()
 
     def _hear(self, data: bytes) -> bool:

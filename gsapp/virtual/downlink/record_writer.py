@@ -11,9 +11,8 @@ import numpy as np
 from gsapp.virtual.downlink.downlink_transmitter import TransmitProgress
 from gsapp.virtual.downlink.flight_downlink import FlightDownlink
 from gsapp.virtual.downlink.onboard_log import OnboardLog
+from gsapp.virtual.settings import VIRTUAL
 
-_TRAVEL_US = 12_000.0
-_JITTER_US = 2_000.0
 _TICKS_AT_ONCE = 200
 
 
@@ -53,7 +52,7 @@ def write_record(
             stack.callback(onboard.close)
         while not downlink.finished:
             for packet in downlink.advance(_TICKS_AT_ONCE):
-                delay = _TRAVEL_US + float(random.exponential(_JITTER_US))
+                delay = VIRTUAL.travel_time_us + float(random.exponential(VIRTUAL.jitter_us))
                 last = max(last + 1, packet.stamp_us + round(delay))
                 ground.append(last, packet.live_frames)
                 sent += sum(map(len, packet.live_frames))

@@ -17,6 +17,7 @@ from gsapp.telemetry.clock import Clock, HostClock
 from gsapp.telemetry.link_address import LinkAddress
 from gsapp.telemetry.sources.link_source import Chunk, LinkSource
 from gsapp.virtual.downlink.flight_settings import FlightSettings
+from gsapp.virtual.settings import VIRTUAL
 
 if sys.platform == "win32":
     from multiprocessing.connection import PipeConnection as PipeEnd
@@ -24,8 +25,6 @@ else:
     from multiprocessing.connection import Connection as PipeEnd
 
 _MOST_AT_ONCE = 256
-_LINGER_SECONDS = 10.0
-"""Seconds without a request after which the box is switched off after the flight."""
 
 
 class VirtualSource(LinkSource):
@@ -178,6 +177,6 @@ def _fly(connection: PipeEnd, settings: FlightSettings, speed: float) -> None:
         with contextlib.suppress(EOFError, OSError):
             transmitter.transmit()
             if server is not None:
-                transmitter.serve_log_requests(_LINGER_SECONDS)
+                transmitter.serve_log_requests(VIRTUAL.linger_time)
         if log is not None:
             log.close()

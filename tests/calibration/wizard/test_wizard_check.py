@@ -12,7 +12,7 @@ from calibration.curve_selection import create_certificate, fit_calibration
 from calibration.plan import InstrumentPlan, load_calibration_plan
 from calibration.points import CalibrationPoint, Direction
 from gsapp.virtual.bench import Potentiometer, VirtualBench
-from gsapp.virtual.bench.operator_motion import ANGLE_SETTING_ERROR
+from gsapp.virtual.settings import VIRTUAL
 from tests.calibration.wizard.bench_crew import BenchCrew
 from tests.calibration.wizard.wizard_kit import SMALL, Field, Operator
 
@@ -27,7 +27,7 @@ def certified(
     ways: tuple[tuple[Direction, float], ...] = (("up", -0.5), ("down", 0.5))
     for way, side in ways:
         for value in instrument.settings:
-            shaft = value + random.normal(0.0, ANGLE_SETTING_ERROR) + side * truth.play
+            shaft = value + random.normal(0.0, VIRTUAL.angle_setting_std) + side * truth.play
             volts = float(truth.volts(shaft, SUPPLY))
             points.append(CalibrationPoint(volts=volts, value=value, direction=way))
     made = fit_calibration(points, travel=instrument.travel, setting_error=instrument.setting_error)
