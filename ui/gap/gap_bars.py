@@ -97,8 +97,8 @@ class ChannelGapBars(_PaintedWidget):
                 painter.setPen(look.color("text" if place else "muted"))
                 # Right of the floor's line, not across it.
                 left = names + max(wide, room / largest) + look.px(4)
-                words = QRectF(left, y - 2, number, thick + 4)
-                painter.drawText(words, _LEFT, noise_ratio_text(value))
+                box = QRectF(left, y - 2, number, thick + 4)
+                painter.drawText(box, _LEFT, noise_ratio_text(value))
         bottom = len(self._pairs) * step
         x = names + room / largest
         self._floor_line(painter, x, 0, bottom)

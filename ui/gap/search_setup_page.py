@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from PySide6.QtCore import Qt, Signal
@@ -138,7 +138,7 @@ class SearchSetupPage(CenteredPage):
         look.changed.connect(self._rescale)
         self._judge()
 
-    def _button(self, words: str, act: object) -> QPushButton:
+    def _button(self, words: str, act: Callable[[], object]) -> QPushButton:
         button = QPushButton(words)
         button.setAccessibleName(words.rstrip("…"))
         button.clicked.connect(lambda _checked=False: act())
