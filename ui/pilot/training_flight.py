@@ -44,15 +44,13 @@ class TrainingFlight(QObject):
         The sticks changed hands, or the flight began or ended.
     seed : int
         Same seed, same air.
-    turbulence : float or None
-        Gusts, m/s; None leaves them to the plan.
+    turbulence : float
+        Standard deviation of the gusts, m/s.
     """
 
     changed = Signal()
 
-    def __init__(
-        self, desk: FlightController, *, seed: int = 0, turbulence: float | None = 0.0
-    ) -> None:
+    def __init__(self, desk: FlightController, *, seed: int = 0, turbulence: float = 0.0) -> None:
         super().__init__()
         self._desk = desk
         self.seed = seed
