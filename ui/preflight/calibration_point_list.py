@@ -51,6 +51,7 @@ class CalibrationPointRow:
     def accessible_text(self) -> str:
         """Return the row in words."""
         way = DIRECTION_TEXT[self.direction]
+        parts: tuple[str, ...]
         if self.index is None:
             parts = (self.value, way, "now" if self.current else "pending")
         else:

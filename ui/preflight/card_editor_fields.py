@@ -8,6 +8,7 @@ from typing import Any, get_args
 from gsapp.flight.cards import CardProgress, CardSet, CardSetProgress, TestCard
 from gsapp.flight.cards.card import CardInputKind
 from gsapp.quantities import SURFACE_NAMES, from_si
+from ui.icons import IndicatorState
 from ui.number_format import count_text, number_text, unit_text
 from ui.preflight.flight_card_fields import CardField
 from ui.widgets.status_list import StatusListItem
@@ -102,7 +103,8 @@ def build_card_item(card: TestCard, progress: CardProgress | None, system: str) 
         for name, size in card.amplitudes.items()
     )
     parts = [f"{speed} {unit_text(unit)}", f"{card.kind}", sizes, f"{card.width:g} s"]
-    state, words, note = "plain", count_text(card.repeats, "time"), ""
+    state: IndicatorState = "plain"
+    words, note = count_text(card.repeats, "time"), ""
     if progress is not None:
         words = f"{progress.good_count} of {card.repeats}"
         state = "good" if progress.state == "done" else "unknown"

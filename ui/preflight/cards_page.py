@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Mapping
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from PySide6.QtCore import Qt, QTimer
 from PySide6.QtGui import QAction, QKeyEvent, QResizeEvent
@@ -29,6 +30,9 @@ from ui.widgets.action_button import ActionButton
 from ui.widgets.labels import create_label
 from ui.widgets.layout_widgets import create_button_row
 from ui.widgets.status_list import StatusListView
+
+if TYPE_CHECKING:
+    from gsapp.flight.maneuvers import DetectedManeuver
 
 _CARD_FILE_FILTER = "Test cards (*.toml)"
 _SAVE_MS = 400
@@ -79,7 +83,7 @@ class CardsPage(PreflightStepPage):
         changes = ("cards_up", "cards_down", "cards_remove", "cards_add")
         self.list = StatusListView(look, "Test cards", [actions[name] for name in changes])
         self.list.current_item_changed.connect(lambda _key: self._show_card())
-        self.list.move_requested.connect(self.move)
+        self.list.move_requested.connect(self.move_card)
         self.list.delete_requested.connect(self.remove)
         self.list.item_activated.connect(lambda _key: self.edit())
         self._left.addWidget(self.list, 1)
@@ -150,8 +154,8 @@ class CardsPage(PreflightStepPage):
         return {
             "cards_add": self.add,
             "cards_remove": self.remove,
-            "cards_up": lambda: self.move(-1),
-            "cards_down": lambda: self.move(1),
+            "cards_up": lambda: self.move_card(-1),
+            "cards_down": lambda: self.move_card(1),
             "cards_open": self.open,
             "cards_save": self.save,
         }
@@ -250,10 +254,10 @@ class CardsPage(PreflightStepPage):
             return
         self._searched = now
 
-        def run(_progress: JobProgress) -> object:
+        def run(_progress: JobProgress) -> tuple[DetectedManeuver, ...]:
             return book.find_maneuvers(flight)
 
-        def found(maneuvers: object) -> None:
+        def found(maneuvers: tuple[DetectedManeuver, ...]) -> None:
             # Another flight may be open by now.
             if book.session is session:
                 book.set_maneuvers(maneuvers)
@@ -322,7 +326,7 @@ class CardsPage(PreflightStepPage):
         else:
             self.said.set_message("The last card cannot be removed: a set needs one.", "caution")
 
-    def move(self, steps: int) -> None:
+    def move_card(self, steps: int) -> None:
         """Move the card up or down."""
         if self.book is not None and self.row >= 0:
             self._after(self.book.move(self.row, steps))

@@ -279,8 +279,8 @@ class ChecklistPage(PreflightStepPage):
 
     @property
     def undo_history(self) -> UndoHistory | None:
-        known = self.book is not None and self.book.accepts_ticks
-        return self.book.undo_stack if known else None
+        book = self.book
+        return book.undo_stack if book is not None and book.accepts_ticks else None
 
     def undo(self) -> None:
         self._do(lambda book: book.undo_stack.undo())

@@ -156,7 +156,9 @@ class FormField(QWidget):
         look.changed.connect(self._fit)
         self._fit()
 
-    def _made(self, rows: int, choices: Sequence[tuple[str, str]]) -> QWidget:
+    def _made(
+        self, rows: int, choices: Sequence[tuple[str, str]]
+    ) -> QComboBox | FormTextEdit | FormLineEdit:
         if choices:
             box = _WidePopupComboBox()
             box.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Fixed)

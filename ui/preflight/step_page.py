@@ -16,6 +16,3 @@ class PreflightStepPage(AbstractStepPage):
     def set_model(self, books: PreflightModel) -> None:
         """Show what belongs to another flight."""
         raise NotImplementedError
-
-    def flush(self) -> None:
-        """Write what is still being typed."""

@@ -21,6 +21,7 @@ from ui.preflight.wizard_rows import (
     list_remarks,
 )
 from ui.preflight.wizard_text import build_prompt
+from ui.widgets.flow_layout import clear_layout
 from ui.widgets.labels import create_label
 from ui.widgets.layout_widgets import NameValueTable
 
@@ -52,9 +53,7 @@ class RemarkList(QWidget):
             return
         self.shown = remarks
         self._column.setSpacing(self._look.px(4))
-        while (item := self._column.takeAt(0)) is not None:
-            item.widget().hide()
-            item.widget().deleteLater()
+        clear_layout(self._column)
         for state, sentence in remarks:
             line = create_label(f"{_SIGNS[state]} {sentence}", _ROLES[state], wrap=True)
             line.setProperty("state", state)
@@ -166,7 +165,7 @@ class WizardCalibrationPanel(QWidget):
             else:
                 self._column.insertWidget(place + low, widget)
 
-    def scroll(self, pages: float) -> None:
+    def scroll_pages(self, pages: float) -> None:
         """Move what is below by parts of its height."""
         for area in (self._below, self._scroll):
             bar = area.verticalScrollBar()

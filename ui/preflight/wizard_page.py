@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, get_args
 
 from PySide6.QtCore import QEvent, QModelIndex, Qt, QTimer, Signal
 from PySide6.QtGui import QHideEvent, QKeyEvent, QKeySequence, QShowEvent
@@ -13,6 +13,7 @@ from PySide6.QtWidgets import QApplication, QLineEdit, QStackedWidget, QVBoxLayo
 from calibration.plan import InstrumentKind
 from calibration.wizard import CalibrationWizard, WizardAction, has_unfinished_calibration
 from calibration.wizard.setting_schedule import CalibrationMode
+from calibration.wizard.view import WizardActionKind
 from gsapp.foundation import GroundStationError
 from gsapp.quantities import convert_text_units
 from ui.display_style import DisplayStyle
@@ -48,6 +49,7 @@ if TYPE_CHECKING:
 
 _HAND_MOVED_KINDS: Sequence[InstrumentKind] = ("surface", "vane")
 _INSTRUMENT_KINDS: Sequence[InstrumentKind] = ("gyro", "accelerometer", "pressure")
+_ACTION_KINDS: Mapping[str, WizardActionKind] = {kind: kind for kind in get_args(WizardActionKind)}
 _KEY_ALIASES = {Qt.Key.Key_Return: Qt.Key.Key_Space, Qt.Key.Key_Enter: Qt.Key.Key_Space}
 _UNDO = QKeySequence("Ctrl+Z")
 _FIT_ORDER_KEYS = {Qt.Key.Key_0: None, Qt.Key.Key_1: 1, Qt.Key.Key_2: 2, Qt.Key.Key_3: 3}
@@ -362,10 +364,10 @@ class WizardPage(QWidget):
         elif name == "deny_sign":
             run.perform(WizardAction(kind="confirm_sign", yes=False))
         elif name in ("repeat", "delete"):
-            run.perform(WizardAction(kind=name, index=self._choice))
+            run.perform(WizardAction(kind=_ACTION_KINDS[name], index=self._choice))
             self._choice = None
         else:
-            run.perform(WizardAction(kind=name))
+            run.perform(WizardAction(kind=_ACTION_KINDS[name]))
 
     def _guarded(self, act: Callable[[], object]) -> None:
         try:
@@ -417,7 +419,7 @@ class WizardPage(QWidget):
         if run is None:
             return self._meaning_at_start(key) if plain else None
         if modifiers == Qt.KeyboardModifier.ControlModifier and key in _ARROW_STEPS:
-            return lambda: self.work.scroll(0.8 * _ARROW_STEPS[key])
+            return lambda: self.work.scroll_pages(0.8 * _ARROW_STEPS[key])
         if not plain:
             return None
         if key in _FIT_ORDER_KEYS and "choose_degree" in run.view.available_actions:

@@ -81,6 +81,9 @@ class AbstractStepPage(QWidget):
     def refresh(self) -> None:
         """Show what changed beside this page."""
 
+    def flush(self) -> None:
+        """Write what is still being typed."""
+
 
 class WindowPage(QWidget):
     """One page of the window: a stack of views below one another's bars.
