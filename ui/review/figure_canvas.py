@@ -187,12 +187,14 @@ class FigureCanvas(ArrowKeyNavigation, FigureWidget):
 
     def _rectangle(self) -> QRectF | None:
         """Return the rectangle that is being drawn; of a history its time where it is flat."""
-        press = self._pressed
+        press, pointer = self._pressed, self.pointer
         if press is None or press.pane is None or press.moves or not press.dragged:
+            return None
+        if pointer is None:
             return None
         pane = press.pane
         plot = QRectF(QPointF(pane.left, pane.top), QPointF(pane.right, pane.bottom))
-        drawn = QRectF(press.at, self.pointer).normalized()
+        drawn = QRectF(press.at, pointer).normalized()
         if pane.shares_x_axis and drawn.height() < self._look.px(_TIME_ONLY_HEIGHT):
             drawn = QRectF(drawn.left(), plot.top(), drawn.width(), plot.height())
         return drawn.intersected(plot)

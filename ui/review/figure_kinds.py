@@ -29,6 +29,7 @@ from ui.review.figure_options import (
     linear_model_axis_option,
     maneuver_option,
     selected_choice,
+    selected_validation,
 )
 from ui.review.figure_renderer import FigureSize
 
@@ -245,25 +246,23 @@ def _build_ftr_history(
 def _build_linear(material: FigureData, palette: Palette, room: FigureSize) -> DocumentFigure | str:
     from gsapp.report.linear_figures import linear_model_figure, select_traces
 
-    comparison = material.comparison
-    axis = selected_choice(material, linear_model_axis_option(material))
-    if comparison is None or not axis:
-        remarks = () if comparison is None else comparison.remarks
+    validation = selected_validation(material)
+    if validation is None:
+        remarks = () if material.comparison is None else material.comparison.remarks
         return "No linear models to compare" + "".join(f": {one}" for one in remarks)
-    one, name = comparison.axes[axis], selected_choice(material, held_out_option(material))
-    traces = tuple(trace for trace in one.traces if trace.maneuver == name)
-    traces = traces or select_traces(one)[: max(1, int(room.width / _MIN_CHART_WIDTH))]
-    return linear_model_figure(one, traces, units=material.units, palette=palette)
+    name = selected_choice(material, held_out_option(material))
+    traces = tuple(trace for trace in validation.traces if trace.maneuver == name)
+    traces = traces or select_traces(validation)[: max(1, int(room.width / _MIN_CHART_WIDTH))]
+    return linear_model_figure(validation, traces, units=material.units, palette=palette)
 
 
 def _build_error_table(material: FigureData) -> DocumentTable | None:
     from gsapp.report.linear_report import error_table
 
-    comparison = material.comparison
-    axis = selected_choice(material, linear_model_axis_option(material))
-    if comparison is None or not axis:
+    comparison, validation = material.comparison, selected_validation(material)
+    if comparison is None or validation is None:
         return None
-    return error_table(comparison.axes[axis], comparison.method)
+    return error_table(validation, comparison.method)
 
 
 def _modes_with_spread(material: FigureData) -> dict[str, tuple[ModeUncertainty, ...]]:

@@ -13,6 +13,7 @@ from ui.review.figure_data import FigureData, describe_maneuver, find_result, fo
 if TYPE_CHECKING:
     from gsapp.identification.campaign import ManeuverResult
     from gsapp.identification.results import Estimate
+    from gsapp.identification.summary.linear_model_validation import AxisValidation
 
 OptionChoices = tuple[tuple[str, str], ...]
 """Keys and words of a list."""
@@ -168,6 +169,13 @@ def linear_model_axis_option(material: FigureData) -> FigureOption:
     return _axis_option(axes)
 
 
+def selected_validation(material: FigureData) -> AxisValidation | None:
+    """Return the validation of the linear models in the selected axis; None for none."""
+    axis = selected_choice(material, linear_model_axis_option(material))
+    axes = {} if material.comparison is None else material.comparison.axes
+    return next((one for name, one in axes.items() if name == axis), None)
+
+
 def _axis_option(axes: Sequence[str]) -> FigureOption:
     choices = tuple((one, AXIS_TITLES[one]) for one in axes)
     return FigureOption(id="axis", title="Axis", choices=choices)
@@ -175,8 +183,8 @@ def _axis_option(axes: Sequence[str]) -> FigureOption:
 
 def held_out_option(material: FigureData) -> FigureOption:
     """Return the maneuvers that the linear models were judged on."""
-    axis = selected_choice(material, linear_model_axis_option(material))
-    traces = material.comparison.axes[axis].traces if material.comparison and axis else ()
+    validation = selected_validation(material)
+    traces = () if validation is None else validation.traces
     return FigureOption(
         id="kept_out",
         title="Maneuver",

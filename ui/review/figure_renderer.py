@@ -235,12 +235,12 @@ class FigureRenderer(QObject):
     ----------
     drawn : Signal(object)
         A `RenderedFigure`; of overtaken orders none.
-    failed : Signal(object)
-        The exception that the newest order ended with.
+    failed : Signal(object, object)
+        The newest order, and the exception that it ended with.
     """
 
     drawn = Signal(object)
-    failed = Signal(object)
+    failed = Signal(object, object)
     _ended = Signal(object, object)
 
     def __init__(self, parent: QObject | None = None) -> None:
@@ -279,14 +279,13 @@ class FigureRenderer(QObject):
                 if order is None:
                     self._thread = None
                     return
-            result: object = None
-            problem: Exception | None = None
+            result: RenderedFigure | Exception
             try:
                 result = render_figure(order)
             except Exception as error:
-                problem = error
+                result = error
             try:
-                self._ended.emit(result if problem is None else order.request_id, problem)
+                self._ended.emit(order, result)
             except RuntimeError:
                 # The window was closed meanwhile and this object with it.
                 return
@@ -300,12 +299,11 @@ class FigureRenderer(QObject):
         order, self._waiting = self._waiting, None
         return order if threading.main_thread().is_alive() else None
 
-    def _end(self, result: object, problem: object) -> None:
-        number = result.request.request_id if isinstance(result, RenderedFigure) else result
-        if number != self._newest:
+    def _end(self, order: RenderRequest, result: RenderedFigure | Exception) -> None:
+        if order.request_id != self._newest:
             return
         self._newest = 0
-        if problem is not None:
-            self.failed.emit(problem)
+        if isinstance(result, Exception):
+            self.failed.emit(order, result)
         else:
             self.drawn.emit(result)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QEvent, Qt, QTimer, Signal
@@ -15,9 +14,10 @@ from ui.review.figure_canvas import FigureCanvas
 from ui.review.figure_renderer import FigureRenderer, FigureSize, RenderedFigure, RenderRequest
 
 if TYPE_CHECKING:
+    from gsapp.report.document import DocumentFigure
     from gsapp.report.palette import Palette
 
-FigureBuilder = Callable[["Palette", FigureSize], "RenderedFigure | str"]
+FigureBuilder = Callable[["Palette", FigureSize], "DocumentFigure | str"]
 """Returns the picture for a palette and the room there is, or why there is none; called in a
 thread."""
 
@@ -92,7 +92,6 @@ class FigureView(QScrollArea):
         self._page.addStretch(1)
         self.setWidget(page)
         self.setFocusProxy(self.canvas)
-        self._ordered: RenderedFigure | None = None
         self.drawer = FigureRenderer(self)
         self.drawer.drawn.connect(self._show)
         self.drawer.failed.connect(self._fail)
@@ -182,7 +181,6 @@ class FigureView(QScrollArea):
         )  # fmt: skip
         if self.rendered_figure is None:
             self.canvas.setFixedSize(self.viewport().size())
-        self._ordered = RenderedFigure(request=order)
         self.drawer.submit(order)
         self._hint.start()
 
@@ -208,9 +206,9 @@ class FigureView(QScrollArea):
             self._fits = True
             self._soon.start()
 
-    def _fail(self, error: object) -> None:
+    def _fail(self, order: RenderRequest, error: Exception) -> None:
         words = f"This figure could not be drawn: {error}."
-        self._show(replace(self._ordered, message=words))
+        self._show(RenderedFigure(request=order, message=words))
         self.failed.emit(error)
 
     def _restyle(self) -> None:

@@ -86,9 +86,9 @@ class FiguresPage(ReviewStepPage):
         self._needs = FigureComputations(begin_job, self)
         self._store = store
         self.kind: FigureKind = FIGURE_KINDS[0]
-        column = QVBoxLayout(self)
+        self._column = QVBoxLayout(self)
         self.frame = FiguresLayout(actions, look, self._describe)
-        column.addWidget(self.frame)
+        self._column.addWidget(self.frame)
         self.frame.kind_chosen.connect(self.show_kind)
         self.frame.option_chosen.connect(self._choose)
         self.view = self.frame.view
@@ -264,6 +264,8 @@ class FiguresPage(ReviewStepPage):
             from gsapp.report.figure_files import export_figure
             from gsapp.report.palette import PRINT_PALETTE
 
+            if material is None:
+                raise FlightError(_NO_RUN_FIGURES_TEXT)
             picture = kind.build(
                 material, PRINT_PALETTE, FigureSize(width=FIGURE_WIDTH, height=0.0)
             )
@@ -274,12 +276,14 @@ class FiguresPage(ReviewStepPage):
         return content
 
     def _drawn(self, drawing: RenderedFigure) -> None:
-        picture, table = drawing.picture, self.kind.table
+        picture, build_table, material = drawing.picture, self.kind.table, self._material
         self.menu.enable(picture is not None)
         self.changed.emit()
         self.frame.show_caption("" if picture is None else typeset(picture.caption))
-        there = picture is not None and table is not None and self._material is not None
-        self.frame.table.show_table(table(self._material) if there else None)
+        if picture is None or build_table is None or material is None:
+            self.frame.table.show_table(None)
+        else:
+            self.frame.table.show_table(build_table(material))
         self._show_detail()
 
     def _describe(self, pane: str, maneuver: str) -> str:
@@ -411,7 +415,7 @@ class FiguresPage(ReviewStepPage):
 
     def _restyle(self) -> None:
         margin = self.display_style.px(12)
-        self.layout().setContentsMargins(margin, margin, margin, margin)
+        self._column.setContentsMargins(margin, margin, margin, margin)
         if self._material is not None and self._material.units != self.display_style.units:
             self._take(replace(self._material, units=self.display_style.units))
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from pathlib import Path
 
 from PySide6.QtCore import QTimer, Signal
@@ -148,9 +149,9 @@ class ManeuversPage(ReviewStepPage):
             "review_note": lambda: self._type("note"),
             "review_grade": self.grade,
             "review_in_use": self.use,
-            **{f"review_{name}": lambda by=by: editing.nudge(*by) for name, by in edges.items()},
+            **{f"review_{name}": partial(editing.nudge, *by) for name, by in edges.items()},
             **{
-                f"review_{name}": lambda by=by: editing.nudge_samples(*by)
+                f"review_{name}": partial(editing.nudge_samples, *by)
                 for name, by in samples.items()
             },
         }
@@ -180,8 +181,9 @@ class ManeuversPage(ReviewStepPage):
         used = sum(row.in_use for row in rows)
         words = f"{used} of {len(rows)} used"
         flights = count_text(len(self.review.flights), "flight")
-        state = "good" if used else "caution"
-        return StepStatus(state=state, text=words, detail=f"{flights}: {words}")
+        return StepStatus(
+            state="good" if used else "caution", text=words, detail=f"{flights}: {words}"
+        )
 
     @property
     def undo_history(self) -> UndoHistory | None:

@@ -27,6 +27,7 @@ from ui.review.onboard_log_job import OnboardLogJob
 
 if TYPE_CHECKING:
     from gsapp.flight.onboard_log import OnboardLogState
+    from gsapp.telemetry.link_address import LinkAddress
 
 _FILE, _LINK, _STORED, _NONE = "file", "link", "kept", "none"
 
@@ -103,7 +104,7 @@ class OnboardLogDialog(FormDialog):
         look: DisplayStyle,
         flights: Sequence[FlightLogs],
         links: Sequence[str],
-        parse: Callable[[str], object],
+        parse: Callable[[str], LinkAddress],
         list_ports: Callable[[], Sequence[tuple[str, str]]],
         parent: QWidget | None = None,
     ) -> None:
