@@ -17,7 +17,7 @@ from ui.preflight.preflight_steps import PREFLIGHT_STEPS
 from ui.preflight.step_page import PreflightStepPage
 from ui.settings import SettingsStore
 from ui.window_frame.banners import BannerStack
-from ui.window_frame.step_page import MultiStepPage
+from ui.window_frame.step_page import AbstractStepPage, MultiStepPage
 
 if TYPE_CHECKING:
     from ui.preflight.preflight_model import PreflightModel
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from ui.preflight.wizard_page import WizardPage
 
 
-class PreflightPage(MultiStepPage):
+class PreflightPage(MultiStepPage[AbstractStepPage]):
     """Leads a crew from step to step.
 
     Pages and what they hold are made when they are first seen: a window that only flies does
@@ -77,6 +77,7 @@ class PreflightPage(MultiStepPage):
         self._desk = desk
         self._prompter = prompter
         self._books: PreflightModel | None = None
+        self._wizard_page: WizardPage | None = None
         desk.changed.connect(self._flight_changed)
         desk.refreshed.connect(self.refresh)
 
@@ -95,27 +96,26 @@ class PreflightPage(MultiStepPage):
             self.flush()
         super().go_to_step(step_id, begin=begin)
 
-    def make_page(self, step_id: str) -> WizardPage | PreflightStepPage:
-        page: WizardPage | PreflightStepPage
+    def make_page(self, step_id: str) -> AbstractStepPage:
         if step_id == "calibration":
             from ui.preflight.wizard_page import WizardPage
 
-            page = WizardPage(self._look, self._store, self._desk, self._prompter)
-        elif step_id == "card":
+            self._wizard_page = WizardPage(self._look, self._store, self._desk, self._prompter)
+            return self._wizard_page
+        page: PreflightStepPage
+        if step_id == "card":
             from ui.preflight.flight_card_page import FlightCardPage
 
             page = FlightCardPage(self._look, self._faults.report)
-            page.set_model(self.model)
         elif step_id == "checklist":
             from ui.preflight.checklist_page import ChecklistPage
 
             page = ChecklistPage(self._look, self._actions, self._faults.report)
-            page.set_model(self.model)
         else:
             from ui.preflight.cards_page import CardsPage
 
             page = CardsPage(self._look, self._actions, self._store, self._faults.report)
-            page.set_model(self.model)
+        page.set_model(self.model)
         return page
 
     @property
@@ -177,15 +177,13 @@ class PreflightPage(MultiStepPage):
     @property
     def is_practice(self) -> bool:
         """Return whether the flight that is open is for practice."""
-        page = self.pages.get("calibration")
-        return page is not None and page.practice.running
+        return self._wizard_page is not None and self._wizard_page.practice.running
 
     def close_calibration(self) -> None:
         """Let go of a calibration that runs, which can be resumed, and of practice."""
-        page = self.pages.get("calibration")
-        if page is not None:
-            page.close_run()
-            page.practice.stop()
+        if self._wizard_page is not None:
+            self._wizard_page.close_run()
+            self._wizard_page.practice.stop()
 
     def start_flight(self) -> None:
         """Record that the flight begins, as the checklist stands, and go to the charts."""

@@ -6,9 +6,9 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, get_args
 
-from PySide6.QtCore import QEvent, QModelIndex, Qt, QTimer, Signal
+from PySide6.QtCore import QEvent, QModelIndex, Qt, QTimer
 from PySide6.QtGui import QHideEvent, QKeyEvent, QKeySequence, QShowEvent
-from PySide6.QtWidgets import QApplication, QLineEdit, QStackedWidget, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QApplication, QLineEdit, QStackedWidget, QVBoxLayout
 
 from calibration.plan import InstrumentKind
 from calibration.wizard import CalibrationWizard, WizardAction, has_unfinished_calibration
@@ -42,6 +42,7 @@ from ui.preflight.wizard_text import (
 )
 from ui.settings import SettingsStore
 from ui.widgets.action_bar import ActionBar, ActionItem
+from ui.window_frame.step_page import AbstractStepPage
 
 if TYPE_CHECKING:
     from calibration.plan import CalibrationPlan
@@ -56,7 +57,7 @@ _FIT_ORDER_KEYS = {Qt.Key.Key_0: None, Qt.Key.Key_1: 1, Qt.Key.Key_2: 2, Qt.Key.
 _ARROW_STEPS = {Qt.Key.Key_Up: -1, Qt.Key.Key_Down: 1}
 
 
-class WizardPage(QWidget):
+class WizardPage(AbstractStepPage):
     """Leads through the calibration of surfaces, vanes and instruments.
 
     Parameters
@@ -72,13 +73,9 @@ class WizardPage(QWidget):
 
     Attributes
     ----------
-    changed : Signal
-        Other actions are possible now, or another certificate is in force.
     run : WizardController or None
         The calibration at hand.
     """
-
-    changed = Signal()
 
     def __init__(
         self,
@@ -87,7 +84,7 @@ class WizardPage(QWidget):
         desk: FlightController,
         prompter: Prompter | None = None,
     ) -> None:
-        super().__init__()
+        super().__init__(look, "Calibration")
         self._look = look
         self._store = store
         self._desk = desk
@@ -98,7 +95,6 @@ class WizardPage(QWidget):
         self._in_force = CalibrationController(desk, store, self.practice)
         self.pages_on_paper = CertificatePrinter(desk)
         self.run: WizardController | None = None
-        self.setAccessibleName("Calibration")
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         column = QVBoxLayout(self)
         column.setContentsMargins(0, 0, 0, 0)

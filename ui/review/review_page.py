@@ -27,9 +27,11 @@ if TYPE_CHECKING:
     from gsapp.flight.flight import Flight
     from gsapp.identification.runs.outcome import RunOutcome
     from gsapp.session.review import Review
+    from ui.review.estimate_page import EstimatePage
+    from ui.review.maneuvers_page import ManeuversPage
 
 
-class ReviewPage(MultiStepPage, JobPage):
+class ReviewPage(MultiStepPage[ReviewStepPage], JobPage):
     """Leads from step to step; long work goes on whatever is on screen.
 
     Pages are made when they are first seen: a window that only flies does without them.
@@ -73,6 +75,8 @@ class ReviewPage(MultiStepPage, JobPage):
         super().__init__("Review", actions, look, store, banners, "work", "review_cancel")
         self._faults = faults
         self._review: Review | None = None
+        self._maneuvers_page: ManeuversPage | None = None
+        self._estimate_page: EstimatePage | None = None
         self._open: Path | None = None
         self.outcome: RunOutcome | None = None
         self._former: tuple[RunOutcome, ...] = ()
@@ -131,6 +135,7 @@ class ReviewPage(MultiStepPage, JobPage):
 
             maneuvers = ManeuversPage(self._actions, look, store, self.selection, self.review)
             maneuvers.maneuvers_changed.connect(self._maneuvers_changed)
+            self._maneuvers_page = maneuvers
             return maneuvers
         if step_id == "estimate":
             from ui.review.estimate_page import EstimatePage
@@ -140,6 +145,7 @@ class ReviewPage(MultiStepPage, JobPage):
                 self._faults.report,
             )  # fmt: skip
             estimate.estimated.connect(self.show_outcome)
+            self._estimate_page = estimate
             return estimate
         if step_id == "figures":
             from ui.review.figures_page import FiguresPage
@@ -164,9 +170,8 @@ class ReviewPage(MultiStepPage, JobPage):
 
     def _maneuvers_changed(self) -> None:
         """Say on the page of the estimate what a run would take now."""
-        estimate = self.pages.get("estimate")
-        if estimate is not None:
-            estimate.refresh()
+        if self._estimate_page is not None:
+            self._estimate_page.refresh()
 
     def fly_virtual_flight(self) -> None:
         """Let the virtual aircraft fly, and review that flight."""
@@ -179,7 +184,11 @@ class ReviewPage(MultiStepPage, JobPage):
     def add_flights(self, flights: Sequence[Path]) -> None:
         """Take flights under review, too, and show where they stand."""
         self.go_to_step("maneuvers", begin=self.isVisible())
-        self.pages["maneuvers"].opening.open(flights)
+        self._open_flights(flights)
+
+    def _open_flights(self, flights: Sequence[Path]) -> None:
+        if self._maneuvers_page is not None:
+            self._maneuvers_page.opening.open(flights)
 
     def _reviewed(self) -> list[Flight]:
         return [one.flight for one in self._review.flights] if self._review is not None else []
@@ -189,9 +198,8 @@ class ReviewPage(MultiStepPage, JobPage):
 
     def _samples_changed(self, path: Path) -> None:
         """Open a flight anew whose on-board log is another now."""
-        page = self.pages.get("maneuvers")
-        if page is not None and path.resolve() in [one.resolve() for one in self.review.paths]:
-            page.opening.open([path])
+        if path.resolve() in [one.resolve() for one in self.review.paths]:
+            self._open_flights([path])
 
     def set_open_flight(self, path: Path | None) -> None:
         """Say which flight is open in the window."""
@@ -211,9 +219,8 @@ class ReviewPage(MultiStepPage, JobPage):
     def _means_changed(self, outcome: RunOutcome) -> None:
         """Look at other means of the same run, and keep them with it."""
         self.show_outcome(outcome)
-        estimate = self.pages.get("estimate")
-        if estimate is not None:
-            estimate.book.update_means(outcome)
+        if self._estimate_page is not None:
+            self._estimate_page.book.update_means(outcome)
 
     # Work
 

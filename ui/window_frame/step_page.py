@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import Any, ClassVar, Literal
+from typing import Any, ClassVar, Generic, Literal, TypeVar
 
 from PySide6.QtCore import Signal
 from PySide6.QtGui import QAction, QHideEvent, QResizeEvent, QShowEvent
@@ -209,7 +209,10 @@ class JobPage(WindowPage):
         self.changed.emit()
 
 
-class MultiStepPage(WindowPage):
+Step = TypeVar("Step", bound=AbstractStepPage)
+
+
+class MultiStepPage(WindowPage, Generic[Step]):
     """A page that leads from step to step; each is made when it is first seen.
 
     Attributes
@@ -223,7 +226,7 @@ class MultiStepPage(WindowPage):
         Accessible name of the row of steps.
     step_command_prefixes : tuple of str
         Before the ids of the commands that the steps handle.
-    pages : dict of str to QWidget
+    pages : dict of str to AbstractStepPage
         The steps that were seen, by id.
     step : str
         The one on screen; empty before the first.
@@ -237,7 +240,7 @@ class MultiStepPage(WindowPage):
 
     def __init__(self, *args: Any) -> None:
         super().__init__(*args)
-        self.pages: dict[str, Any] = {}
+        self.pages: dict[str, Step] = {}
         self.step = ""
         self.steps = StepList(
             self._actions, self._look, self.all_steps, prefix=self.prefix, name=self.step_list_name
@@ -269,7 +272,7 @@ class MultiStepPage(WindowPage):
     def _handle_in_step(self, command: str) -> None:
         """Run a command in the step on screen, or else in the one that has it."""
         for page in (self.step_page, *self.pages.values()):
-            if isinstance(page, AbstractStepPage) and command in page.handlers:
+            if page is not None and command in page.handlers:
                 page.handlers[command]()
                 return
 
@@ -282,10 +285,9 @@ class MultiStepPage(WindowPage):
         return (self.prefix, *(page.present if page is not None else ()))
 
     @property
-    def step_page(self) -> AbstractStepPage | None:
-        """Return the step on screen; None for one that has changes of its own kind."""
-        page = self.pages.get(self.step)
-        return page if isinstance(page, AbstractStepPage) else None
+    def step_page(self) -> Step | None:
+        """Return the step on screen; None before the first."""
+        return self.pages.get(self.step)
 
     @property
     def undo_history(self) -> UndoHistory | None:
@@ -319,7 +321,7 @@ class MultiStepPage(WindowPage):
             self.begin()
         self.changed.emit()
 
-    def get_page(self, step_id: str) -> Any:
+    def get_page(self, step_id: str) -> Step:
         """Return a step, made if it was not seen yet."""
         if step_id not in self.pages:
             page = self.pages[step_id] = self.make_page(step_id)
@@ -327,7 +329,7 @@ class MultiStepPage(WindowPage):
             self.stack.addWidget(page)
         return self.pages[step_id]
 
-    def make_page(self, step_id: str) -> Any:
+    def make_page(self, step_id: str) -> Step:
         """Make a step; what it is made of is loaded with it."""
         raise NotImplementedError
 
