@@ -84,7 +84,7 @@ class CueMonitor:
         self._live = live
         self._chosen: set[tuple[float, str]] = set()
         self._troubles: tuple[Alert, ...] = ()
-        self._followed = self._heard = 0
+        self._event_count = self._spoken_count = 0
 
     # --- the consumer of a feed -----------------------------------------------------------------
 
@@ -105,7 +105,7 @@ class CueMonitor:
         self._guard.reset()
         self.cueing.reset()
         self.spoken.clear()
-        self._followed = self._heard = 0
+        self._event_count = self._spoken_count = 0
 
     # --- what it tells --------------------------------------------------------------------------
 
@@ -201,9 +201,9 @@ class CueMonitor:
         """Do a step of the cues, and take up what they said in it."""
         step()
         events, spoken = self.cueing.log, self.cueing.announcements
-        fresh, self._followed = events[self._followed :], len(events)
-        self.spoken += spoken[self._heard :]
-        self._heard = len(spoken)
+        fresh, self._event_count = events[self._event_count :], len(events)
+        self.spoken += spoken[self._spoken_count :]
+        self._spoken_count = len(spoken)
         for event in fresh:
             if event.kind == "danger":
                 self._alarm(event)

@@ -331,7 +331,7 @@ class Session:
 
     def messages(self) -> tuple[Event, ...]:
         """Return what the vehicle said, and what was noticed about it, up to now, by time."""
-        return self.metadata.messages(self._heard_until)
+        return self.metadata.messages(self._replay_time)
 
     def snapshot(self) -> SessionSnapshot:
         """Return what the bar shows."""
@@ -377,7 +377,7 @@ class Session:
 
     def flight(self) -> Flight:
         """Return everything up to now as one flight, as `load_flight` would."""
-        return self.metadata.flight(self._heard_until)
+        return self.metadata.flight(self._replay_time)
 
     # What the user does
 
@@ -435,7 +435,7 @@ class Session:
             self.cue_monitor.apply_event(event)
 
     @property
-    def _heard_until(self) -> float | None:
+    def _replay_time(self) -> float | None:
         return self.now if self.replay_feed is not None else None
 
     def _reported_on_ground(self, time: float) -> bool | None:

@@ -135,7 +135,7 @@ def test_a_derivative_is_held_by_keys_taken_back_and_explained(
     for letter in "-2x":
         qtbot.keyClicks(QApplication.focusWidget(), letter)
     press(qtbot, Qt.Key.Key_Return)
-    until(qtbot, lambda: page._wishes.derivative("Cm_q").treated == "held")
+    until(qtbot, lambda: page._form.derivative("Cm_q").treated == "held")
     assert "'-2x' is not a number" in page.sentence.text()
     assert not page.can_run
     assert not made.commands.actions["review_run"].isEnabled()
@@ -147,7 +147,7 @@ def test_a_derivative_is_held_by_keys_taken_back_and_explained(
     editor.setText("-22.5")
     press(qtbot, Qt.Key.Key_Return)
     until(qtbot, lambda: page.can_run)
-    assert made.store.current.review_estimate == page._wishes
+    assert made.store.current.review_estimate == page._form
     run(page, qtbot)
     outcome = made.review_page.outcome
     held = outcome.result.results[0].estimate.derivatives["Cm_q"]
@@ -155,12 +155,12 @@ def test_a_derivative_is_held_by_keys_taken_back_and_explained(
     table.setFocus()
     press(qtbot, Qt.Key.Key_Z, CONTROL)
     press(qtbot, Qt.Key.Key_Z, CONTROL)
-    assert page._wishes.derivative("Cm_q").treated == "tables"
+    assert page._form.derivative("Cm_q").treated == "tables"
     press(qtbot, Qt.Key.Key_Y, CONTROL)
-    assert page._wishes.derivative("Cm_q").treated == "held"
+    assert page._form.derivative("Cm_q").treated == "held"
     table.setCurrentIndex(table.row_model.index(row, TREATMENT_COLUMN))
     press(qtbot, Qt.Key.Key_Delete)
-    until(qtbot, lambda: page._wishes == QUICK)
+    until(qtbot, lambda: page._form == QUICK)
 
 
 def test_parameters_of_the_effects_of_a_model_can_be_freed(
@@ -175,12 +175,12 @@ def test_parameters_of_the_effects_of_a_model_can_be_freed(
     table.setFocus()
     table.setCurrentIndex(table.row_model.index(row, TREATMENT_COLUMN))
     press(qtbot, Qt.Key.Key_Space)
-    assert page._wishes.derivative(name).treated == "free"
-    asked = build_run_request(page._wishes, (), ())
+    assert page._form.derivative(name).treated == "free"
+    asked = build_run_request(page._form, (), ())
     assert (asked.free, asked.free_effects) == (None, (name,))
-    page._show(page._wishes.with_changes(model=""))
+    page._show(page._form.with_changes(model=""))
     assert name not in table.names
-    assert page._wishes.derivatives == {}
+    assert page._form.derivatives == {}
 
 
 def test_runs_are_compared_named_repeated_forgotten_and_their_settings_used_again(
@@ -190,7 +190,7 @@ def test_runs_are_compared_named_repeated_forgotten_and_their_settings_used_agai
     run(page, qtbot)
     page.panel.bound_factor.setFocus()
     qtbot.keyClicks(page.panel.bound_factor, "10")
-    until(qtbot, lambda: page._wishes.bound_factor == "10")
+    until(qtbot, lambda: page._form.bound_factor == "10")
     run(page, qtbot)
     newest, before = page.book.runs[0].number, page.book.runs[1].number
     runs = page.runs.list
@@ -216,7 +216,7 @@ def test_runs_are_compared_named_repeated_forgotten_and_their_settings_used_agai
     until(qtbot, lambda: page.book.runs[0].label == "as in the source")
     runs.select_row(before)
     press(qtbot, Qt.Key.Key_U, CONTROL | SHIFT)
-    assert page._wishes == QUICK
+    assert page._form == QUICK
     assert f"those of run {before}" in page.sentence.text()
     runs.setFocus()
     press(qtbot, Qt.Key.Key_Return)
@@ -298,7 +298,7 @@ def test_what_is_typed_while_a_run_ends_stays(
     table.show_last({"Cm_q": "-20.0"})
     qtbot.keyClicks(QApplication.focusWidget(), "2")
     press(qtbot, Qt.Key.Key_Return)
-    until(qtbot, lambda: page._wishes.derivative("Cm_q").value == "-22")
+    until(qtbot, lambda: page._form.derivative("Cm_q").value == "-22")
 
 
 def test_a_value_is_shown_with_all_of_its_bound(qtbot: QtBot) -> None:

@@ -68,7 +68,7 @@ class FlightPageController(QObject):
         self._limits = limits
         self._voice = voice
         self._given: Mapping[str, LimitBands] = {}
-        self._heard: frozenset[str] = frozenset()
+        self._announced_alarms: frozenset[str] = frozenset()
         self._sounded = 0.0
         self._before_note: tuple[bool, int] | None = None
         self._builder: FlightViewStateBuilder | None = None
@@ -268,15 +268,15 @@ class FlightPageController(QObject):
         """Let every new alarm be heard, warnings in words; one that nobody has seen goes on."""
         if self._voice.muted:
             # What still waits when the sound comes back is news then.
-            self._heard = frozenset()
+            self._announced_alarms = frozenset()
             return
         if self._desk.is_catching_up:
             # They are of an earlier time. Those that still stand are news when it has caught up.
             return
         waiting = self._desk.unacknowledged_alarms()
         keys = {f"{alarm.key}@{alarm.time}": alarm for alarm in waiting}
-        new = [alarm for key, alarm in keys.items() if key not in self._heard]
-        self._heard = frozenset(keys)
+        new = [alarm for key, alarm in keys.items() if key not in self._announced_alarms]
+        self._announced_alarms = frozenset(keys)
         severe = any(alarm.active and alarm.severity is Severity.WARNING for alarm in waiting)
         now = time.monotonic()
         if not new and not (severe and now - self._sounded >= _REPEAT_SECONDS):

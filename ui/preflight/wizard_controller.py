@@ -65,8 +65,8 @@ class WizardController(QObject):
         self._next: int | None = None
         self._listens = False
         self._said = ""
-        self._heard = time.monotonic()
-        self._fed: float | None = None  # flight time, s; None once told of silence
+        self._last_data_time = time.monotonic()
+        self._fed_until: float | None = None  # flight time, s; None once told of silence
         self.view: WizardView = wizard.view
         desk.refreshed.connect(self._tell)
         desk.changed.connect(self._begin_anew)
@@ -99,10 +99,10 @@ class WizardController(QObject):
 
     def _tell_silence(self) -> None:
         """Let the wizard know that no volts come, lest it take those that came last."""
-        if self._fed is None or not self.has_no_data:
+        if self._fed_until is None or not self.has_no_data:
             return
-        times = self._fed + np.linspace(0.0, _NO_DATA_SECONDS, _MAX_NAMED_CHANNELS + 1)[1:]
-        self._fed = None
+        times = self._fed_until + np.linspace(0.0, _NO_DATA_SECONDS, _MAX_NAMED_CHANNELS + 1)[1:]
+        self._fed_until = None
         missing = np.full((_MAX_NAMED_CHANNELS, 1), np.nan)
         self._wizard.feed(Block(channels=_VOLTAGE_CHANNELS[:1], times=times, values=missing))
 
@@ -140,19 +140,19 @@ class WizardController(QObject):
         first = self._next
         if first is None or first > stop:
             self._next = stop
-            self._heard = time.monotonic()
+            self._last_data_time = time.monotonic()
             return
         if stop > first:
             self._next = stop
-            self._heard = time.monotonic()
+            self._last_data_time = time.monotonic()
             rows = history.rows(first, stop, names)
-            self._fed = float(rows.times[-1])
+            self._fed_until = float(rows.times[-1])
             self._wizard.feed(rows)
 
     @property
     def has_no_data(self) -> bool:
         """Return whether no volts have come for a while: what they were is not what they are."""
-        return time.monotonic() - self._heard > _NO_DATA_SECONDS
+        return time.monotonic() - self._last_data_time > _NO_DATA_SECONDS
 
     @property
     def catching_up(self) -> bool:

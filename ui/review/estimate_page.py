@@ -91,7 +91,7 @@ class EstimatePage(ReviewStepPage):
         self._undo_stack = UndoStack(self)
         self._undo_stack.setUndoLimit(UNDO_LIMIT)
         self._outcome: RunOutcome | None = None
-        self._wishes = store.current.review_estimate
+        self._form = store.current.review_estimate
         self.book = RunStore(
             lambda: catalog_path(store.current), report_error, self._undo_stack, self
         )
@@ -111,7 +111,7 @@ class EstimatePage(ReviewStepPage):
         page.setObjectName("page")
         self._body = QVBoxLayout(page)
         self._pair = StackingColumns(look, (1, 1))
-        self.panel = EstimatePanel(look, self._wishes)
+        self.panel = EstimatePanel(look, self._form)
         self._pair.left.addWidget(self.panel)
         self._pair.left.addStretch(1)
         self.runs = RunsView(actions, look, self.book)
@@ -218,23 +218,23 @@ class EstimatePage(ReviewStepPage):
 
     def _wished(self) -> None:
         """Take what the panel says now."""
-        before, now = self._wishes, self.panel.wishes
+        before, now = self._form, self.panel.form
         if now != before:
             self._take(now)
             self._push("change of a setting", before, now)
         else:
             self.refresh()
 
-    def _take(self, wishes: EstimateForm) -> None:
-        self._wishes = wishes
+    def _take(self, form: EstimateForm) -> None:
+        self._form = form
         self._told = self._runner.status_text = ""
-        self._store.change(review_estimate=wishes.model_dump())
+        self._store.change(review_estimate=form.model_dump())
         self.refresh()
 
-    def _show(self, wishes: EstimateForm) -> None:
-        """Show other wishes on the panel."""
-        self.panel.show_form(wishes)
-        self._take(wishes)
+    def _show(self, form: EstimateForm) -> None:
+        """Show another form on the panel."""
+        self.panel.show_form(form)
+        self._take(form)
 
     def use_defaults(self) -> None:
         """Put all settings back to what they are at first."""
@@ -247,21 +247,21 @@ class EstimatePage(ReviewStepPage):
             return
         try:
             request = run.request
-            wishes = form_from_request(request)
-            lost = find_unrestored_settings(request, wishes)
+            form = form_from_request(request)
+            lost = find_unrestored_settings(request, form)
         except GroundStationError as error:
             self._report_error(error)
             return
-        self._replace(wishes)
+        self._replace(form)
         rest = f", except what this page does not show: {', '.join(lost)}" if lost else ""
         self._told = f"The settings are those of {run.name}{rest}."
         self.refresh()
 
-    def _replace(self, wishes: EstimateForm) -> None:
-        before = self._wishes
-        if wishes != before:
-            self._show(wishes)
-            self._push("change of settings", before, wishes)
+    def _replace(self, form: EstimateForm) -> None:
+        before = self._form
+        if form != before:
+            self._show(form)
+            self._push("change of settings", before, form)
             self.changed.emit()
 
     def _push(self, text: str, before: EstimateForm, now: EstimateForm) -> None:
@@ -274,12 +274,12 @@ class EstimatePage(ReviewStepPage):
         """Return the maneuvers that a run would take."""
         if not self._checker.ready:
             return ()
-        return select_maneuvers(self._wishes, self._review, self._selection.maneuver)
+        return select_maneuvers(self._form, self._review, self._selection.maneuver)
 
     def refresh(self) -> None:
         """Say what a run would do as everything stands."""
         self._follow_model()
-        problem = self._checker.validate(self._wishes)
+        problem = self._checker.validate(self._form)
         self.panel.show_problem(problem.field if problem else "", str(problem or ""))
         words, state = self._words()
         self.sentence.set_message(words, state)
@@ -291,16 +291,16 @@ class EstimatePage(ReviewStepPage):
         """Offer the parameters of the effects of the model that is chosen."""
         flights = self._review.flights
         if not flights or not self._checker.load_model_effects(
-            self._wishes.model, flights[0].aircraft
+            self._form.model, flights[0].aircraft
         ):
             return
         effects = self._checker.effects
-        gone = {n for n in self._wishes.derivatives if is_effect_parameter(n)} - set(effects)
+        gone = {n for n in self._form.derivatives if is_effect_parameter(n)} - set(effects)
         self.panel.derivatives.show_effects(effects)
         if gone:
-            kept = {n: w for n, w in self._wishes.derivatives.items() if n not in gone}
-            self._wishes = self._wishes.with_changes(derivatives=kept)
-            self.panel.show_form(self._wishes)
+            kept = {n: w for n, w in self._form.derivatives.items() if n not in gone}
+            self._form = self._form.with_changes(derivatives=kept)
+            self.panel.show_form(self._form)
 
     def _words(self) -> tuple[str, str]:
         """Return what stands beside the button, and its state."""
@@ -319,7 +319,7 @@ class EstimatePage(ReviewStepPage):
                 "",
             )
         if not self.selected_maneuvers:
-            return describe_empty_selection(self._wishes, self._review), "caution"
+            return describe_empty_selection(self._form, self._review), "caution"
         return (
             f"{self._told or self._runner.status_text} "
             f"{describe_selection(self.selected_maneuvers)}".strip(),
@@ -337,7 +337,7 @@ class EstimatePage(ReviewStepPage):
             return
         try:
             request = build_run_request(
-                self._wishes, self._review.paths, self.selected_maneuvers, self.panel.label.text()
+                self._form, self._review.paths, self.selected_maneuvers, self.panel.label.text()
             )
         except SettingError as error:
             self.panel.show_problem(error.field, str(error))

@@ -39,13 +39,13 @@ class EstimatePanel(QWidget):
     ----------
     look : DisplayStyle
         Colors, sizes.
-    wishes : EstimateForm
+    form : EstimateForm
         As they were left.
 
     Attributes
     ----------
     changed : Signal
-        The wishes are others now.
+        The form holds something else now.
     field_focused : Signal(str)
         The keyboard is on a field.
     run_requested : Signal
@@ -56,10 +56,10 @@ class EstimatePanel(QWidget):
     field_focused = Signal(str)
     run_requested = Signal()
 
-    def __init__(self, look: DisplayStyle, wishes: EstimateForm) -> None:
+    def __init__(self, look: DisplayStyle, form: EstimateForm) -> None:
         super().__init__()
         self._look = look
-        self.wishes = wishes
+        self.form = form
         self._showing = False
         self._sentences: dict[str, FieldMessage] = {}
         self._edits: dict[str, QWidget] = {}
@@ -81,7 +81,7 @@ class EstimatePanel(QWidget):
         self._sources()
         look.changed.connect(self._fit)
         self._fit()
-        self.show_form(wishes)
+        self.show_form(form)
 
     def _fit(self) -> None:
         self._column.setSpacing(self._look.px(12))
@@ -152,7 +152,7 @@ class EstimatePanel(QWidget):
         *, folder: bool = False,
     ) -> ShippedFileField:  # fmt: skip
         box = ShippedFileField(
-            FIELD_HELP[field].title, shipped, str(getattr(self.wishes, field)), none=none,
+            FIELD_HELP[field].title, shipped, str(getattr(self.form, field)), none=none,
             folder=folder,
         )  # fmt: skip
         box.currentIndexChanged.connect(lambda _index: self._take(field, box.value))
@@ -204,20 +204,20 @@ class EstimatePanel(QWidget):
 
     def _take(self, field: str, value: object, *, typed: bool = False) -> None:
         """Take what a control says now."""
-        if self._showing or getattr(self.wishes, field) == value:
+        if self._showing or getattr(self.form, field) == value:
             return
-        self.wishes = self.wishes.with_changes(**{field: value})
+        self.form = self.form.with_changes(**{field: value})
         if field in ("axis", "six_degrees"):
             # Channels were chosen for the other axis.
-            self.wishes = self.wishes.with_changes(responses=None, states=None, biases=None)
+            self.form = self.form.with_changes(responses=None, states=None, biases=None)
         self._spread()
         if typed:
             self._typing.start(_TYPING_MS)
         else:
             self.changed.emit()
 
-    def _taken(self, wishes: EstimateForm) -> None:
-        self.wishes = wishes
+    def _taken(self, form: EstimateForm) -> None:
+        self.form = form
         self._spread()
         self.changed.emit()
 
@@ -226,19 +226,19 @@ class EstimatePanel(QWidget):
         self.changed.emit()
         self.run_requested.emit()
 
-    def show_form(self, wishes: EstimateForm) -> None:
-        """Show other wishes; emits nothing."""
-        self.wishes = wishes
+    def show_form(self, form: EstimateForm) -> None:
+        """Show another form; emits nothing."""
+        self.form = form
         self._showing = True
         try:
             for field, box in self._boxes.items():
-                box.setCurrentIndex(max(box.findData(getattr(wishes, field)), 0))
+                box.setCurrentIndex(max(box.findData(getattr(form, field)), 0))
             for field, file in self._files.items():
-                file.show_value(getattr(wishes, field))
+                file.show_value(getattr(form, field))
             for field, check in self._checks.items():
-                check.setChecked(getattr(wishes, field))
+                check.setChecked(getattr(form, field))
             for field, line in self._lines.items():
-                line.setText(getattr(wishes, field))
+                line.setText(getattr(form, field))
         finally:
             self._showing = False
         self._spread()
@@ -248,14 +248,14 @@ class EstimatePanel(QWidget):
         self._files[field].add_names(names)
 
     def _spread(self) -> None:
-        """Show the wishes in the tables, and gray what the method does not heed."""
-        wishes = self.wishes
-        self.derivatives.set_form(wishes)
-        self.channels.set_form(wishes)
+        """Show the form in the tables, and gray what the method does not heed."""
+        form = self.form
+        self.derivatives.set_form(form)
+        self.channels.set_form(form)
         fields = {"derivatives": "held", "channels": "responses"}
         for field, edit in self._edits.items():
-            edit.setEnabled(method_uses(wishes, fields.get(field, field)))
-        self.axis.setEnabled(not wishes.six_degrees)
+            edit.setEnabled(method_uses(form, fields.get(field, field)))
+        self.axis.setEnabled(not form.six_degrees)
         self.show_problem("", "")
 
     # What is said
@@ -275,19 +275,19 @@ class EstimatePanel(QWidget):
 
     def _note(self, field: str) -> str:
         """Return what is to be known of a field as the panel stands."""
-        wishes = self.wishes
+        form = self.form
         if field == "derivatives":
-            if not method_uses(wishes, "held"):
-                return f"{short_method_title(wishes.method)} takes the derivatives of the tables."
-            free = [name for name, one in wishes.derivatives.items() if one.treated == "free"]
+            if not method_uses(form, "held"):
+                return f"{short_method_title(form.method)} takes the derivatives of the tables."
+            free = [name for name, one in form.derivatives.items() if one.treated == "free"]
             here = [n for n in free if n in self.derivatives.names and not is_effect_parameter(n)]
             if here:
                 only = f"Only {', '.join(here)}" if len(here) < 7 else f"Only these {len(here)}"
                 return f"{only} {'is' if len(here) == 1 else 'are'} estimated; the rest is held."
         if field == "channels":
-            if not method_uses(wishes, "responses"):
-                return f"{short_method_title(wishes.method)} compares no responses."
-            if wishes.axis == "both" and not wishes.six_degrees:
+            if not method_uses(form, "responses"):
+                return f"{short_method_title(form.method)} compares no responses."
+            if form.axis == "both" and not form.six_degrees:
                 return (
                     "Each maneuver uses the responses and states of its axis; choose one axis "
                     "above to change them."

@@ -1,4 +1,4 @@
-"""What runs are made with, loaded in a thread; and what of the wishes cannot be asked for."""
+"""What runs are made with, loaded in a thread; and what the form cannot ask for."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 class EstimateValidator(QObject):
-    """Judges wishes once it has loaded what that takes.
+    """Validates forms once it has loaded what that takes.
 
     Parameters
     ----------
@@ -59,11 +59,11 @@ class EstimateValidator(QObject):
         """Judge anew: files may be others now."""
         self._judged = None
 
-    def validate(self, wishes: EstimateForm) -> SettingError | None:
+    def validate(self, form: EstimateForm) -> SettingError | None:
         """Return what cannot be asked for; None if all is well, or nothing is loaded yet."""
-        if self.ready and self._judged != wishes:
-            self.problem = find_form_error(wishes)
-            self._judged = wishes
+        if self.ready and self._judged != form:
+            self.problem = find_form_error(form)
+            self._judged = form
         return self.problem
 
     def load_model_effects(self, model: str, aircraft: Aircraft) -> bool:

@@ -153,7 +153,7 @@ class CueGenerator:
         self._time: float | None = None
         self._verdicts: list[InputVerdict] = []
         self._chosen = 0  # how many choices were applied
-        self._heard = 0  # how many events the announcer has heard
+        self._announced_count = 0  # of events
         self._noisy = False  # whether the noise of the day is known
         self._doubted: dict[str, float] = {}  # when each channel was last not believed, s
         self.announcements: list[Announcement] = []
@@ -404,7 +404,8 @@ class CueGenerator:
         self._doublets.expect(wanted, point, card)
 
     def _announce(self, time: float, *, moving: bool) -> None:
-        fresh, self._heard = self._changes.events[self._heard :], len(self._changes.events)
+        events = self._changes.events
+        fresh, self._announced_count = events[self._announced_count :], len(events)
         self.announcements += self._announcer.update(
             time, fresh, self._trim.cue, self._dangers.active_alerts, moving=moving
         )
