@@ -52,7 +52,7 @@ class FlightOpener(QObject):
     ----------
     store : SettingsStore
         Maps and folders used last.
-    faults : ErrorReporter
+    error_reporter : ErrorReporter
         Where errors go.
     open_here : callable
         Returns the path of the open flight; None without one.
@@ -77,13 +77,13 @@ class FlightOpener(QObject):
     def __init__(
         self,
         store: SettingsStore,
-        faults: ErrorReporter,
+        error_reporter: ErrorReporter,
         open_here: Callable[[], Path | None],
         parent: QObject,
     ) -> None:
         super().__init__(parent)
         self._store = store
-        self._faults = faults
+        self._error_reporter = error_reporter
         self._open_here = open_here
         self._work: BackgroundJob | None = None
         self._records: Path | None = None  # where that begins to record
@@ -222,7 +222,7 @@ class FlightOpener(QObject):
             )
             begun.has_next_flight_data = handed_over and not trial
         except GroundStationError as error:
-            self._faults.report(error)
+            self._error_reporter.report(error)
         if request.system is not None:
             EventLog(events_path(folder.path)).append(vehicle_event(request.system))
         progress(None, "starting the recorder")
@@ -389,11 +389,11 @@ class FlightOpener(QObject):
             try:
                 reset_draft(next_flight_path(self._store.path))
             except GroundStationError as error:
-                self._faults.report(error)
+                self._error_reporter.report(error)
 
     def _failed(self, error: Exception, wants_map: Path | None) -> None:
         is_unmapped = isinstance(error, UnmappedError)
         if wants_map is not None and is_unmapped and path_kind(wants_map) == "file":
             self.channel_map_requested.emit(wants_map, str(error))
         else:
-            self._faults.report(error, opening=True)
+            self._error_reporter.report(error, opening=True)

@@ -77,18 +77,18 @@ class MainWindow(QMainWindow):
     """
 
     def __init__(
-        self, store: SettingsStore, faults: ErrorReporter, *, offer_recorders: bool = True
+        self, store: SettingsStore, error_reporter: ErrorReporter, *, offer_recorders: bool = True
     ) -> None:
         super().__init__()
         settings = store.current
         self.setWindowTitle("Ground station")
         self.store = store
-        self.error_reporter = faults
+        self.error_reporter = error_reporter
         self.display_style = DisplayStyle(settings.theme, settings.scale, settings.units)
         self.appearance = AppearanceController(self.display_style, store, self)
         self.commands = CommandSet(self)
         self.banners = BannerStack(self.display_style)
-        self.flight_controller = FlightController(faults, store, self)
+        self.flight_controller = FlightController(error_reporter, store, self)
         self.recent_flights = RecentFlights(self.flight_controller, store)
         layouts = LayoutStore(layouts_path(store.path))
         self.view = FlightView(self.commands.actions, self.display_style, store, layouts)
@@ -96,7 +96,9 @@ class MainWindow(QMainWindow):
         self.file_menu = FileMenuController(
             self, self.flight_controller, self.display_style, store, self.banners
         )
-        self.help_menu = HelpMenuController(self, self.display_style, store, self.banners, faults)
+        self.help_menu = HelpMenuController(
+            self, self.display_style, store, self.banners, error_reporter
+        )
         limits = UserLimitStore(limits_path(store.path))
         self.voice = Voice(self, muted=settings.muted)
         self.crew = FlightPageController(
@@ -106,14 +108,14 @@ class MainWindow(QMainWindow):
         self.status_bar = StatusBar(self.display_style, {"record": stop})
         self.navigation_rail = NavigationRail(self.display_style)
         self.gap_page = GapPage(
-            self.commands.actions, self.display_style, store, self.banners, faults
+            self.commands.actions, self.display_style, store, self.banners, error_reporter
         )
         self.preflight_page = PreflightPage(
             self.commands.actions,
             self.display_style,
             store,
             self.banners,
-            faults,
+            error_reporter,
             self.flight_controller,
             self.voice,
         )
@@ -121,12 +123,12 @@ class MainWindow(QMainWindow):
             self.commands.actions,
             self.display_style,
             store,
-            faults,
+            error_reporter,
             self.flight_controller,
             self.voice,
         )
         self.review_page = ReviewPage(
-            self.commands.actions, self.display_style, store, self.banners, faults
+            self.commands.actions, self.display_style, store, self.banners, error_reporter
         )
         self.pages = QStackedWidget()
         self._place_ids = [place.id for place in PAGES]

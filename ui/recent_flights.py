@@ -18,18 +18,18 @@ class RecentFlights(QObject):
 
     Parameters
     ----------
-    desk : FlightController
+    controller : FlightController
         Opens flights.
     store : SettingsStore
         Remembers them.
     """
 
-    def __init__(self, desk: FlightController, store: SettingsStore) -> None:
-        super().__init__(desk)
-        self._desk = desk
+    def __init__(self, controller: FlightController, store: SettingsStore) -> None:
+        super().__init__(controller)
+        self._controller = controller
         self._store = store
-        desk.changed.connect(self._opened)
-        desk.about_to_close.connect(self._left)
+        controller.changed.connect(self._opened)
+        controller.about_to_close.connect(self._left)
 
     def remove(self, path: str) -> None:
         """Forget a flight; its files stay as they are."""
@@ -37,7 +37,7 @@ class RecentFlights(QObject):
         self._store.change(recent_flights=[one.model_dump() for one in known if one.path != path])
 
     def _opened(self) -> None:
-        session = self._desk.session
+        session = self._controller.session
         if session is None:
             return
         path = session.path.absolute()
@@ -49,7 +49,7 @@ class RecentFlights(QObject):
         work.start()
 
     def _left(self) -> None:
-        session = self._desk.session
+        session = self._controller.session
         if session is not None:
             replay = session.replay_feed
             first, last = (0.0, session.now) if replay is None else (replay.start, replay.end)
@@ -58,7 +58,7 @@ class RecentFlights(QObject):
                 self._amend(path, duration=last - first, aircraft=self._aircraft())
 
     def _aircraft(self) -> str:
-        session = self._desk.session
+        session = self._controller.session
         return "" if session is None or session.aircraft is None else session.aircraft.name
 
     def _keep(self, flight: RecentFlight) -> None:

@@ -29,17 +29,17 @@ class ScreenSaverInhibitor(QObject):
 
     Parameters
     ----------
-    desk : FlightController
+    controller : FlightController
         The open flight.
     """
 
-    def __init__(self, desk: FlightController) -> None:
-        super().__init__(desk)
-        self._desk = desk
+    def __init__(self, controller: FlightController) -> None:
+        super().__init__(controller)
+        self._controller = controller
         self._asked = ExitStack()
         self._lit = False
-        desk.changed.connect(lambda: self._keep(lit=desk.is_recording))
-        desk.recording_ended.connect(lambda _folder: self._keep(lit=False))
+        controller.changed.connect(lambda: self._keep(lit=controller.is_recording))
+        controller.recording_ended.connect(lambda _folder: self._keep(lit=False))
 
     def close(self) -> None:
         """Let the screen go dark again."""

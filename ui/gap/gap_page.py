@@ -48,7 +48,7 @@ class GapPage(JobPage):
         Remembers flights, aircraft, model and what was looked at.
     banners : BannerStack
         Tells of a search while another place is on screen.
-    faults : ErrorReporter
+    error_reporter : ErrorReporter
         Where errors go.
     engine : JobRunner, optional
         What searches; a process of its own by default.
@@ -60,17 +60,17 @@ class GapPage(JobPage):
         look: DisplayStyle,
         store: SettingsStore,
         banners: BannerStack,
-        faults: ErrorReporter,
+        error_reporter: ErrorReporter,
         engine: JobRunner | None = None,
     ) -> None:
         super().__init__("Model gap", actions, look, store, banners, "search", "gap_cancel")
-        self._faults = faults
+        self._error_reporter = error_reporter
         self._open: Path | None = None
         self._trial: BackgroundJob | None = None
         self._loading: BackgroundJob | None = None
         self.setup: SearchSetupPage | None = None
         self.story: GapResultView | None = None
-        self.search = GapSearch(engine or create_search_job_runner(), faults.report, self)
+        self.search = GapSearch(engine or create_search_job_runner(), error_reporter.report, self)
         self.search.began.connect(lambda work: self._show_began(work.title))
         self.search.progressed.connect(self._show_progress)
         self.search.ended.connect(self._ended)
@@ -223,7 +223,7 @@ class GapPage(JobPage):
                 lambda _progress: importlib.import_module(_RESULT_VIEW_MODULE),
                 self,
             )
-            self._loading.failed.connect(self._faults.report)
+            self._loading.failed.connect(self._error_reporter.report)
             self._loading.start()
 
     def _show_began(self, title: str) -> None:
@@ -300,7 +300,7 @@ class GapPage(JobPage):
 
     def _trial_failed(self, error: BaseException) -> None:
         self._ended("failed")
-        self._faults.report(error)
+        self._error_reporter.report(error)
 
     # Decisions
 

@@ -44,9 +44,9 @@ class PilotPage(WindowPage):
         Colors, sizes, units.
     store : SettingsStore
         Remembers the second window, and whether cues are spoken.
-    faults : ErrorReporter
+    error_reporter : ErrorReporter
         Where errors go.
-    desk : FlightController
+    controller : FlightController
         The open flight.
     voice : Voice
         Is heard.
@@ -70,19 +70,19 @@ class PilotPage(WindowPage):
         actions: Mapping[str, QAction],
         look: DisplayStyle,
         store: SettingsStore,
-        faults: ErrorReporter,
-        desk: FlightController,
+        error_reporter: ErrorReporter,
+        controller: FlightController,
         voice: Voice,
     ) -> None:
         super().__init__("Pilot", actions, look, store)
-        self._desk = desk
-        self.cues = FlightCues(desk)
+        self._controller = controller
+        self.cues = FlightCues(controller)
         self.state = PilotPageState(self.cues)
         self.speech = FlightSpeech(voice)
-        self.training = TrainingFlight(desk)
+        self.training = TrainingFlight(controller)
         self.own_window = PilotWindowController(self, actions, self._page_handlers, look, store)
         self.debrief = DebriefController(
-            self, look, store, faults, desk, self.cues,
+            self, look, store, error_reporter, controller, self.cues,
             [actions["pilot_charts"], actions["pilot_keep"]],
         )  # fmt: skip
         self._looked = 0.0
@@ -99,9 +99,9 @@ class PilotPage(WindowPage):
         self._capture = StickKeyFilter(self.training, self.canvas)
         self.training.changed.connect(self._training_changed)
         self.own_window.changed.connect(self.refresh)
-        desk.changed.connect(self._flight_changed)
-        desk.frame_requested.connect(lambda _until: self._samples_came())
-        desk.refreshed.connect(self.refresh)
+        controller.changed.connect(self._flight_changed)
+        controller.frame_requested.connect(lambda _until: self._samples_came())
+        controller.refreshed.connect(self.refresh)
         look.changed.connect(self._restyle)
 
     # Commands

@@ -35,7 +35,7 @@ class TrainingFlight(QObject):
 
     Parameters
     ----------
-    desk : FlightController
+    controller : FlightController
         Records and follows it as it would an aircraft.
 
     Attributes
@@ -50,13 +50,15 @@ class TrainingFlight(QObject):
 
     changed = Signal()
 
-    def __init__(self, desk: FlightController, *, seed: int = 0, turbulence: float = 0.0) -> None:
+    def __init__(
+        self, controller: FlightController, *, seed: int = 0, turbulence: float = 0.0
+    ) -> None:
         super().__init__()
-        self._desk = desk
+        self._controller = controller
         self.seed = seed
         self.turbulence = turbulence
         self.keys = StickKeys()
-        self._flight = VirtualFlightSession(desk, "training", self._launch)
+        self._flight = VirtualFlightSession(controller, "training", self._launch)
         self._size, self._high = _DEFAULT_TRAVEL, True
         self._flies = False
         self._timer = QTimer(self)
@@ -64,7 +66,7 @@ class TrainingFlight(QObject):
         self._timer.setInterval(_PERIOD_MS)
         self._timer.timeout.connect(self._say_sticks)
         self._flight.changed.connect(self._began_or_ended)
-        desk.refreshed.connect(self._listen)
+        controller.refreshed.connect(self._listen)
 
     @property
     def running(self) -> bool:
@@ -102,7 +104,7 @@ class TrainingFlight(QObject):
 
     def _launch(self, folder: Path, port: int) -> TrainingProcess:
         """Let it fly, for its own cards where the crew has prepared none."""
-        session = self._desk.session
+        session = self._controller.session
         if session is not None and session.crew_cues.cards is None:
             session.crew_cues.set_cards(load_cards(VIRTUAL_AIRCRAFT))
         return TrainingProcess(folder, port, seed=self.seed, turbulence=self.turbulence)
@@ -118,11 +120,11 @@ class TrainingFlight(QObject):
 
     def _listen(self) -> None:
         """Hear who has the aircraft, from what it says over the link."""
-        session, aircraft = self._desk.session, self._flight.process
+        session, aircraft = self._controller.session, self._flight.process
         if session is None or aircraft is None:
             return
         if complaint := aircraft.take_error():
-            self._desk.message_posted.emit("warning", complaint)
+            self._controller.message_posted.emit("warning", complaint)
         said = [
             event.text
             for event in session.messages()

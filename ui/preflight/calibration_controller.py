@@ -22,7 +22,7 @@ class CalibrationController:
 
     Parameters
     ----------
-    desk : FlightController
+    controller : FlightController
         The open flight.
     store : SettingsStore
         Remembers which certificates flights are made with.
@@ -31,9 +31,9 @@ class CalibrationController:
     """
 
     def __init__(
-        self, desk: FlightController, store: SettingsStore, practice: PracticeBench
+        self, controller: FlightController, store: SettingsStore, practice: PracticeBench
     ) -> None:
-        self._desk = desk
+        self._controller = controller
         self._store = store
         self._practice = practice
         self._shelf: CalibrationFolder | None = None
@@ -42,7 +42,7 @@ class CalibrationController:
     @property
     def folder(self) -> CalibrationFolder:
         """Return the calibrations of the aircraft at hand."""
-        name = find_current_aircraft(self._desk.session, self._store.current)
+        name = find_current_aircraft(self._controller.session, self._store.current)
         practices = self._practice.running
         settings = self._store.path
         folder = practice_folder(settings) if practices else calibrations_path(settings)
@@ -56,7 +56,7 @@ class CalibrationController:
         """Let flights, the open one and those to come, be made with a shelf's certificates."""
         if shelf.folder != practice_folder(self._store.path):
             self._store.change(calibration=str(shelf.write_flight_certificates()))
-        session = self._desk.session
+        session = self._controller.session
         if (
             session is not None
             and session.replay_feed is None
@@ -68,7 +68,7 @@ class CalibrationController:
 
     def reload_flight(self) -> None:
         """Read the open flight with the certificates put in force: as any replay will."""
-        session, stale = self._desk.session, self._stale
+        session, stale = self._controller.session, self._stale
         self._stale = None
         if session is not None and session.path == stale:
-            self._desk.flight_opener.open_flight(stale)
+            self._controller.flight_opener.open_flight(stale)

@@ -16,7 +16,7 @@ class CertificatePrinter:
 
     Parameters
     ----------
-    desk : FlightController
+    controller : FlightController
         Shows the progress, and says where the pages are.
 
     Attributes
@@ -25,8 +25,8 @@ class CertificatePrinter:
         Under way.
     """
 
-    def __init__(self, desk: FlightController) -> None:
-        self._desk = desk
+    def __init__(self, controller: FlightController) -> None:
+        self._controller = controller
         self.work: BackgroundJob | None = None
 
     def write(self, shelf: CalibrationFolder, units: str) -> None:
@@ -47,17 +47,17 @@ class CertificatePrinter:
         work = BackgroundJob(
             "Writing the certificates",
             lambda told: _write_pages(folder, units, told),
-            parent=self._desk,
+            parent=self._controller,
         )
         work.done.connect(self._written)
-        work.failed.connect(self._desk.error_reporter.report)
+        work.failed.connect(self._controller.error_reporter.report)
         self.work = work
-        self._desk.job_started.emit(work, "")
+        self._controller.job_started.emit(work, "")
         work.start()
 
     def _written(self, pages: tuple[Path, ...]) -> None:
         count = "1 page is" if len(pages) == 1 else f"{len(pages)} pages are"
-        self._desk.message_posted.emit(
+        self._controller.message_posted.emit(
             "note", f"{count} written, one per certificate: {pages[0].parent}."
         )
 

@@ -26,7 +26,7 @@ class PracticeBench(QObject):
 
     Parameters
     ----------
-    desk : FlightController
+    controller : FlightController
         Records and follows it as it would an aircraft.
     seed : int
         Which aircraft it is.
@@ -39,12 +39,12 @@ class PracticeBench(QObject):
         As given; they count when the bench is switched on.
     """
 
-    def __init__(self, desk: FlightController, *, seed: int = 0, speed: float = 1.0) -> None:
+    def __init__(self, controller: FlightController, *, seed: int = 0, speed: float = 1.0) -> None:
         super().__init__()
         self.seed = seed
         self.speed = speed
         self._wanted: tuple[str, float, float] | None = None
-        self._flight = VirtualFlightSession(desk, "practice", self._launch)
+        self._flight = VirtualFlightSession(controller, "practice", self._launch)
 
     @property
     def running(self) -> bool:

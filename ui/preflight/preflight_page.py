@@ -41,9 +41,9 @@ class PreflightPage(MultiStepPage[AbstractStepPage]):
         Remembers the step that was looked at; beside it lies what waits for the next flight.
     banners : BannerStack
         Tells what went wrong.
-    faults : ErrorReporter
+    error_reporter : ErrorReporter
         Where errors go.
-    desk : FlightController
+    controller : FlightController
         The open flight.
     prompter : Prompter, optional
         Speaks and sounds while the crew looks at the aircraft.
@@ -67,19 +67,19 @@ class PreflightPage(MultiStepPage[AbstractStepPage]):
         look: DisplayStyle,
         store: SettingsStore,
         banners: BannerStack,
-        faults: ErrorReporter,
-        desk: FlightController,
+        error_reporter: ErrorReporter,
+        controller: FlightController,
         prompter: Prompter | None = None,
     ) -> None:
         super().__init__("Preflight", actions, look, store)
         self._banners = banners
-        self._faults = faults
-        self._desk = desk
+        self._error_reporter = error_reporter
+        self._controller = controller
         self._prompter = prompter
         self._books: PreflightModel | None = None
         self._wizard_page: WizardPage | None = None
-        desk.changed.connect(self._flight_changed)
-        desk.refreshed.connect(self.refresh)
+        controller.changed.connect(self._flight_changed)
+        controller.refreshed.connect(self.refresh)
 
     @property
     def own_handlers(self) -> Mapping[str, Callable[[], object]]:
@@ -100,21 +100,23 @@ class PreflightPage(MultiStepPage[AbstractStepPage]):
         if step_id == "calibration":
             from ui.preflight.wizard_page import WizardPage
 
-            self._wizard_page = WizardPage(self._look, self._store, self._desk, self._prompter)
+            self._wizard_page = WizardPage(
+                self._look, self._store, self._controller, self._prompter
+            )
             return self._wizard_page
         page: PreflightStepPage
         if step_id == "card":
             from ui.preflight.flight_card_page import FlightCardPage
 
-            page = FlightCardPage(self._look, self._faults.report)
+            page = FlightCardPage(self._look, self._error_reporter.report)
         elif step_id == "checklist":
             from ui.preflight.checklist_page import ChecklistPage
 
-            page = ChecklistPage(self._look, self._actions, self._faults.report)
+            page = ChecklistPage(self._look, self._actions, self._error_reporter.report)
         else:
             from ui.preflight.cards_page import CardsPage
 
-            page = CardsPage(self._look, self._actions, self._store, self._faults.report)
+            page = CardsPage(self._look, self._actions, self._store, self._error_reporter.report)
         page.set_model(self.model)
         return page
 
@@ -130,9 +132,9 @@ class PreflightPage(MultiStepPage[AbstractStepPage]):
 
     def _follow(self, books: PreflightModel) -> None:
         try:
-            books.set_session(self._desk.session)
+            books.set_session(self._controller.session)
         except GroundStationError as error:
-            self._faults.report(error)
+            self._error_reporter.report(error)
 
     # What happens
 
@@ -191,7 +193,7 @@ class PreflightPage(MultiStepPage[AbstractStepPage]):
         try:
             words = self.model.checklist.record_start()
         except GroundStationError as error:
-            self._faults.report(error)
+            self._error_reporter.report(error)
         if words:
             green = self.model.checklist.state.state == "good"
             self._banners.show_banner("note" if green else "caution", words)

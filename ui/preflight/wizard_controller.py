@@ -32,11 +32,11 @@ class WizardController(QObject):
     ----------
     wizard : CalibrationWizard
         The state machine.
-    desk : FlightController
+    controller : FlightController
         The open flight.
     prompter : Prompter
         Speaks and sounds.
-    faults : ErrorReporter
+    error_reporter : ErrorReporter
         Where errors go.
 
     Attributes
@@ -53,23 +53,23 @@ class WizardController(QObject):
     def __init__(
         self,
         wizard: CalibrationWizard,
-        desk: FlightController,
+        controller: FlightController,
         prompter: Prompter,
-        faults: ErrorReporter,
+        error_reporter: ErrorReporter,
     ) -> None:
         super().__init__()
         self._wizard = wizard
-        self._desk = desk
+        self._controller = controller
         self._prompter = prompter
-        self._faults = faults
+        self._error_reporter = error_reporter
         self._next: int | None = None
         self._listens = False
         self._said = ""
         self._last_data_time = time.monotonic()
         self._fed_until: float | None = None  # flight time, s; None once told of silence
         self.view: WizardView = wizard.view
-        desk.refreshed.connect(self._tell)
-        desk.changed.connect(self._begin_anew)
+        controller.refreshed.connect(self._tell)
+        controller.changed.connect(self._begin_anew)
 
     def set_active(self, on: bool) -> None:
         """Look at the volts from now on, or no longer: sticks are moved for other reasons too."""
@@ -79,8 +79,8 @@ class WizardController(QObject):
 
     def close(self) -> None:
         """Look no longer; everything is in the journal."""
-        self._desk.refreshed.disconnect(self._tell)
-        self._desk.changed.disconnect(self._begin_anew)
+        self._controller.refreshed.disconnect(self._tell)
+        self._controller.changed.disconnect(self._begin_anew)
 
     def perform(self, action: WizardAction) -> None:
         """Do what the crew asks."""
@@ -113,13 +113,13 @@ class WizardController(QObject):
         except GroundStationError as error:
             if str(error) != self._said:
                 self._said = str(error)
-                self._faults.report(error)
+                self._error_reporter.report(error)
         else:
             self._said = ""
         self._show(self._wizard.view)
 
     def _feed(self) -> None:
-        session = self._desk.session
+        session = self._controller.session
         if session is None or session.replay_feed is not None:
             # Volts of another day say nothing about the instruments as they are now.
             return
@@ -157,7 +157,7 @@ class WizardController(QObject):
     @property
     def catching_up(self) -> bool:
         """Return whether none come because the flight is still being read, as after a change."""
-        session = self._desk.session
+        session = self._controller.session
         return session is not None and not session.feed.is_up_to_date
 
     def _show(self, view: WizardView) -> None:

@@ -66,7 +66,7 @@ class WizardPage(AbstractStepPage):
         Colors, sizes, units.
     store : SettingsStore
         Remembers what is in force; beside it lie the calibrations.
-    desk : FlightController
+    controller : FlightController
         The open flight, whose volts are watched.
     prompter : Prompter, optional
         Speaks and sounds; nobody by default.
@@ -81,19 +81,19 @@ class WizardPage(AbstractStepPage):
         self,
         look: DisplayStyle,
         store: SettingsStore,
-        desk: FlightController,
+        controller: FlightController,
         prompter: Prompter | None = None,
     ) -> None:
         super().__init__(look, "Calibration")
         self._look = look
         self._store = store
-        self._desk = desk
+        self._controller = controller
         self._prompter = prompter or SilentPrompter()
         self._choice: int | None = None
         self._left = self._made = False
-        self.practice = PracticeBench(desk)
-        self._in_force = CalibrationController(desk, store, self.practice)
-        self.pages_on_paper = CertificatePrinter(desk)
+        self.practice = PracticeBench(controller)
+        self._in_force = CalibrationController(controller, store, self.practice)
+        self.pages_on_paper = CertificatePrinter(controller)
         self.run: WizardController | None = None
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         column = QVBoxLayout(self)
@@ -115,8 +115,8 @@ class WizardPage(AbstractStepPage):
         self._questions = CalibrationQuestions(self.ask, lambda: look.units)
         self.actions_bar.triggered.connect(self._do)
         column.addWidget(self.actions_bar)
-        desk.changed.connect(self._flight_changed)
-        desk.refreshed.connect(self._told)
+        controller.changed.connect(self._flight_changed)
+        controller.refreshed.connect(self._told)
         look.changed.connect(self._refresh)
 
     # The place
@@ -200,7 +200,9 @@ class WizardPage(AbstractStepPage):
     def _take_up(self, wizard: CalibrationWizard, shelf: CalibrationFolder) -> None:
         self.close_run()
         self._choice = None
-        run = WizardController(wizard, self._desk, self._prompter, self._desk.error_reporter)
+        run = WizardController(
+            wizard, self._controller, self._prompter, self._controller.error_reporter
+        )
         run.view_changed.connect(self._show_view)
         run.certificates_changed.connect(lambda: self._certified(shelf))
         self.run = run
@@ -221,7 +223,7 @@ class WizardPage(AbstractStepPage):
         try:
             self._in_force.apply(shelf)
         except GroundStationError as error:
-            self._desk.error_reporter.report(error)
+            self._controller.error_reporter.report(error)
         if self.run is not None and self.run.view.instrument is None:
             # The last one: the live numbers are those of today from here on.
             self._in_force.reload_flight()
@@ -243,7 +245,9 @@ class WizardPage(AbstractStepPage):
         if self.isVisible() and self.pages.currentWidget() is self.summary:
             heard = self.run is not None and not self.run.has_no_data
             self.summary.show_deflections(
-                list_combined_deflections(self._desk.history if heard else None, self._look.units)
+                list_combined_deflections(
+                    self._controller.history if heard else None, self._look.units
+                )
             )
 
     def _refresh(self) -> None:
@@ -267,7 +271,7 @@ class WizardPage(AbstractStepPage):
             return
         self.start.show_statuses(standings)
         self.start.suggest_operator(who)
-        self.start.show_connection(self._desk.session)
+        self.start.show_connection(self._controller.session)
         self._left, self._made = has_unfinished_calibration(shelf.journal), made
         self.start.resume.setVisible(self._left)
         self.start.resume.set_message("Unfinished calibration: all steps are saved.")
@@ -369,7 +373,7 @@ class WizardPage(AbstractStepPage):
         try:
             act()
         except GroundStationError as error:
-            self._desk.error_reporter.report(error)
+            self._controller.error_reporter.report(error)
 
     # Keys
 

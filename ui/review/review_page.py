@@ -46,7 +46,7 @@ class ReviewPage(MultiStepPage[ReviewStepPage], JobPage):
         Remembers flights, chapter and settings of the estimate.
     banners : BannerStack
         Tells of work while another place is on screen.
-    faults : ErrorReporter
+    error_reporter : ErrorReporter
         Where errors go.
     engine : JobRunner, optional
         What does the work; a process of its own by default.
@@ -69,11 +69,11 @@ class ReviewPage(MultiStepPage[ReviewStepPage], JobPage):
         look: DisplayStyle,
         store: SettingsStore,
         banners: BannerStack,
-        faults: ErrorReporter,
+        error_reporter: ErrorReporter,
         engine: JobRunner | None = None,
     ) -> None:
         super().__init__("Review", actions, look, store, banners, "work", "review_cancel")
-        self._faults = faults
+        self._error_reporter = error_reporter
         self._review: Review | None = None
         self._maneuvers_page: ManeuversPage | None = None
         self._estimate_page: EstimatePage | None = None
@@ -81,9 +81,9 @@ class ReviewPage(MultiStepPage[ReviewStepPage], JobPage):
         self.outcome: RunOutcome | None = None
         self._former: tuple[RunOutcome, ...] = ()
         self.selection = ReviewSelection(self)
-        self.work = JobQueue(engine or create_review_job_runner(), faults.report, self)
+        self.work = JobQueue(engine or create_review_job_runner(), error_reporter.report, self)
         self.onboard = OnboardLogController(
-            look, store, banners, faults.report, self._reviewed, self._opened, self
+            look, store, banners, error_reporter.report, self._reviewed, self._opened, self
         )
         self.onboard.log_applied.connect(self._samples_changed)
         self.onboard.changed.connect(self.changed)
@@ -142,7 +142,7 @@ class ReviewPage(MultiStepPage[ReviewStepPage], JobPage):
 
             estimate = EstimatePage(
                 self._actions, look, store, self.selection, self.review, self.work.submit,
-                self._faults.report,
+                self._error_reporter.report,
             )  # fmt: skip
             estimate.estimated.connect(self.show_outcome)
             self._estimate_page = estimate
