@@ -24,7 +24,7 @@ _SAME_ALARM_S = 10.0
 """What two windows say of the equipment within this time is the same alarm."""
 
 
-def alarm_events(board: AlarmRegistry) -> tuple[Event, ...]:
+def alarm_events(registry: AlarmRegistry) -> tuple[Event, ...]:
     """Return every alarm so far as an event at its onset, with its end (s); units are SI."""
     return tuple(
         Event(
@@ -42,7 +42,7 @@ def alarm_events(board: AlarmRegistry) -> tuple[Event, ...]:
                 "acknowledged_by": None if one.acknowledgment is None else one.acknowledgment.by,
             },
         )
-        for one in board.episodes
+        for one in registry.episodes
     )
 
 
@@ -64,19 +64,19 @@ class AlarmLog:
 
     def __init__(
         self,
-        board: AlarmRegistry,
-        book: MarkStore,
+        registry: AlarmRegistry,
+        mark_store: MarkStore,
         wall_us: Callable[[], int],
         others: Callable[[Event], None] = lambda _: None,
         ahead: AlarmRegistry | None = None,
     ) -> None:
-        self._board = board
-        self._boards = (board,) if ahead is None else (board, ahead)
+        self._registry = registry
+        self._registries = (registry,) if ahead is None else (registry, ahead)
         self._others = others
-        self._book = book
+        self._mark_store = mark_store
         self._wall_us = wall_us
-        self._read = 0  # events of the book
-        self._logged = 0  # onsets of the board
+        self._read = 0  # events of the store
+        self._logged = 0  # onsets of the registry
         self._active: set[str] = set()  # equipment, at the last look
         self._recorded: list[AlarmEpisode] = []
         self._going_on: dict[str, int] = {}  # index in the list of recorded ones, by key
@@ -84,7 +84,7 @@ class AlarmLog:
     @property
     def revision(self) -> int:
         """Return a number that changes whenever `episodes` does."""
-        return sum(board.revision for board in self._boards) + self._read + self._logged
+        return sum(registry.revision for registry in self._registries) + self._read + self._logged
 
     @property
     def episodes(self) -> tuple[AlarmEpisode, ...]:
@@ -94,15 +94,15 @@ class AlarmLog:
         """
         found = {
             (one.key, one.onset): one
-            for board in self._boards
-            for one in board.episodes
+            for registry in self._registries
+            for one in registry.episodes
             if one.key not in _EQUIPMENT
         }
         recorded = (
             replace(
                 one,
-                acknowledgment=self._board.acknowledgment(one.key, one.raised),
-                is_over=one.is_over or self._board.severity(one.key) is Severity.NORMAL,
+                acknowledgment=self._registry.acknowledgment(one.key, one.raised),
+                is_over=one.is_over or self._registry.severity(one.key) is Severity.NORMAL,
             )
             for one in self._recorded
         )
@@ -122,10 +122,11 @@ class AlarmLog:
             Whether what others wrote in this moment counts, too.
         """
         if refreshed:
-            self._book.refresh()
-        self._book.poll()
-        # From the book's own list: whoever makes a mark takes in events, too.
-        fresh, self._read = self._book.other_events[self._read :], len(self._book.other_events)
+            self._mark_store.refresh()
+        self._mark_store.poll()
+        # From the store's own list: whoever makes a mark takes in events, too.
+        events = self._mark_store.other_events
+        fresh, self._read = events[self._read :], len(events)
         for event in fresh:
             if event.kind == ACKNOWLEDGE:
                 self._take_acknowledgment(event)
@@ -139,8 +140,8 @@ class AlarmLog:
 
         It is over for the crew even where the disk refuses to remember it.
         """
-        for board in self._boards:
-            board.acknowledge(alarm.key, alarm.time, by, now)
+        for registry in self._registries:
+            registry.acknowledge(alarm.key, alarm.time, by, now)
         self._write(
             Event(
                 kind=ACKNOWLEDGE,
@@ -152,8 +153,8 @@ class AlarmLog:
 
     def acknowledge_next(self, key: str | None, now: float | None, by: str) -> bool:
         """Take note of an alarm, by default of the newest that waits; return if there was one."""
-        waiting = self._board.unacknowledged
-        alarm = next(iter(waiting), None) if key is None else self._board.get(key)
+        waiting = self._registry.unacknowledged
+        alarm = next(iter(waiting), None) if key is None else self._registry.get(key)
         if alarm is None or alarm.acknowledged:
             return False
         self.acknowledge(alarm, now, by)
@@ -167,9 +168,9 @@ class AlarmLog:
         now : float or None
             Flight time, s: when those ended that are over since the last call.
         """
-        log = self._board.onsets_of(_EQUIPMENT)
+        log = self._registry.onsets_of(_EQUIPMENT)
         fresh, self._logged = log[self._logged :], len(log)
-        active = {key for key in _EQUIPMENT if self._board.severity(key) > Severity.NORMAL}
+        active = {key for key in _EQUIPMENT if self._registry.severity(key) > Severity.NORMAL}
         # What came and went within one look is over, too.
         over = ({onset.key for onset in fresh} | self._active) - active
         self._active = active
@@ -191,7 +192,7 @@ class AlarmLog:
             other.kind == event.kind
             and other.data.get("alarm") == key
             and abs(other.host_time_us - stamp) < _SAME_ALARM_US
-            for other in self._book.other_events
+            for other in self._mark_store.other_events
         )
         if not known and not self._write(event):
             self._take_equipment(event)  # a full disk: the alarm itself says so
@@ -231,21 +232,21 @@ class AlarmLog:
         moments = [float(raised) if isinstance(raised, (int, float)) else None]
         if key in _EQUIPMENT:
             # Each window notices trouble with the equipment at a time of its own.
-            alarm = self._board.get(key)
+            alarm = self._registry.get(key)
             seen = [one.raised for one in self._recorded if one.key == key]
             moments += [
                 time
                 for time in (*seen, None if alarm is None else alarm.time)
                 if _is_close_in_time(time, moments[0])
             ]
-        for board in self._boards:
+        for registry in self._registries:
             for moment in moments:
-                board.acknowledge(key, moment, by if isinstance(by, str) else "", event.time)
+                registry.acknowledge(key, moment, by if isinstance(by, str) else "", event.time)
 
     def _write(self, event: Event) -> bool:
         """Write an event; return False where the disk refuses."""
         try:
-            self._book.write(event)
+            self._mark_store.write(event)
         except FlightError:
             return False
         return True

@@ -46,10 +46,10 @@ class CueMonitor:
 
     Parameters
     ----------
-    board : AlarmRegistry
+    registry : AlarmRegistry
         Where alarms go.
     read : callable
-        Takes in what all windows wrote to `book`.
+        Takes in what all windows wrote to `mark_store`.
     live : bool
         Whether the flight is happening.
 
@@ -62,8 +62,8 @@ class CueMonitor:
     def __init__(
         self,
         cueing: CueGenerator,
-        board: AlarmRegistry,
-        book: MarkStore,
+        registry: AlarmRegistry,
+        mark_store: MarkStore,
         read: Callable[[], None],
         *,
         live: bool,
@@ -75,11 +75,11 @@ class CueMonitor:
             "cues",
             "cues stopped",
             Severity.CAUTION,
-            board,
+            registry,
             lambda: cueing.snapshot().time,
         )
-        self._board = board
-        self._book = book
+        self._registry = registry
+        self._mark_store = mark_store
         self._read_events = read
         self._live = live
         self._chosen: set[tuple[float, str]] = set()
@@ -152,7 +152,7 @@ class CueMonitor:
                 )
 
     def _trouble(self, key: str) -> Alert | None:
-        alarm = self._board.get(key)
+        alarm = self._registry.get(key)
         if alarm is None or not alarm.active:
             return None
         warning = alarm.current is Severity.WARNING
@@ -180,7 +180,7 @@ class CueMonitor:
         self._chosen.add((time, card_id))
         if self._live:
             words = f"the crew flies card {card_id}" if card_id else "automatic card selection"
-            self._book.write(
+            self._mark_store.write(
                 Event(kind=CARD_SELECTION_EVENT, text=words, time=time, data={"card": card_id})
             )
 
@@ -213,10 +213,10 @@ class CueMonitor:
     def _alarm(self, event: CueEvent) -> None:
         key = f"danger:{event.data['key']}"
         if event.state == "over":
-            self._board.clear(key, event.time)
+            self._registry.clear(key, event.time)
         else:
             words = str(event.data["sentence"])
-            self._board.raise_(key, _SEVERITY[event.state], event.time, words)
+            self._registry.raise_(key, _SEVERITY[event.state], event.time, words)
 
     def _write(self, event: CueEvent) -> None:
         """Write a verdict that no window wrote before."""
@@ -225,14 +225,16 @@ class CueMonitor:
         except FlightError:
             return  # as for a disk that refuses, below
         began = float(event.data["t_input"])
-        for other in self._book.other_events:
+        for other in self._mark_store.other_events:
             known = other.data.get("t_input")
             same = isinstance(known, (int, float)) and abs(known - began) < _SAME_INPUT
             if other.kind == VERDICT_EVENT and same:
                 return
         data = {**event.data, "result": event.state}
         try:
-            self._book.write(Event(kind=VERDICT_EVENT, text=event.text, time=event.time, data=data))
+            self._mark_store.write(
+                Event(kind=VERDICT_EVENT, text=event.text, time=event.time, data=data)
+            )
         except FlightError:
             return  # a full disk: its own alarm says so, and the verdict stands on the page
 

@@ -153,7 +153,7 @@ class EquipmentMonitor:
 
     Parameters
     ----------
-    board : AlarmRegistry
+    registry : AlarmRegistry
         Where alarms go.
     clock : callable
         Seconds that never go back.
@@ -173,7 +173,7 @@ class EquipmentMonitor:
     def __init__(
         self,
         folder: Path,
-        board: AlarmRegistry,
+        registry: AlarmRegistry,
         clock: Callable[[], float],
         wall_us: Callable[[], int],
         facts: Callable[[], RecorderObservation] | None = None,
@@ -181,7 +181,7 @@ class EquipmentMonitor:
         self._folder = folder.absolute()
         self._read_facts = facts or RecorderProbe(folder).read
         self._facts = RecorderObservation()
-        self._board = board
+        self._registry = registry
         self._clock = clock
         self._wall_us = wall_us
         self._next_look = -1.0
@@ -290,11 +290,11 @@ class EquipmentMonitor:
         ahead = 0 if self._status is None else self._status.ahead_us
         if ahead - self._told_ahead_us >= _SETTINGS.set_back_us:
             self._told_ahead_us = ahead
-            self._board.raise_("clock", Severity.CAUTION, now, _clock_set_back_text(ahead))
+            self._registry.raise_("clock", Severity.CAUTION, now, _clock_set_back_text(ahead))
         else:
             # It happened and is over: the alarm stays until somebody has seen it.
             self._told_ahead_us = min(self._told_ahead_us, ahead)
-            self._board.clear("clock", now)
+            self._registry.clear("clock", now)
 
     def _check_folder(self, now: float | None) -> None:
         """Tell once that the record continues in another folder; until somebody has seen it."""
@@ -306,17 +306,17 @@ class EquipmentMonitor:
                 f"flight folder {Path(former).name} was removed, renamed or made read-only: "
                 f"recording continues in {here}"
             )
-            self._board.raise_("folder", Severity.WARNING, now, words)
+            self._registry.raise_("folder", Severity.WARNING, now, words)
         else:
-            self._board.clear("folder", now)
+            self._registry.clear("folder", now)
 
     def _say(
         self, key: str, severity: Severity, now: float | None, words: str, former: Severity
     ) -> None:
         if severity is not Severity.NORMAL:
-            self._board.raise_(key, severity, now, words)
+            self._registry.raise_(key, severity, now, words)
         elif former is not Severity.NORMAL:
-            self._board.clear(key, now)
+            self._registry.clear(key, now)
 
     def _look_at_recorder(self, now: float | None, time: float) -> RecorderSummary:
         former = self.recorder
@@ -418,13 +418,13 @@ class EquipmentMonitor:
         self._say("link", severity, now, sentence, former.severity)
         if former.state in _NOT_HEARD_YET and words == "ok":
             # Whoever waited for the aircraft need not confirm that it came.
-            self._board.dismiss("link")
+            self._registry.dismiss("link")
         remarks = () if report is None else report.warnings
         others = [said for said in remarks if said != unreadable]
         if others and self.handle is not None:
-            self._board.raise_("aircraft", Severity.CAUTION, now, " ".join(others))
+            self._registry.raise_("aircraft", Severity.CAUTION, now, " ".join(others))
         else:
-            self._board.clear("aircraft", now)
+            self._registry.clear("aircraft", now)
         view = build_link_summary(report, words=words, severity=severity, loss=loss, age=age)
         return replace(view, problem=sentence if age is None else "")
 

@@ -332,7 +332,7 @@ class LimitMonitor:
 
     Parameters
     ----------
-    board : AlarmRegistry
+    registry : AlarmRegistry
         Where the alarms go.
     rate : float
         Of the grid, Hz.
@@ -344,14 +344,14 @@ class LimitMonitor:
     def __init__(
         self,
         limits: LimitSet,
-        board: AlarmRegistry,
+        registry: AlarmRegistry,
         rate: float,
         together: Callable[[str, str], bool] = lambda _one, _other: True,
     ) -> None:
         self._limits = limits
         self._together = together
         self._ground: GroundProximityMonitor | None = None
-        self._board = board
+        self._registry = registry
         self._rate = rate
         self._channels: dict[str, _ChannelMonitors] = {}
         self._places: dict[tuple[str, ...], npt.NDArray[np.int64]] = {}
@@ -371,7 +371,7 @@ class LimitMonitor:
         if watched is None:
             return
         for watch in watched.watches:
-            self._board.clear(watch.rule.key)
+            self._registry.clear(watch.rule.key)
         watched.watches[:] = self._watches(channel_id)
         self._set_quiet(watched)
 
@@ -403,10 +403,10 @@ class LimitMonitor:
             self._set_quiet(watched)
         for step, rule in sorted(steps, key=lambda pair: pair[0][:2]):
             if step.severity is Severity.NORMAL:
-                self._board.update_peak(step.key, step.value)
-                self._board.clear(step.key, step.place / self._rate)
+                self._registry.update_peak(step.key, step.value)
+                self._registry.clear(step.key, step.place / self._rate)
             else:
-                self._board.raise_(
+                self._registry.raise_(
                     step.key,
                     step.severity,
                     step.place / self._rate,
@@ -415,7 +415,7 @@ class LimitMonitor:
                     value=step.value,
                 )
         for watch in touched:
-            self._board.update_peak(watch.rule.key, watch.peak)
+            self._registry.update_peak(watch.rule.key, watch.peak)
 
     def _near_ground(self, first: int, block: Block) -> npt.NDArray[np.bool_] | None:
         """Return which samples are near the ground; None where that cannot be told."""

@@ -27,7 +27,7 @@ class MessagePresenceMonitor:
 
     Parameters
     ----------
-    board : AlarmRegistry
+    registry : AlarmRegistry
         Where the alarms go.
     group : callable
         What carries a channel, from its id; None for a channel that is not watched.
@@ -42,9 +42,9 @@ class MessagePresenceMonitor:
     _JUDGED_BY = 5  # distances of a message that tell how often it comes
 
     def __init__(
-        self, board: AlarmRegistry, group: Callable[[str], str | None], patience: float = 3.0
+        self, registry: AlarmRegistry, group: Callable[[str], str | None], patience: float = 3.0
     ) -> None:
-        self._board = board
+        self._registry = registry
         self._group = group
         self._patience = max(1, math.ceil(patience / self.TICK))
         self._members: dict[tuple[str, ...], dict[str, list[int]]] = {}
@@ -121,9 +121,9 @@ class MessagePresenceMonitor:
             tick = int(came[place - self._count]) if place >= self._count else self._judged
             if silent:
                 words = f"{name} is missing while others arrive: check its sender"
-                self._board.raise_(key, Severity.CAUTION, (tick + 1) * self.TICK, words)
+                self._registry.raise_(key, Severity.CAUTION, (tick + 1) * self.TICK, words)
             else:
-                self._board.clear(key, tick * self.TICK)
+                self._registry.clear(key, tick * self.TICK)
         self._judged = last
         self._count += came.size
 

@@ -105,7 +105,7 @@ def test_a_whole_review_by_keys(
 
 
 def kept(page: EstimatePage) -> list[int]:
-    with Catalog(page.book.catalog) as catalog:
+    with Catalog(page.run_store.catalog) as catalog:
         return [one.number for one in stored_runs(catalog)]
 
 

@@ -18,7 +18,7 @@ _DEFAULT_CERTIFICATES = "b777"
 
 
 class CalibrationController:
-    """The shelf of the aircraft at hand, and the way from it into flights.
+    """The calibrations of the current aircraft, and their way into flights.
 
     Parameters
     ----------
@@ -36,7 +36,7 @@ class CalibrationController:
         self._controller = controller
         self._store = store
         self._practice = practice
-        self._shelf: CalibrationFolder | None = None
+        self._calibrations: CalibrationFolder | None = None
         self._stale: Path | None = None
 
     @property
@@ -46,23 +46,23 @@ class CalibrationController:
         practices = self._practice.running
         settings = self._store.path
         folder = practice_folder(settings) if practices else calibrations_path(settings)
-        shelf = self._shelf
-        if shelf is None or (shelf.folder, shelf.aircraft) != (folder, name):
+        calibrations = self._calibrations
+        if calibrations is None or (calibrations.folder, calibrations.aircraft) != (folder, name):
             usual = _DEFAULT_CERTIFICATES if practices else self._store.current.calibration
-            shelf = self._shelf = CalibrationFolder(folder, name, usual)
-        return shelf
+            calibrations = self._calibrations = CalibrationFolder(folder, name, usual)
+        return calibrations
 
-    def apply(self, shelf: CalibrationFolder) -> None:
-        """Let flights, the open one and those to come, be made with a shelf's certificates."""
-        if shelf.folder != practice_folder(self._store.path):
-            self._store.change(calibration=str(shelf.write_flight_certificates()))
+    def apply(self, calibrations: CalibrationFolder) -> None:
+        """Use these certificates for the open flight and those to come."""
+        if calibrations.folder != practice_folder(self._store.path):
+            self._store.change(calibration=str(calibrations.write_flight_certificates()))
         session = self._controller.session
         if (
             session is not None
             and session.replay_feed is None
             and path_kind(session.path) == "folder"
-            and shelf is self.folder
-            and shelf.copy_to_flight(session.path)
+            and calibrations is self.folder
+            and calibrations.copy_to_flight(session.path)
         ):
             self._stale = session.path
 

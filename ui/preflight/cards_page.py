@@ -67,7 +67,7 @@ class CardsPage(PreflightStepPage):
         super().__init__(look, "Test cards")
         self._store = store
         self._fail = fail
-        self.book: CardSetModel | None = None
+        self.model: CardSetModel | None = None
         self._work: BackgroundJob | None = None
         self._searched: float | None = None
         self._looked = 0.0
@@ -163,15 +163,15 @@ class CardsPage(PreflightStepPage):
     @property
     def present(self) -> tuple[CommandRequirement, ...]:
         """Return what commands may act on."""
-        if self.book is None or self.book.editor is None:
+        if self.model is None or self.model.editor is None:
             return ()
         return ("cards", "card") if self.list.current_key else ("cards",)
 
-    def set_model(self, books: PreflightModel) -> None:
+    def set_model(self, model: PreflightModel) -> None:
         """Show the cards of another flight."""
         self.flush()
-        self.book = books.cards
-        self.setEnabled(self.book.editor is not None)
+        self.model = model.cards
+        self.setEnabled(self.model.editor is not None)
         self._searched = None
         self._looked = 0.0
         self._show_list()
@@ -181,18 +181,18 @@ class CardsPage(PreflightStepPage):
 
     def refresh(self) -> None:
         """Look now and then for what was flown, and for what another program wrote."""
-        book = self.book
-        if book is None or book.editor is None:
+        model = self.model
+        if model is None or model.editor is None:
             return
-        if not self._later.isActive() and book.editor.reload_if_changed():
+        if not self._later.isActive() and model.editor.reload_if_changed():
             self._after()
         if time.monotonic() - self._looked >= _SEARCH_SECONDS:
             self._search()
 
     def _show_list(self) -> None:
-        book = self.book
-        cards = book.cards if book is not None else None
-        if book is None or cards is None:
+        model = self.model
+        cards = model.cards if model is not None else None
+        if model is None or cards is None:
             self.title.setText("Test cards")
             self.list.set_items(())
             return
@@ -200,7 +200,7 @@ class CardsPage(PreflightStepPage):
         self.title.setText(f"{cards.name or 'Test cards'}: {count_text(total, 'maneuver')}")
         units = self.display_style.units
         self.list.set_items(
-            [build_card_item(card, book.progress(card.id), units) for card in cards.cards]
+            [build_card_item(card, model.progress(card.id), units) for card in cards.cards]
         )
 
     @property
@@ -209,26 +209,26 @@ class CardsPage(PreflightStepPage):
         return self.list.currentIndex().row()
 
     def _show_card(self) -> None:
-        book = self.book
-        if book is not None and book.editor is not None and self.row >= 0:
-            self.form.show_card(book.editor, self.row)
+        model = self.model
+        if model is not None and model.editor is not None and self.row >= 0:
+            self.form.show_card(model.editor, self.row)
 
     def _tell(self) -> None:
         """Say what is wrong with the cards, else whose they are."""
-        book = self.book
-        if book is None or book.editor is None:
-            self.said.set_message("" if book is None else book.read_error, "warning")
-        elif book.editor.problems:
+        model = self.model
+        if model is None or model.editor is None:
+            self.said.set_message("" if model is None else model.read_error, "warning")
+        elif model.editor.problems:
             self.said.set_message("Saved, except the marked fields.", "warning")
-        elif not book.editor.file.is_saved:
+        elif not model.editor.file.is_saved:
             if self._later.isActive():
                 self.said.set_message("Saving…")
             else:
                 self.said.set_message("Not saved", "warning")
-        elif not book.editor.file.path.exists():
+        elif not model.editor.file.path.exists():
             self.said.set_message("Shipped cards; a change makes a copy of your own.")
-        elif book.flown is not None and book.flown.unplanned:
-            beside = count_text(len(book.flown.unplanned), "maneuver")
+        elif model.flown is not None and model.flown.unplanned:
+            beside = count_text(len(model.flown.unplanned), "maneuver")
             self.said.set_message(f"Flown outside the cards: {beside}.")
         else:
             self.said.set_message("Saved", "good")
@@ -243,24 +243,24 @@ class CardsPage(PreflightStepPage):
 
     def _search(self) -> None:
         """Look in a thread for the maneuvers of the open flight."""
-        book = self.book
-        if book is None or (self._work is not None and self._work.is_running):
+        model = self.model
+        if model is None or (self._work is not None and self._work.is_running):
             return
         self._looked = time.monotonic()
-        session = book.session
+        session = model.session
         now = None if session is None else session.now
-        flight = None if now == self._searched else book.loadable_flight()
+        flight = None if now == self._searched else model.loadable_flight()
         if flight is None:
             return
         self._searched = now
 
         def run(_progress: JobProgress) -> tuple[DetectedManeuver, ...]:
-            return book.find_maneuvers(flight)
+            return model.find_maneuvers(flight)
 
         def found(maneuvers: tuple[DetectedManeuver, ...]) -> None:
             # Another flight may be open by now.
-            if book.session is session:
-                book.set_maneuvers(maneuvers)
+            if model.session is session:
+                model.set_maneuvers(maneuvers)
                 self._show_list()
                 self._tell()
                 self.changed.emit()
@@ -274,8 +274,8 @@ class CardsPage(PreflightStepPage):
 
     def _typed(self) -> None:
         self._later.start()
-        if self.book is not None:
-            self.book.compare_with_flight()
+        if self.model is not None:
+            self.model.compare_with_flight()
         self._show_list()
         self._tell()
         self.changed.emit()
@@ -287,7 +287,7 @@ class CardsPage(PreflightStepPage):
     def flush(self) -> None:
         """Write what was changed to the disk."""
         self._later.stop()
-        editor = None if self.book is None else self.book.editor
+        editor = None if self.model is None else self.model.editor
         if editor is None or editor.file.is_saved:
             return
         try:
@@ -298,8 +298,8 @@ class CardsPage(PreflightStepPage):
 
     def _after(self, row: int | None = None) -> None:
         """Show the cards after they were changed as a whole."""
-        if self.book is not None:
-            self.book.compare_with_flight()
+        if self.model is not None:
+            self.model.compare_with_flight()
         self._show_list()
         if row is not None:
             self.list.select_row(row)
@@ -312,33 +312,33 @@ class CardsPage(PreflightStepPage):
 
     def add(self) -> None:
         """Put a copy of the card below it, and type its name."""
-        if self.book is not None:
-            self._after(self.book.add(max(self.row, 0)))
+        if self.model is not None:
+            self._after(self.model.add(max(self.row, 0)))
             self.edit()
 
     def remove(self) -> None:
         """Take the card out; Ctrl+Z brings it back."""
-        if self.book is None or self.row < 0:
+        if self.model is None or self.row < 0:
             return
         row = self.row
-        if self.book.remove(row):
+        if self.model.remove(row):
             self._after(row)
         else:
             self.said.set_message("The last card cannot be removed: a set needs one.", "caution")
 
     def move_card(self, steps: int) -> None:
         """Move the card up or down."""
-        if self.book is not None and self.row >= 0:
-            self._after(self.book.move(self.row, steps))
+        if self.model is not None and self.row >= 0:
+            self._after(self.model.move(self.row, steps))
 
     def open(self) -> None:
         """Ask for a file, and take its cards in place of these; Ctrl+Z takes that back."""
         start = str(initial_dialog_folder(self._store.current))
         path, _kind = QFileDialog.getOpenFileName(self, "Open test cards", start, _CARD_FILE_FILTER)
-        if not path or self.book is None:
+        if not path or self.model is None:
             return
         try:
-            self.book.import_cards(Path(path))
+            self.model.import_cards(Path(path))
         except GroundStationError as error:
             self._fail(error)
         else:
@@ -346,7 +346,7 @@ class CardsPage(PreflightStepPage):
 
     def save(self) -> None:
         """Ask for a file, and write the cards there for other flights."""
-        file = None if self.book is None else self.book.file
+        file = None if self.model is None else self.model.file
         if file is None:
             return
         start = initial_dialog_folder(self._store.current) / "test cards.toml"
@@ -362,7 +362,7 @@ class CardsPage(PreflightStepPage):
 
     @property
     def undo_history(self) -> UndoHistory | None:
-        return None if self.book is None else self.book.editor
+        return None if self.model is None else self.model.editor
 
     def show_restored(self) -> None:
         self._after()

@@ -29,7 +29,7 @@ class CertificatePrinter:
         self._controller = controller
         self.work: BackgroundJob | None = None
 
-    def write(self, shelf: CalibrationFolder, units: str) -> None:
+    def write(self, calibrations: CalibrationFolder, units: str) -> None:
         """Write a PDF for every certificate in force that was made here; once at a time.
 
         Raises
@@ -39,10 +39,11 @@ class CertificatePrinter:
         """
         if self.work is not None and self.work.is_running:
             return
-        folder = shelf.store.in_force_folder.parent
-        if not shelf.store.in_force():
+        folder = calibrations.store.in_force_folder.parent
+        if not calibrations.store.in_force():
             raise FlightError(
-                f"no instrument was calibrated on the {shelf.aircraft}; no certificate to print"
+                f"no instrument was calibrated on the {calibrations.aircraft}; "
+                "no certificate to print"
             )
         work = BackgroundJob(
             "Writing the certificates",

@@ -117,7 +117,7 @@ class ChecklistPage(PreflightStepPage):
     ) -> None:
         super().__init__(look, "Checklist")
         self._fail = fail
-        self.book: ChecklistModel | None = None
+        self.model: ChecklistModel | None = None
         self._column = QVBoxLayout(self)
         self._top = QHBoxLayout()
         self.summary = _Summary(look)
@@ -177,13 +177,13 @@ class ChecklistPage(PreflightStepPage):
     @property
     def present(self) -> tuple[CommandRequirement, ...]:
         """Return what commands may act on."""
-        if self.book is None or not self.book.accepts_ticks:
+        if self.model is None or not self.model.accepts_ticks:
             return ()
-        return ("checklist", "checklist_ticked") if self.book.ticks else ("checklist",)
+        return ("checklist", "checklist_ticked") if self.model.ticks else ("checklist",)
 
-    def set_model(self, books: PreflightModel) -> None:
+    def set_model(self, model: PreflightModel) -> None:
         """Show the checklist of another flight."""
-        self.book = books.checklist
+        self.model = model.checklist
         self._watch()
         self.said.set_message("")
         self.show_items()
@@ -195,25 +195,25 @@ class ChecklistPage(PreflightStepPage):
 
     def show_items(self) -> None:
         """Show how the items stand."""
-        book = self.book
-        if book is None:
+        model = self.model
+        if model is None:
             return
-        self.list.set_items([_build_item(item) for item in book.items])
-        left = book.open_items
+        self.list.set_items([_build_item(item) for item in model.items])
+        left = model.open_items
         state: IndicatorState = "warning" if left else "good"
         self.summary.show_words(
-            describe_summary(book.items), state if book.accepts_ticks else "unknown"
+            describe_summary(model.items), state if model.accepts_ticks else "unknown"
         )
         names = [item.text for item in left[:_MAX_NAMED_ITEMS]]
         if len(left) > _MAX_NAMED_ITEMS:
             names.append(f"{len(left) - _MAX_NAMED_ITEMS} more")
         self.red.setText("; ".join(names))
-        self.red.setVisible(bool(left) and book.accepts_ticks)
-        if book.own_list_error:
-            self.said.set_message(f"The previous list applies: {book.own_list_error}", "warning")
-        elif book.started_text:
-            self.said.set_message(book.started_text)
-        elif not book.accepts_ticks:
+        self.red.setVisible(bool(left) and model.accepts_ticks)
+        if model.own_list_error:
+            self.said.set_message(f"The previous list applies: {model.own_list_error}", "warning")
+        elif model.started_text:
+            self.said.set_message(model.started_text)
+        elif not model.accepts_ticks:
             self.said.set_message("Replay: checklist from telemetry; items cannot be ticked.")
         self.said.setVisible(bool(self.said.text()))
 
@@ -226,10 +226,10 @@ class ChecklistPage(PreflightStepPage):
     # What the crew does
 
     def _do(self, act: Callable[[ChecklistModel], object]) -> None:
-        if self.book is None:
+        if self.model is None:
             return
         try:
-            act(self.book)
+            act(self.model)
         except GroundStationError as error:
             self._fail(error)
         self.show_items()
@@ -240,16 +240,16 @@ class ChecklistPage(PreflightStepPage):
         self._tick(self.list.current_key)
 
     def _tick(self, item_id: str) -> None:
-        book = self.book
-        if book is None or not item_id:
+        model = self.model
+        if model is None or not item_id:
             return
         row = self.list.currentIndex().row()
-        item = next(one for one in book.items if one.id == item_id)
+        item = next(one for one in model.items if one.id == item_id)
         done: list[bool] = []
         self.said.set_message("")
-        self._do(lambda book: done.append(book.toggle(item_id)))
+        self._do(lambda model: done.append(model.toggle(item_id)))
         if done == [False]:
-            who = "Checked by telemetry" if book.accepts_ticks else "This is a replay"
+            who = "Checked by telemetry" if model.accepts_ticks else "This is a replay"
             self.said.set_message(f"{who}: “{item.text}” cannot be ticked.", "caution")
             self.said.show()
         elif item.state != "green":
@@ -259,15 +259,15 @@ class ChecklistPage(PreflightStepPage):
     def reset(self) -> None:
         """Begin anew; Ctrl+Z brings the ticks back."""
         self.said.set_message("")
-        self._do(lambda book: book.restart())
+        self._do(lambda model: model.restart())
         self.list.select_row(0)
 
     def edit(self) -> None:
         """Open the crew's own list in the editor of this computer; saved there, it counts here."""
-        if self.book is None:
+        if self.model is None:
             return
         try:
-            path = self.book.create_own_list()
+            path = self.model.create_own_list()
         except OSError as error:
             self._fail(error)
             return
@@ -279,22 +279,22 @@ class ChecklistPage(PreflightStepPage):
 
     @property
     def undo_history(self) -> UndoHistory | None:
-        book = self.book
-        return book.undo_stack if book is not None and book.accepts_ticks else None
+        model = self.model
+        return model.undo_stack if model is not None and model.accepts_ticks else None
 
     def undo(self) -> None:
-        self._do(lambda book: book.undo_stack.undo())
+        self._do(lambda model: model.undo_stack.undo())
 
     def redo(self) -> None:
-        self._do(lambda book: book.undo_stack.redo())
+        self._do(lambda model: model.undo_stack.redo())
 
     # The file
 
     def _watch(self) -> None:
         """Notice when the crew's own list changes: many editors put a new file in its place."""
-        if self.book is None:
+        if self.model is None:
             return
-        own = self.book.own
+        own = self.model.own
         wanted = [str(path) for path in (own.parent, own) if path.exists()]
         missing = [
             path
@@ -306,7 +306,7 @@ class ChecklistPage(PreflightStepPage):
 
     def _read_again(self) -> None:
         self._watch()
-        if self.book is not None and self.book.read_if_changed():
+        if self.model is not None and self.model.read_if_changed():
             self.said.set_message("")
             self.show_items()
             self.changed.emit()

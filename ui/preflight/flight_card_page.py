@@ -123,12 +123,12 @@ class FlightCardPage(PreflightStepPage):
 
     # Showing
 
-    def set_model(self, books: PreflightModel) -> None:
+    def set_model(self, model: PreflightModel) -> None:
         """Show the card of another flight, and whose it is."""
         self.flush()
-        self.editor, self._aircraft = books.card, books.aircraft
-        self.home.setText(books.card_owner_text)
-        self.area.setEnabled(books.card is not None)
+        self.editor, self._aircraft = model.card, model.aircraft
+        self.home.setText(model.card_owner_text)
+        self.area.setEnabled(model.card is not None)
         self.show_card()
 
     def refresh(self) -> None:

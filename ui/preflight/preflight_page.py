@@ -76,7 +76,7 @@ class PreflightPage(MultiStepPage[AbstractStepPage]):
         self._error_reporter = error_reporter
         self._controller = controller
         self._prompter = prompter
-        self._books: PreflightModel | None = None
+        self._model: PreflightModel | None = None
         self._wizard_page: WizardPage | None = None
         controller.changed.connect(self._flight_changed)
         controller.refreshed.connect(self.refresh)
@@ -123,16 +123,16 @@ class PreflightPage(MultiStepPage[AbstractStepPage]):
     @property
     def model(self) -> PreflightModel:
         """Return what the steps work on; made when it is first needed."""
-        if self._books is None:
+        if self._model is None:
             from ui.preflight.preflight_model import PreflightModel
 
-            self._books = PreflightModel(self._store)
-            self._follow(self._books)
-        return self._books
+            self._model = PreflightModel(self._store)
+            self._follow(self._model)
+        return self._model
 
-    def _follow(self, books: PreflightModel) -> None:
+    def _follow(self, model: PreflightModel) -> None:
         try:
-            books.set_session(self._controller.session)
+            model.set_session(self._controller.session)
         except GroundStationError as error:
             self._error_reporter.report(error)
 
@@ -140,13 +140,13 @@ class PreflightPage(MultiStepPage[AbstractStepPage]):
 
     def _flight_changed(self) -> None:
         """Another flight is open, or none: its card and checklist are meant from here on."""
-        if self._books is None:
+        if self._model is None:
             return
         self.flush()
-        self._follow(self._books)
+        self._follow(self._model)
         for page in self.pages.values():
             if isinstance(page, PreflightStepPage):
-                page.set_model(self._books)
+                page.set_model(self._model)
         self.refresh()
         self.changed.emit()
 

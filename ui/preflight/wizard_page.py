@@ -178,33 +178,33 @@ class WizardPage(AbstractStepPage):
         self._begin(self.folder.load_plan_in_use().select_kinds(kinds), mode)
 
     def _begin(self, plan: CalibrationPlan, mode: CalibrationMode = "full") -> None:
-        shelf = self.folder
+        folder = self.folder
         wizard = CalibrationWizard(
             plan,
-            shelf.store,
-            shelf.journal,
+            folder.store,
+            folder.journal,
             who=self.start.who.text().strip(),
             temperature=self.start.temperature_kelvin,
             now=current_local_time,
             mode=mode,
         )
-        self._take_up(wizard, shelf)
+        self._take_up(wizard, folder)
 
     def resume(self) -> None:
         """Go on where the calibration stopped, however it stopped."""
-        shelf = self.folder
+        folder = self.folder
         self._take_up(
-            CalibrationWizard.resume(shelf.journal, shelf.store, now=current_local_time), shelf
+            CalibrationWizard.resume(folder.journal, folder.store, now=current_local_time), folder
         )
 
-    def _take_up(self, wizard: CalibrationWizard, shelf: CalibrationFolder) -> None:
+    def _take_up(self, wizard: CalibrationWizard, folder: CalibrationFolder) -> None:
         self.close_run()
         self._choice = None
         run = WizardController(
             wizard, self._controller, self._prompter, self._controller.error_reporter
         )
         run.view_changed.connect(self._show_view)
-        run.certificates_changed.connect(lambda: self._certified(shelf))
+        run.certificates_changed.connect(lambda: self._certified(folder))
         self.run = run
         run.set_active(self.isVisible())
         self._show_view(run.view)
@@ -219,9 +219,9 @@ class WizardPage(AbstractStepPage):
         self._refresh()
         self.begin()
 
-    def _certified(self, shelf: CalibrationFolder) -> None:
+    def _certified(self, folder: CalibrationFolder) -> None:
         try:
-            self._in_force.apply(shelf)
+            self._in_force.apply(folder)
         except GroundStationError as error:
             self._controller.error_reporter.report(error)
         if self.run is not None and self.run.view.instrument is None:
@@ -256,13 +256,13 @@ class WizardPage(AbstractStepPage):
         if self.run is not None:
             self._show_view(self.run.view)
             return
-        shelf = self.folder
+        folder = self.folder
         try:
             standings, who = (
-                list_instrument_statuses(shelf.load_plan_in_use(), shelf),
-                shelf.last_operator(),
+                list_instrument_statuses(folder.load_plan_in_use(), folder),
+                folder.last_operator(),
             )
-            made = bool(shelf.store.in_force())
+            made = bool(folder.store.in_force())
         except GroundStationError as error:
             self.start.show_statuses(())
             self.start.resume.hide()
@@ -272,7 +272,7 @@ class WizardPage(AbstractStepPage):
         self.start.show_statuses(standings)
         self.start.suggest_operator(who)
         self.start.show_connection(self._controller.session)
-        self._left, self._made = has_unfinished_calibration(shelf.journal), made
+        self._left, self._made = has_unfinished_calibration(folder.journal), made
         self.start.resume.setVisible(self._left)
         self.start.resume.set_message("Unfinished calibration: all steps are saved.")
         self._show_start_offers()

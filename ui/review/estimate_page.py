@@ -92,10 +92,10 @@ class EstimatePage(ReviewStepPage):
         self._undo_stack.setUndoLimit(UNDO_LIMIT)
         self._outcome: RunOutcome | None = None
         self._form = store.current.review_estimate
-        self.book = RunStore(
+        self.run_store = RunStore(
             lambda: catalog_path(store.current), report_error, self._undo_stack, self
         )
-        self._runner = RunController(begin_job, self.book, self)
+        self._runner = RunController(begin_job, self.run_store, self)
         column = QVBoxLayout(self)
         column.setContentsMargins(0, 0, 0, 0)
         column.setSpacing(0)
@@ -114,7 +114,7 @@ class EstimatePage(ReviewStepPage):
         self.panel = EstimatePanel(look, self._form)
         self._pair.left.addWidget(self.panel)
         self._pair.left.addStretch(1)
-        self.runs = RunsView(actions, look, self.book)
+        self.runs = RunsView(actions, look, self.run_store)
         self._pair.right.addWidget(self.runs)
         self._body.addWidget(self._pair)
         self._body.addStretch(1)
@@ -134,7 +134,7 @@ class EstimatePage(ReviewStepPage):
         self._fit()
         self.head.show_field_help("run")
         self._checker.loaded.connect(self._loaded)
-        self.book.reload()
+        self.run_store.reload()
 
     def _fit(self) -> None:
         px = self.display_style.px
@@ -191,7 +191,7 @@ class EstimatePage(ReviewStepPage):
             )
         outcome = self._outcome
         if outcome is None:
-            kept = len(self.book.runs)
+            kept = len(self.run_store.runs)
             words = f"{count_text(kept, 'run')} kept" if kept else "no run yet"
             return StepStatus(state="plain", text=words)
         count = len(outcome.result.results)

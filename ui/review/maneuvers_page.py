@@ -77,12 +77,12 @@ class ManeuversPage(ReviewStepPage):
         self.opening = self.flights.opening
         self.keeping = CatalogWriter(lambda: catalog_path(store.current), self)
         self.editing = ManeuverEditor(self.flights, review, selection, self.keeping, self)
-        self.board = board = ManeuversPanel(actions, look)
-        self.details, self.timeline, self.bar = board.details, board.timeline, board.bar
-        self.panel, self.channels, self.table = board.panel, board.channels, board.table
+        self.maneuvers_panel = view = ManeuversPanel(actions, look)
+        self.details, self.timeline, self.bar = view.details, view.timeline, view.bar
+        self.panel, self.channels, self.table = view.panel, view.channels, view.table
         column = QVBoxLayout(self)
         column.setContentsMargins(0, 0, 0, 0)
-        column.addWidget(board)
+        column.addWidget(view)
         self._bind()
         self._poll = QTimer(self)
         self._poll.setInterval(_POLL_MS)
@@ -259,7 +259,7 @@ class ManeuversPage(ReviewStepPage):
 
     def _type(self, column: str) -> None:
         """Begin to type into the row of the chosen maneuver."""
-        self.board.show_table()
+        self.maneuvers_panel.show_table()
         self.table.edit_cell(self._selection.maneuver, column)
 
     def use(self) -> None:
@@ -343,7 +343,7 @@ class ManeuversPage(ReviewStepPage):
         self.table.show_rows(rows)
         self.table.select_maneuver(chosen)
         known = here is not None
-        self.board.set_flight_known(known=known)
+        self.maneuvers_panel.set_flight_known(known=known)
         self.details.set_empty_title(
             "No maneuver is chosen" if known else "No flight is under review"
         )

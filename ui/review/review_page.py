@@ -220,7 +220,7 @@ class ReviewPage(MultiStepPage[ReviewStepPage], JobPage):
         """Look at other means of the same run, and keep them with it."""
         self.show_outcome(outcome)
         if self._estimate_page is not None:
-            self._estimate_page.book.update_means(outcome)
+            self._estimate_page.run_store.update_means(outcome)
 
     # Work
 

@@ -48,7 +48,7 @@ class ReviewJobHandler:
 
     def __init__(self, tell: JobProgressCallback) -> None:
         self._tell = tell
-        self._shelf: FlightCache | None = None
+        self._flight_cache: FlightCache | None = None
 
     def do(self, job: ReviewJob) -> object:
         """Do one job and return its result."""
@@ -69,11 +69,11 @@ class ReviewJobHandler:
     @property
     def flights(self) -> FlightCache:
         """Return the flights that are open."""
-        if self._shelf is None:
+        if self._flight_cache is None:
             from gsapp.identification.runs.flight_cache import FlightCache
 
-            self._shelf = FlightCache()
-        return self._shelf
+            self._flight_cache = FlightCache()
+        return self._flight_cache
 
     def _estimate(self, job: EstimateJob) -> RunOutcome:
         from gsapp.flight.catalog import Catalog

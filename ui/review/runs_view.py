@@ -42,7 +42,7 @@ class RunsView(QWidget):
         The commands.
     look : DisplayStyle
         Colors, sizes.
-    book : RunStore
+    run_store : RunStore
         Knows them.
 
     Attributes
@@ -59,10 +59,12 @@ class RunsView(QWidget):
     opened = Signal()
     focused = Signal()
 
-    def __init__(self, actions: Mapping[str, QAction], look: DisplayStyle, book: RunStore) -> None:
+    def __init__(
+        self, actions: Mapping[str, QAction], look: DisplayStyle, run_store: RunStore
+    ) -> None:
         super().__init__()
         self._look = look
-        self._book = book
+        self._run_store = run_store
         self._shown: int | None = None
         self._wanted: int | None = None
         self.marked: int | None = None
@@ -110,7 +112,7 @@ class RunsView(QWidget):
         self.list.marked.connect(self.toggle_mark)
         self.list.focused.connect(self.focused)
         self.list.row_model.edited.connect(self._renamed)
-        book.changed.connect(self.refresh)
+        run_store.changed.connect(self.refresh)
         look.changed.connect(self._fit)
         self._fit()
         self.refresh()
@@ -122,7 +124,7 @@ class RunsView(QWidget):
     def current_run(self) -> StoredRun | None:
         """Return the run that has the keyboard."""
         key = self.list.current_key()
-        return self._book.find_run(key if isinstance(key, int) else None)
+        return self._run_store.find_run(key if isinstance(key, int) else None)
 
     def show_run(self, number: int | None) -> None:
         """Say which run figures and summary show, and put the keyboard's line there.
@@ -136,18 +138,18 @@ class RunsView(QWidget):
 
     def refresh(self) -> None:
         """Show the runs as they are known now."""
-        runs = self._book.runs
-        if self.marked is not None and self._book.find_run(self.marked) is None:
+        runs = self._run_store.runs
+        if self.marked is not None and self._run_store.find_run(self.marked) is None:
             self.marked = None
         self.list.show_rows(build_run_rows(runs, self.marked, self._shown))
-        unread = self._book.read_error
+        unread = self._run_store.read_error
         self.empty.setText(f"They cannot be read: {unread}." if unread else _NO_RUNS_TEXT)
         self.empty.setVisible(not runs)
         for part in (self.list, self.buttons, self.said, self.values, self.settings):
             part.setVisible(bool(runs))
         if self.list.is_editing:
             self._wanted = None
-        if self._book.find_run(self._wanted) is not None:
+        if self._run_store.find_run(self._wanted) is not None:
             self.list.select_row(self._wanted)
             self._wanted = None
         if runs and self.current_run is None:
@@ -172,18 +174,18 @@ class RunsView(QWidget):
         """Leave the run out of the list."""
         run = self.current_run
         if run is not None:
-            self._book.remove(run.number)
+            self._run_store.remove(run.number)
 
     def _delete(self, key: object) -> None:
         if isinstance(key, int):
-            self._book.remove(key)
+            self._run_store.remove(key)
 
     def _renamed(self, key: object, text: str) -> None:
         if isinstance(key, int):
-            self._book.rename(key, text)
+            self._run_store.rename(key, text)
 
     def _comparison(self, run: StoredRun) -> RunComparison | None:
-        marked = self._book.find_run(self.marked)
+        marked = self._run_store.find_run(self.marked)
         if marked is None or marked.number == run.number:
             return None
         from gsapp.identification.runs.run_comparison import compare_runs

@@ -334,10 +334,10 @@ class ReviewedFlight:
             self._settle()
         return changed
 
-    def _record(self, book: EditableManeuverList) -> str:
+    def _record(self, maneuvers: EditableManeuverList) -> str:
         """Write the latest change; return the id of what it put in, empty for nothing."""
         count = len(self._log.maneuver_list.edits)
-        self._log.record(book)
+        self._log.record(maneuvers)
         self._settle()
         edits = self._log.maneuver_list.edits
         added = edits[-1].added if len(edits) > count else ()
