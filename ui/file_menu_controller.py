@@ -191,7 +191,7 @@ class FileMenuController(QObject):
 
     def _connect(self, dialog: ConnectDialog) -> None:
         """Record what the dialog asks for; the dialog stays where that is refused."""
-        if (place := self._where_to_record(dialog)) is not None:
+        if (place := self._choose_recording_folder(dialog)) is not None:
             self._unproven = replace(dialog.request, folder=place[0], append=place[1])
             self._controller.flight_opener.connect_aircraft(
                 self._unproven, refused=dialog.show_error
@@ -206,7 +206,7 @@ class FileMenuController(QObject):
             self._unproven = None
             self._store.replace(self._store.current.with_link(request.link))
 
-    def _where_to_record(self, dialog: RecordingDialog) -> tuple[Path, bool] | None:
+    def _choose_recording_folder(self, dialog: RecordingDialog) -> tuple[Path, bool] | None:
         """Return the folder, and whether to append to its flight; None if neither is wanted."""
         folder, append = dialog.folder_field.folder, False
         if record_state(folder) == "finished":
@@ -229,7 +229,7 @@ class FileMenuController(QObject):
 
     def _fly(self, dialog: VirtualFlightDialog) -> None:
         """Fly what the dialog asks for; the dialog stays where that is refused."""
-        if (place := self._where_to_record(dialog)) is not None:
+        if (place := self._choose_recording_folder(dialog)) is not None:
             request = replace(dialog.request, folder=place[0], append=place[1])
             self._controller.flight_opener.fly_virtual(request, refused=dialog.show_error)
 

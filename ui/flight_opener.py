@@ -326,7 +326,7 @@ class FlightOpener(QObject):
                 try:
                     if not progress.is_canceled:
                         begin(begun, progress)
-                        self._take_checks(begun.session)
+                        self._read_failed_checks(begun.session)
                     if progress.is_canceled:
                         raise JobCanceledError
                 except BaseException:
@@ -334,20 +334,20 @@ class FlightOpener(QObject):
                     # that would hold the link against the next attempt.
                     self._undo(begun, "cancelled" if progress.is_canceled else "given up")
                     if not progress.is_canceled and begun.has_flight_folder:
-                        self._begin_the_next(begun)
+                        self._start_next(begun)
                     raise
             return begun
 
         self.cancel()
         work = BackgroundJob(f"Opening {name}", run, self, may_hang=True)
         self._work, self._records = work, records
-        work.done.connect(lambda begun: self._give(begun, back_to))
+        work.done.connect(lambda begun: self._finish_opening(begun, back_to))
         work.discarded.connect(self._drop)
         work.failed.connect(refused or (lambda error: self._failed(error, wants_map)))
         self.job_started.emit(work, "")
         work.start()
 
-    def _take_checks(self, session: Session | None) -> None:
+    def _read_failed_checks(self, session: Session | None) -> None:
         """Let a flight know which of its certificates failed their last check."""
         if session is None or session.aircraft is None:
             return
@@ -373,9 +373,9 @@ class FlightOpener(QObject):
             words = f"Data received before the flight was {why} is in {begun.folder}."
             self.message_posted.emit("note", words)
 
-    def _give(self, begun: PendingFlight, back_to: float | None) -> None:
+    def _finish_opening(self, begun: PendingFlight, back_to: float | None) -> None:
         """Hand over what was set going."""
-        self._begin_the_next(begun)
+        self._start_next(begun)
         self.flight_opened.emit(begun, back_to)
 
     def cancel(self) -> None:
@@ -383,7 +383,7 @@ class FlightOpener(QObject):
         if self._work is not None and self._work.is_running:
             self._work.cancel()
 
-    def _begin_the_next(self, begun: PendingFlight) -> None:
+    def _start_next(self, begun: PendingFlight) -> None:
         """Let nothing wait any more of what this flight was given."""
         if begun.has_next_flight_data:
             try:

@@ -131,7 +131,7 @@ class MainWindow(QMainWindow):
             self.commands.actions, self.display_style, store, self.banners, error_reporter
         )
         self.pages = QStackedWidget()
-        self._place_ids = [place.id for place in PAGES]
+        self._page_ids = [place.id for place in PAGES]
         self._asks = True
         self._built_pages: Mapping[
             str, FlightPage | GapPage | PilotPage | PreflightPage | ReviewPage
@@ -145,8 +145,8 @@ class MainWindow(QMainWindow):
         # Once, when everything is in its place: Qt styles anew whatever moves.
         self.appearance.apply()
         self._bind()
-        self._keeper = ShortcutOverrideFilter(self)
-        self._keeper.install()
+        self._shortcut_filter = ShortcutOverrideFilter(self)
+        self._shortcut_filter.install()
         application = QApplication.instance()
         if isinstance(application, QApplication):
             # Windows, and desktops that remember sessions, tell so before they close windows.
@@ -195,7 +195,7 @@ class MainWindow(QMainWindow):
         start = self.flight_page.start
         start.link_chosen.connect(self.file_menu.connect_link)
         start.flight_chosen.connect(lambda path: self.file_menu.open_path(Path(path)))
-        start.flight_removed.connect(self._forget_flight)
+        start.flight_removed.connect(self._remove_recent_flight)
         self.status_bar.pressed.connect(self._bar_pressed)
         self.banners.list_requested.connect(actions["messages"].trigger)
         self.error_reporter.error_reported.connect(self._show_fault)
@@ -227,7 +227,7 @@ class MainWindow(QMainWindow):
     def handlers(self) -> Mapping[str, Callable[[], object]]:
         """Return what the commands of the window itself do."""
         places = {
-            f"place_{name}": lambda name=name: self.show_page(name) for name in self._place_ids
+            f"place_{name}": lambda name=name: self.show_page(name) for name in self._page_ids
         }
         return {
             **places,
@@ -243,7 +243,7 @@ class MainWindow(QMainWindow):
 
     def show_page(self, place_id: str) -> None:
         """Go to a place by its id."""
-        self.pages.setCurrentIndex(self._place_ids.index(place_id))
+        self.pages.setCurrentIndex(self._page_ids.index(place_id))
         self.navigation_rail.show_page(place_id)
         self._enable()
         self._built_pages[place_id].begin()
@@ -313,7 +313,7 @@ class MainWindow(QMainWindow):
         self.setWindowTitle(f"{name} – Ground station" if name else "Ground station")
         self._refresh()
 
-    def _forget_flight(self, path: str) -> None:
+    def _remove_recent_flight(self, path: str) -> None:
         self.recent_flights.remove(path)
         self.flight_page.start.show_flights(self.store.current.recent_flights)
 
@@ -450,5 +450,5 @@ class MainWindow(QMainWindow):
         self.pilot_page.own_window.close_with_main()
         self.pilot_page.training.stop()
         self.flight_controller.close()
-        self._keeper.remove()
+        self._shortcut_filter.remove()
         event.accept()

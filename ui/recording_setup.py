@@ -121,7 +121,7 @@ class RecorderMonitor(QObject):
         timer = QTimer(self)
         timer.timeout.connect(lambda: self._take(self._newest))
         timer.start(_TAKE_MS)
-        threading.Thread(target=self._watch, name="recorders", daemon=True).start()
+        threading.Thread(target=self._poll_recorders, name="recorders", daemon=True).start()
 
     def poll(self) -> tuple[RunningRecorder, ...]:
         """Return the recorders that run now; those of the last look where a disk hangs."""
@@ -137,7 +137,7 @@ class RecorderMonitor(QObject):
         with suppress(OSError):  # the runtime folder cannot be read
             self._newest = find_running_recorders()
 
-    def _watch(self) -> None:
+    def _poll_recorders(self) -> None:
         while not self._over.wait(_POLL_SECONDS):
             self._look()
 

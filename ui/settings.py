@@ -285,8 +285,8 @@ class SettingsStore:
         self.on_write_error: Callable[[str], object] = lambda _sentence: None
         self.current = self._read()
         self._unwritten: dict[str, Any] = {}
-        self._told = not _may_write(path)
-        if self._told:
+        self._write_error_reported = not _may_write(path)
+        if self._write_error_reported:
             self.error_text = f"{self.error_text} {self._forgetting}".lstrip()
 
     @property
@@ -353,8 +353,8 @@ class SettingsStore:
         except OSError as error:
             # The window goes on; only its memory is lost.
             log.warning("settings not saved to %s: %s", self.path, error)
-            if not self._told:
-                self._told = True
+            if not self._write_error_reported:
+                self._write_error_reported = True
                 self.on_write_error(self._forgetting)
 
 

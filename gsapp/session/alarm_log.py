@@ -79,7 +79,7 @@ class AlarmLog:
         self._logged = 0  # onsets of the registry
         self._active: set[str] = set()  # equipment, at the last look
         self._recorded: list[AlarmEpisode] = []
-        self._going_on: dict[str, int] = {}  # index in the list of recorded ones, by key
+        self._active_indices: dict[str, int] = {}  # index in the list of recorded ones, by key
 
     @property
     def revision(self) -> int:
@@ -129,10 +129,10 @@ class AlarmLog:
         fresh, self._read = events[self._read :], len(events)
         for event in fresh:
             if event.kind == ACKNOWLEDGE:
-                self._take_acknowledgment(event)
+                self._apply_acknowledgment(event)
             else:
                 if event.kind in (ALARM, ALARM_ENDED):
-                    self._take_equipment(event)
+                    self._apply_equipment_alarm(event)
                 self._others(event)
 
     def acknowledge(self, alarm: Alarm, now: float | None, by: str = "crew") -> None:
@@ -195,18 +195,18 @@ class AlarmLog:
             for other in self._mark_store.other_events
         )
         if not known and not self._write(event):
-            self._take_equipment(event)  # a full disk: the alarm itself says so
+            self._apply_equipment_alarm(event)  # a full disk: the alarm itself says so
 
-    def _take_equipment(self, event: Event) -> None:
+    def _apply_equipment_alarm(self, event: Event) -> None:
         """Take in that an alarm of the equipment was raised, grew worse or ended."""
         key = event.data.get("alarm")
         if not isinstance(key, str):
             return
-        place = self._going_on.get(key)
+        place = self._active_indices.get(key)
         if event.kind == ALARM_ENDED:
             if place is not None:
                 self._recorded[place] = replace(self._recorded[place], end=event.time, is_over=True)
-                del self._going_on[key]
+                del self._active_indices[key]
             return
         warning = event.data.get("severity") == Severity.WARNING.name.lower()
         severity = Severity.WARNING if warning else Severity.CAUTION
@@ -218,14 +218,14 @@ class AlarmLog:
         if place is not None:
             # Nobody saw it end: no window was open.
             self._recorded[place] = replace(self._recorded[place], is_over=True)
-        self._going_on[key] = len(self._recorded)
+        self._active_indices[key] = len(self._recorded)
         self._recorded.append(
             AlarmEpisode(
                 key=key, severity=severity, onset=event.time, message=event.text, raised=event.time
             )
         )
 
-    def _take_acknowledgment(self, event: Event) -> None:
+    def _apply_acknowledgment(self, event: Event) -> None:
         key, raised, by = (event.data.get(name) for name in ("alarm", "raised", "by"))
         if not isinstance(key, str):
             return

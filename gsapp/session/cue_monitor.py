@@ -83,7 +83,7 @@ class CueMonitor:
         self._read_events = read
         self._live = live
         self._chosen: set[tuple[float, str]] = set()
-        self._troubles: tuple[Alert, ...] = ()
+        self._equipment_alerts: tuple[Alert, ...] = ()
         self._event_count = self._spoken_count = 0
 
     # --- the consumer of a feed -----------------------------------------------------------------
@@ -92,14 +92,14 @@ class CueMonitor:
         self._guard.attempt(lambda: self.cueing.feed(block))
 
     def process_step(self) -> None:
-        self._guard.attempt(lambda: self._take_up(self.cueing.process_step))
+        self._guard.attempt(lambda: self._run_step(self.cueing.process_step))
 
     def has_pending_work(self, time: float) -> bool:
         return bool(self._guard.attempt(lambda: self.cueing.has_pending_work(time)))
 
     def finish(self) -> None:
         """Judge the very last rows: nothing more comes."""
-        self._guard.attempt(lambda: self._take_up(self.cueing.finish))
+        self._guard.attempt(lambda: self._run_step(self.cueing.finish))
 
     def reset(self) -> None:
         self._guard.reset()
@@ -128,17 +128,17 @@ class CueMonitor:
             doubts.append(f"not calibrated, ignored: {_titles(uncalibrated)}")
         if beyond:
             doubts.append(f"outside calibration, less certain: {_titles(beyond)}")
-        dangers = sorted((*cues.alerts, *self._troubles), key=lambda one: -one.level)
+        dangers = sorted((*cues.alerts, *self._equipment_alerts), key=lambda one: -one.level)
         return replace(cues, alerts=tuple(dangers), limitations=(*doubts, *cues.limitations))
 
     def check_equipment(self) -> None:
         """Take note of trouble with link, recorder and disk, and say what is new."""
-        known = {trouble.key for trouble in self._troubles}
-        self._troubles = tuple(
-            trouble for key in _EQUIPMENT if (trouble := self._trouble(key)) is not None
+        known = {trouble.key for trouble in self._equipment_alerts}
+        self._equipment_alerts = tuple(
+            trouble for key in _EQUIPMENT if (trouble := self._equipment_alert(key)) is not None
         )
         cues = self.cueing.snapshot()
-        for trouble in self._troubles:
+        for trouble in self._equipment_alerts:
             if trouble.key not in known:
                 warning = trouble.level is AlertLevel.WARNING
                 words = "" if cues.input_in_progress is not None else trouble.spoken_text
@@ -151,7 +151,7 @@ class CueMonitor:
                     )
                 )
 
-    def _trouble(self, key: str) -> Alert | None:
+    def _equipment_alert(self, key: str) -> Alert | None:
         alarm = self._registry.get(key)
         if alarm is None or not alarm.active:
             return None
@@ -197,7 +197,7 @@ class CueMonitor:
 
     # --- what becomes of it ---------------------------------------------------------------------
 
-    def _take_up(self, step: Callable[[], None]) -> None:
+    def _run_step(self, step: Callable[[], None]) -> None:
         """Do a step of the cues, and take up what they said in it."""
         step()
         events, spoken = self.cueing.log, self.cueing.announcements

@@ -184,12 +184,12 @@ class EquipmentMonitor:
         self._registry = registry
         self._clock = clock
         self._wall_us = wall_us
-        self._next_look = -1.0
+        self._next_check = -1.0
         self._written: int | None = None
         self._updated_us: int | None = None
         self._spoke = 0.0  # by the clock that never goes back
-        self._told_ahead_us = 0
-        self._told_moved = ""
+        self._reported_ahead_us = 0
+        self._folder_move_reported = ""
         self._recent: deque[tuple[float, int, int]] = deque()
         self.landed = False
         self.link = LinkSummary(state="waiting")
@@ -247,33 +247,33 @@ class EquipmentMonitor:
             Whether the disk does not respond: nothing is known of link and recorder.
         """
         time = self._clock()
-        if time < self._next_look:
+        if time < self._next_check:
             return False
-        self._next_look = time + _SETTINGS.look
+        self._next_check = time + _SETTINGS.look
         self._facts = self._read_facts()
         if stuck:
             self._note_stuck_disk(now)
             return True
-        self._hear(self._status, time)
-        self._look_at_clock(now)
+        self._update_recorder_age(self._status, time)
+        self._check_clock(now)
         self._check_folder(now)
-        self.recorder = self._look_at_recorder(now, time)
-        self.disk = self._look_at_disk(now)
+        self.recorder = self._check_recorder(now, time)
+        self.disk = self._check_disk(now)
         if unread:
-            self.link = self._look_at_unread_link(now)
+            self.link = self._check_unread_link(now)
         elif caught_up or self.handle is None:
-            self.link = self._look_at_link(health, time, now)
+            self.link = self._check_link(health, time, now)
         else:
             self.link = replace(self.link, state="catching up", age=None)
         return True
 
     def _note_stuck_disk(self, now: float | None) -> None:
-        self._say("disk", Severity.WARNING, now, STUCK_DISK_TEXT, self.disk.severity)
+        self._update_alarm("disk", Severity.WARNING, now, STUCK_DISK_TEXT, self.disk.severity)
         self.disk = replace(self.disk, severity=Severity.WARNING)
         # An alarm of the link stays until it is known to be well again.
         self.link = replace(self.link, state="not read", age=None)
 
-    def _hear(self, status: RecorderStatus | None, time: float) -> None:
+    def _update_recorder_age(self, status: RecorderStatus | None, time: float) -> None:
         """Note when the recorder last spoke.
 
         How old its first word is only the computer's clock can tell. From then on the clock
@@ -285,22 +285,22 @@ class EquipmentMonitor:
         old = max(self.host_us() - status.updated_us, 0) / 1e6 if first else 0.0
         self._updated_us, self._spoke = status.updated_us, time - old
 
-    def _look_at_clock(self, now: float | None) -> None:
+    def _check_clock(self, now: float | None) -> None:
         """Tell once of every time that the computer's clock was set back."""
         ahead = 0 if self._status is None else self._status.ahead_us
-        if ahead - self._told_ahead_us >= _SETTINGS.set_back_us:
-            self._told_ahead_us = ahead
+        if ahead - self._reported_ahead_us >= _SETTINGS.set_back_us:
+            self._reported_ahead_us = ahead
             self._registry.raise_("clock", Severity.CAUTION, now, _clock_set_back_text(ahead))
         else:
             # It happened and is over: the alarm stays until somebody has seen it.
-            self._told_ahead_us = min(self._told_ahead_us, ahead)
+            self._reported_ahead_us = min(self._reported_ahead_us, ahead)
             self._registry.clear("clock", now)
 
     def _check_folder(self, now: float | None) -> None:
         """Tell once that the record continues in another folder; until somebody has seen it."""
         former = "" if self._status is None else self._status.moved_from
-        if former != self._told_moved:
-            self._told_moved = former
+        if former != self._folder_move_reported:
+            self._folder_move_reported = former
             here = Path(self._status.folder).name if self._status is not None else ""
             words = (
                 f"flight folder {Path(former).name} was removed, renamed or made read-only: "
@@ -310,7 +310,7 @@ class EquipmentMonitor:
         else:
             self._registry.clear("folder", now)
 
-    def _say(
+    def _update_alarm(
         self, key: str, severity: Severity, now: float | None, words: str, former: Severity
     ) -> None:
         if severity is not Severity.NORMAL:
@@ -318,11 +318,11 @@ class EquipmentMonitor:
         elif former is not Severity.NORMAL:
             self._registry.clear(key, now)
 
-    def _look_at_recorder(self, now: float | None, time: float) -> RecorderSummary:
+    def _check_recorder(self, now: float | None, time: float) -> RecorderSummary:
         former = self.recorder
         status = self._status
         words, severity, sentence = self._state_of_recorder(time)
-        self._say("recorder", severity, now, sentence, former.severity)
+        self._update_alarm("recorder", severity, now, sentence, former.severity)
         if status is None:
             return RecorderSummary(state=words, severity=severity)
         running = self.handle is not None
@@ -379,7 +379,7 @@ class EquipmentMonitor:
             return words, Severity.WARNING, status.error
         return status.state, Severity.NORMAL, ""
 
-    def _look_at_disk(self, now: float | None) -> DiskSummary:
+    def _check_disk(self, now: float | None) -> DiskSummary:
         former = self.disk
         status = self._status if self.handle is not None else None
         if status is not None and status.disk_free_bytes is not None:
@@ -396,12 +396,10 @@ class EquipmentMonitor:
                 severity = Severity.CAUTION
         minutes = f", enough for {left / 60.0:.0f} min" if left is not None else ""
         sentence = f"the disk has {(free or 0) / 1e6:.0f} MB left{minutes}: make room"
-        self._say("disk", severity, now, sentence, former.severity)
+        self._update_alarm("disk", severity, now, sentence, former.severity)
         return DiskSummary(free_bytes=free, seconds_left=left, severity=severity)
 
-    def _look_at_link(
-        self, health: LinkHealth | None, time: float, now: float | None
-    ) -> LinkSummary:
+    def _check_link(self, health: LinkHealth | None, time: float, now: float | None) -> LinkSummary:
         former = self.link
         report = None if health is None else health.report(self.host_us())
         loss = self._recent_loss(report, time)
@@ -415,7 +413,7 @@ class EquipmentMonitor:
             severity, sentence = Severity.NORMAL, ""
         if words == "unreadable":
             age = None
-        self._say("link", severity, now, sentence, former.severity)
+        self._update_alarm("link", severity, now, sentence, former.severity)
         if former.state in _NOT_HEARD_YET and words == "ok":
             # Whoever waited for the aircraft need not confirm that it came.
             self._registry.dismiss("link")
@@ -428,14 +426,14 @@ class EquipmentMonitor:
         view = build_link_summary(report, words=words, severity=severity, loss=loss, age=age)
         return replace(view, problem=sentence if age is None else "")
 
-    def _look_at_unread_link(self, now: float | None) -> LinkSummary:
+    def _check_unread_link(self, now: float | None) -> LinkSummary:
         former = self.link
         heard = None if self._status is None else self._status.last_data_us
         age = None if heard is None else max(self.host_us() - heard, 0) / 1e6
         words, severity, sentence = self._state_of_link(None, age, 0.0, "")
         if self.landed:
             severity, sentence = Severity.NORMAL, ""
-        self._say("link", severity, now, sentence, former.severity)
+        self._update_alarm("link", severity, now, sentence, former.severity)
         return LinkSummary(state="not read" if words == "ok" else words, severity=severity)
 
     def _state_of_link(
@@ -452,7 +450,7 @@ class EquipmentMonitor:
             known = found is not None and found.problem in ("unreadable", "text", "mavlink")
             return "unreadable", Severity.WARNING, str(found) if known else unreadable
         if age is None:
-            return self._waiting(status, report)
+            return self._no_contact_state(status, report)
         if age > _SILENT:
             return "silent", Severity.WARNING, _silence_text(report)
         if loss > _MUCH_LOSS:
@@ -463,7 +461,7 @@ class EquipmentMonitor:
             )
         return "ok", Severity.NORMAL, ""
 
-    def _waiting(
+    def _no_contact_state(
         self, status: RecorderStatus, report: LinkReport | None
     ) -> tuple[str, Severity, str]:
         """Return how a link stands over which the aircraft has not been heard yet."""

@@ -237,9 +237,9 @@ class LiveFeed:
         )
         following.feed_until(target, deadline)
         for follower in [one for one in following.cursors if following.has_reached(one, target)]:
-            self._hand_over(follower)
+            self._feed_newest_samples(follower)
 
-    def _hand_over(self, follower: ConsumerCursor) -> None:
+    def _feed_newest_samples(self, follower: ConsumerCursor) -> None:
         """Give somebody who caught up the newest samples, of each channel as far as they came."""
         history, consumer = self._history, follower.consumer
         ends: dict[int, list[str]] = {}
@@ -529,12 +529,15 @@ class ReplayFeed:
         target = readable if headlong else min(self._place(self._position), readable)
         # As fast as it goes nobody runs ahead, so that what one tells of another comes in time.
         whole = self._following.feed_until(
-            target, deadline, abreast=headlong, reach=self._reach if headlong else _ignore_playhead
+            target,
+            deadline,
+            abreast=headlong,
+            reach=self._advance_playhead if headlong else _ignore_playhead,
         )
         if headlong and whole and self._complete:
             self.playing = False
 
-    def _reach(self, place: int) -> None:
+    def _advance_playhead(self, place: int) -> None:
         if self._position is None or place > self._place(self._position):
             self._position = place / self._history.rate
             self._history.horizon = self._position

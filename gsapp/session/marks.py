@@ -109,7 +109,7 @@ class MarkStore:
         others: list[Event] = []
         fresh = False
         self._waiting += self._log.poll()
-        if not self._tell_clocks():
+        if not self._write_clock_readings():
             return others
         placed = convert_to_flown_clock(self._waiting)
         self._waiting.clear()
@@ -182,7 +182,7 @@ class MarkStore:
         """Append an event of another kind, for all windows to see."""
         self._log.append(replace(event, host_time_us=event.host_time_us or self._now()))
 
-    def _tell_clocks(self) -> bool:
+    def _write_clock_readings(self) -> bool:
         """Write which time it was, by its own clock, as a system was chosen.
 
         False while nobody knows yet.

@@ -58,13 +58,13 @@ def made(tmp_path_factory: pytest.TempPathFactory, qapp: QApplication) -> Iterat
 def window(made: MainWindow, qtbot: QtBot) -> Iterator[MainWindow]:
     """Return the window as it was when it was opened."""
     gap = made.gap_page
-    gap.search._engine = FakeEngine()
+    gap.search._job_runner = FakeEngine()
     gap.search.answer = None
     gap.search.undo_stack.clear()
     gap.set_open_flight(None)
     if gap.setup is not None:
         gap.setup._show_paths(())
-        gap.setup._judge()
+        gap.setup._update_state()
         gap.stack.setCurrentWidget(gap.setup)
     if gap.story is not None:
         gap.story.answer = None
@@ -78,7 +78,7 @@ def window(made: MainWindow, qtbot: QtBot) -> Iterator[MainWindow]:
     made.show_page("flight")
     activate(qtbot, made)
     yield made
-    gap.search._engine.hold.set()
+    gap.search._job_runner.hold.set()
     gap.cancel()
     until(qtbot, lambda: not gap.busy)
     made.flight_controller.close_flight()
@@ -86,7 +86,7 @@ def window(made: MainWindow, qtbot: QtBot) -> Iterator[MainWindow]:
 
 @pytest.fixture
 def engine(window: MainWindow) -> FakeEngine:
-    return window.gap_page.search._engine
+    return window.gap_page.search._job_runner
 
 
 @pytest.fixture
@@ -155,7 +155,7 @@ def test_flights_are_listed_taken_out_and_remembered(
     until(qtbot, lambda: window.gap_page.is_result_shown)
     assert window.store.current.gap_flights == (str(other),)
     other.unlink()
-    setup._judge()
+    setup._update_state()
     assert "not there" in setup.sentence.text()
 
 

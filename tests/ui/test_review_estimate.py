@@ -62,7 +62,7 @@ def page(made: MainWindow, qtbot: QtBot) -> Iterator[EstimatePage]:
     until(qtbot, lambda: page.can_run and len(made.review_page.review.flights) == 2)
     page.begin()
     yield page
-    made.review_page.work._engine.hold.set()
+    made.review_page.work._job_runner.hold.set()
     made.review_page.work.cancel()
     until(qtbot, lambda: not made.review_page.work.running)
 
@@ -275,7 +275,7 @@ def test_what_is_typed_while_a_run_ends_stays(
     """The name of a kept run and a value to hold are typed on while new values arrive."""
     run(page, qtbot)
     count, named = len(page.run_store.runs), page.run_store.runs[0].number
-    engine = made.review_page.work._engine
+    engine = made.review_page.work._job_runner
     engine.hold.clear()
     page.panel.label.setText("first")
     press(qtbot, Qt.Key.Key_Return, CONTROL)
@@ -325,7 +325,7 @@ def test_a_run_that_is_stopped_leaves_nothing(
 ) -> None:
     until(qtbot, lambda: bool(page.run_store.runs) or not page.run_store.catalog.is_file())
     before, count = made.review_page.outcome, len(page.run_store.runs)
-    engine = made.review_page.work._engine
+    engine = made.review_page.work._job_runner
     engine.hold.clear()
     press(qtbot, Qt.Key.Key_Return, CONTROL)
     until(qtbot, lambda: made.review_page.strip.isVisible() and "left" not in page.sentence.text())
@@ -365,7 +365,7 @@ def test_a_run_that_cannot_be_kept_is_shown_and_says_so(
 def test_a_run_tells_of_itself_while_another_place_is_on_screen(
     made: MainWindow, page: EstimatePage, qtbot: QtBot, way: str
 ) -> None:
-    engine = made.review_page.work._engine
+    engine = made.review_page.work._job_runner
     engine.hold.clear()
     press(qtbot, Qt.Key.Key_Return, CONTROL)
     press(qtbot, Qt.Key.Key_F2)

@@ -137,7 +137,7 @@ def bench(made: tuple[Any, ...], qtbot: QtBot) -> Bench:
     bench.asked.jobs.clear()
     bench.selection.select_maneuver("")
     bench.selection.select_derivative("")
-    material = bench.page._material
+    material = bench.page._data
     if material is None or material.outcome is not outcome():
         bench.page.show_outcome(None)
         bench.page.show_outcome(outcome())
@@ -504,7 +504,7 @@ def test_drawing_is_done_beside_the_window_and_stale_orders_are_dropped(bench: B
 
     for words in ("one", "two", "three"):
         bench.page.view.show_figure(order(words))
-        bench.page.view._order()
+        bench.page.view._submit()
     bench.settle()
     assert shown[-1] == "three"
     assert "one" not in shown[:-1] or made[0][0] == "one"
@@ -579,7 +579,7 @@ def test_histories_are_heard_once_and_a_late_answer_is_dropped(bench: Bench) -> 
     page.show_outcome(outcome())
     count = len(bench.asked.jobs)
     done((FlightEstimateHistory(flight="nowhere"),))
-    assert page._needs.ftr_histories is None
+    assert page._computations.ftr_histories is None
     assert len(bench.asked.jobs) >= count
 
 

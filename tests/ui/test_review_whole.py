@@ -60,7 +60,7 @@ def test_a_whole_review_by_keys(
     until(qtbot, lambda: page.can_run)
     # Killed in the midst: it is told, and the next run begins another process.
     press(qtbot, Qt.Key.Key_Return)
-    engine = window.review_page.work._engine
+    engine = window.review_page.work._job_runner
     until(qtbot, lambda: engine.pid is not None)
     os.kill(engine.pid, KILL)
     until(qtbot, lambda: not window.review_page.work.running, 20000)

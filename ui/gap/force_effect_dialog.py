@@ -66,7 +66,7 @@ class ForceEffectDialog(FormDialog):
         column.addWidget(self.listed)
         holder.setFocusProxy(self.search)
         self.add_row("Effect", holder, self.note)
-        self.listed.row_changed.connect(lambda _key: self._judge())
+        self.listed.row_changed.connect(lambda _key: self._validate())
         self.listed.doubleClicked.connect(lambda _index: self.accept())
         self._narrow("")
         # As high with few matches as with all.
@@ -80,9 +80,9 @@ class ForceEffectDialog(FormDialog):
         )
         if self.listed.row_model.rows and self.listed.current_key() is None:
             self.listed.selectRow(0)
-        self._judge()
+        self._validate()
 
-    def _judge(self) -> None:
+    def _validate(self) -> None:
         chosen = self.selected_effect
         self.button.setEnabled(chosen is not None)
         if chosen is None:

@@ -206,7 +206,7 @@ class StepSlider(ArrowKeyNavigation, QSlider):
         self.setPageStep(1)
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
-        self.valueChanged.connect(self._tell)
+        self.valueChanged.connect(self._update_description)
         look.changed.connect(self.updateGeometry)
 
     def show_steps(self, names: Sequence[str], step: int) -> None:
@@ -216,10 +216,10 @@ class StepSlider(ArrowKeyNavigation, QSlider):
         self.setRange(0, len(self._names) - 1)
         self.setValue(step)
         self.blockSignals(False)
-        self._tell()
+        self._update_description()
         self.update()
 
-    def _tell(self) -> None:
+    def _update_description(self) -> None:
         name = self._names[min(self.value(), len(self._names) - 1)]
         self.setAccessibleDescription(f"Step {self.value()} of {self.maximum()}: {name}")
 

@@ -74,7 +74,7 @@ class GapPage(JobPage):
         self.search.began.connect(lambda work: self._show_began(work.title))
         self.search.progressed.connect(self._show_progress)
         self.search.ended.connect(self._ended)
-        self.search.changed.connect(self._answered)
+        self.search.changed.connect(self._show_search_result)
         self.search.written.connect(self._written)
 
     # Commands
@@ -83,7 +83,7 @@ class GapPage(JobPage):
     def handlers(self) -> Mapping[str, Callable[[], object]]:
         """Return what the commands of this place do."""
         chapters = {
-            f"gap_{chapter.id}": lambda name=chapter.id: self._in_story(
+            f"gap_{chapter.id}": lambda name=chapter.id: self._with_result_view(
                 lambda s: s.go_to_stage(name)
             )
             for chapter in GAP_STAGES
@@ -92,18 +92,18 @@ class GapPage(JobPage):
             **chapters,
             "gap_search": self.show_setup,
             "gap_cancel": self.cancel,
-            "gap_step_back": lambda: self._in_story(lambda s: s.move_step(-1)),
-            "gap_step_on": lambda: self._in_story(lambda s: s.move_step(1)),
-            "gap_previous_maneuver": lambda: self._in_story(lambda s: s.next_maneuver(-1)),
-            "gap_next_maneuver": lambda: self._in_story(lambda s: s.next_maneuver(1)),
-            "gap_accept": lambda: self._in_story(lambda s: s.move_step(1)),
+            "gap_step_back": lambda: self._with_result_view(lambda s: s.move_step(-1)),
+            "gap_step_on": lambda: self._with_result_view(lambda s: s.move_step(1)),
+            "gap_previous_maneuver": lambda: self._with_result_view(lambda s: s.next_maneuver(-1)),
+            "gap_next_maneuver": lambda: self._with_result_view(lambda s: s.next_maneuver(1)),
+            "gap_accept": lambda: self._with_result_view(lambda s: s.move_step(1)),
             "gap_refuse": self.refuse_effect,
             "gap_force": self.force_effect,
             "gap_save": self.save_model,
             "gap_report": self.write_report,
         }
 
-    def _in_story(self, act: Callable[[GapResultView], object]) -> None:
+    def _with_result_view(self, act: Callable[[GapResultView], object]) -> None:
         if self.story is not None and self.search.answer is not None:
             act(self.story)
 
@@ -163,13 +163,13 @@ class GapPage(JobPage):
             self.setup = SearchSetupPage(self._look, self._store)
             self.setup.search_requested.connect(self.search.search)
             self.setup.virtual_flight_requested.connect(self.fly_virtual_flight)
-            self.setup.back_requested.connect(self._show_story)
+            self.setup.back_requested.connect(self._show_result_view)
             self.setup.command_requested.connect(lambda name: self._actions[name].trigger())
             self.setup.set_open_flight(self._open)
             self.stack.addWidget(self.setup)
         return self.setup
 
-    def _story_page(self) -> GapResultView:
+    def _get_result_view(self) -> GapResultView:
         if self.story is None:
             from ui.gap.gap_result_view import GapResultView
 
@@ -207,7 +207,7 @@ class GapPage(JobPage):
         for path in flights:
             self._setup_page().add_flight(path)
 
-    def _show_story(self) -> None:
+    def _show_result_view(self) -> None:
         if self.story is not None and self.search.answer is not None:
             self.stack.setCurrentWidget(self.story)
             self.story.begin()
@@ -237,11 +237,11 @@ class GapPage(JobPage):
             self.setup.show_state(busy=False, answered=self.search.answer is not None)
         self._show_ended(self.search.title, how)
 
-    def _answered(self) -> None:
+    def _show_search_result(self) -> None:
         answer = self.search.answer
         if answer is None:
             return
-        story = self._story_page()
+        story = self._get_result_view()
         story.show_result(answer)
         had_focus = self.isVisible()
         self.stack.setCurrentWidget(story)

@@ -127,7 +127,7 @@ class GapResultView(QScrollArea):
         self.setWidget(page)
         self._column = QVBoxLayout(page)
         self._column.addLayout(self._head())
-        self._column.addWidget(self._way())
+        self._column.addWidget(self._navigation())
         self.chapters: dict[str, StageView] = {}
         self._next = QTimer(self)
         self._next.setSingleShot(True)
@@ -157,10 +157,10 @@ class GapResultView(QScrollArea):
         head.addWidget(self.about)
         return head
 
-    def _way(self) -> QWidget:
+    def _navigation(self) -> QWidget:
         holder = QWidget()
-        self._way_box = QBoxLayout(QBoxLayout.Direction.LeftToRight, holder)
-        self._way_box.setContentsMargins(0, 0, 0, 0)
+        self._navigation_box = QBoxLayout(QBoxLayout.Direction.LeftToRight, holder)
+        self._navigation_box.setContentsMargins(0, 0, 0, 0)
         chapters = QWidget()
         row = QHBoxLayout(chapters)
         row.setContentsMargins(0, 0, 0, 0)
@@ -178,15 +178,15 @@ class GapResultView(QScrollArea):
             self._group.add_button(button)
             row.addWidget(button)
             self.buttons[chapter.id] = button
-        self._way_box.addWidget(chapters)
+        self._navigation_box.addWidget(chapters)
         self.track = StepSlider(self._look)
         self.track.valueChanged.connect(self._slid)
-        self._way_box.addWidget(self.track, 1)
+        self._navigation_box.addWidget(self.track, 1)
         return holder
 
     # The four steps
 
-    def _chapter(self, name: str) -> StageView:
+    def _get_stage(self, name: str) -> StageView:
         """Return one of the four steps, made when it is first wanted."""
         if name not in self.chapters:
             look, actions = self._look, self._actions
@@ -208,7 +208,7 @@ class GapResultView(QScrollArea):
         """Make the steps that nobody asked for yet, one at a time, so that nothing waits long."""
         missing = [one.id for one in GAP_STAGES if one.id not in self.chapters]
         if missing:
-            self._chapter(missing[0])
+            self._get_stage(missing[0])
             self._next.start(_CREATE_INTERVAL_MS)
 
     # What is shown
@@ -225,13 +225,13 @@ class GapResultView(QScrollArea):
                 answer, variable=settings.gap_variable, channel=settings.gap_channel
             )
             self._moved = self._chose = self._tuned = False
-        self._tell()
+        self._show_verdict()
         if self.chapter and former is not None and former.request == answer.request:
             self.set_selection(self.selection)
         else:
             self.go_to_stage("find", focus=False)
 
-    def _tell(self) -> None:
+    def _show_verdict(self) -> None:
         answer = self.answer
         if answer is None:
             return
@@ -274,7 +274,7 @@ class GapResultView(QScrollArea):
             if not self._tuned and (name := find_most_closed_channel(self.answer)):
                 self.selection = replace(self.selection, channel=name)
         self.chapter = chapter
-        self._chapter(chapter)
+        self._get_stage(chapter)
         self._next.start(_CREATE_INTERVAL_MS)
         for name, view in self.chapters.items():
             view.setVisible(name == chapter)
@@ -341,8 +341,8 @@ class GapResultView(QScrollArea):
         look = self._look
         wide = self.viewport().width() >= look.px(_ONE_ROW_WIDTH)
         side, down = QBoxLayout.Direction.LeftToRight, QBoxLayout.Direction.TopToBottom
-        self._way_box.setDirection(side if wide else down)
-        self._way_box.setSpacing(look.px(24 if wide else 8))
+        self._navigation_box.setDirection(side if wide else down)
+        self._navigation_box.setSpacing(look.px(24 if wide else 8))
 
     def _restyle(self) -> None:
         look = self._look
@@ -352,6 +352,6 @@ class GapResultView(QScrollArea):
         for button in self.buttons.values():
             button.setMinimumHeight(look.px(36))
         self._fit()
-        self._tell()
+        self._show_verdict()
         if self.answer is not None:
             self.set_selection(self.selection)

@@ -57,7 +57,7 @@ class GapSearch(QObject):
         parent: QObject | None = None,
     ) -> None:
         super().__init__(parent)
-        self._engine = engine
+        self._job_runner = engine
         self._report_error = report_error
         self._work: BackgroundJob | None = None
         self.answer: SearchResult | None = None
@@ -115,7 +115,7 @@ class GapSearch(QObject):
     def close(self) -> None:
         """Stop everything, as the window closes."""
         self.cancel()
-        self._engine.close()
+        self._job_runner.close()
 
     def _look(
         self, request: GapRequest, decisions: EffectDecisions, title: str, decision: str
@@ -127,7 +127,7 @@ class GapSearch(QObject):
 
     def _start(self, title: str, job: GapJob, done: Callable[[object], None]) -> None:
         def run(progress: JobProgress) -> object:
-            return self._engine.do(job, progress)
+            return self._job_runner.do(job, progress)
 
         work = BackgroundJob(title, run, self)
         self._work = work

@@ -35,7 +35,7 @@ class FlightCues:
         self._controller = controller
         self._clock = clock
         self._seen: float | None = None
-        self._came = clock()
+        self._data_clock = clock()
 
     @property
     def is_open(self) -> bool:
@@ -56,9 +56,9 @@ class FlightCues:
         """Return for how many seconds nothing came of a live flight; None while it comes."""
         now, newest = self._clock(), self._controller.time
         if newest != self._seen:
-            self._seen, self._came = newest, now
+            self._seen, self._data_clock = newest, now
         live = self._controller.is_open and not self._controller.is_replay
-        passed = now - self._came
+        passed = now - self._data_clock
         return passed if live and newest is not None and passed > MAX_DATA_AGE else None
 
     def spoken_cues(self) -> Sequence[Announcement]:

@@ -85,7 +85,7 @@ class PilotPage(WindowPage):
             self, look, store, error_reporter, controller, self.cues,
             [actions["pilot_charts"], actions["pilot_keep"]],
         )  # fmt: skip
-        self._looked = 0.0
+        self._refreshed_at = 0.0
         self._was_opened = False
         self._units = look.units
         self._present: tuple[CommandRequirement, ...] = ()
@@ -100,7 +100,7 @@ class PilotPage(WindowPage):
         self.training.changed.connect(self._training_changed)
         self.own_window.changed.connect(self.refresh)
         controller.changed.connect(self._flight_changed)
-        controller.frame_requested.connect(lambda _until: self._samples_came())
+        controller.frame_requested.connect(lambda _until: self._refresh_limited())
         controller.refreshed.connect(self.refresh)
         look.changed.connect(self._restyle)
 
@@ -231,7 +231,7 @@ class PilotPage(WindowPage):
         super().hideEvent(event)
         self._present = self.present
 
-    def _tell_present(self) -> None:
+    def _update_present(self) -> None:
         """Say so where other commands are of use than a moment ago."""
         present = self.present
         if present != self._present:
@@ -259,14 +259,14 @@ class PilotPage(WindowPage):
             self.cues.set_units(self._units)
         self.refresh()
 
-    def _samples_came(self) -> None:
+    def _refresh_limited(self) -> None:
         """Look at the cues as soon as samples came, but not at every one."""
-        if time.monotonic() - self._looked >= MIN_REFRESH_INTERVAL:
+        if time.monotonic() - self._refreshed_at >= MIN_REFRESH_INTERVAL:
             self.refresh()
 
     def refresh(self) -> None:
         """Show and say what the cues are now."""
-        self._looked = time.monotonic()
+        self._refreshed_at = time.monotonic()
         second, aloud = self.own_window.window, self.is_speech_enabled
         watched = self.shown or second is not None
         # A flight that nobody watches here costs nothing.
@@ -283,7 +283,7 @@ class PilotPage(WindowPage):
         if self.shown:
             if self.is_debrief_shown:
                 self.debrief.refresh(None if cues is None else cues.event_count)
-            self._tell_present()
+            self._update_present()
             self.buttons.show_actions(
                 build_page_actions(
                     self._actions,

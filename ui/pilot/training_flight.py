@@ -64,9 +64,9 @@ class TrainingFlight(QObject):
         self._timer = QTimer(self)
         self._timer.setTimerType(Qt.TimerType.PreciseTimer)
         self._timer.setInterval(_PERIOD_MS)
-        self._timer.timeout.connect(self._say_sticks)
-        self._flight.changed.connect(self._began_or_ended)
-        controller.refreshed.connect(self._listen)
+        self._timer.timeout.connect(self._send_sticks)
+        self._flight.changed.connect(self._flight_state_changed)
+        controller.refreshed.connect(self._update_control)
 
     @property
     def running(self) -> bool:
@@ -109,7 +109,7 @@ class TrainingFlight(QObject):
             session.crew_cues.set_cards(load_cards(VIRTUAL_AIRCRAFT))
         return TrainingProcess(folder, port, seed=self.seed, turbulence=self.turbulence)
 
-    def _began_or_ended(self) -> None:
+    def _flight_state_changed(self) -> None:
         if self._flight.process is None:
             self._timer.stop()
             self.keys.release_all()
@@ -118,7 +118,7 @@ class TrainingFlight(QObject):
 
     # Who has it
 
-    def _listen(self) -> None:
+    def _update_control(self) -> None:
         """Hear who has the aircraft, from what it says over the link."""
         session, aircraft = self._controller.session, self._flight.process
         if session is None or aircraft is None:
@@ -156,12 +156,12 @@ class TrainingFlight(QObject):
     def press(self, key: Qt.Key, *, trim: bool, again: bool) -> None:
         """Take a key that went down."""
         self._do(self.keys.press(key, trim=trim, again=again))
-        self._say_sticks()
+        self._send_sticks()
 
     def release(self, key: Qt.Key) -> None:
         """Take a key that went up."""
         self.keys.release(key)
-        self._say_sticks()
+        self._send_sticks()
 
     def _do(self, doing: StickAction | None) -> None:
         aircraft = self._flight.process
@@ -178,7 +178,7 @@ class TrainingFlight(QObject):
             aircraft.set_rate_switch(high=doing.high)
             self.changed.emit()
 
-    def _say_sticks(self) -> None:
+    def _send_sticks(self) -> None:
         aircraft = self._flight.process
         if aircraft is not None:
             push = self.keys.position

@@ -37,7 +37,7 @@ class CalibrationController:
         self._store = store
         self._practice = practice
         self._calibrations: CalibrationFolder | None = None
-        self._stale: Path | None = None
+        self._changed_flight: Path | None = None
 
     @property
     def folder(self) -> CalibrationFolder:
@@ -64,11 +64,11 @@ class CalibrationController:
             and calibrations is self.folder
             and calibrations.copy_to_flight(session.path)
         ):
-            self._stale = session.path
+            self._changed_flight = session.path
 
     def reload_flight(self) -> None:
         """Read the open flight with the certificates put in force: as any replay will."""
-        session, stale = self._controller.session, self._stale
-        self._stale = None
+        session, stale = self._controller.session, self._changed_flight
+        self._changed_flight = None
         if session is not None and session.path == stale:
             self._controller.flight_opener.open_flight(stale)

@@ -70,23 +70,23 @@ class CardsPage(PreflightStepPage):
         self.model: CardSetModel | None = None
         self._work: BackgroundJob | None = None
         self._searched: float | None = None
-        self._looked = 0.0
+        self._search_clock = 0.0
         self._editing = False
         self._row = QHBoxLayout(self)
-        self._beside = QWidget()
-        self._left = QVBoxLayout(self._beside)
-        self._left.setContentsMargins(0, 0, 0, 0)
+        self._list_panel = QWidget()
+        self._left_column = QVBoxLayout(self._list_panel)
+        self._left_column.setContentsMargins(0, 0, 0, 0)
         self.title = create_label("", "heading", wrap=True)
-        self._left.addWidget(self.title)
+        self._left_column.addWidget(self.title)
         self.said = FieldMessage()
-        self._left.addWidget(self.said)
+        self._left_column.addWidget(self.said)
         changes = ("cards_up", "cards_down", "cards_remove", "cards_add")
         self.list = StatusListView(look, "Test cards", [actions[name] for name in changes])
         self.list.current_item_changed.connect(lambda _key: self._show_card())
         self.list.move_requested.connect(self.move_card)
         self.list.delete_requested.connect(self.remove)
         self.list.item_activated.connect(lambda _key: self.edit())
-        self._left.addWidget(self.list, 1)
+        self._left_column.addWidget(self.list, 1)
         buttons = [
             ActionButton(actions[name], words, look)
             for name, words in (
@@ -100,16 +100,16 @@ class CardsPage(PreflightStepPage):
         ]
         for button in buttons:
             set_touch_height(button)
-        self._left.addWidget(create_button_row(look, *buttons))
-        self._row.addWidget(self._beside, 1)
+        self._left_column.addWidget(create_button_row(look, *buttons))
+        self._row.addWidget(self._list_panel, 1)
         self.form = CardEditor(look)
         self.form.edited.connect(self._typed)
-        self.form.editing_finished.connect(self._left_field)
+        self.form.editing_finished.connect(self._field_left)
         self._row.addWidget(self.form, 1)
-        self._later = QTimer(self)
-        self._later.setSingleShot(True)
-        self._later.setInterval(_SAVE_MS)
-        self._later.timeout.connect(self.flush)
+        self._save_timer = QTimer(self)
+        self._save_timer.setSingleShot(True)
+        self._save_timer.setInterval(_SAVE_MS)
+        self._save_timer.timeout.connect(self.flush)
         look.changed.connect(self._restyle)
         self._fit()
 
@@ -119,11 +119,11 @@ class CardsPage(PreflightStepPage):
 
     def _fit(self) -> None:
         px = self.display_style.px
-        self._beside.setVisible(self.is_side_by_side or not self._editing)
+        self._list_panel.setVisible(self.is_side_by_side or not self._editing)
         self.form.setVisible(self.is_side_by_side or self._editing)
         self._row.setContentsMargins(px(16), px(12), 0, px(8))
         self._row.setSpacing(px(8))
-        self._left.setSpacing(px(8))
+        self._left_column.setSpacing(px(8))
 
     @property
     def is_side_by_side(self) -> bool:
@@ -173,20 +173,20 @@ class CardsPage(PreflightStepPage):
         self.model = model.cards
         self.setEnabled(self.model.editor is not None)
         self._searched = None
-        self._looked = 0.0
+        self._search_clock = 0.0
         self._show_list()
         self.list.select_row(0)
         self._show_card()
-        self._tell()
+        self._show_status()
 
     def refresh(self) -> None:
         """Look now and then for what was flown, and for what another program wrote."""
         model = self.model
         if model is None or model.editor is None:
             return
-        if not self._later.isActive() and model.editor.reload_if_changed():
-            self._after()
-        if time.monotonic() - self._looked >= _SEARCH_SECONDS:
+        if not self._save_timer.isActive() and model.editor.reload_if_changed():
+            self._cards_changed()
+        if time.monotonic() - self._search_clock >= _SEARCH_SECONDS:
             self._search()
 
     def _show_list(self) -> None:
@@ -213,7 +213,7 @@ class CardsPage(PreflightStepPage):
         if model is not None and model.editor is not None and self.row >= 0:
             self.form.show_card(model.editor, self.row)
 
-    def _tell(self) -> None:
+    def _show_status(self) -> None:
         """Say what is wrong with the cards, else whose they are."""
         model = self.model
         if model is None or model.editor is None:
@@ -221,7 +221,7 @@ class CardsPage(PreflightStepPage):
         elif model.editor.problems:
             self.said.set_message("Saved, except the marked fields.", "warning")
         elif not model.editor.file.is_saved:
-            if self._later.isActive():
+            if self._save_timer.isActive():
                 self.said.set_message("Saving…")
             else:
                 self.said.set_message("Not saved", "warning")
@@ -246,7 +246,7 @@ class CardsPage(PreflightStepPage):
         model = self.model
         if model is None or (self._work is not None and self._work.is_running):
             return
-        self._looked = time.monotonic()
+        self._search_clock = time.monotonic()
         session = model.session
         now = None if session is None else session.now
         flight = None if now == self._searched else model.loadable_flight()
@@ -262,7 +262,7 @@ class CardsPage(PreflightStepPage):
             if model.session is session:
                 model.set_maneuvers(maneuvers)
                 self._show_list()
-                self._tell()
+                self._show_status()
                 self.changed.emit()
 
         self._work = BackgroundJob("Looking for maneuvers", run, self)
@@ -273,20 +273,20 @@ class CardsPage(PreflightStepPage):
     # Typing
 
     def _typed(self) -> None:
-        self._later.start()
+        self._save_timer.start()
         if self.model is not None:
             self.model.compare_with_flight()
         self._show_list()
-        self._tell()
+        self._show_status()
         self.changed.emit()
 
-    def _left_field(self) -> None:
+    def _field_left(self) -> None:
         self.flush()
         self._show_card()
 
     def flush(self) -> None:
         """Write what was changed to the disk."""
-        self._later.stop()
+        self._save_timer.stop()
         editor = None if self.model is None else self.model.editor
         if editor is None or editor.file.is_saved:
             return
@@ -294,9 +294,9 @@ class CardsPage(PreflightStepPage):
             editor.save()
         except GroundStationError as error:
             self._fail(error)
-        self._tell()
+        self._show_status()
 
-    def _after(self, row: int | None = None) -> None:
+    def _cards_changed(self, row: int | None = None) -> None:
         """Show the cards after they were changed as a whole."""
         if self.model is not None:
             self.model.compare_with_flight()
@@ -305,7 +305,7 @@ class CardsPage(PreflightStepPage):
             self.list.select_row(row)
         self._show_card()
         self.flush()
-        self._tell()
+        self._show_status()
         self.changed.emit()
 
     # Commands
@@ -313,7 +313,7 @@ class CardsPage(PreflightStepPage):
     def add(self) -> None:
         """Put a copy of the card below it, and type its name."""
         if self.model is not None:
-            self._after(self.model.add(max(self.row, 0)))
+            self._cards_changed(self.model.add(max(self.row, 0)))
             self.edit()
 
     def remove(self) -> None:
@@ -322,14 +322,14 @@ class CardsPage(PreflightStepPage):
             return
         row = self.row
         if self.model.remove(row):
-            self._after(row)
+            self._cards_changed(row)
         else:
             self.said.set_message("The last card cannot be removed: a set needs one.", "caution")
 
     def move_card(self, steps: int) -> None:
         """Move the card up or down."""
         if self.model is not None and self.row >= 0:
-            self._after(self.model.move(self.row, steps))
+            self._cards_changed(self.model.move(self.row, steps))
 
     def open(self) -> None:
         """Ask for a file, and take its cards in place of these; Ctrl+Z takes that back."""
@@ -342,7 +342,7 @@ class CardsPage(PreflightStepPage):
         except GroundStationError as error:
             self._fail(error)
         else:
-            self._after(0)
+            self._cards_changed(0)
 
     def save(self) -> None:
         """Ask for a file, and write the cards there for other flights."""
@@ -365,5 +365,5 @@ class CardsPage(PreflightStepPage):
         return None if self.model is None else self.model.editor
 
     def show_restored(self) -> None:
-        self._after()
+        self._cards_changed()
         self.changed.emit()

@@ -90,7 +90,7 @@ class WizardCalibrationPanel(QWidget):
         self._box = QBoxLayout(QBoxLayout.Direction.LeftToRight, self)
         self._left = QVBoxLayout()
         self._left.addWidget(self.cue)
-        self._below, self._room = _create_scroll_area()
+        self._below, self._below_column = _create_scroll_area()
         self._left.addWidget(self._below, 1)
         self._box.addLayout(self._left, 1)
         self._scroll, self._column = _create_scroll_area()
@@ -137,7 +137,7 @@ class WizardCalibrationPanel(QWidget):
         self._box.setSpacing(px(24 if self.width() >= px(_SIDE_BY_SIDE_WIDTH) else 8))
         self._scroll.setMinimumHeight(px(40))
         self._left.setSpacing(px(8))
-        self._room.setSpacing(px(8))
+        self._below_column.setSpacing(px(8))
         self._column.setSpacing(px(12))
         self._column.setContentsMargins(0, 0, px(8), px(8))
         self._wide = self.width() >= px(_SIDE_BY_SIDE_WIDTH)
@@ -161,7 +161,7 @@ class WizardCalibrationPanel(QWidget):
             self._left.insertWidget(0, self.cue)
         for place, widget in enumerate((self.remarks, self.quality, self.picture)):
             if wide:
-                self._room.addWidget(widget, 1 if widget is self.picture else 0)
+                self._below_column.addWidget(widget, 1 if widget is self.picture else 0)
             else:
                 self._column.insertWidget(place + low, widget)
 

@@ -63,41 +63,41 @@ class WizardController(QObject):
         self._prompter = prompter
         self._error_reporter = error_reporter
         self._next: int | None = None
-        self._listens = False
-        self._said = ""
+        self._is_active = False
+        self._reported_error = ""
         self._last_data_time = time.monotonic()
         self._fed_until: float | None = None  # flight time, s; None once told of silence
         self.view: WizardView = wizard.view
-        controller.refreshed.connect(self._tell)
-        controller.changed.connect(self._begin_anew)
+        controller.refreshed.connect(self._feed_if_active)
+        controller.changed.connect(self._restart)
 
     def set_active(self, on: bool) -> None:
         """Look at the volts from now on, or no longer: sticks are moved for other reasons too."""
-        if on != self._listens:
-            self._listens = on
-            self._begin_anew()
+        if on != self._is_active:
+            self._is_active = on
+            self._restart()
 
     def close(self) -> None:
         """Look no longer; everything is in the journal."""
-        self._controller.refreshed.disconnect(self._tell)
-        self._controller.changed.disconnect(self._begin_anew)
+        self._controller.refreshed.disconnect(self._feed_if_active)
+        self._controller.changed.disconnect(self._restart)
 
     def perform(self, action: WizardAction) -> None:
         """Do what the crew asks."""
         self._guarded(lambda: self._act(action))
 
     def _act(self, action: WizardAction) -> None:
-        self._tell_silence()
+        self._feed_missing_data()
         self._wizard.act(action)
 
-    def _begin_anew(self) -> None:
+    def _restart(self) -> None:
         self._next = None
 
-    def _tell(self) -> None:
-        if self._listens:
+    def _feed_if_active(self) -> None:
+        if self._is_active:
             self._guarded(self._feed)
 
-    def _tell_silence(self) -> None:
+    def _feed_missing_data(self) -> None:
         """Let the wizard know that no volts come, lest it take those that came last."""
         if self._fed_until is None or not self.has_no_data:
             return
@@ -111,11 +111,11 @@ class WizardController(QObject):
         try:
             work()
         except GroundStationError as error:
-            if str(error) != self._said:
-                self._said = str(error)
+            if str(error) != self._reported_error:
+                self._reported_error = str(error)
                 self._error_reporter.report(error)
         else:
-            self._said = ""
+            self._reported_error = ""
         self._show(self._wizard.view)
 
     def _feed(self) -> None:

@@ -116,7 +116,7 @@ class WizardPage(AbstractStepPage):
         self.actions_bar.triggered.connect(self._do)
         column.addWidget(self.actions_bar)
         controller.changed.connect(self._flight_changed)
-        controller.refreshed.connect(self._told)
+        controller.refreshed.connect(self._show_live_deflections)
         look.changed.connect(self._refresh)
 
     # The place
@@ -188,16 +188,16 @@ class WizardPage(AbstractStepPage):
             now=current_local_time,
             mode=mode,
         )
-        self._take_up(wizard, folder)
+        self._start_run(wizard, folder)
 
     def resume(self) -> None:
         """Go on where the calibration stopped, however it stopped."""
         folder = self.folder
-        self._take_up(
+        self._start_run(
             CalibrationWizard.resume(folder.journal, folder.store, now=current_local_time), folder
         )
 
-    def _take_up(self, wizard: CalibrationWizard, folder: CalibrationFolder) -> None:
+    def _start_run(self, wizard: CalibrationWizard, folder: CalibrationFolder) -> None:
         self.close_run()
         self._choice = None
         run = WizardController(
@@ -241,7 +241,7 @@ class WizardPage(AbstractStepPage):
         if self.isVisible() and not (focus is not None and self.isAncestorOf(focus)):
             self.begin()
 
-    def _told(self) -> None:
+    def _show_live_deflections(self) -> None:
         if self.isVisible() and self.pages.currentWidget() is self.summary:
             heard = self.run is not None and not self.run.has_no_data
             self.summary.show_deflections(
@@ -381,7 +381,7 @@ class WizardPage(AbstractStepPage):
         if (
             event.type() == QEvent.Type.ShortcutOverride
             and isinstance(event, QKeyEvent)
-            and self._meaning(event) is not None
+            and self._key_action(event) is not None
         ):
             event.accept()
             return True
@@ -392,13 +392,13 @@ class WizardPage(AbstractStepPage):
         if isinstance(field, QLineEdit) and event.key() in _KEY_ALIASES:
             self.begin()
             return
-        meaning = self._meaning(event)
+        meaning = self._key_action(event)
         if meaning is None:
             super().keyPressEvent(event)
         else:
             meaning()
 
-    def _meaning(self, event: QKeyEvent) -> Callable[[], object] | None:
+    def _key_action(self, event: QKeyEvent) -> Callable[[], object] | None:
         """Return what a key does now; None if it is not for this page."""
         if self.ask.is_open:
             return None
@@ -417,7 +417,7 @@ class WizardPage(AbstractStepPage):
                 return lambda: self._do(offer.id)
         run = self.run
         if run is None:
-            return self._meaning_at_start(key) if plain else None
+            return self._start_key_action(key) if plain else None
         if modifiers == Qt.KeyboardModifier.ControlModifier and key in _ARROW_STEPS:
             return lambda: self.work.scroll_pages(0.8 * _ARROW_STEPS[key])
         if not plain:
@@ -430,7 +430,7 @@ class WizardPage(AbstractStepPage):
             return lambda: self._step_choice(_ARROW_STEPS[key])
         return None
 
-    def _meaning_at_start(self, key: Qt.Key) -> Callable[[], object] | None:
+    def _start_key_action(self, key: Qt.Key) -> Callable[[], object] | None:
         rows = self.start.instruments
         if key in _ARROW_STEPS:
             return lambda: rows.move_selection(_ARROW_STEPS[key])

@@ -87,7 +87,7 @@ class EstimatePage(ReviewStepPage):
         self._review = review
         self._report_error = report_error
         self._checker = EstimateValidator(report_error, self)
-        self._told = ""
+        self._message = ""
         self._undo_stack = UndoStack(self)
         self._undo_stack.setUndoLimit(UNDO_LIMIT)
         self._outcome: RunOutcome | None = None
@@ -220,21 +220,21 @@ class EstimatePage(ReviewStepPage):
         """Take what the panel says now."""
         before, now = self._form, self.panel.form
         if now != before:
-            self._take(now)
+            self._apply_form(now)
             self._push("change of a setting", before, now)
         else:
             self.refresh()
 
-    def _take(self, form: EstimateForm) -> None:
+    def _apply_form(self, form: EstimateForm) -> None:
         self._form = form
-        self._told = self._runner.status_text = ""
+        self._message = self._runner.status_text = ""
         self._store.change(review_estimate=form.model_dump())
         self.refresh()
 
     def _show(self, form: EstimateForm) -> None:
         """Show another form on the panel."""
         self.panel.show_form(form)
-        self._take(form)
+        self._apply_form(form)
 
     def use_defaults(self) -> None:
         """Put all settings back to what they are at first."""
@@ -254,7 +254,7 @@ class EstimatePage(ReviewStepPage):
             return
         self._replace(form)
         rest = f", except what this page does not show: {', '.join(lost)}" if lost else ""
-        self._told = f"The settings are those of {run.name}{rest}."
+        self._message = f"The settings are those of {run.name}{rest}."
         self.refresh()
 
     def _replace(self, form: EstimateForm) -> None:
@@ -321,7 +321,7 @@ class EstimatePage(ReviewStepPage):
         if not self.selected_maneuvers:
             return describe_empty_selection(self._form, self._review), "caution"
         return (
-            f"{self._told or self._runner.status_text} "
+            f"{self._message or self._runner.status_text} "
             f"{describe_selection(self.selected_maneuvers)}".strip(),
             "",
         )
@@ -353,7 +353,7 @@ class EstimatePage(ReviewStepPage):
     def _run_changed(self) -> None:
         """Show that a run began or ended."""
         if self._runner.running:
-            self._told = ""
+            self._message = ""
             if self.button.hasFocus():
                 # It grays; the next control would take the next Enter.
                 self.setFocus()

@@ -60,7 +60,7 @@ class EstimatePanel(QWidget):
         super().__init__()
         self._look = look
         self.form = form
-        self._showing = False
+        self._is_updating = False
         self._sentences: dict[str, FieldMessage] = {}
         self._edits: dict[str, QWidget] = {}
         self._boxes: dict[str, QComboBox] = {}
@@ -175,7 +175,7 @@ class EstimatePanel(QWidget):
     def _derivatives(self) -> None:
         _, grid = self._section("derivatives", "Derivatives")
         self.derivatives = DerivativeTable(self._look)
-        self.derivatives.edited.connect(self._taken)
+        self.derivatives.edited.connect(self._apply_form)
         self._row(grid, "derivatives", self.derivatives, wide=True)
 
     def _noise(self) -> None:
@@ -188,7 +188,7 @@ class EstimatePanel(QWidget):
     def _channels(self) -> None:
         _, grid = self._section("channels", "Responses, states, instrument errors")
         self.channels = FitChannelTable(self._look)
-        self.channels.edited.connect(self._taken)
+        self.channels.edited.connect(self._apply_form)
         self._row(grid, "channels", self.channels, wide=True)
         self.stand_ins = self._line(grid, "stand_ins", "for channels not measured: V=30")
 
@@ -204,7 +204,7 @@ class EstimatePanel(QWidget):
 
     def _take(self, field: str, value: object, *, typed: bool = False) -> None:
         """Take what a control says now."""
-        if self._showing or getattr(self.form, field) == value:
+        if self._is_updating or getattr(self.form, field) == value:
             return
         self.form = self.form.with_changes(**{field: value})
         if field in ("axis", "six_degrees"):
@@ -216,7 +216,7 @@ class EstimatePanel(QWidget):
         else:
             self.changed.emit()
 
-    def _taken(self, form: EstimateForm) -> None:
+    def _apply_form(self, form: EstimateForm) -> None:
         self.form = form
         self._spread()
         self.changed.emit()
@@ -229,7 +229,7 @@ class EstimatePanel(QWidget):
     def show_form(self, form: EstimateForm) -> None:
         """Show another form; emits nothing."""
         self.form = form
-        self._showing = True
+        self._is_updating = True
         try:
             for field, box in self._boxes.items():
                 box.setCurrentIndex(max(box.findData(getattr(form, field)), 0))
@@ -240,7 +240,7 @@ class EstimatePanel(QWidget):
             for field, line in self._lines.items():
                 line.setText(getattr(form, field))
         finally:
-            self._showing = False
+            self._is_updating = False
         self._spread()
 
     def set_file_choices(self, field: str, names: Sequence[str]) -> None:

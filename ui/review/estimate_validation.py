@@ -43,7 +43,7 @@ class EstimateValidator(QObject):
         super().__init__(parent)
         self.ready = False
         self.problem: SettingError | None = None
-        self._judged: EstimateForm | None = None
+        self._validated: EstimateForm | None = None
         self._model = ""
         self.effects: Mapping[str, float] = {}
         work = BackgroundJob("Loading the settings", _load, self)
@@ -57,13 +57,13 @@ class EstimateValidator(QObject):
 
     def invalidate(self) -> None:
         """Judge anew: files may be others now."""
-        self._judged = None
+        self._validated = None
 
     def validate(self, form: EstimateForm) -> SettingError | None:
         """Return what cannot be asked for; None if all is well, or nothing is loaded yet."""
-        if self.ready and self._judged != form:
+        if self.ready and self._validated != form:
             self.problem = find_form_error(form)
-            self._judged = form
+            self._validated = form
         return self.problem
 
     def load_model_effects(self, model: str, aircraft: Aircraft) -> bool:

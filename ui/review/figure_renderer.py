@@ -247,8 +247,8 @@ class FigureRenderer(QObject):
         super().__init__(parent)
         self._counter = itertools.count(1)
         self._newest = 0
-        self._waiting: RenderRequest | None = None
-        self._something = threading.Condition()
+        self._pending: RenderRequest | None = None
+        self._condition = threading.Condition()
         self._thread: threading.Thread | None = None
         self._ended.connect(self._end)
 
@@ -263,19 +263,19 @@ class FigureRenderer(QObject):
 
     def submit(self, order: RenderRequest) -> None:
         """Draw this and nothing that was ordered before."""
-        with self._something:
+        with self._condition:
             self._newest = order.request_id
-            self._waiting = order
+            self._pending = order
             if self._thread is None:
                 # The program waits for it at its end: what draws must not be cut off within.
                 self._thread = threading.Thread(target=self._work, name="figures")
                 self._thread.start()
-            self._something.notify()
+            self._condition.notify()
 
     def _work(self) -> None:
         while True:
-            with self._something:
-                order = self._next_order()
+            with self._condition:
+                order = self._next_request()
                 if order is None:
                     self._thread = None
                     return
@@ -290,13 +290,13 @@ class FigureRenderer(QObject):
                 # The window was closed meanwhile and this object with it.
                 return
 
-    def _next_order(self) -> RenderRequest | None:
+    def _next_request(self) -> RenderRequest | None:
         """Return the order that waits, or comes soon; None to end, as when the program does."""
         patience = round(_IDLE_SECONDS / _POLL_SECONDS)
-        while self._waiting is None and patience and threading.main_thread().is_alive():
-            self._something.wait(_POLL_SECONDS)
+        while self._pending is None and patience and threading.main_thread().is_alive():
+            self._condition.wait(_POLL_SECONDS)
             patience -= 1
-        order, self._waiting = self._waiting, None
+        order, self._pending = self._pending, None
         return order if threading.main_thread().is_alive() else None
 
     def _end(self, order: RenderRequest, result: RenderedFigure | Exception) -> None:

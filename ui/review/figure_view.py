@@ -73,7 +73,7 @@ class FigureView(QScrollArea):
         super().__init__()
         self.setObjectName("panel")
         self._look = look
-        self._make: FigureBuilder | None = None
+        self._build: FigureBuilder | None = None
         self._fits = False
         self.canvas = FigureCanvas(look, describe)
         self.canvas.setAccessibleName(name)
@@ -95,9 +95,9 @@ class FigureView(QScrollArea):
         self.drawer = FigureRenderer(self)
         self.drawer.drawn.connect(self._show)
         self.drawer.failed.connect(self._fail)
-        self._soon = self._timer(_SETTLE_MS, self._order)
-        self._hint = self._timer(_HINT_MS, self._say)
-        self.canvas.views_changed.connect(self._soon.start)
+        self._draw_timer = self._timer(_SETTLE_MS, self._submit)
+        self._hint_timer = self._timer(_HINT_MS, self._show_busy)
+        self.canvas.views_changed.connect(self._draw_timer.start)
         look.changed.connect(self._restyle)
         self._restyle()
 
@@ -116,7 +116,7 @@ class FigureView(QScrollArea):
     @property
     def is_up_to_date(self) -> bool:
         """Return whether what is on screen is what is wanted."""
-        return not (self._soon.isActive() or self.drawer.busy)
+        return not (self._draw_timer.isActive() or self.drawer.busy)
 
     def show_figure(self, make: FigureBuilder, *, same: bool = False) -> None:
         """Draw another figure.
@@ -127,12 +127,12 @@ class FigureView(QScrollArea):
         same : bool
             Whether it is the same figure with other numbers, so that zoom and place are kept.
         """
-        self._make = make
+        self._build = make
         self._fits = False
         if not same:
             self.canvas.discard_views()
             self.verticalScrollBar().setValue(0)
-        self._soon.start()
+        self._draw_timer.start()
 
     @property
     def available_size(self) -> FigureSize:
@@ -164,8 +164,8 @@ class FigureView(QScrollArea):
         )
         return plain * max(larger, 1.0)
 
-    def _order(self) -> None:
-        if self._make is None or not self.isVisible():
+    def _submit(self) -> None:
+        if self._build is None or not self.isVisible():
             return
         theme = self._look.theme
 
@@ -175,21 +175,21 @@ class FigureView(QScrollArea):
             return window_palette(theme)
 
         order = RenderRequest(
-            request_id=self.drawer.next_request_id(), build=self._make, palette=palette,
+            request_id=self.drawer.next_request_id(), build=self._build, palette=palette,
             room=self.available_size,
             dpi=self._dpi, ratio=self.devicePixelRatioF(), views=dict(self.canvas.views),
         )  # fmt: skip
         if self.rendered_figure is None:
             self.canvas.setFixedSize(self.viewport().size())
         self.drawer.submit(order)
-        self._hint.start()
+        self._hint_timer.start()
 
-    def _say(self) -> None:
+    def _show_busy(self) -> None:
         if self.drawer.busy:
             self.canvas.show_progress_text("Drawing…")
 
     def _show(self, drawing: RenderedFigure) -> None:
-        self._hint.stop()
+        self._hint_timer.stop()
         self.canvas.show_rendered_figure(drawing)
         if drawing.picture is None:
             self.canvas.setFixedSize(self.viewport().size())
@@ -204,7 +204,7 @@ class FigureView(QScrollArea):
         ):
             # What stands below takes another height than it did: once more, but only once.
             self._fits = True
-            self._soon.start()
+            self._draw_timer.start()
 
     def _fail(self, order: RenderRequest, error: Exception) -> None:
         words = f"This figure could not be drawn: {error}."
@@ -213,19 +213,19 @@ class FigureView(QScrollArea):
 
     def _restyle(self) -> None:
         self._page.setSpacing(self._look.px(6))
-        self._soon.start()
+        self._draw_timer.start()
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         super().resizeEvent(event)
         if event.size() != event.oldSize():
             self._fits = False
-            self._soon.start()
+            self._draw_timer.start()
 
     def showEvent(self, event: QShowEvent) -> None:
         super().showEvent(event)
-        self._soon.start()
+        self._draw_timer.start()
 
     def changeEvent(self, event: QEvent) -> None:
         super().changeEvent(event)
         if event.type() == QEvent.Type.DevicePixelRatioChange:
-            self._soon.start()
+            self._draw_timer.start()

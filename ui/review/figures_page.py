@@ -79,11 +79,11 @@ class FiguresPage(ReviewStepPage):
     ) -> None:
         super().__init__(look, "Figures")
         self._selection = selection
-        self._material: FigureData | None = None
+        self._data: FigureData | None = None
         self._chosen: dict[str, str] = {}
         self._undo_stack = UndoStack(self)
         self._excluded: frozenset[str] = frozenset()
-        self._needs = FigureComputations(begin_job, self)
+        self._computations = FigureComputations(begin_job, self)
         self._store = store
         self.kind: FigureKind = FIGURE_KINDS[0]
         self._column = QVBoxLayout(self)
@@ -98,10 +98,10 @@ class FiguresPage(ReviewStepPage):
         self.menu = FigureMenu(canvas, self._file, self._content, canvas.reset_views)
         self.menu.message_posted.connect(self.frame.show_message)
         canvas.addActions([actions["review_open_fit"], actions["review_exclude"]])
-        self.view.canvas.point_selected.connect(self._spot_chosen)
+        self.view.canvas.point_selected.connect(self._point_chosen)
         self.view.canvas.fit_requested.connect(self.open_fit)
-        self.view.canvas.subplot_opened.connect(self._open_pane)
-        self._needs.changed.connect(self._needed)
+        self.view.canvas.subplot_opened.connect(self._open_subplot)
+        self._computations.changed.connect(self._computations_changed)
         selection.maneuver_changed.connect(self._maneuver_chosen)
         selection.derivative_changed.connect(self._derivative_chosen)
         look.changed.connect(self._restyle)
@@ -128,12 +128,12 @@ class FiguresPage(ReviewStepPage):
     @property
     def present(self) -> tuple[CommandRequirement, ...]:
         """Return what commands may act on here."""
-        if self._material is None:
+        if self._data is None:
             return ()
         needs: list[CommandRequirement] = ["review_figure"]
         if self._is_drawn:
             needs.append("review_picture")
-        if find_result(self._material.outcome, self._selection.maneuver) is not None:
+        if find_result(self._data.outcome, self._selection.maneuver) is not None:
             needs.append("review_point")
         return tuple(needs)
 
@@ -146,58 +146,58 @@ class FiguresPage(ReviewStepPage):
     @property
     def state(self) -> StepStatus:
         """Return which run is looked at, and whether something is left out of its means."""
-        if self._material is None:
+        if self._data is None:
             return StepStatus(state="unknown")
-        outcome = self._material.outcome
+        outcome = self._data.outcome
         out = len(outcome.summary.excluded_maneuvers)
         words = f"{format_run_name(outcome)}, {out} excluded" if out else format_run_name(outcome)
         return StepStatus(state="plain", text=words)
 
     def begin(self) -> None:
         """Put the keyboard into the figure, or on the list where there is none."""
-        (self.view if self._material is not None else self.frame.list).setFocus()
+        (self.view if self._data is not None else self.frame.list).setFocus()
 
     # The run
 
     def show_outcome(self, outcome: RunOutcome | None) -> None:
         """Show the figures of a run; the one before can be compared with."""
-        former = self._material
+        former = self._data
         if outcome is None:
-            self._material = None
+            self._data = None
             self._refresh()
             return
         if former is not None and former.outcome.result is outcome.result:
             if former.outcome is not outcome:
                 self._excluded = frozenset(outcome.summary.excluded_maneuvers)
-                self._take(replace(former, outcome=outcome), same=True)
+                self._show_data(replace(former, outcome=outcome), same=True)
             return
         before = () if former is None else (former.outcome, *former.others)
         others = tuple(one for one in before if one.result is not outcome.result)
         self._undo_stack.clear()
         self._excluded = frozenset(outcome.summary.excluded_maneuvers)
-        self._needs.reset(outcome)
+        self._computations.reset(outcome)
         self._follow_flight(outcome, self._selection.maneuver)
-        self._take(
+        self._show_data(
             FigureData(
                 outcome=outcome, others=others[:PREVIOUS_RUN_COUNT], units=self.display_style.units,
-                maneuver=self._selection.maneuver, ftr_histories=self._needs.ftr_histories,
+                maneuver=self._selection.maneuver, ftr_histories=self._computations.ftr_histories,
                 selected_options=self._chosen,
             )
         )  # fmt: skip
 
-    def _take(self, material: FigureData, *, same: bool = False) -> None:
-        self._material = material
+    def _show_data(self, material: FigureData, *, same: bool = False) -> None:
+        self._data = material
         self._refresh(same=same)
         self.changed.emit()
 
-    def _needed(self) -> None:
+    def _computations_changed(self) -> None:
         """Show what was worked out meanwhile."""
-        if self._material is not None:
-            self._take(
+        if self._data is not None:
+            self._show_data(
                 replace(
-                    self._material,
-                    ftr_histories=self._needs.ftr_histories,
-                    comparison=self._needs.comparison,
+                    self._data,
+                    ftr_histories=self._computations.ftr_histories,
+                    comparison=self._computations.comparison,
                 )
             )
 
@@ -206,7 +206,7 @@ class FiguresPage(ReviewStepPage):
     def show_kind(self, name: str) -> None:
         """Show another figure."""
         self.kind = next(one for one in FIGURE_KINDS if one.id == name)
-        self._needs.allow_retry()
+        self._computations.allow_retry()
         self._refresh()
         self.changed.emit()
 
@@ -215,7 +215,7 @@ class FiguresPage(ReviewStepPage):
         self.show_kind(FIGURE_KINDS[min(max(place, 0), len(FIGURE_KINDS) - 1)].id)
 
     def _refresh(self, *, same: bool = False) -> None:
-        material, kind, frame = self._material, self.kind, self.frame
+        material, kind, frame = self._data, self.kind, self.frame
         frame.show_message("")
         frame.show_kind(kind)
         options = () if material is None else kind.options(material)
@@ -224,8 +224,8 @@ class FiguresPage(ReviewStepPage):
             self.view.show_figure(lambda _palette, _room: _NO_RUN_FIGURES_TEXT)
             return
         if kind.needs and getattr(material, kind.needs) is None:
-            words = self._needs.request(kind.needs, material.outcome)
-            if getattr(self._material, kind.needs) is None:
+            words = self._computations.request(kind.needs, material.outcome)
+            if getattr(self._data, kind.needs) is None:
                 self.view.show_figure(lambda _palette, _room: words)
             return
         self.view.canvas.select_maneuver(self._selection.maneuver)
@@ -233,21 +233,21 @@ class FiguresPage(ReviewStepPage):
 
     def _key(self, option: FigureOption) -> str:
         """Return what is chosen in a list; the maneuver is the one that all pages look at."""
-        if self._material is None:
+        if self._data is None:
             return ""
-        key = selected_choice(self._material, option)
+        key = selected_choice(self._data, option)
         if option.id == "maneuver" and not key.startswith(JOINT_PREFIX):
-            return self._material.current_maneuver.maneuver.id
+            return self._data.current_maneuver.maneuver.id
         return key
 
     def _choose(self, name: str, value: str) -> None:
         """Take what was chosen in a list."""
         self._chosen[name] = value
-        if self._material is None:
+        if self._data is None:
             return
         if name == "maneuver" and not value.startswith(JOINT_PREFIX):
             self._selection.select_maneuver(value)
-        self._take(replace(self._material, selected_options=dict(self._chosen)))
+        self._show_data(replace(self._data, selected_options=dict(self._chosen)))
 
     def _file(self) -> Path:
         return (
@@ -257,7 +257,7 @@ class FiguresPage(ReviewStepPage):
 
     def _content(self, ending: str) -> ContentFunction:
         """Return the figure as the report prints it, or its numbers, as the content of a file."""
-        kind, material = self.kind, self._material
+        kind, material = self.kind, self._data
 
         def content() -> bytes:
             from gsapp.report.document import FIGURE_WIDTH
@@ -276,7 +276,7 @@ class FiguresPage(ReviewStepPage):
         return content
 
     def _drawn(self, drawing: RenderedFigure) -> None:
-        picture, build_table, material = drawing.picture, self.kind.table, self._material
+        picture, build_table, material = drawing.picture, self.kind.table, self._data
         self.menu.enable(picture is not None)
         self.changed.emit()
         self.frame.show_caption("" if picture is None else typeset(picture.caption))
@@ -287,9 +287,9 @@ class FiguresPage(ReviewStepPage):
         self._show_detail()
 
     def _describe(self, pane: str, maneuver: str) -> str:
-        if self._material is None:
+        if self._data is None:
             return ""
-        return describe_point(self._material, pane.partition(":")[2], maneuver)
+        return describe_point(self._data, pane.partition(":")[2], maneuver)
 
     def _show_detail(self) -> None:
         """Describe the chosen maneuver below the figure, if the figure has a point for it."""
@@ -300,30 +300,30 @@ class FiguresPage(ReviewStepPage):
             if one.maneuver == chosen_name
         ]
         derivatives = {pane.name.partition(":")[2] for pane in charts if pane is not None}
-        if self._material is None or not derivatives:
+        if self._data is None or not derivatives:
             self.frame.show_message("")
             return
         derivative = self._selection.derivative
         words = describe_point(
-            self._material, derivative if derivative in derivatives else "", chosen_name
+            self._data, derivative if derivative in derivatives else "", chosen_name
         )
         self.frame.show_message(" · ".join(words.splitlines()))
 
     # Choosing
 
-    def _spot_chosen(self, pane: str, maneuver: str) -> None:
+    def _point_chosen(self, pane: str, maneuver: str) -> None:
         self._selection.select_derivative(pane.partition(":")[2] or self._selection.derivative)
         self._selection.select_maneuver(maneuver)
         self._show_detail()
 
     def _maneuver_chosen(self, maneuver: str) -> None:
         self.view.canvas.select_maneuver(maneuver)
-        material = self._material
+        material = self._data
         if material is None:
             return
         self._chosen.pop("maneuver", None)
         self._follow_flight(material.outcome, maneuver)
-        self._material = replace(material, maneuver=maneuver, selected_options=dict(self._chosen))
+        self._data = replace(material, maneuver=maneuver, selected_options=dict(self._chosen))
         if self._follows(material):
             self._refresh()
         self._show_detail()
@@ -345,7 +345,7 @@ class FiguresPage(ReviewStepPage):
 
     def _derivative_chosen(self, derivative: str) -> None:
         """Look at a derivative that was chosen elsewhere."""
-        material = self._material
+        material = self._data
         if material is None or derivative not in material.outcome.summary.derivatives:
             return
         group = selected_choice(material, derivative_group_option(material))
@@ -353,12 +353,12 @@ class FiguresPage(ReviewStepPage):
             "_0"
         ):
             self._chosen["group"] = derivative
-            self._take(replace(material, selected_options=dict(self._chosen)))
+            self._show_data(replace(material, selected_options=dict(self._chosen)))
         self._show_detail()
 
-    def _open_pane(self, pane: str) -> None:
+    def _open_subplot(self, pane: str) -> None:
         """Show one derivative large, or all of its kind again; of a maneuver, its fit."""
-        material, (what, _, name) = self._material, pane.partition(":")
+        material, (what, _, name) = self._data, pane.partition(":")
         if what == "maneuver":
             self.open_fit(name)
             return
@@ -366,7 +366,7 @@ class FiguresPage(ReviewStepPage):
             return
         alone = selected_choice(material, derivative_group_option(material)) == name
         self._chosen["group"] = name.partition("_")[0] if alone else name
-        self._take(replace(material, selected_options=dict(self._chosen)))
+        self._show_data(replace(material, selected_options=dict(self._chosen)))
 
     def open_fit(self, maneuver: str) -> None:
         """Show the fit of a maneuver."""
@@ -375,10 +375,10 @@ class FiguresPage(ReviewStepPage):
         self.view.setFocus()
 
     def _next_maneuver(self, steps: int) -> None:
-        if self._material is None:
+        if self._data is None:
             return
-        ids = [one.maneuver.id for one in self._material.outcome.result.results]
-        place = ids.index(self._material.current_maneuver.maneuver.id)
+        ids = [one.maneuver.id for one in self._data.outcome.result.results]
+        place = ids.index(self._data.current_maneuver.maneuver.id)
         if self._selection.maneuver in ids:
             place = min(max(place + steps, 0), len(ids) - 1)
         self._selection.select_maneuver(ids[place])
@@ -391,7 +391,7 @@ class FiguresPage(ReviewStepPage):
 
     def exclude(self) -> None:
         """Leave the chosen maneuver out of the means, or take it in again."""
-        if self._material is not None and self._selection.maneuver:
+        if self._data is not None and self._selection.maneuver:
             former, name = self._excluded, self._selection.maneuver
             now = former ^ {name}
             self._exclude(now)
@@ -402,22 +402,22 @@ class FiguresPage(ReviewStepPage):
             self.changed.emit()
 
     def _exclude(self, without: frozenset[str]) -> None:
-        if self._material is None:
+        if self._data is None:
             return
         from gsapp.identification.runs.exclusion import exclude_maneuvers
 
-        former, self._excluded = self._material.outcome, without
+        former, self._excluded = self._data.outcome, without
         outcome = exclude_maneuvers(former, without)
         # A derivative that no other maneuver gave comes and goes with it, and so does its chart.
         same = outcome.summary.derivatives.keys() == former.summary.derivatives.keys()
-        self._take(replace(self._material, outcome=outcome), same=same)
+        self._show_data(replace(self._data, outcome=outcome), same=same)
         self.exclusion_changed.emit(outcome)
 
     def _restyle(self) -> None:
         margin = self.display_style.px(12)
         self._column.setContentsMargins(margin, margin, margin, margin)
-        if self._material is not None and self._material.units != self.display_style.units:
-            self._take(replace(self._material, units=self.display_style.units))
+        if self._data is not None and self._data.units != self.display_style.units:
+            self._show_data(replace(self._data, units=self.display_style.units))
 
 
 def _log_failure(error: BaseException) -> None:

@@ -73,13 +73,13 @@ class FlightLoader(QObject):
 
         self._words = f"opening {path.name}"
         self._work = BackgroundJob(self._words, run, self)
-        self._work.progressed.connect(self._told)
+        self._work.progressed.connect(self._show_progress)
         self._work.done.connect(self._done)
         self._work.failed.connect(lambda error: self._missed(path, error))
         self._work.start()
         self.changed.emit()
 
-    def _told(self, _share: object, words: str) -> None:
+    def _show_progress(self, _share: object, words: str) -> None:
         self._words = words
         self.changed.emit()
 

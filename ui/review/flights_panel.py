@@ -90,9 +90,9 @@ class FlightsPanel(QWidget):
                 "No flight yet. Add one: a flight folder, or a file (tlog, bin, ulg, csv, mat)."
             )
         else:
-            self._tell_of(flights[place])
+            self._show_remarks(flights[place])
 
-    def _tell_of(self, flight: ReviewedFlight) -> None:
+    def _show_remarks(self, flight: ReviewedFlight) -> None:
         """Tell grades and the latest remarks: what was changed by hand is said last."""
         grades = grade_counts_text(flight.maneuvers)
         said = flight.remarks[::-1]

@@ -67,7 +67,7 @@ class JobQueue(QObject):
         self, engine: JobRunner, report_error: FailedCallback, parent: QObject | None = None
     ) -> None:
         super().__init__(parent)
-        self._engine = engine
+        self._job_runner = engine
         self._report_error = report_error
         self._work: BackgroundJob | None = None
         self._now: _QueuedJob | None = None
@@ -112,7 +112,7 @@ class JobQueue(QObject):
             self._now.done, self._now.failed = [], []
         if self._work is not None:
             self._work.cancel()
-        self._engine.close()
+        self._job_runner.close()
 
     def _next(self) -> None:
         if self._work is not None or not self._waiting:
@@ -120,7 +120,7 @@ class JobQueue(QObject):
         asked = self._waiting.pop(0)
 
         def run(progress: JobProgress) -> object:
-            return self._engine.do(asked.job, progress)
+            return self._job_runner.do(asked.job, progress)
 
         work = BackgroundJob(asked.job.title, run, self)
         self._work, self._now = work, asked

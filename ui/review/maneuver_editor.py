@@ -52,7 +52,7 @@ class ManeuverEditor(QObject):
         self._flights = flights
         self._review = review
         self._selection = selection
-        self._keeping = keeping
+        self._catalog_writer = keeping
 
     @property
     def row(self) -> ManeuverRow | None:
@@ -81,7 +81,7 @@ class ManeuverEditor(QObject):
             flight.poll()
         else:
             self.message_changed.emit("", "")
-            self._keeping.store(flight)
+            self._catalog_writer.store(flight)
             if name:
                 self._selection.select_maneuver(self._review.campaign_id(flight, name))
         self._settle(at)

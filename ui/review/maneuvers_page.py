@@ -98,7 +98,7 @@ class ManeuversPage(ReviewStepPage):
         flights.status_changed.connect(self._show_flights)
         flights.failed.connect(lambda words: self.details.show_message(words, "warning"))
         self._selection.maneuver_changed.connect(self._select)
-        editing.changed.connect(self._told_all)
+        editing.changed.connect(self._notify_change)
         editing.message_changed.connect(self.details.show_message)
         self.keeping.failed.connect(
             lambda error: self.details.show_message(f"Not saved in the catalog: {error}", "caution")
@@ -305,9 +305,9 @@ class ManeuversPage(ReviewStepPage):
     def _flights_changed(self) -> None:
         if self.flights.flight is not None and self.panel.has_keyboard:
             self.begin()
-        self._told_all()
+        self._notify_change()
 
-    def _told_all(self) -> None:
+    def _notify_change(self) -> None:
         self._refresh()
         self.maneuvers_changed.emit()
 

@@ -78,7 +78,7 @@ class OnboardLogController(QObject):
         self.work = JobQueue(engine or create_log_job_runner(), report_error, self)
         self._banner = JobBanner(banners, self.work.cancel)
         self.work.began.connect(self._began)
-        self.work.progressed.connect(self._told)
+        self.work.progressed.connect(self._show_progress)
         self.work.ended.connect(self._ended)
 
     @property
@@ -150,7 +150,7 @@ class OnboardLogController(QObject):
         self._banner.show(title)
         self.changed.emit()
 
-    def _told(self, share: float | None, words: str) -> None:
+    def _show_progress(self, share: float | None, words: str) -> None:
         self._banner.set_progress(share, words)
 
     def _ended(self, title: str, how: str) -> None:

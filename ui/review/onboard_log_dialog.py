@@ -134,9 +134,9 @@ class OnboardLogDialog(FormDialog):
         self._pages.addWidget(QWidget())
         self.add_row("From", self._pages)
         self.flight.currentIndexChanged.connect(self._flight_chosen)
-        self.origin.currentIndexChanged.connect(self._judge)
-        self.file.edit.textChanged.connect(self._judge)
-        self.link.changed.connect(self._judge)
+        self.origin.currentIndexChanged.connect(self._validate)
+        self.file.edit.textChanged.connect(self._validate)
+        self.link.changed.connect(self._validate)
         self._flight_chosen()
         self.origin.setFocus()
         self.fit_to_content()
@@ -171,9 +171,9 @@ class OnboardLogDialog(FormDialog):
         if in_force:
             self.origin.addItem("None: live record only", (_NONE, ""))
         self.origin.blockSignals(False)
-        self._judge()
+        self._validate()
 
-    def _judge(self) -> None:
+    def _validate(self) -> None:
         kind, name = self._from
         self._pages.setCurrentIndex({_FILE: 0, _LINK: 1}.get(kind, 2))
         usable = True

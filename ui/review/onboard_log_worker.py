@@ -47,7 +47,7 @@ class OnboardLogJobHandler:
     """
 
     def __init__(self, tell: JobProgressCallback) -> None:
-        self._tell = tell
+        self._report_progress = tell
 
     def do(self, job: OnboardLogJob) -> OnboardLogResult:
         """Do one job and return how the flight stands."""
@@ -56,7 +56,7 @@ class OnboardLogJobHandler:
 
         if job.use is not None:
             info = FlightFolder.open(job.flight).info()
-            self._tell(None, "reading the flight")
+            self._report_progress(None, "reading the flight")
             flight = activate_log(job.flight, job.use)
             state = flight.onboard
             words = state.remark() if state is not None else "live record only"
@@ -80,7 +80,7 @@ class OnboardLogJobHandler:
 
         if job.file is None:
             raise FlightError("no log was named; choose a file")
-        self._tell(None, f"comparing {job.file.name} with the live record")
+        self._report_progress(None, f"comparing {job.file.name} with the live record")
         return install_log(job.flight, job.file)
 
     def _fetched(self, job: OnboardLogJob) -> InstalledLog:
@@ -93,17 +93,17 @@ class OnboardLogJobHandler:
             fetched = fetcher.fetch(entry) if entry is not None else None
         if fetched is None:
             raise LinkError("the log was not downloaded; start again")
-        self._tell(_FETCH_SHARE, "comparing it with the live record")
+        self._report_progress(_FETCH_SHARE, "comparing it with the live record")
         placed = install_log(job.flight, fetched.path, begun=fetched.start_time)
         fetched.path.unlink(missing_ok=True)
         return placed
 
     def _coming(self, state: DownloadState) -> None:
         if state.phase != "fetching":
-            self._tell(None, _PHASES.get(state.phase, state.phase))
+            self._report_progress(None, _PHASES.get(state.phase, state.phase))
             return
         share = state.received_bytes / state.size if state.size else 0.0
         words = f"{state.received_bytes / 1e6:.1f} of {state.size / 1e6:.1f} MB"
         if state.rate > 0.0:
             words += f", {state.rate / 1e3:.0f} kB/s"
-        self._tell(_FETCH_SHARE * share, words)
+        self._report_progress(_FETCH_SHARE * share, words)

@@ -47,7 +47,7 @@ class ReviewJobHandler:
     """
 
     def __init__(self, tell: JobProgressCallback) -> None:
-        self._tell = tell
+        self._report_progress = tell
         self._flight_cache: FlightCache | None = None
 
     def do(self, job: ReviewJob) -> object:
@@ -64,7 +64,7 @@ class ReviewJobHandler:
             case RunReportJob():
                 return self._report(job)
             case VirtualFlightJob():
-                return simulate_virtual_flight(job.folder, self._tell, hide="")
+                return simulate_virtual_flight(job.folder, self._report_progress, hide="")
 
     @property
     def flights(self) -> FlightCache:
@@ -83,12 +83,12 @@ class ReviewJobHandler:
         outcome = execute_run(
             job.request,
             flights=self.flights,
-            doing=_ReadProgress(self._tell, len(job.request.flights)),
+            doing=_ReadProgress(self._report_progress, len(job.request.flights)),
             progress=self._fitting,
         )
         if job.catalog is None:
             return outcome
-        self._tell(_FIT_SHARE, "saving the run")
+        self._report_progress(_FIT_SHARE, "saving the run")
         try:
             job.catalog.parent.mkdir(parents=True, exist_ok=True)
             with Catalog(job.catalog) as catalog:
@@ -106,7 +106,7 @@ class ReviewJobHandler:
                 catalog,
                 job.number,
                 flights=self.flights,
-                doing=_ReadProgress(self._tell, 1),
+                doing=_ReadProgress(self._report_progress, 1),
                 progress=self._fitting,
             )
 
@@ -115,9 +115,11 @@ class ReviewJobHandler:
         from gsapp.report.ftr_histories import compute_ftr_histories
 
         openings = flight_open_requests(job.request)
-        reading = _ReadProgress(self._tell, len(openings))
+        reading = _ReadProgress(self._report_progress, len(openings))
         opened = [self.flights.open(one, doing=reading).opened for one in openings]
-        listening = _ReadProgress(self._tell, len(openings), since=_READ_SHARE, until=1.0, each=1)
+        listening = _ReadProgress(
+            self._report_progress, len(openings), since=_READ_SHARE, until=1.0, each=1
+        )
         return compute_ftr_histories(
             [(one.flight, one.aircraft) for one in opened], most=None, doing=listening
         )
@@ -147,13 +149,13 @@ class ReviewJobHandler:
 
     def _fitting(self, done: int, total: int, what: str) -> bool:
         share = done / total if total else 1.0
-        self._tell(
+        self._report_progress(
             _READ_SHARE + (_FIT_SHARE - _READ_SHARE) * share, what or ("computing the summary")
         )
         return True
 
     def _stepping(self, done: int, total: int, what: str) -> bool:
-        self._tell(done / total if total else 1.0, what)
+        self._report_progress(done / total if total else 1.0, what)
         return True
 
 
@@ -179,11 +181,11 @@ class _ReadProgress:
         until: float = _READ_SHARE,
         each: int = 2,
     ) -> None:
-        self._tell = tell
+        self._report_progress = tell
         self._steps = max(flights * each, 1)
         self._from, self._room = since, until - since
         self._done = 0
 
     def __call__(self, words: str) -> None:
-        self._tell(self._from + self._room * min(self._done / self._steps, 1.0), words)
+        self._report_progress(self._from + self._room * min(self._done / self._steps, 1.0), words)
         self._done += 1

@@ -66,7 +66,7 @@ class RunsView(QWidget):
         self._look = look
         self._run_store = run_store
         self._shown: int | None = None
-        self._wanted: int | None = None
+        self._pending_number: int | None = None
         self.marked: int | None = None
         self._column = QVBoxLayout(self)
         self._column.setContentsMargins(0, 0, 0, 0)
@@ -106,7 +106,7 @@ class RunsView(QWidget):
         )
         self._column.addWidget(self.settings)
         self._column.addStretch(1)
-        self.list.selectionModel().currentRowChanged.connect(lambda *_: self._tell())
+        self.list.selectionModel().currentRowChanged.connect(lambda *_: self._show_run())
         self.list.opened.connect(lambda _key: self.opened.emit())
         self.list.deleted.connect(self._delete)
         self.list.marked.connect(self.toggle_mark)
@@ -133,7 +133,7 @@ class RunsView(QWidget):
         typed is not left for it.
         """
         self._shown = number
-        self._wanted = number
+        self._pending_number = number
         self.refresh()
 
     def refresh(self) -> None:
@@ -148,13 +148,13 @@ class RunsView(QWidget):
         for part in (self.list, self.buttons, self.said, self.values, self.settings):
             part.setVisible(bool(runs))
         if self.list.is_editing:
-            self._wanted = None
-        if self._run_store.find_run(self._wanted) is not None:
-            self.list.select_row(self._wanted)
-            self._wanted = None
+            self._pending_number = None
+        if self._run_store.find_run(self._pending_number) is not None:
+            self.list.select_row(self._pending_number)
+            self._pending_number = None
         if runs and self.current_run is None:
             self.list.setCurrentIndex(self.list.row_model.index(0, 0))
-        self._tell()
+        self._show_run()
 
     def toggle_mark(self) -> None:
         """Mark the run with the keyboard, to set others beside it; or take its mark away."""
@@ -192,7 +192,7 @@ class RunsView(QWidget):
 
         return compare_runs(run, marked)
 
-    def _tell(self) -> None:
+    def _show_run(self) -> None:
         run = self.current_run
         if run is not None:
             comparison = self._comparison(run)

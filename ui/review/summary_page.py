@@ -76,7 +76,7 @@ class SummaryPage(ReviewStepPage):
         self._outcome: RunOutcome | None = None
         self.linear = LinearModelsPanel(look, actions, begin_job)
         self.writer = SummaryExporter(store, begin_job, self)
-        self.writer.status_reported.connect(self._told)
+        self.writer.status_reported.connect(self._show_message)
         self._build()
         selection.maneuver_changed.connect(self._maneuver_chosen)
         selection.derivative_changed.connect(self._derivative_chosen)
@@ -139,7 +139,9 @@ class SummaryPage(ReviewStepPage):
             1: 120},
             least=2, most=12,
         )  # fmt: skip
-        self.attention.selectionModel().currentRowChanged.connect(lambda *_: self._looked_at())
+        self.attention.selectionModel().currentRowChanged.connect(
+            lambda *_: self._select_attention_item()
+        )
         self.attention.opened.connect(lambda _key: self._actions["review_maneuvers"].trigger())
         self._add(self._pair.right, self.attention_heading)
         self._add(self._pair.right, self.attention)
@@ -248,7 +250,7 @@ class SummaryPage(ReviewStepPage):
         """Put the table on the clipboard, as text with tabs."""
         if self._outcome is not None:
             QGuiApplication.clipboard().setText(format_derivative_table(self._outcome))
-            self._told("The table is on the clipboard.")
+            self._show_message("The table is on the clipboard.")
 
     # Showing
 
@@ -290,10 +292,10 @@ class SummaryPage(ReviewStepPage):
         self.file.set_choices([(name, FILE_TITLES[name]) for name in names], self.file.current_key)
         self._derivative_chosen(self._selection.derivative)
         self._maneuver_chosen(self._selection.maneuver)
-        self._tell_of(self._selection.derivative)
+        self._show_detail(self._selection.derivative)
         self.changed.emit()
 
-    def _told(self, words: str) -> None:
+    def _show_message(self, words: str) -> None:
         self.told.setText(words)
         self.told.setVisible(bool(words))
         self.buttons["review_open_written"].setVisible(self.writer.written is not None)
@@ -304,15 +306,15 @@ class SummaryPage(ReviewStepPage):
     def _row_chosen(self) -> None:
         key = self.table.current_key()
         if isinstance(key, str):
-            self._tell_of(key)
+            self._show_detail(key)
             self._selection.select_derivative(key)
 
-    def _tell_of(self, derivative: str) -> None:
+    def _show_detail(self, derivative: str) -> None:
         outcome = self._outcome
         words = describe_derivative(outcome, derivative) if outcome and derivative else ""
         self.detail.setText(words or "Choose a derivative in the table.")
 
-    def _looked_at(self) -> None:
+    def _select_attention_item(self) -> None:
         key = self.attention.current_key()
         if isinstance(key, AttentionItem):
             self._selection.select_maneuver(key.maneuver)
