@@ -512,7 +512,7 @@ def test_what_telemetry_says_cannot_be_ticked_by_hand(window: MainWindow, qtbot:
     page = go(window, qtbot, 3)
     page.list.select_item("link")
     press(qtbot, Qt.Key.Key_Space)
-    assert "cannot be ticked" in page.said.text()
+    assert "cannot be ticked" in page.message.text()
     assert state_of(window, "link") == "open"
 
 
@@ -530,7 +530,7 @@ def test_nothing_is_ticked_begun_anew_or_started_in_a_replay(
     assert page.model.ticks == before
     page.list.select_item(item.id)
     press(qtbot, Qt.Key.Key_Space)
-    assert "This is a replay" in page.said.text()
+    assert "This is a replay" in page.message.text()
     assert page.model.ticks == before
 
 
@@ -562,7 +562,7 @@ def test_the_crews_own_list_is_opened_and_counts_as_soon_as_it_is_saved(
     assert state_of(window, "airframe") == "green"
     assert page.summary.words == "1 not green"
     own.write_text(short + "[[items]]\nid = 3\n", encoding="utf-8")
-    until(qtbot, lambda: "items[1]" in page.said.text())
+    until(qtbot, lambda: "items[1]" in page.message.text())
     assert len(page.model.items) == 2
 
 
@@ -659,7 +659,7 @@ def test_what_the_disk_refuses_is_not_said_to_be_being_saved(
 ) -> None:
     page = go(window, qtbot, step)
     editor = page.editor if step == 1 else page.model.editor
-    said = page.saved if step == 1 else page.said
+    said = page.saved if step == 1 else page.message
 
     def refuse() -> None:
         raise FlightError("the disk is full")
@@ -725,7 +725,7 @@ def test_cards_are_saved_for_others_and_taken_from_a_file(
     press(qtbot, Qt.Key.Key_O, CONTROL | ALT)
     assert page.title.text() == "Monday: 1 maneuver"
     press(qtbot, Qt.Key.Key_Delete)
-    assert "last card cannot be removed" in page.said.text()
+    assert "last card cannot be removed" in page.message.text()
     press(qtbot, Qt.Key.Key_Z, CONTROL)
     assert page.title.text().startswith("B777")
     path.write_text("cards = 3", encoding="utf-8")

@@ -116,18 +116,18 @@ class MisfitWaterfall(_PaintedWidget):
 
     def __init__(self, look: DisplayStyle) -> None:
         super().__init__(look, "Residual by step")
-        self._falls: tuple[WaterfallStep, ...] = ()
+        self._steps: tuple[WaterfallStep, ...] = ()
         self._titles: tuple[str, ...] = ()
         self._current = 0
 
     def show_steps(
-        self, falls: Sequence[WaterfallStep], titles: Sequence[str], current: int
+        self, steps: Sequence[WaterfallStep], titles: Sequence[str], current: int
     ) -> None:
         """Show other steps, one of them current."""
-        self._falls, self._titles, self._current = tuple(falls), tuple(titles), current
+        self._steps, self._titles, self._current = tuple(steps), tuple(titles), current
         words = "; ".join(
             f"{title}: {noise_ratio_text(one.after)} times the noise floor"
-            for title, one in zip(titles, falls, strict=True)
+            for title, one in zip(titles, steps, strict=True)
         )
         self.setAccessibleDescription(words)
         self.setToolTip(words.replace("; ", "\n"))
@@ -135,18 +135,18 @@ class MisfitWaterfall(_PaintedWidget):
 
     def sizeHint(self) -> QSize:
         look = self.look
-        return QSize(look.px(280), look.px(40 * max(len(self._falls), 1) + 22))
+        return QSize(look.px(280), look.px(40 * max(len(self._steps), 1) + 22))
 
     def paintEvent(self, _event: QPaintEvent) -> None:
         look = self.look
         painter = QPainter(self)
         number = look.px(72)
         room = max(self.width() - number - look.px(8), 1)
-        values = [v for one in self._falls for v in (one.before, one.after)]
+        values = [v for one in self._steps for v in (one.before, one.after)]
         largest = max(1.2, _largest_finite(values))
         step, thick = look.px(40), look.px(14)
         metrics = QFontMetricsF(look.font("body"))
-        for row, one in enumerate(self._falls):
+        for row, one in enumerate(self._steps):
             top = row * step
             current = row == self._current
             if current:
@@ -178,9 +178,9 @@ class MisfitWaterfall(_PaintedWidget):
             if row:
                 told = f"{noise_ratio_text(one.before)}{ARROW}{told}"
             painter.drawText(QRectF(left, y - 2, number, thick + 4), _LEFT, told)
-        bottom = len(self._falls) * step
+        bottom = len(self._steps) * step
         x = room / largest
-        for row in range(len(self._falls)):
+        for row in range(len(self._steps)):
             # Beside the bars only, not through the words.
             top = row * step + look.px(20)
             self._floor_line(painter, x, top, top + thick + look.px(2))

@@ -50,7 +50,7 @@ class GapPage(JobPage):
         Tells of a search while another place is on screen.
     error_reporter : ErrorReporter
         Where errors go.
-    engine : JobRunner, optional
+    job_runner : JobRunner, optional
         What searches; a process of its own by default.
     """
 
@@ -61,7 +61,7 @@ class GapPage(JobPage):
         store: SettingsStore,
         banners: BannerStack,
         error_reporter: ErrorReporter,
-        engine: JobRunner | None = None,
+        job_runner: JobRunner | None = None,
     ) -> None:
         super().__init__("Model gap", actions, look, store, banners, "search", "gap_cancel")
         self._error_reporter = error_reporter
@@ -69,8 +69,10 @@ class GapPage(JobPage):
         self._trial: BackgroundJob | None = None
         self._loading: BackgroundJob | None = None
         self.setup: SearchSetupPage | None = None
-        self.story: GapResultView | None = None
-        self.search = GapSearch(engine or create_search_job_runner(), error_reporter.report, self)
+        self.result_view: GapResultView | None = None
+        self.search = GapSearch(
+            job_runner or create_search_job_runner(), error_reporter.report, self
+        )
         self.search.began.connect(lambda work: self._show_began(work.title))
         self.search.progressed.connect(self._show_progress)
         self.search.ended.connect(self._ended)
@@ -104,13 +106,17 @@ class GapPage(JobPage):
         }
 
     def _with_result_view(self, act: Callable[[GapResultView], object]) -> None:
-        if self.story is not None and self.search.answer is not None:
-            act(self.story)
+        if self.result_view is not None and self.search.answer is not None:
+            act(self.result_view)
 
     @property
     def is_result_shown(self) -> bool:
         """Return whether an answer is on screen, so that its keys are meant."""
-        return self.shown and self.story is not None and self.stack.currentWidget() is self.story
+        return (
+            self.shown
+            and self.result_view is not None
+            and self.stack.currentWidget() is self.result_view
+        )
 
     @property
     def undo_history(self) -> UndoHistory | None:
@@ -132,16 +138,16 @@ class GapPage(JobPage):
     def present(self) -> tuple[CommandRequirement, ...]:
         """Return what commands may act on."""
         found: list[CommandRequirement] = ["search"] if self.busy else []
-        story = self.story
-        if story is None or not self.is_result_shown:
+        result_view = self.result_view
+        if result_view is None or not self.is_result_shown:
             return tuple(found)
         found.append("gap")
-        if story.can_accept:
+        if result_view.can_accept:
             found.append("gap_next")
         if self.busy:
             return tuple(found)
         found.append("gap_idle")
-        if story.chosen_effect and not self._is_refused(story.chosen_effect):
+        if result_view.chosen_effect and not self._is_refused(result_view.chosen_effect):
             found.append("gap_effect")
         return tuple(found)
 
@@ -170,13 +176,13 @@ class GapPage(JobPage):
         return self.setup
 
     def _get_result_view(self) -> GapResultView:
-        if self.story is None:
+        if self.result_view is None:
             from ui.gap.gap_result_view import GapResultView
 
-            self.story = GapResultView(self._actions, self._look, self._store)
-            self.story.step_changed.connect(self.changed)
-            self.stack.addWidget(self.story)
-        return self.story
+            self.result_view = GapResultView(self._actions, self._look, self._store)
+            self.result_view.step_changed.connect(self.changed)
+            self.stack.addWidget(self.result_view)
+        return self.result_view
 
     def set_open_flight(self, path: Path | None) -> None:
         """Say which flight is open in the window."""
@@ -189,8 +195,8 @@ class GapPage(JobPage):
         page = self.stack.currentWidget()
         if self.setup is not None and page is self.setup:
             self.setup.begin()
-        elif self.story is not None and page is self.story:
-            self.story.begin()
+        elif self.result_view is not None and page is self.result_view:
+            self.result_view.begin()
 
     def show_setup(self) -> None:
         """Ask what to search; the answer there is stays."""
@@ -208,16 +214,16 @@ class GapPage(JobPage):
             self._setup_page().add_flight(path)
 
     def _show_result_view(self) -> None:
-        if self.story is not None and self.search.answer is not None:
-            self.stack.setCurrentWidget(self.story)
-            self.story.begin()
+        if self.result_view is not None and self.search.answer is not None:
+            self.stack.setCurrentWidget(self.result_view)
+            self.result_view.begin()
             self.changed.emit()
 
     # The search
 
     def _load(self) -> None:
         """Load in a thread what the answer will be drawn with, once: it takes a second."""
-        if self.story is None and self._loading is None:
+        if self.result_view is None and self._loading is None:
             self._loading = BackgroundJob(
                 "Loading the page",
                 lambda _progress: importlib.import_module(_RESULT_VIEW_MODULE),
@@ -241,12 +247,12 @@ class GapPage(JobPage):
         answer = self.search.answer
         if answer is None:
             return
-        story = self._get_result_view()
-        story.show_result(answer)
+        result_view = self._get_result_view()
+        result_view.show_result(answer)
         had_focus = self.isVisible()
-        self.stack.setCurrentWidget(story)
+        self.stack.setCurrentWidget(result_view)
         if had_focus:
-            story.begin()
+            result_view.begin()
         else:
             words = answer.discrepancy.why or "The search has ended."
             self._banner.show_result(words, "Look (F5)", self.show_requested.emit)
@@ -307,21 +313,21 @@ class GapPage(JobPage):
     def refuse_effect(self) -> None:
         """Search again without the effect that is looked at."""
         answer = self.search.answer
-        if self.story is None or answer is None:
+        if self.result_view is None or answer is None:
             return
-        effect = self.story.chosen_effect
+        effect = self.result_view.chosen_effect
         if effect:
             self.search.refuse(effect, answer.title(effect))
 
     def force_effect(self) -> None:
         """Ask for an effect and search again with it in the model."""
         answer = self.search.answer
-        if self.story is None or answer is None:
+        if self.result_view is None or answer is None:
             return
         from ui.gap.force_effect_dialog import ForceEffectDialog
         from ui.gap.gap_view_models import list_forceable_effects
 
-        choices = list_forceable_effects(answer, self.story.selection.step)
+        choices = list_forceable_effects(answer, self.result_view.selection.step)
         dialog = ForceEffectDialog(self._look, choices, self)
         if dialog.exec() and dialog.selected_effect is not None:
             self.search.force(dialog.selected_effect.effect, dialog.selected_effect.title)
@@ -330,12 +336,12 @@ class GapPage(JobPage):
 
     def save_model(self) -> None:
         """Ask for a file and save the model of the step that is looked at."""
-        answer, story = self.search.answer, self.story
-        if answer is None or story is None:
+        answer, result_view = self.search.answer, self.result_view
+        if answer is None or result_view is None:
             return
         from gsapp.dynamics.model import save_model
 
-        model = answer.discrepancy.steps[story.selection.step].model
+        model = answer.discrepancy.steps[result_view.selection.step].model
         start = (
             initial_dialog_folder(self._store.current)
             / f"{sanitize_file_name(model.name) or 'model'}.toml"

@@ -27,7 +27,7 @@ class GapSearch(QObject):
 
     Parameters
     ----------
-    engine : JobRunner
+    job_runner : JobRunner
         Does the work.
 
     Attributes
@@ -52,12 +52,12 @@ class GapSearch(QObject):
 
     def __init__(
         self,
-        engine: JobRunner,
+        job_runner: JobRunner,
         report_error: Callable[[BaseException], None],
         parent: QObject | None = None,
     ) -> None:
         super().__init__(parent)
-        self._job_runner = engine
+        self._job_runner = job_runner
         self._report_error = report_error
         self._work: BackgroundJob | None = None
         self.answer: SearchResult | None = None

@@ -151,14 +151,14 @@ class SearchSetupPage(CenteredPage):
         grid.setContentsMargins(16, 12, 16, 12)
         grid.setHorizontalSpacing(16)
         grid.setColumnStretch(1, 1)
-        for row, chapter in enumerate(GAP_STAGES):
+        for row, stage in enumerate(GAP_STAGES):
             grid.addWidget(
-                create_label(f"{row + 1}  {chapter.title}", "strong"),
+                create_label(f"{row + 1}  {stage.title}", "strong"),
                 row,
                 0,
                 Qt.AlignmentFlag.AlignTop,
             )
-            grid.addWidget(create_label(_STAGE_DESCRIPTIONS[chapter.id], wrap=True), row, 1)
+            grid.addWidget(create_label(_STAGE_DESCRIPTIONS[stage.id], wrap=True), row, 1)
         return card
 
     def _read_models(self) -> None:

@@ -78,8 +78,8 @@ class CardsPage(PreflightStepPage):
         self._left_column.setContentsMargins(0, 0, 0, 0)
         self.title = create_label("", "heading", wrap=True)
         self._left_column.addWidget(self.title)
-        self.said = FieldMessage()
-        self._left_column.addWidget(self.said)
+        self.message = FieldMessage()
+        self._left_column.addWidget(self.message)
         changes = ("cards_up", "cards_down", "cards_remove", "cards_add")
         self.list = StatusListView(look, "Test cards", [actions[name] for name in changes])
         self.list.current_item_changed.connect(lambda _key: self._show_card())
@@ -217,21 +217,21 @@ class CardsPage(PreflightStepPage):
         """Say what is wrong with the cards, else whose they are."""
         model = self.model
         if model is None or model.editor is None:
-            self.said.set_message("" if model is None else model.read_error, "warning")
+            self.message.set_message("" if model is None else model.read_error, "warning")
         elif model.editor.problems:
-            self.said.set_message("Saved, except the marked fields.", "warning")
+            self.message.set_message("Saved, except the marked fields.", "warning")
         elif not model.editor.file.is_saved:
             if self._save_timer.isActive():
-                self.said.set_message("Saving…")
+                self.message.set_message("Saving…")
             else:
-                self.said.set_message("Not saved", "warning")
+                self.message.set_message("Not saved", "warning")
         elif not model.editor.file.path.exists():
-            self.said.set_message("Shipped cards; a change makes a copy of your own.")
+            self.message.set_message("Shipped cards; a change makes a copy of your own.")
         elif model.flown is not None and model.flown.unplanned:
             beside = count_text(len(model.flown.unplanned), "maneuver")
-            self.said.set_message(f"Flown outside the cards: {beside}.")
+            self.message.set_message(f"Flown outside the cards: {beside}.")
         else:
-            self.said.set_message("Saved", "good")
+            self.message.set_message("Saved", "good")
 
     def begin(self) -> None:
         """Put the keyboard into the list."""
@@ -324,7 +324,7 @@ class CardsPage(PreflightStepPage):
         if self.model.remove(row):
             self._cards_changed(row)
         else:
-            self.said.set_message("The last card cannot be removed: a set needs one.", "caution")
+            self.message.set_message("The last card cannot be removed: a set needs one.", "caution")
 
     def move_card(self, steps: int) -> None:
         """Move the card up or down."""
@@ -358,7 +358,7 @@ class CardsPage(PreflightStepPage):
         except GroundStationError as error:
             self._fail(error)
         else:
-            self.said.set_message(f"Saved as {path}.", "good")
+            self.message.set_message(f"Saved as {path}.", "good")
 
     @property
     def undo_history(self) -> UndoHistory | None:

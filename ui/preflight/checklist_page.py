@@ -133,8 +133,8 @@ class ChecklistPage(PreflightStepPage):
         self.red = create_label("", "strong", wrap=True)
         self.red.setProperty("state", "warning")
         self._column.addWidget(self.red)
-        self.said = FieldMessage()
-        self._column.addWidget(self.said)
+        self.message = FieldMessage()
+        self._column.addWidget(self.message)
         self.list = StatusListView(
             look, "Checklist", [actions["checklist_tick"], actions["checklist_edit"]]
         )
@@ -185,7 +185,7 @@ class ChecklistPage(PreflightStepPage):
         """Show the checklist of another flight."""
         self.model = model.checklist
         self._watch()
-        self.said.set_message("")
+        self.message.set_message("")
         self.show_items()
         self.list.select_row(0)
 
@@ -210,12 +210,14 @@ class ChecklistPage(PreflightStepPage):
         self.red.setText("; ".join(names))
         self.red.setVisible(bool(left) and model.accepts_ticks)
         if model.own_list_error:
-            self.said.set_message(f"The previous list applies: {model.own_list_error}", "warning")
+            self.message.set_message(
+                f"The previous list applies: {model.own_list_error}", "warning"
+            )
         elif model.started_text:
-            self.said.set_message(model.started_text)
+            self.message.set_message(model.started_text)
         elif not model.accepts_ticks:
-            self.said.set_message("Replay: checklist from telemetry; items cannot be ticked.")
-        self.said.setVisible(bool(self.said.text()))
+            self.message.set_message("Replay: checklist from telemetry; items cannot be ticked.")
+        self.message.setVisible(bool(self.message.text()))
 
     def begin(self) -> None:
         """Put the keyboard into the list."""
@@ -246,19 +248,19 @@ class ChecklistPage(PreflightStepPage):
         row = self.list.currentIndex().row()
         item = next(one for one in model.items if one.id == item_id)
         done: list[bool] = []
-        self.said.set_message("")
+        self.message.set_message("")
         self._do(lambda model: done.append(model.toggle(item_id)))
         if done == [False]:
             who = "Checked by telemetry" if model.accepts_ticks else "This is a replay"
-            self.said.set_message(f"{who}: “{item.text}” cannot be ticked.", "caution")
-            self.said.show()
+            self.message.set_message(f"{who}: “{item.text}” cannot be ticked.", "caution")
+            self.message.show()
         elif item.state != "green":
             # What was ticked went down; the next one stands in its place.
             self.list.select_row(row)
 
     def reset(self) -> None:
         """Begin anew; Ctrl+Z brings the ticks back."""
-        self.said.set_message("")
+        self.message.set_message("")
         self._do(lambda model: model.restart())
         self.list.select_row(0)
 
@@ -274,8 +276,8 @@ class ChecklistPage(PreflightStepPage):
         self._watch()
         opened = QDesktopServices.openUrl(QUrl.fromLocalFile(str(path)))
         words = "is open in the editor" if opened else "is the file to edit"
-        self.said.set_message(f"{path} {words}; saved changes apply at once.", "good")
-        self.said.show()
+        self.message.set_message(f"{path} {words}; saved changes apply at once.", "good")
+        self.message.show()
 
     @property
     def undo_history(self) -> UndoHistory | None:
@@ -307,6 +309,6 @@ class ChecklistPage(PreflightStepPage):
     def _read_again(self) -> None:
         self._watch()
         if self.model is not None and self.model.read_if_changed():
-            self.said.set_message("")
+            self.message.set_message("")
             self.show_items()
             self.changed.emit()

@@ -83,7 +83,7 @@ class RenderedFigure:
     Attributes
     ----------
     request : RenderRequest
-    picture : DocumentFigure or None
+    figure : DocumentFigure or None
         None where there is nothing to draw.
     message : str
         Why not.
@@ -95,7 +95,7 @@ class RenderedFigure:
     """
 
     request: RenderRequest
-    picture: DocumentFigure | None = None
+    figure: DocumentFigure | None = None
     message: str = ""
     image: QImage | None = None
     width: int = 0
@@ -133,7 +133,7 @@ def render_figure(order: RenderRequest) -> RenderedFigure:
         image = QImage(pixels.tobytes(), wide, high, 4 * wide, QImage.Format.Format_RGBA8888).copy()
         image.setDevicePixelRatio(order.ratio)
         return RenderedFigure(
-            request=order, picture=picture, image=image,
+            request=order, figure=picture, image=image,
             width=round(wide / order.ratio), height=round(high / order.ratio),
             subplots=_extract_subplots(figure, order.ratio), points=_extract_points(figure,
             order.ratio),

@@ -92,9 +92,9 @@ class FigureView(QScrollArea):
         self._page.addStretch(1)
         self.setWidget(page)
         self.setFocusProxy(self.canvas)
-        self.drawer = FigureRenderer(self)
-        self.drawer.drawn.connect(self._show)
-        self.drawer.failed.connect(self._fail)
+        self.renderer = FigureRenderer(self)
+        self.renderer.drawn.connect(self._show)
+        self.renderer.failed.connect(self._fail)
         self._draw_timer = self._timer(_SETTLE_MS, self._submit)
         self._hint_timer = self._timer(_HINT_MS, self._show_busy)
         self.canvas.views_changed.connect(self._draw_timer.start)
@@ -116,7 +116,7 @@ class FigureView(QScrollArea):
     @property
     def is_up_to_date(self) -> bool:
         """Return whether what is on screen is what is wanted."""
-        return not (self._draw_timer.isActive() or self.drawer.busy)
+        return not (self._draw_timer.isActive() or self.renderer.busy)
 
     def show_figure(self, make: FigureBuilder, *, same: bool = False) -> None:
         """Draw another figure.
@@ -175,28 +175,28 @@ class FigureView(QScrollArea):
             return window_palette(theme)
 
         order = RenderRequest(
-            request_id=self.drawer.next_request_id(), build=self._build, palette=palette,
+            request_id=self.renderer.next_request_id(), build=self._build, palette=palette,
             room=self.available_size,
             dpi=self._dpi, ratio=self.devicePixelRatioF(), views=dict(self.canvas.views),
         )  # fmt: skip
         if self.rendered_figure is None:
             self.canvas.setFixedSize(self.viewport().size())
-        self.drawer.submit(order)
+        self.renderer.submit(order)
         self._hint_timer.start()
 
     def _show_busy(self) -> None:
-        if self.drawer.busy:
+        if self.renderer.busy:
             self.canvas.show_progress_text("Drawing…")
 
     def _show(self, drawing: RenderedFigure) -> None:
         self._hint_timer.stop()
         self.canvas.show_rendered_figure(drawing)
-        if drawing.picture is None:
+        if drawing.figure is None:
             self.canvas.setFixedSize(self.viewport().size())
             self.canvas.setAccessibleDescription(drawing.message)
         else:
             self.canvas.setFixedSize(drawing.width, drawing.height)
-            self.canvas.setAccessibleDescription(drawing.picture.caption)
+            self.canvas.setAccessibleDescription(drawing.figure.caption)
         self.drawn.emit(drawing)
         if (
             not self._fits

@@ -141,7 +141,7 @@ class FiguresPage(ReviewStepPage):
     def _is_drawn(self) -> bool:
         """Return whether a figure is on screen, not a sentence why there is none."""
         drawing = self.view.rendered_figure
-        return drawing is not None and drawing.picture is not None
+        return drawing is not None and drawing.figure is not None
 
     @property
     def state(self) -> StepStatus:
@@ -185,8 +185,8 @@ class FiguresPage(ReviewStepPage):
             )
         )  # fmt: skip
 
-    def _show_data(self, material: FigureData, *, same: bool = False) -> None:
-        self._data = material
+    def _show_data(self, data: FigureData, *, same: bool = False) -> None:
+        self._data = data
         self._refresh(same=same)
         self.changed.emit()
 
@@ -215,21 +215,21 @@ class FiguresPage(ReviewStepPage):
         self.show_kind(FIGURE_KINDS[min(max(place, 0), len(FIGURE_KINDS) - 1)].id)
 
     def _refresh(self, *, same: bool = False) -> None:
-        material, kind, frame = self._data, self.kind, self.frame
+        data, kind, frame = self._data, self.kind, self.frame
         frame.show_message("")
         frame.show_kind(kind)
-        options = () if material is None else kind.options(material)
+        options = () if data is None else kind.options(data)
         frame.show_options([(one, self._key(one)) for one in options])
-        if material is None:
+        if data is None:
             self.view.show_figure(lambda _palette, _room: _NO_RUN_FIGURES_TEXT)
             return
-        if kind.needs and getattr(material, kind.needs) is None:
-            words = self._computations.request(kind.needs, material.outcome)
+        if kind.needs and getattr(data, kind.needs) is None:
+            words = self._computations.request(kind.needs, data.outcome)
             if getattr(self._data, kind.needs) is None:
                 self.view.show_figure(lambda _palette, _room: words)
             return
         self.view.canvas.select_maneuver(self._selection.maneuver)
-        self.view.show_figure(lambda palette, room: kind.build(material, palette, room), same=same)
+        self.view.show_figure(lambda palette, room: kind.build(data, palette, room), same=same)
 
     def _key(self, option: FigureOption) -> str:
         """Return what is chosen in a list; the maneuver is the one that all pages look at."""
@@ -257,18 +257,16 @@ class FiguresPage(ReviewStepPage):
 
     def _content(self, ending: str) -> ContentFunction:
         """Return the figure as the report prints it, or its numbers, as the content of a file."""
-        kind, material = self.kind, self._data
+        kind, data = self.kind, self._data
 
         def content() -> bytes:
             from gsapp.report.document import FIGURE_WIDTH
             from gsapp.report.figure_files import export_figure
             from gsapp.report.palette import PRINT_PALETTE
 
-            if material is None:
+            if data is None:
                 raise FlightError(_NO_RUN_FIGURES_TEXT)
-            picture = kind.build(
-                material, PRINT_PALETTE, FigureSize(width=FIGURE_WIDTH, height=0.0)
-            )
+            picture = kind.build(data, PRINT_PALETTE, FigureSize(width=FIGURE_WIDTH, height=0.0))
             if isinstance(picture, str):
                 raise FlightError(picture)
             return export_figure(picture, ending)
@@ -276,14 +274,14 @@ class FiguresPage(ReviewStepPage):
         return content
 
     def _drawn(self, drawing: RenderedFigure) -> None:
-        picture, build_table, material = drawing.picture, self.kind.table, self._data
+        picture, build_table, data = drawing.figure, self.kind.table, self._data
         self.menu.enable(picture is not None)
         self.changed.emit()
         self.frame.show_caption("" if picture is None else typeset(picture.caption))
-        if picture is None or build_table is None or material is None:
+        if picture is None or build_table is None or data is None:
             self.frame.table.show_table(None)
         else:
-            self.frame.table.show_table(build_table(material))
+            self.frame.table.show_table(build_table(data))
         self._show_detail()
 
     def _describe(self, pane: str, maneuver: str) -> str:
@@ -318,13 +316,13 @@ class FiguresPage(ReviewStepPage):
 
     def _maneuver_chosen(self, maneuver: str) -> None:
         self.view.canvas.select_maneuver(maneuver)
-        material = self._data
-        if material is None:
+        data = self._data
+        if data is None:
             return
         self._chosen.pop("maneuver", None)
-        self._follow_flight(material.outcome, maneuver)
-        self._data = replace(material, maneuver=maneuver, selected_options=dict(self._chosen))
-        if self._follows(material):
+        self._follow_flight(data.outcome, maneuver)
+        self._data = replace(data, maneuver=maneuver, selected_options=dict(self._chosen))
+        if self._follows(data):
             self._refresh()
         self._show_detail()
         self.changed.emit()
@@ -345,28 +343,26 @@ class FiguresPage(ReviewStepPage):
 
     def _derivative_chosen(self, derivative: str) -> None:
         """Look at a derivative that was chosen elsewhere."""
-        material = self._data
-        if material is None or derivative not in material.outcome.summary.derivatives:
+        data = self._data
+        if data is None or derivative not in data.outcome.summary.derivatives:
             return
-        group = selected_choice(material, derivative_group_option(material))
-        if derivative not in derivatives_in_group(material, group) and not derivative.endswith(
-            "_0"
-        ):
+        group = selected_choice(data, derivative_group_option(data))
+        if derivative not in derivatives_in_group(data, group) and not derivative.endswith("_0"):
             self._chosen["group"] = derivative
-            self._show_data(replace(material, selected_options=dict(self._chosen)))
+            self._show_data(replace(data, selected_options=dict(self._chosen)))
         self._show_detail()
 
     def _open_subplot(self, pane: str) -> None:
         """Show one derivative large, or all of its kind again; of a maneuver, its fit."""
-        material, (what, _, name) = self._data, pane.partition(":")
+        data, (what, _, name) = self._data, pane.partition(":")
         if what == "maneuver":
             self.open_fit(name)
             return
-        if material is None or self.kind.id != "values":
+        if data is None or self.kind.id != "values":
             return
-        alone = selected_choice(material, derivative_group_option(material)) == name
+        alone = selected_choice(data, derivative_group_option(data)) == name
         self._chosen["group"] = name.partition("_")[0] if alone else name
-        self._show_data(replace(material, selected_options=dict(self._chosen)))
+        self._show_data(replace(data, selected_options=dict(self._chosen)))
 
     def open_fit(self, maneuver: str) -> None:
         """Show the fit of a maneuver."""

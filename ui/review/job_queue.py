@@ -19,7 +19,7 @@ def create_review_job_runner() -> ProcessJobRunner:
 
 
 class RunnableJob(Protocol):
-    """Anything that an engine does."""
+    """Anything that a job runner does."""
 
     @property
     def title(self) -> str:
@@ -44,7 +44,7 @@ class JobQueue(QObject):
 
     Parameters
     ----------
-    engine : JobRunner
+    job_runner : JobRunner
         Does the work.
     report_error : callable
         Where errors go.
@@ -64,10 +64,10 @@ class JobQueue(QObject):
     ended = Signal(str, str)
 
     def __init__(
-        self, engine: JobRunner, report_error: FailedCallback, parent: QObject | None = None
+        self, job_runner: JobRunner, report_error: FailedCallback, parent: QObject | None = None
     ) -> None:
         super().__init__(parent)
-        self._job_runner = engine
+        self._job_runner = job_runner
         self._report_error = report_error
         self._work: BackgroundJob | None = None
         self._now: _QueuedJob | None = None

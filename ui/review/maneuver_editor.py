@@ -26,7 +26,7 @@ class ManeuverEditor(QObject):
     review : Review
     selection : ReviewSelection
         The maneuver that is changed.
-    keeping : CatalogWriter
+    catalog_writer : CatalogWriter
         Hands every change on to the catalog.
 
     Attributes
@@ -45,14 +45,14 @@ class ManeuverEditor(QObject):
         flights: ReviewedFlights,
         review: Review,
         selection: ReviewSelection,
-        keeping: CatalogWriter,
+        catalog_writer: CatalogWriter,
         parent: QObject | None = None,
     ) -> None:
         super().__init__(parent)
         self._flights = flights
         self._review = review
         self._selection = selection
-        self._catalog_writer = keeping
+        self._catalog_writer = catalog_writer
 
     @property
     def row(self) -> ManeuverRow | None:

@@ -75,8 +75,8 @@ class ManeuversPage(ReviewStepPage):
         self.review = review
         self.flights = ReviewedFlights(review, store, selection, self)
         self.opening = self.flights.opening
-        self.keeping = CatalogWriter(lambda: catalog_path(store.current), self)
-        self.editing = ManeuverEditor(self.flights, review, selection, self.keeping, self)
+        self.catalog_writer = CatalogWriter(lambda: catalog_path(store.current), self)
+        self.editing = ManeuverEditor(self.flights, review, selection, self.catalog_writer, self)
         self.maneuvers_panel = view = ManeuversPanel(actions, look)
         self.details, self.timeline, self.bar = view.details, view.timeline, view.bar
         self.panel, self.channels, self.table = view.panel, view.channels, view.table
@@ -100,7 +100,7 @@ class ManeuversPage(ReviewStepPage):
         self._selection.maneuver_changed.connect(self._select)
         editing.changed.connect(self._notify_change)
         editing.message_changed.connect(self.details.show_message)
-        self.keeping.failed.connect(
+        self.catalog_writer.failed.connect(
             lambda error: self.details.show_message(f"Not saved in the catalog: {error}", "caution")
         )
         self.panel.flight_selected.connect(
@@ -300,7 +300,7 @@ class ManeuversPage(ReviewStepPage):
     def _opened(self, flight: ReviewedFlight) -> None:
         """Keep changes that never reached the catalog: the window was closed too soon."""
         if flight.changes:
-            self.keeping.store(flight)
+            self.catalog_writer.store(flight)
 
     def _flights_changed(self) -> None:
         if self.flights.flight is not None and self.panel.has_keyboard:

@@ -43,7 +43,7 @@ class OnboardLogController(QObject):
         Returns paths of further flights that may be meant.
     parent : QWidget
         The place.
-    engine : JobRunner, optional
+    job_runner : JobRunner, optional
         What does the work; a process of its own by default.
 
     Attributes
@@ -66,7 +66,7 @@ class OnboardLogController(QObject):
         flights: Callable[[], Sequence[Flight]],
         others: Callable[[], Sequence[Path]],
         parent: QWidget,
-        engine: JobRunner | None = None,
+        job_runner: JobRunner | None = None,
     ) -> None:
         super().__init__(parent)
         self._look = look
@@ -75,7 +75,7 @@ class OnboardLogController(QObject):
         self._flights = flights
         self._others = others
         self._parent = parent
-        self.work = JobQueue(engine or create_log_job_runner(), report_error, self)
+        self.work = JobQueue(job_runner or create_log_job_runner(), report_error, self)
         self._banner = JobBanner(banners, self.work.cancel)
         self.work.began.connect(self._began)
         self.work.progressed.connect(self._show_progress)

@@ -48,7 +48,7 @@ class ReviewPage(MultiStepPage[ReviewStepPage], JobPage):
         Tells of work while another place is on screen.
     error_reporter : ErrorReporter
         Where errors go.
-    engine : JobRunner, optional
+    job_runner : JobRunner, optional
         What does the work; a process of its own by default.
 
     Attributes
@@ -70,7 +70,7 @@ class ReviewPage(MultiStepPage[ReviewStepPage], JobPage):
         store: SettingsStore,
         banners: BannerStack,
         error_reporter: ErrorReporter,
-        engine: JobRunner | None = None,
+        job_runner: JobRunner | None = None,
     ) -> None:
         super().__init__("Review", actions, look, store, banners, "work", "review_cancel")
         self._error_reporter = error_reporter
@@ -81,7 +81,7 @@ class ReviewPage(MultiStepPage[ReviewStepPage], JobPage):
         self.outcome: RunOutcome | None = None
         self._former: tuple[RunOutcome, ...] = ()
         self.selection = ReviewSelection(self)
-        self.work = JobQueue(engine or create_review_job_runner(), error_reporter.report, self)
+        self.work = JobQueue(job_runner or create_review_job_runner(), error_reporter.report, self)
         self.onboard = OnboardLogController(
             look, store, banners, error_reporter.report, self._reviewed, self._opened, self
         )

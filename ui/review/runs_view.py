@@ -88,9 +88,9 @@ class RunsView(QWidget):
             ActionButton(actions["review_forget"], "Forget", look),
         )
         self._column.addWidget(self.buttons)
-        self.said = create_label("", wrap=True, remarks_in=look)
-        self.said.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
-        self._column.addWidget(self.said)
+        self.message = create_label("", wrap=True, remarks_in=look)
+        self.message.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
+        self._column.addWidget(self.message)
         self.values = FittedTableView(
             look, "Values of the run", _VALUE_TITLES, stretch=0, widths={1: 164, 2: 164, 3: 96},
             right=frozenset({1, 2, 3}), most=12,
@@ -145,7 +145,7 @@ class RunsView(QWidget):
         unread = self._run_store.read_error
         self.empty.setText(f"They cannot be read: {unread}." if unread else _NO_RUNS_TEXT)
         self.empty.setVisible(not runs)
-        for part in (self.list, self.buttons, self.said, self.values, self.settings):
+        for part in (self.list, self.buttons, self.message, self.values, self.settings):
             part.setVisible(bool(runs))
         if self.list.is_editing:
             self._pending_number = None
@@ -196,7 +196,7 @@ class RunsView(QWidget):
         run = self.current_run
         if run is not None:
             comparison = self._comparison(run)
-            self.said.setText(describe_run(run, comparison))
+            self.message.setText(describe_run(run, comparison))
             self.values.show_rows(build_run_value_rows(run, comparison))
             self.settings.show_rows(build_setting_rows(run, comparison))
             beside = comparison is not None

@@ -101,10 +101,10 @@ class SummaryPage(ReviewStepPage):
         outer.addWidget(self._area)
         self._column = QVBoxLayout(page)
         self.headline = create_label("", "heading", wrap=True, remarks_in=self.display_style)
-        self.trust = create_label("", wrap=True, remarks_in=self.display_style)
-        self.trust.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
+        self.validity = create_label("", wrap=True, remarks_in=self.display_style)
+        self.validity.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
         self._column.addWidget(self.headline)
-        self._column.addWidget(self.trust)
+        self._column.addWidget(self.validity)
         self._pair = StackingColumns(self.display_style, (8, 5))
         self._column.addWidget(self._pair)
         self._column.addStretch(1)
@@ -165,10 +165,10 @@ class SummaryPage(ReviewStepPage):
         first = ("review_report", "review_everything", "review_copy")
         self._add(right, create_button_row(look, *(self.buttons[name] for name in first)))
         self._add(right, create_button_row(look, self.file, self.buttons["review_file"]))
-        self.told = create_label("", "muted", wrap=True)
-        self.told.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
-        self._add(right, self.told)
-        self.told.hide()
+        self.message = create_label("", "muted", wrap=True)
+        self.message.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
+        self._add(right, self.message)
+        self.message.hide()
         self._add(right, create_button_row(look, self.buttons["review_open_written"]))
         self.buttons["review_open_written"].hide()
 
@@ -264,7 +264,7 @@ class SummaryPage(ReviewStepPage):
         """Show a run; None where there is none."""
         self._outcome = outcome
         self._pair.setVisible(outcome is not None)
-        self.trust.setVisible(outcome is not None)
+        self.validity.setVisible(outcome is not None)
         if outcome is None:
             self.headline.setText(_NO_RUN_SUMMARY_TEXT)
             return
@@ -279,7 +279,7 @@ class SummaryPage(ReviewStepPage):
         kept = "" if outcome.number is None else f"Run {outcome.number}: "
         self.headline.setText(f"{kept}{estimate_headline(outcome.summary, outcome.result)}")
         said = (bound_consistency_text(outcome.summary), *residual_text(outcome.result))
-        self.trust.setText(" ".join((*said, *exclusion_text(outcome.summary))))
+        self.validity.setText(" ".join((*said, *exclusion_text(outcome.summary))))
         with QSignalBlocker(self.table.selectionModel()):
             self.table.show_rows(build_derivative_rows(outcome))
         with QSignalBlocker(self.attention.selectionModel()):
@@ -296,8 +296,8 @@ class SummaryPage(ReviewStepPage):
         self.changed.emit()
 
     def _show_message(self, words: str) -> None:
-        self.told.setText(words)
-        self.told.setVisible(bool(words))
+        self.message.setText(words)
+        self.message.setVisible(bool(words))
         self.buttons["review_open_written"].setVisible(self.writer.written is not None)
         self.changed.emit()
 
