@@ -85,7 +85,7 @@ class FlightOpener(QObject):
         self._store = store
         self._error_reporter = error_reporter
         self._open_here = open_here
-        self._work: BackgroundJob | None = None
+        self._job: BackgroundJob | None = None
         self._records: Path | None = None  # where that begins to record
         self._recording = Lock()
 
@@ -340,7 +340,7 @@ class FlightOpener(QObject):
 
         self.cancel()
         work = BackgroundJob(f"Opening {name}", run, self, may_hang=True)
-        self._work, self._records = work, records
+        self._job, self._records = work, records
         work.done.connect(lambda begun: self._finish_opening(begun, back_to))
         work.discarded.connect(self._drop)
         work.failed.connect(refused or (lambda error: self._failed(error, wants_map)))
@@ -361,7 +361,7 @@ class FlightOpener(QObject):
         """Undo what was set going in the very moment in which it was cancelled."""
         here = self._open_here()
         wanted = [] if here is None else [here]
-        if self._records is not None and self._work is not None and self._work.is_running:
+        if self._records is not None and self._job is not None and self._job.is_running:
             wanted.append(self._records)
         if begun.recorder is not None and begun.recorder.folder in map(Path.absolute, wanted):
             begun.recorder = begun.folder = None  # another connection has joined it
@@ -380,8 +380,8 @@ class FlightOpener(QObject):
 
     def cancel(self) -> None:
         """Undo what is being set going."""
-        if self._work is not None and self._work.is_running:
-            self._work.cancel()
+        if self._job is not None and self._job.is_running:
+            self._job.cancel()
 
     def _start_next(self, begun: PendingFlight) -> None:
         """Let nothing wait any more of what this flight was given."""

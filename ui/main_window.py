@@ -132,7 +132,7 @@ class MainWindow(QMainWindow):
         )
         self.pages = QStackedWidget()
         self._page_ids = [place.id for place in PAGES]
-        self._asks = True
+        self._confirms_close = True
         self._built_pages: Mapping[
             str, FlightPage | GapPage | PilotPage | PreflightPage | ReviewPage
         ] = {
@@ -418,7 +418,7 @@ class MainWindow(QMainWindow):
 
     def disable_close_questions(self) -> None:
         """Close without a question from here on: the user's session ends."""
-        self._asks = False
+        self._confirms_close = False
 
     def closeEvent(self, event: QCloseEvent) -> None:
         for_trial = self.pilot_page.training.running or self.preflight_page.is_practice
@@ -431,9 +431,9 @@ class MainWindow(QMainWindow):
             *self.review_page.unfinished_work_title,
             *self.gap_page.unfinished_work_title,
         )
-        asks = self._asks and (names or works)
+        asks = self._confirms_close and (names or works)
         answer = ask_closing(self, names, works) if asks else "leave"
-        if answer == "stay" and self._asks:
+        if answer == "stay" and self._confirms_close:
             event.ignore()
             return
         if for_trial or answer == "stop":

@@ -41,11 +41,13 @@ class RecentFlights(QObject):
         if session is None:
             return
         path = session.path.absolute()
-        self._keep(RecentFlight(path=str(path), name=session.name, aircraft=self._aircraft()))
+        self._store_flight(
+            RecentFlight(path=str(path), name=session.name, aircraft=self._aircraft())
+        )
         work = BackgroundJob(
             f"Reading the date of {path.name}", lambda _progress: _date(path), self
         )
-        work.done.connect(lambda date: self._amend(str(path), date=date))
+        work.done.connect(lambda date: self._update_flight(str(path), date=date))
         work.start()
 
     def _left(self) -> None:
@@ -55,19 +57,19 @@ class RecentFlights(QObject):
             first, last = (0.0, session.now) if replay is None else (replay.start, replay.end)
             if first is not None and last is not None:
                 path = str(session.path.absolute())
-                self._amend(path, duration=last - first, aircraft=self._aircraft())
+                self._update_flight(path, duration=last - first, aircraft=self._aircraft())
 
     def _aircraft(self) -> str:
         session = self._controller.session
         return "" if session is None or session.aircraft is None else session.aircraft.name
 
-    def _keep(self, flight: RecentFlight) -> None:
+    def _store_flight(self, flight: RecentFlight) -> None:
         known = self._store.current.recent_flights
         former = next((one for one in known if one.path == flight.path), flight)
         kept = former.model_copy(update={"name": flight.name, "aircraft": flight.aircraft})
         self._store.replace(self._store.current.with_flight(kept))
 
-    def _amend(self, path: str, **values: object) -> None:
+    def _update_flight(self, path: str, **values: object) -> None:
         flights = tuple(
             one.model_copy(update=values) if one.path == path else one
             for one in self._store.current.recent_flights

@@ -119,7 +119,7 @@ class RecorderMonitor(QObject):
         self.destroyed.connect(self._over.set)
         # The thread emits no signal: this object may be deleted at that very moment.
         timer = QTimer(self)
-        timer.timeout.connect(lambda: self._take(self._newest))
+        timer.timeout.connect(lambda: self._set_running(self._newest))
         timer.start(_TAKE_MS)
         threading.Thread(target=self._poll_recorders, name="recorders", daemon=True).start()
 
@@ -130,7 +130,7 @@ class RecorderMonitor(QObject):
             self._asking.start()
         self._asking.join(_DISK_TIMEOUT)
         if not self._asking.is_alive():
-            self._take(self._newest)
+            self._set_running(self._newest)
         return self.running
 
     def _look(self) -> None:
@@ -141,7 +141,7 @@ class RecorderMonitor(QObject):
         while not self._over.wait(_POLL_SECONDS):
             self._look()
 
-    def _take(self, running: tuple[RunningRecorder, ...]) -> None:
+    def _set_running(self, running: tuple[RunningRecorder, ...]) -> None:
         if running != self.running:
             self.running = running
             self.changed.emit()

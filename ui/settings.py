@@ -304,7 +304,7 @@ class SettingsStore:
             return Settings()
         except (OSError, ValueError) as error:
             log.warning("settings not used: %s: %s", self.path, error)
-            kept = self._keep(shutil.move)
+            kept = self._back_up_file(shutil.move)
             self.error_text = (
                 f"The settings in {self.path} cannot be read: defaults are used.{kept}"
             )
@@ -312,14 +312,14 @@ class SettingsStore:
         found, bad = _drop_invalid_values(content)
         if bad:
             log.warning("settings not used: %s: %s", self.path, ", ".join(bad))
-            kept = self._keep(shutil.copyfile)
+            kept = self._back_up_file(shutil.copyfile)
             self.error_text = (
                 f"Some settings in {self.path} are invalid and were reset to defaults: "
                 f"{', '.join(bad)}.{kept}"
             )
         return found
 
-    def _keep(self, lay_aside: Callable[[Path, Path], object]) -> str:
+    def _back_up_file(self, lay_aside: Callable[[Path, Path], object]) -> str:
         """Lay the file aside as it is, and return a sentence about where it is kept."""
         kept = self.path.with_suffix(".damaged.toml")
         with contextlib.suppress(OSError):

@@ -260,9 +260,9 @@ class AlarmRegistry:
             count=1 if former is None else former.count + (not former.active),
         )
         self._log.append(AlarmOnset(key=key, severity=severity, time=time, message=words))
-        self._go_on(key, severity, time, words, rule, value)
+        self._update_episode(key, severity, time, words, rule, value)
 
-    def _go_on(
+    def _update_episode(
         self,
         key: str,
         severity: Severity,

@@ -191,13 +191,13 @@ class LiveFeed:
     def finish(self) -> None:
         """Take in the rest of a record that is complete."""
         self.advance(math.inf)
-        self._take(self._reader.finish())
+        self._append_blocks(self._reader.finish())
 
     def _read(self, deadline: float) -> None:
         while True:
             now = self._clock()
             step = self._reader.read(self._pace.piece(deadline - now))
-            self._take(step.blocks)
+            self._append_blocks(step.blocks)
             self.is_up_to_date = not step.more
             if self.is_up_to_date or step.is_waiting:
                 return
@@ -206,7 +206,7 @@ class LiveFeed:
             if after >= deadline:
                 return
 
-    def _take(self, blocks: Sequence[Block]) -> None:
+    def _append_blocks(self, blocks: Sequence[Block]) -> None:
         if not blocks:
             return
         for block in blocks:

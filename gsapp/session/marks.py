@@ -122,7 +122,7 @@ class MarkStore:
                 others.append(event)
         self.other_events += others
         if fresh:
-            self._fold()
+            self._rebuild_marks()
         return others
 
     def add(
@@ -234,7 +234,7 @@ class MarkStore:
         given = event.data.get("id")
         return given if isinstance(given, str) and given else f"line-{len(self._events)}"
 
-    def _fold(self) -> None:
+    def _rebuild_marks(self) -> None:
         self._undone = _undone_event_ids(self._events)
         marks: dict[str, FlightMark] = {}
         for event_id, event in self._events:

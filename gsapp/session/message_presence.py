@@ -115,7 +115,7 @@ class MessagePresenceMonitor:
         for name, ticks in due.items():
             # What is later still counts as of the last tick judged.
             places = np.searchsorted(came, ticks, side="right") - 1 + self._count
-            lost += self._silences(name, places, self._count + came.size - 1)
+            lost += self._find_gaps(name, places, self._count + came.size - 1)
         for place, name, silent in sorted(lost):
             key = f"{name}:silent"
             tick = int(came[place - self._count]) if place >= self._count else self._judged
@@ -127,7 +127,7 @@ class MessagePresenceMonitor:
         self._judged = last
         self._count += came.size
 
-    def _silences(
+    def _find_gaps(
         self, name: str, places: npt.NDArray[np.intp], last: int
     ) -> list[tuple[int, str, bool]]:
         """Return where a message stayed away (True) and where it came again (False).

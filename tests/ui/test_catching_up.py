@@ -23,7 +23,7 @@ def test_what_was_true_a_while_ago_is_neither_shown_nor_said(
     qtbot.addWidget(window)
     loud, mouth = Loudspeaker(), Mouth()
     window.voice._player = loud
-    window.voice._take(mouth)
+    window.voice._set_speaker(mouth)
     window.voice.set_muted(False)
     window.flight_controller.flight_opener.open_flight(
         write_flight(tmp_path / "flights"), playing=False

@@ -358,7 +358,7 @@ def test_a_run_that_cannot_be_kept_is_shown_and_says_so(
     assert page.state.text.startswith("not kept")
     monkeypatch.undo()
     page.run_store.reload()
-    until(qtbot, lambda: page.run_store._work is None)
+    until(qtbot, lambda: page.run_store._job is None)
 
 
 @pytest.mark.parametrize("way", ["button", "key"])

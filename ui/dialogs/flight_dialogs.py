@@ -157,12 +157,12 @@ class ExportDialog(FormDialog):
         self.path.edit.setText(str(start.with_suffix(".csv")))
         self.sentence = FieldMessage()
         self.add_row("File", self.path, self.sentence)
-        self.kind.activated.connect(self._suit)
+        self.kind.activated.connect(self._update_suffix)
         self.path.edit.textChanged.connect(self._validate)
         self._validate()
         self.fit_to_content(560)
 
-    def _suit(self) -> None:
+    def _update_suffix(self) -> None:
         text = self.path.edit.text().strip()
         if text:
             self.path.edit.setText(str(Path(text).with_suffix(f".{self.kind.currentData()}")))

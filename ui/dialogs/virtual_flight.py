@@ -78,7 +78,7 @@ class VirtualFlightDialog(RecordingDialog):
         self.search.setPlaceholderText("Search the effects")
         self.search.setAccessibleName("Search the effects")
         self.search.setClearButtonEnabled(True)
-        self.search.textChanged.connect(self._narrow)
+        self.search.textChanged.connect(self._filter)
         self.effects = QListWidget()
         self.effects.setAccessibleName("Hidden effects")
         self.effects.setFixedHeight(look.px(112))
@@ -114,9 +114,9 @@ class VirtualFlightDialog(RecordingDialog):
             item.setCheckState(Qt.CheckState.Unchecked)
             self.effects.addItem(item)
         self.note.set_message("Hidden effects make the aircraft differ from its model.")
-        self._narrow(self.search.text())
+        self._filter(self.search.text())
 
-    def _narrow(self, words: str) -> None:
+    def _filter(self, words: str) -> None:
         wanted = words.lower().split()
         for row in range(self.effects.count()):
             item = self.effects.item(row)

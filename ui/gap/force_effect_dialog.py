@@ -47,7 +47,7 @@ class ForceEffectDialog(FormDialog):
         self.search.setPlaceholderText("Search the effects")
         self.search.setAccessibleName("Search the effects")
         self.search.setClearButtonEnabled(True)
-        self.search.textChanged.connect(self._narrow)
+        self.search.textChanged.connect(self._filter)
         self.note = FieldMessage()
         self._rows = [
             TableRow(
@@ -68,12 +68,12 @@ class ForceEffectDialog(FormDialog):
         self.add_row("Effect", holder, self.note)
         self.listed.row_changed.connect(lambda _key: self._validate())
         self.listed.doubleClicked.connect(lambda _index: self.accept())
-        self._narrow("")
+        self._filter("")
         # As high with few matches as with all.
         self.listed.setFixedHeight(look.px(224))
         self.fit_to_content()
 
-    def _narrow(self, words: str) -> None:
+    def _filter(self, words: str) -> None:
         wanted = words.lower().split()
         self.listed.show_rows(
             [row for row in self._rows if all(word in row.cells[0].lower() for word in wanted)]

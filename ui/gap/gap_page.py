@@ -292,13 +292,13 @@ class GapPage(JobPage):
         work = BackgroundJob("Flying the virtual aircraft", run, self)
         self._trial = work
         work.progressed.connect(self._show_progress)
-        work.done.connect(self._flown)
+        work.done.connect(self._search_trial_flight)
         work.canceled.connect(lambda: self._ended("stopped"))
         work.failed.connect(self._trial_failed)
         work.start()
         self._show_began(work.title)
 
-    def _flown(self, folder: Path) -> None:
+    def _search_trial_flight(self, folder: Path) -> None:
         from ui.virtual_flight_simulation import BASELINE_MODEL, SIMULATED_AIRCRAFT
 
         self._ended("flown")

@@ -180,7 +180,7 @@ class GapResultView(QScrollArea):
             self.buttons[stage.id] = button
         self._navigation_box.addWidget(chapters)
         self.track = StepSlider(self._look)
-        self.track.valueChanged.connect(self._slid)
+        self.track.valueChanged.connect(self._slider_moved)
         self._navigation_box.addWidget(self.track, 1)
         return holder
 
@@ -291,7 +291,7 @@ class GapResultView(QScrollArea):
 
     # Moving
 
-    def _slid(self, step: int) -> None:
+    def _slider_moved(self, step: int) -> None:
         self._moved = True
         self.set_selection(replace(self.selection, step=step))
 

@@ -59,7 +59,7 @@ class GapSearch(QObject):
         super().__init__(parent)
         self._job_runner = job_runner
         self._report_error = report_error
-        self._work: BackgroundJob | None = None
+        self._job: BackgroundJob | None = None
         self.answer: SearchResult | None = None
         self._decision = ""
         self.undo_stack = UndoStack(self)
@@ -68,12 +68,12 @@ class GapSearch(QObject):
     @property
     def running(self) -> bool:
         """Return whether something is being done."""
-        return self._work is not None and self._work.is_running
+        return self._job is not None and self._job.is_running
 
     @property
     def title(self) -> str:
         """Return what is being done, or was last."""
-        return self._work.title if self._work is not None else ""
+        return self._job.title if self._job is not None else ""
 
     def search(self, request: GapRequest) -> None:
         """Search flights from the beginning."""
@@ -109,8 +109,8 @@ class GapSearch(QObject):
 
     def cancel(self) -> None:
         """Stop what runs; what was known before stays."""
-        if self._work is not None:
-            self._work.cancel()
+        if self._job is not None:
+            self._job.cancel()
 
     def close(self) -> None:
         """Stop everything, as the window closes."""
@@ -130,7 +130,7 @@ class GapSearch(QObject):
             return self._job_runner.do(job, progress)
 
         work = BackgroundJob(title, run, self)
-        self._work = work
+        self._job = work
         work.progressed.connect(self.progressed)
         work.done.connect(done)
         work.canceled.connect(lambda: self.ended.emit("cancelled"))

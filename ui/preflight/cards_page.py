@@ -68,7 +68,7 @@ class CardsPage(PreflightStepPage):
         self._store = store
         self._fail = fail
         self.model: CardSetModel | None = None
-        self._work: BackgroundJob | None = None
+        self._job: BackgroundJob | None = None
         self._searched: float | None = None
         self._search_clock = 0.0
         self._editing = False
@@ -244,7 +244,7 @@ class CardsPage(PreflightStepPage):
     def _search(self) -> None:
         """Look in a thread for the maneuvers of the open flight."""
         model = self.model
-        if model is None or (self._work is not None and self._work.is_running):
+        if model is None or (self._job is not None and self._job.is_running):
             return
         self._search_clock = time.monotonic()
         session = model.session
@@ -265,10 +265,10 @@ class CardsPage(PreflightStepPage):
                 self._show_status()
                 self.changed.emit()
 
-        self._work = BackgroundJob("Looking for maneuvers", run, self)
-        self._work.done.connect(found)
-        self._work.failed.connect(self._fail)
-        self._work.start()
+        self._job = BackgroundJob("Looking for maneuvers", run, self)
+        self._job.done.connect(found)
+        self._job.failed.connect(self._fail)
+        self._job.start()
 
     # Typing
 

@@ -144,7 +144,7 @@ class ChecklistPage(PreflightStepPage):
         self._settle = QTimer(self)
         self._settle.setSingleShot(True)
         self._settle.setInterval(_SETTLE_MS)
-        self._settle.timeout.connect(self._read_again)
+        self._settle.timeout.connect(self._reload)
         for changed in (self._watcher.fileChanged, self._watcher.directoryChanged):
             changed.connect(lambda _path: self._settle.start())
         look.changed.connect(self._fit)
@@ -184,7 +184,7 @@ class ChecklistPage(PreflightStepPage):
     def set_model(self, model: PreflightModel) -> None:
         """Show the checklist of another flight."""
         self.model = model.checklist
-        self._watch()
+        self._watch_files()
         self.message.set_message("")
         self.show_items()
         self.list.select_row(0)
@@ -273,7 +273,7 @@ class ChecklistPage(PreflightStepPage):
         except OSError as error:
             self._fail(error)
             return
-        self._watch()
+        self._watch_files()
         opened = QDesktopServices.openUrl(QUrl.fromLocalFile(str(path)))
         words = "is open in the editor" if opened else "is the file to edit"
         self.message.set_message(f"{path} {words}; saved changes apply at once.", "good")
@@ -292,7 +292,7 @@ class ChecklistPage(PreflightStepPage):
 
     # The file
 
-    def _watch(self) -> None:
+    def _watch_files(self) -> None:
         """Notice when the crew's own list changes: many editors put a new file in its place."""
         if self.model is None:
             return
@@ -306,8 +306,8 @@ class ChecklistPage(PreflightStepPage):
         if missing:
             self._watcher.addPaths(missing)
 
-    def _read_again(self) -> None:
-        self._watch()
+    def _reload(self) -> None:
+        self._watch_files()
         if self.model is not None and self.model.read_if_changed():
             self.message.set_message("")
             self.show_items()

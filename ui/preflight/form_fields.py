@@ -138,7 +138,7 @@ class FormField(QWidget):
         self.unit = create_label("", "muted")
         self.sentence = FieldMessage()
         self.sentence.hide()
-        self.edit = self._made(rows, choices)
+        self.edit = self._create_edit(rows, choices)
         self.edit.setAccessibleName(name)
         set_touch_height(self.edit)
         self.setFocusProxy(self.edit)
@@ -156,7 +156,7 @@ class FormField(QWidget):
         look.changed.connect(self._fit)
         self._fit()
 
-    def _made(
+    def _create_edit(
         self, rows: int, choices: Sequence[tuple[str, str]]
     ) -> QComboBox | FormTextEdit | FormLineEdit:
         if choices:

@@ -127,10 +127,10 @@ class PreflightPage(MultiStepPage[AbstractStepPage]):
             from ui.preflight.preflight_model import PreflightModel
 
             self._model = PreflightModel(self._store)
-            self._follow(self._model)
+            self._set_session(self._model)
         return self._model
 
-    def _follow(self, model: PreflightModel) -> None:
+    def _set_session(self, model: PreflightModel) -> None:
         try:
             model.set_session(self._controller.session)
         except GroundStationError as error:
@@ -143,7 +143,7 @@ class PreflightPage(MultiStepPage[AbstractStepPage]):
         if self._model is None:
             return
         self.flush()
-        self._follow(self._model)
+        self._set_session(self._model)
         for page in self.pages.values():
             if isinstance(page, PreflightStepPage):
                 page.set_model(self._model)

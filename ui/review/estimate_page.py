@@ -121,7 +121,7 @@ class EstimatePage(ReviewStepPage):
         area.setWidget(page)
         self.area = area
         column.addWidget(area, 1)
-        self.panel.changed.connect(self._wished)
+        self.panel.changed.connect(self._panel_changed)
         self.panel.field_focused.connect(self.head.show_field_help)
         self.panel.run_requested.connect(self.estimate)
         self._runner.changed.connect(self._run_changed)
@@ -216,7 +216,7 @@ class EstimatePage(ReviewStepPage):
 
     # What is asked for
 
-    def _wished(self) -> None:
+    def _panel_changed(self) -> None:
         """Take what the panel says now."""
         before, now = self._form, self.panel.form
         if now != before:
@@ -281,7 +281,7 @@ class EstimatePage(ReviewStepPage):
         self._follow_model()
         problem = self._checker.validate(self._form)
         self.panel.show_problem(problem.field if problem else "", str(problem or ""))
-        words, state = self._words()
+        words, state = self._status_message()
         self.sentence.set_message(words, state)
         self.changed.emit()
         if self.hasFocus() and self.button.isEnabled():
@@ -302,7 +302,7 @@ class EstimatePage(ReviewStepPage):
             self._form = self._form.with_changes(derivatives=kept)
             self.panel.show_form(self._form)
 
-    def _words(self) -> tuple[str, str]:
+    def _status_message(self) -> tuple[str, str]:
         """Return what stands beside the button, and its state."""
         if not self._review.flights:
             keys = shortcut_text("Alt+1")

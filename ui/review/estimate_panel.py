@@ -74,7 +74,7 @@ class EstimatePanel(QWidget):
         self._column = QVBoxLayout(self)
         self._column.setContentsMargins(0, 0, 0, 0)
         self.sections: dict[str, FormSection] = {}
-        self._question()
+        self._add_question_section()
         self._derivatives()
         self._noise()
         self._channels()
@@ -112,9 +112,9 @@ class EstimatePanel(QWidget):
         grid.addWidget(sentence, row + 1, 0 if wide else 1, 1, -1)
         self._sentences[field] = sentence
         self._edits[field] = edit
-        self._follow(field, edit)
+        self._register_field(field, edit)
 
-    def _follow(self, field: str, edit: QWidget) -> None:
+    def _register_field(self, field: str, edit: QWidget) -> None:
         words = FIELD_HELP[field]
         edit.setAccessibleName(words.title)
         edit.setAccessibleDescription(words.help_text)
@@ -126,14 +126,14 @@ class EstimatePanel(QWidget):
         box = QComboBox()
         for key, words in SETTING_CHOICES[field]:
             box.addItem(words, key)
-        box.activated.connect(lambda _index: self._take(field, box.currentData()))
+        box.activated.connect(lambda _index: self._set_field(field, box.currentData()))
         self._boxes[field] = box
         self._row(grid, field, box)
         return box
 
     def _check(self, grid: QGridLayout, field: str) -> QCheckBox:
         box = QCheckBox(FIELD_HELP[field].title)
-        box.toggled.connect(lambda on: self._take(field, on))
+        box.toggled.connect(lambda on: self._set_field(field, on))
         self._checks[field] = box
         self._row(grid, field, box)
         return box
@@ -141,7 +141,7 @@ class EstimatePanel(QWidget):
     def _line(self, grid: QGridLayout, field: str, hint: str) -> QLineEdit:
         line = QLineEdit()
         line.setPlaceholderText(hint)
-        line.textEdited.connect(lambda text: self._take(field, text.strip(), typed=True))
+        line.textEdited.connect(lambda text: self._set_field(field, text.strip(), typed=True))
         line.returnPressed.connect(self._enter)
         self._lines[field] = line
         self._row(grid, field, line)
@@ -155,12 +155,12 @@ class EstimatePanel(QWidget):
             FIELD_HELP[field].title, shipped, str(getattr(self.form, field)), none=none,
             folder=folder,
         )  # fmt: skip
-        box.currentIndexChanged.connect(lambda _index: self._take(field, box.value))
+        box.currentIndexChanged.connect(lambda _index: self._set_field(field, box.value))
         self._files[field] = box
         self._row(grid, field, box)
         return box
 
-    def _question(self) -> None:
+    def _add_question_section(self) -> None:
         _, grid = self._section("question", "What")
         self.maneuvers = self._choice(grid, "maneuvers")
         self.method = self._choice(grid, "method")
@@ -202,7 +202,7 @@ class EstimatePanel(QWidget):
 
     # What is wished
 
-    def _take(self, field: str, value: object, *, typed: bool = False) -> None:
+    def _set_field(self, field: str, value: object, *, typed: bool = False) -> None:
         """Take what a control says now."""
         if self._is_updating or getattr(self.form, field) == value:
             return
@@ -210,7 +210,7 @@ class EstimatePanel(QWidget):
         if field in ("axis", "six_degrees"):
             # Channels were chosen for the other axis.
             self.form = self.form.with_changes(responses=None, states=None, biases=None)
-        self._spread()
+        self._update_tables()
         if typed:
             self._typing.start(_TYPING_MS)
         else:
@@ -218,7 +218,7 @@ class EstimatePanel(QWidget):
 
     def _apply_form(self, form: EstimateForm) -> None:
         self.form = form
-        self._spread()
+        self._update_tables()
         self.changed.emit()
 
     def _enter(self) -> None:
@@ -241,13 +241,13 @@ class EstimatePanel(QWidget):
                 line.setText(getattr(form, field))
         finally:
             self._is_updating = False
-        self._spread()
+        self._update_tables()
 
     def set_file_choices(self, field: str, names: Sequence[str]) -> None:
         """Offer the names of files that come with the program."""
         self._files[field].add_names(names)
 
-    def _spread(self) -> None:
+    def _update_tables(self) -> None:
         """Show the form in the tables, and gray what the method does not heed."""
         form = self.form
         self.derivatives.set_form(form)

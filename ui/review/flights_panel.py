@@ -84,9 +84,9 @@ class FlightsPanel(QWidget):
         self.flights.setVisible(bool(flights))
         self.buttons["review_trial"].setVisible(not flights)
         if doing:
-            self._say(doing)
+            self._set_status(doing)
         elif not flights:
-            self._say(
+            self._set_status(
                 "No flight yet. Add one: a flight folder, or a file (tlog, bin, ulg, csv, mat)."
             )
         else:
@@ -102,9 +102,9 @@ class FlightsPanel(QWidget):
             *said[:_MAX_REMARKS],
             f"{count_text(more, 'remark')} more" if more else "",
         )
-        self._say(join_sentences(lines), flight.remarks)
+        self._set_status(join_sentences(lines), flight.remarks)
 
-    def _say(self, words: str, remarks: Sequence[str] = ()) -> None:
+    def _set_status(self, words: str, remarks: Sequence[str] = ()) -> None:
         self.words.setText(words)
         self.words.setToolTip("\n".join(remarks))
         self.words.setAccessibleDescription(join_sentences(remarks))

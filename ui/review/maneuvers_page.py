@@ -111,7 +111,7 @@ class ManeuversPage(ReviewStepPage):
         self.channels.selection_changed.connect(self._channels_chosen)
         timeline.show_channels(wanted)
         timeline.maneuver_selected.connect(self._pressed)
-        timeline.edge_dragged.connect(self._moving)
+        timeline.edge_dragged.connect(self._preview_edges)
         timeline.edge_moved.connect(editing.move)
         timeline.drag_cancelled.connect(self._refresh)
         timeline.segment_marked.connect(self.changed)
@@ -236,7 +236,7 @@ class ManeuversPage(ReviewStepPage):
 
     # Changes
 
-    def _moving(self, name: str, start: float, stop: float) -> None:
+    def _preview_edges(self, name: str, start: float, stop: float) -> None:
         """Say what a maneuver would be with the edges that are being dragged."""
         flight = self.flights.flight
         if flight is None:

@@ -64,7 +64,7 @@ class OnboardLogJobHandler:
             return OnboardLogResult(
                 flight=job.flight, text=f"{flight.name}: {words}.", previous_log=former
             )
-        placed = self._fetched(job) if job.link is not None else self._placed(job)
+        placed = self._fetched(job) if job.link is not None else self._install(job)
         state = placed.flight.onboard
         words = state.remark() if state is not None else ""
         beside = f" {placed.remark}." if placed.remark else ""
@@ -74,7 +74,7 @@ class OnboardLogJobHandler:
             previous_log=placed.previous_name,
         )
 
-    def _placed(self, job: OnboardLogJob) -> InstalledLog:
+    def _install(self, job: OnboardLogJob) -> InstalledLog:
         from gsapp.flight.onboard_log.log_storage import install_log
         from gsapp.foundation import FlightError
 
@@ -88,7 +88,7 @@ class OnboardLogJobHandler:
         from gsapp.foundation import LinkError
         from gsapp.telemetry.log_download import LogFetcher
 
-        with LogFetcher(job.flight, job.link or "", tell=self._coming) as fetcher:
+        with LogFetcher(job.flight, job.link or "", tell=self._report_download) as fetcher:
             entry = fetcher.select()
             fetched = fetcher.fetch(entry) if entry is not None else None
         if fetched is None:
@@ -98,7 +98,7 @@ class OnboardLogJobHandler:
         fetched.path.unlink(missing_ok=True)
         return placed
 
-    def _coming(self, state: DownloadState) -> None:
+    def _report_download(self, state: DownloadState) -> None:
         if state.phase != "fetching":
             self._report_progress(None, _PHASES.get(state.phase, state.phase))
             return

@@ -58,7 +58,7 @@ class ReviewJobHandler:
             case RepeatJob():
                 return self._repeat(job)
             case FtrHistoryJob():
-                return self._hear(job)
+                return self._compute_ftr_histories(job)
             case LinearModelsJob():
                 return self._compare(job)
             case RunReportJob():
@@ -84,7 +84,7 @@ class ReviewJobHandler:
             job.request,
             flights=self.flights,
             doing=_ReadProgress(self._report_progress, len(job.request.flights)),
-            progress=self._fitting,
+            progress=self._report_fit,
         )
         if job.catalog is None:
             return outcome
@@ -107,10 +107,10 @@ class ReviewJobHandler:
                 job.number,
                 flights=self.flights,
                 doing=_ReadProgress(self._report_progress, 1),
-                progress=self._fitting,
+                progress=self._report_fit,
             )
 
-    def _hear(self, job: FtrHistoryJob) -> tuple[FlightEstimateHistory, ...]:
+    def _compute_ftr_histories(self, job: FtrHistoryJob) -> tuple[FlightEstimateHistory, ...]:
         from gsapp.identification.runs.inputs import flight_open_requests
         from gsapp.report.ftr_histories import compute_ftr_histories
 
@@ -128,7 +128,7 @@ class ReviewJobHandler:
         from gsapp.report.linear_report import compare_linear_models
 
         return compare_linear_models(
-            job.outcome, job.validate, flights=self.flights, progress=self._stepping
+            job.outcome, job.validate, flights=self.flights, progress=self._report_step
         )
 
     def _report(self, job: RunReportJob) -> Path:
@@ -143,18 +143,18 @@ class ReviewJobHandler:
             ftr_histories=job.ftr_histories,
             linear=job.linear,
             flights=self.flights,
-            progress=self._stepping,
+            progress=self._report_step,
         )
         return written[0] if len(written) == 1 else job.path
 
-    def _fitting(self, done: int, total: int, what: str) -> bool:
+    def _report_fit(self, done: int, total: int, what: str) -> bool:
         share = done / total if total else 1.0
         self._report_progress(
             _READ_SHARE + (_FIT_SHARE - _READ_SHARE) * share, what or ("computing the summary")
         )
         return True
 
-    def _stepping(self, done: int, total: int, what: str) -> bool:
+    def _report_step(self, done: int, total: int, what: str) -> bool:
         self._report_progress(done / total if total else 1.0, what)
         return True
 
