@@ -245,7 +245,10 @@ class EngineSpeedEvaluator:
             return format_list(wrong)
         apart = max(speeds) - min(speeds)
         if rule.apart is not None and apart > rule.apart:
-            return f"{self._speeds_text(speeds)}: {self._text(apart)} apart, {self._text(rule.apart)} allowed"
+            return (
+                f"{self._speeds_text(speeds)}: {self._text(apart)} apart, "
+                f"{self._text(rule.apart)} allowed"
+            )
         return None
 
     def _text(self, speed: float) -> str:
