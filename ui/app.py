@@ -138,9 +138,9 @@ def run_window(
 
     start_logging(log_path())
     store = SettingsStore(settings or settings_path())
-    faults = ErrorReporter()
-    faults.install()
-    window = MainWindow(store, faults, offer_recorders=flight is None and link is None)
+    error_reporter = ErrorReporter()
+    error_reporter.install()
+    window = MainWindow(store, error_reporter, offer_recorders=flight is None and link is None)
     lit_screen = ScreenSaverInhibitor(window.flight_controller)
     window.show()
     QTimer.singleShot(0, lambda: log.info("window opened, process %d", os.getpid()))
@@ -176,5 +176,5 @@ def run_window(
     finally:
         lit_screen.close()
         window.flight_controller.close()
-        faults.remove()
+        error_reporter.remove()
         log.info("window closed, process %d", os.getpid())

@@ -32,7 +32,7 @@ class JobProgress:
     """
 
     def __init__(self, tell: Callable[[float | None, str], None]) -> None:
-        self._tell = tell
+        self._report = tell
         self._cancelled = threading.Event()
 
     def cancel(self) -> None:
@@ -48,7 +48,7 @@ class JobProgress:
         """Report; raises `JobCanceledError` if the user does not want it any more."""
         if self._cancelled.is_set():
             raise JobCanceledError
-        self._tell(share, doing)
+        self._report(share, doing)
 
 
 class BackgroundJob(QObject):
@@ -99,10 +99,10 @@ class BackgroundJob(QObject):
         self._may_hang = may_hang
         self.is_running = False
         self._function = function
-        self._progress = JobProgress(self._told)
+        self._progress = JobProgress(self._report_progress)
         self._thread: threading.Thread | None = None
         self._started = 0.0
-        self._told_at = 0.0
+        self._reported_at = 0.0
         self._abandoned = False
         self._ended.connect(self._finish, Qt.ConnectionType.QueuedConnection)
 
@@ -134,22 +134,22 @@ class BackgroundJob(QObject):
         try:
             result = self._function(self._progress)
         except BaseException as error:
-            self._tell_end(None, error)
+            self._emit_end(None, error)
         else:
-            self._tell_end(result, None)
+            self._emit_end(result, None)
 
-    def _tell_end(self, result: object, error: BaseException | None) -> None:
+    def _emit_end(self, result: object, error: BaseException | None) -> None:
         try:
             self._ended.emit(result, error)
         except RuntimeError:
             # The window was closed meanwhile and this object with it.
             return
 
-    def _told(self, share: float | None, doing: str) -> None:
+    def _report_progress(self, share: float | None, doing: str) -> None:
         now = time.monotonic()
-        if now - self._told_at < _REPORT_SECONDS:
+        if now - self._reported_at < _REPORT_SECONDS:
             return
-        self._told_at = now
+        self._reported_at = now
         sentence = doing
         elapsed = now - self._started
         if share is not None and share > 0.02 and elapsed > 0.5:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import Any, Literal
 
 from pydantic import BaseModel, Field
 
@@ -51,7 +51,9 @@ class EstimateForm(EstimateSettings):
     bound_factor: str = ""  # type: ignore[assignment]
     stand_ins: str = ""  # type: ignore[assignment]
 
-    __init__ = BaseModel.__init__
+    def __init__(self, **values: Any) -> None:
+        # What was typed is parsed later: not as `EstimateSettings` does.
+        BaseModel.__init__(self, **values)
 
     def derivative(self, name: str) -> DerivativeEntry:
         """Return the entry of a derivative."""

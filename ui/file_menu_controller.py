@@ -37,13 +37,13 @@ from ui.window_frame.banners import Banner, BannerStack
 
 
 class FileMenuController(QObject):
-    """Asks, and hands what was chosen to the desk.
+    """Asks, and hands what was chosen to the flight controller.
 
     Parameters
     ----------
     window : QWidget
         Parent of the dialogs.
-    desk : FlightController
+    controller : FlightController
         Opens flights.
     look : DisplayStyle
         Sizes.
@@ -65,14 +65,14 @@ class FileMenuController(QObject):
     def __init__(
         self,
         window: QWidget,
-        desk: FlightController,
+        controller: FlightController,
         look: DisplayStyle,
         store: SettingsStore,
         banners: BannerStack,
     ) -> None:
         super().__init__(window)
         self._window = window
-        self._desk = desk
+        self._controller = controller
         self._look = look
         self._store = store
         self._banners = banners
@@ -84,19 +84,19 @@ class FileMenuController(QObject):
         self._review_when_ended = False
         self._unproven: ConnectRequest | None = None  # over its link nothing has come yet
         self.jobs = JobBannerController(banners, self)
-        desk.job_started.connect(self.jobs.show_job)
-        desk.message_posted.connect(banners.show_banner)
-        desk.flight_message_posted.connect(
+        controller.job_started.connect(self.jobs.show_job)
+        controller.message_posted.connect(banners.show_banner)
+        controller.flight_message_posted.connect(
             lambda *said: self.remove_with_flight(banners.show_banner(*said))
         )
-        desk.problem_changed.connect(self._show_problem)
-        desk.changed.connect(self._forget_former)
-        desk.channel_map_requested.connect(self.offer_channel_map)
-        desk.landed.connect(self.offer_end)
-        desk.recording_ended.connect(self.offer_replay)
-        desk.refreshed.connect(self._remember_link)
+        controller.problem_changed.connect(self._show_problem)
+        controller.changed.connect(self._forget_former)
+        controller.channel_map_requested.connect(self.offer_channel_map)
+        controller.landed.connect(self.offer_end)
+        controller.recording_ended.connect(self.offer_replay)
+        controller.refreshed.connect(self._remember_link)
         self._chosen: Path | None = None  # flight in a folder chosen for this and those to come
-        desk.flight_opener.flight_opened.connect(self._recording_began)
+        controller.flight_opener.flight_opened.connect(self._recording_began)
 
     @property
     def handlers(self) -> Mapping[str, Callable[[], object]]:
@@ -112,7 +112,7 @@ class FileMenuController(QObject):
             "export": self.export,
             "certificates": self.reload_with_certificates,
             "stop_recording": self.stop_recording,
-            "close_flight": self._desk.close_flight,
+            "close_flight": self._controller.close_flight,
         }
 
     @property
@@ -134,7 +134,7 @@ class FileMenuController(QObject):
 
     def _forget_former(self) -> None:
         self._review_when_ended = False
-        if self._desk.is_open:
+        if self._controller.is_open:
             for banner in self._of_flight:
                 self._banners.remove(banner)
             self._of_flight.clear()
@@ -143,7 +143,7 @@ class FileMenuController(QObject):
 
     def connect_link(self, link: str) -> None:
         """Record a link used before; where that fails, say why in the dialog that asks for it."""
-        self._desk.flight_opener.connect_link(
+        self._controller.flight_opener.connect_link(
             link,
             refused=lambda error: QTimer.singleShot(
                 0, self, lambda: self.connect_aircraft((link, error))
@@ -182,7 +182,7 @@ class FileMenuController(QObject):
             if dialog.is_connecting:
                 dialog.accept()
 
-        opener = self._desk.flight_opener
+        opener = self._controller.flight_opener
         opener.flight_opened.connect(accept)
         done = dialog.exec()
         opener.flight_opened.disconnect(accept)
@@ -192,20 +192,22 @@ class FileMenuController(QObject):
 
     def _connect(self, dialog: ConnectDialog) -> None:
         """Record what the dialog asks for; the dialog stays where that is refused."""
-        if (place := self._where_to_record(dialog)) is not None:
+        if (place := self._choose_recording_folder(dialog)) is not None:
             self._unproven = replace(dialog.request, folder=place[0], append=place[1])
-            self._desk.flight_opener.connect_aircraft(self._unproven, refused=dialog.show_error)
+            self._controller.flight_opener.connect_aircraft(
+                self._unproven, refused=dialog.show_error
+            )
 
     def _remember_link(self) -> None:
         """Keep a link among the recent ones once something came over it."""
-        request, session = self._unproven, self._desk.session
+        request, session = self._unproven, self._controller.session
         if request is None or session is None or session.equipment is None:
             return
         if session.path == request.folder.absolute() and session.equipment.link.age is not None:
             self._unproven = None
             self._store.replace(self._store.current.with_link(request.link))
 
-    def _where_to_record(self, dialog: RecordingDialog) -> tuple[Path, bool] | None:
+    def _choose_recording_folder(self, dialog: RecordingDialog) -> tuple[Path, bool] | None:
         """Return the folder, and whether to append to its flight; None if neither is wanted."""
         folder, append = dialog.folder_field.folder, False
         if record_state(folder) == "finished":
@@ -228,9 +230,9 @@ class FileMenuController(QObject):
 
     def _fly(self, dialog: VirtualFlightDialog) -> None:
         """Fly what the dialog asks for; the dialog stays where that is refused."""
-        if (place := self._where_to_record(dialog)) is not None:
+        if (place := self._choose_recording_folder(dialog)) is not None:
             request = replace(dialog.request, folder=place[0], append=place[1])
-            self._desk.flight_opener.fly_virtual(request, refused=dialog.show_error)
+            self._controller.flight_opener.fly_virtual(request, refused=dialog.show_error)
 
     def _remember_folder(self, flight: Path, place: FlightFolderField) -> None:
         """Record into the folder that was chosen from now on, once a recording began there."""
@@ -243,7 +245,7 @@ class FileMenuController(QObject):
 
     def offer_recorders(self) -> None:
         """Offer to attach to recorders that are running, one of them with one key."""
-        self._found = tuple(self._desk.recorders.poll())
+        self._found = tuple(self._controller.recorders.poll())
         if not self._found:
             return
         newest = self._found[0]
@@ -260,7 +262,7 @@ class FileMenuController(QObject):
 
     def attach(self) -> None:
         """Attach to the newest recorder that is running."""
-        self._found = tuple(self._desk.recorders.poll())
+        self._found = tuple(self._controller.recorders.poll())
         if self._offer is not None:
             self._banners.remove(self._offer)
             self._offer = None
@@ -272,20 +274,20 @@ class FileMenuController(QObject):
                 ),
             )
             return
-        self._desk.flight_opener.attach(self._found[0])
+        self._controller.flight_opener.attach(self._found[0])
 
     def select_recorder(self) -> None:
         """Attach to the only recorder at once; list several, or those beside an open flight."""
-        others = self._desk.recorders.others
-        if len(others) == 1 and not self._desk.is_open:
-            self._desk.flight_opener.attach(others[0])
+        others = self._controller.recorders.others
+        if len(others) == 1 and not self._controller.is_open:
+            self._controller.flight_opener.attach(others[0])
             return
         menu = QMenu(self._window)
         menu.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         for found in others:
             menu.addAction(
                 tr("Attach to {name} ({link})").format(name=found.name, link=found.link),
-                partial(self._desk.flight_opener.attach, found),
+                partial(self._controller.flight_opener.attach, found),
             )
         if not others:
             menu.addAction(tr("No other recorder is running")).setEnabled(False)
@@ -300,7 +302,9 @@ class FileMenuController(QObject):
             at = clock_text(landed_at, decimals=1)
             self._landed = self._banners.show_banner(
                 "note",
-                tr("{name} landed at {at}. Still recording.").format(name=self._desk.name, at=at),
+                tr("{name} landed at {at}. Still recording.").format(
+                    name=self._controller.name, at=at
+                ),
                 (tr("End flight and review"), self.end_flight),
             )
             self.remove_with_flight(self._landed)
@@ -308,16 +312,16 @@ class FileMenuController(QObject):
     def end_flight(self) -> None:
         """End the recording, and review the flight once it is complete; ask before a landing."""
         if self._landed is None and not ask_stop(
-            self._window, self._desk.name or tr("this flight")
+            self._window, self._controller.name or tr("this flight")
         ):
             return
         self._review_when_ended = True
-        self._desk.recorders.stop_recording()
+        self._controller.recorders.stop_recording()
 
     def stop_recording(self) -> None:
         """Ask, and end the recording."""
-        if ask_stop(self._window, self._desk.name or tr("this flight")):
-            self._desk.recorders.stop_recording()
+        if ask_stop(self._window, self._controller.name or tr("this flight")):
+            self._controller.recorders.stop_recording()
 
     # A flight that was
 
@@ -334,7 +338,7 @@ class FileMenuController(QObject):
     def open_path(self, path: Path) -> None:
         """Open a flight."""
         self._store.change(folder=str(path.parent))
-        self._desk.flight_opener.open_flight(path)
+        self._controller.flight_opener.open_flight(path)
 
     def open_dropped(self, paths: Sequence[Path]) -> None:
         """Open a flight that was dropped on the window, which has room for one."""
@@ -361,18 +365,18 @@ class FileMenuController(QObject):
         maps, current = shipped_channel_maps(), self._store.current.channel_map
         dialog = ChannelMapDialog(self._look, path, maps, current, self._window)
         if dialog.exec():
-            self._desk.flight_opener.open_flight(path, channel_map=dialog.channel_map.value)
+            self._controller.flight_opener.open_flight(path, channel_map=dialog.channel_map.value)
 
     def reload_with_certificates(self) -> None:
         """Ask for other certificates, and read the replay that is open anew with them."""
-        calibration = self._desk.calibration
+        calibration = self._controller.calibration
         if calibration is None:
             return
         dialog = CertificatesDialog(
             self._look, calibration, shipped_certificate_sets(), self._window
         )
         if dialog.exec():
-            self._desk.reload_with_certificates(dialog.certificates.value or None)
+            self._controller.reload_with_certificates(dialog.certificates.value or None)
 
     def offer_replay(self, folder: Path) -> None:
         """Say that a recording ended, and offer to replay it.
@@ -395,7 +399,7 @@ class FileMenuController(QObject):
                 "note",
                 tr("The recording of {name} has ended.").format(name=folder.name),
                 (tr("Review it"), lambda: self.review_requested.emit(folder)),
-                (tr("Replay it"), lambda: self._desk.flight_opener.open_flight(folder)),
+                (tr("Replay it"), lambda: self._controller.flight_opener.open_flight(folder)),
             )
         )
 
@@ -403,14 +407,16 @@ class FileMenuController(QObject):
         """Ask for format and file, and write in the background."""
         day = datetime.now().astimezone().date().isoformat()
         folder = initial_dialog_folder(self._store.current)
-        dialog = ExportDialog(self._look, folder / f"{self._desk.name or day}.csv", self._window)
+        dialog = ExportDialog(
+            self._look, folder / f"{self._controller.name or day}.csv", self._window
+        )
         if dialog.exec():
             kind, path = dialog.request
             work = BackgroundJob(
                 tr("Exporting to {name}").format(name=path.name),
-                lambda progress: self._desk.export(kind, path, progress),
+                lambda progress: self._controller.export(kind, path, progress),
                 self,
             )
-            work.failed.connect(self._desk.error_reporter.report)
+            work.failed.connect(self._controller.error_reporter.report)
             self.jobs.show_job(work, tr("Exported to {path}.").format(path=path))
             work.start()

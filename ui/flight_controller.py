@@ -83,10 +83,10 @@ class FlightController(QObject):
     recording_ended = Signal(object)
 
     def __init__(
-        self, faults: ErrorReporter, store: SettingsStore, parent: QObject | None = None
+        self, error_reporter: ErrorReporter, store: SettingsStore, parent: QObject | None = None
     ) -> None:
         super().__init__(parent)
-        self.error_reporter = faults
+        self.error_reporter = error_reporter
         self._store = store
         self.session: Session | None = None
         self._snapshot: SessionSnapshot | None = None
@@ -97,13 +97,13 @@ class FlightController(QObject):
         self._problem = ""
         self._remarked = False
         self._back_to: float | None = None
-        self.recorders = RecorderController(lambda: self.session, faults, self)
+        self.recorders = RecorderController(lambda: self.session, error_reporter, self)
         self.recorders.changed.connect(self.refreshed)
         self.recorders.job_started.connect(self.job_started)
         self.recorders.message_posted.connect(self.message_posted)
-        self.poller = SessionPoller(self._refresh, faults, self)
+        self.poller = SessionPoller(self._refresh, error_reporter, self)
         self.poller.frame_requested.connect(self.frame_requested)
-        self.flight_opener = FlightOpener(store, faults, self._open_here, self)
+        self.flight_opener = FlightOpener(store, error_reporter, self._open_here, self)
         self.flight_opener.flight_opened.connect(self._show)
         self.flight_opener.job_started.connect(self.job_started)
         self.flight_opener.message_posted.connect(self.message_posted)

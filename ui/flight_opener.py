@@ -53,7 +53,7 @@ class FlightOpener(QObject):
     ----------
     store : SettingsStore
         Maps and folders used last.
-    faults : ErrorReporter
+    error_reporter : ErrorReporter
         Where errors go.
     open_here : callable
         Returns the path of the open flight; None without one.
@@ -78,15 +78,15 @@ class FlightOpener(QObject):
     def __init__(
         self,
         store: SettingsStore,
-        faults: ErrorReporter,
+        error_reporter: ErrorReporter,
         open_here: Callable[[], Path | None],
         parent: QObject,
     ) -> None:
         super().__init__(parent)
         self._store = store
-        self._faults = faults
+        self._error_reporter = error_reporter
         self._open_here = open_here
-        self._work: BackgroundJob | None = None
+        self._job: BackgroundJob | None = None
         self._records: Path | None = None  # where that begins to record
         self._recording = Lock()
 
@@ -225,7 +225,7 @@ class FlightOpener(QObject):
             )
             begun.has_next_flight_data = handed_over and not trial
         except GroundStationError as error:
-            self._faults.report(error)
+            self._error_reporter.report(error)
         if request.system is not None:
             EventLog(events_path(folder.path)).append(vehicle_event(request.system))
         progress(None, tr("starting the recorder"))
@@ -329,7 +329,7 @@ class FlightOpener(QObject):
                 try:
                     if not progress.is_canceled:
                         begin(begun, progress)
-                        self._take_checks(begun.session)
+                        self._read_failed_checks(begun.session)
                     if progress.is_canceled:
                         raise JobCanceledError
                 except BaseException:
@@ -337,20 +337,20 @@ class FlightOpener(QObject):
                     # that would hold the link against the next attempt.
                     self._undo(begun, tr("cancelled") if progress.is_canceled else tr("given up"))
                     if not progress.is_canceled and begun.has_flight_folder:
-                        self._begin_the_next(begun)
+                        self._start_next(begun)
                     raise
             return begun
 
         self.cancel()
         work = BackgroundJob(tr("Opening {name}").format(name=name), run, self, may_hang=True)
-        self._work, self._records = work, records
-        work.done.connect(lambda begun: self._give(begun, back_to))
+        self._job, self._records = work, records
+        work.done.connect(lambda begun: self._finish_opening(begun, back_to))
         work.discarded.connect(self._drop)
         work.failed.connect(refused or (lambda error: self._failed(error, wants_map)))
         self.job_started.emit(work, "")
         work.start()
 
-    def _take_checks(self, session: Session | None) -> None:
+    def _read_failed_checks(self, session: Session | None) -> None:
         """Let a flight know which of its certificates failed their last check."""
         if session is None or session.aircraft is None:
             return
@@ -364,7 +364,7 @@ class FlightOpener(QObject):
         """Undo what was set going in the very moment in which it was cancelled."""
         here = self._open_here()
         wanted = [] if here is None else [here]
-        if self._records is not None and self._work is not None and self._work.is_running:
+        if self._records is not None and self._job is not None and self._job.is_running:
             wanted.append(self._records)
         if begun.recorder is not None and begun.recorder.folder in map(Path.absolute, wanted):
             begun.recorder = begun.folder = None  # another connection has joined it
@@ -378,27 +378,27 @@ class FlightOpener(QObject):
             )
             self.message_posted.emit("note", words)
 
-    def _give(self, begun: PendingFlight, back_to: float | None) -> None:
+    def _finish_opening(self, begun: PendingFlight, back_to: float | None) -> None:
         """Hand over what was set going."""
-        self._begin_the_next(begun)
+        self._start_next(begun)
         self.flight_opened.emit(begun, back_to)
 
     def cancel(self) -> None:
         """Undo what is being set going."""
-        if self._work is not None and self._work.is_running:
-            self._work.cancel()
+        if self._job is not None and self._job.is_running:
+            self._job.cancel()
 
-    def _begin_the_next(self, begun: PendingFlight) -> None:
+    def _start_next(self, begun: PendingFlight) -> None:
         """Let nothing wait any more of what this flight was given."""
         if begun.has_next_flight_data:
             try:
                 reset_draft(next_flight_path(self._store.path))
             except GroundStationError as error:
-                self._faults.report(error)
+                self._error_reporter.report(error)
 
     def _failed(self, error: Exception, wants_map: Path | None) -> None:
         is_unmapped = isinstance(error, UnmappedError)
         if wants_map is not None and is_unmapped and path_kind(wants_map) == "file":
             self.channel_map_requested.emit(wants_map, str(error))
         else:
-            self._faults.report(error, opening=True)
+            self._error_reporter.report(error, opening=True)

@@ -45,7 +45,7 @@ class FrameRateLimiter:
     """
 
     def __init__(self, soonest: float) -> None:
-        self._soonest = soonest
+        self._earliest = soonest
         self._next = 0.0
         self._taken: deque[float] = deque(maxlen=_DURATION_WINDOW)
 
@@ -62,7 +62,7 @@ class FrameRateLimiter:
         # The least of a few: a frame that waited for the processor is not dear by itself.
         self._taken.append(end - begin)
         self._next = max(
-            self._next + self._soonest,
-            begin + 0.5 * self._soonest,
+            self._next + self._earliest,
+            begin + 0.5 * self._earliest,
             end + _REST_FACTOR * min(self._taken),
         )

@@ -28,14 +28,14 @@ class HelpMenuController(QObject):
         look: DisplayStyle,
         store: SettingsStore,
         banners: BannerStack,
-        faults: ErrorReporter,
+        error_reporter: ErrorReporter,
     ) -> None:
         super().__init__(window)
         self._window = window
         self._look = look
         self._store = store
         self._banners = banners
-        self._faults = faults
+        self._error_reporter = error_reporter
 
     @property
     def handlers(self) -> Mapping[str, Callable[[], object]]:
@@ -64,7 +64,7 @@ class HelpMenuController(QObject):
 
     def copy_details(self) -> None:
         """Put the details of the last error on the clipboard."""
-        report = self._faults.last_report
+        report = self._error_reporter.last_report
         if report is None:
             self._banners.show_banner("note", tr("There was no error."))
             return

@@ -78,18 +78,18 @@ class MainWindow(QMainWindow):
     """
 
     def __init__(
-        self, store: SettingsStore, faults: ErrorReporter, *, offer_recorders: bool = True
+        self, store: SettingsStore, error_reporter: ErrorReporter, *, offer_recorders: bool = True
     ) -> None:
         super().__init__()
         settings = store.current
         self.setWindowTitle(tr("Ground station"))
         self.store = store
-        self.error_reporter = faults
+        self.error_reporter = error_reporter
         self.display_style = DisplayStyle(settings.theme, settings.scale, settings.units)
         self.appearance = AppearanceController(self.display_style, store, self)
         self.commands = CommandSet(self)
         self.banners = BannerStack(self.display_style)
-        self.flight_controller = FlightController(faults, store, self)
+        self.flight_controller = FlightController(error_reporter, store, self)
         self.recent_flights = RecentFlights(self.flight_controller, store)
         layouts = LayoutStore(layouts_path(store.path))
         self.view = FlightView(self.commands.actions, self.display_style, store, layouts)
@@ -97,7 +97,9 @@ class MainWindow(QMainWindow):
         self.file_menu = FileMenuController(
             self, self.flight_controller, self.display_style, store, self.banners
         )
-        self.help_menu = HelpMenuController(self, self.display_style, store, self.banners, faults)
+        self.help_menu = HelpMenuController(
+            self, self.display_style, store, self.banners, error_reporter
+        )
         limits = UserLimitStore(limits_path(store.path))
         self.voice = Voice(self, muted=settings.muted)
         self.crew = FlightPageController(
@@ -107,14 +109,14 @@ class MainWindow(QMainWindow):
         self.status_bar = StatusBar(self.display_style, {"record": stop})
         self.navigation_rail = NavigationRail(self.display_style)
         self.gap_page = GapPage(
-            self.commands.actions, self.display_style, store, self.banners, faults
+            self.commands.actions, self.display_style, store, self.banners, error_reporter
         )
         self.preflight_page = PreflightPage(
             self.commands.actions,
             self.display_style,
             store,
             self.banners,
-            faults,
+            error_reporter,
             self.flight_controller,
             self.voice,
         )
@@ -122,16 +124,16 @@ class MainWindow(QMainWindow):
             self.commands.actions,
             self.display_style,
             store,
-            faults,
+            error_reporter,
             self.flight_controller,
             self.voice,
         )
         self.review_page = ReviewPage(
-            self.commands.actions, self.display_style, store, self.banners, faults
+            self.commands.actions, self.display_style, store, self.banners, error_reporter
         )
         self.pages = QStackedWidget()
-        self._place_ids = [place.id for place in PAGES]
-        self._asks = True
+        self._page_ids = [place.id for place in PAGES]
+        self._confirms_close = True
         self._built_pages: Mapping[
             str, FlightPage | GapPage | PilotPage | PreflightPage | ReviewPage
         ] = {
@@ -144,8 +146,8 @@ class MainWindow(QMainWindow):
         # Once, when everything is in its place: Qt styles anew whatever moves.
         self.appearance.apply()
         self._bind()
-        self._keeper = ShortcutOverrideFilter(self)
-        self._keeper.install()
+        self._shortcut_filter = ShortcutOverrideFilter(self)
+        self._shortcut_filter.install()
         application = QApplication.instance()
         if isinstance(application, QApplication):
             # Windows, and desktops that remember sessions, tell so before they close windows.
@@ -194,7 +196,7 @@ class MainWindow(QMainWindow):
         start = self.flight_page.start
         start.link_chosen.connect(self.file_menu.connect_link)
         start.flight_chosen.connect(lambda path: self.file_menu.open_path(Path(path)))
-        start.flight_removed.connect(self._forget_flight)
+        start.flight_removed.connect(self._remove_recent_flight)
         self.status_bar.pressed.connect(self._bar_pressed)
         self.banners.list_requested.connect(actions["messages"].trigger)
         self.error_reporter.error_reported.connect(self._show_fault)
@@ -226,7 +228,7 @@ class MainWindow(QMainWindow):
     def handlers(self) -> Mapping[str, Callable[[], object]]:
         """Return what the commands of the window itself do."""
         places = {
-            f"place_{name}": lambda name=name: self.show_page(name) for name in self._place_ids
+            f"place_{name}": lambda name=name: self.show_page(name) for name in self._page_ids
         }
         return {
             **places,
@@ -242,7 +244,7 @@ class MainWindow(QMainWindow):
 
     def show_page(self, place_id: str) -> None:
         """Go to a place by its id."""
-        self.pages.setCurrentIndex(self._place_ids.index(place_id))
+        self.pages.setCurrentIndex(self._page_ids.index(place_id))
         self.navigation_rail.show_page(place_id)
         self._enable()
         self._built_pages[place_id].begin()
@@ -314,7 +316,7 @@ class MainWindow(QMainWindow):
         )
         self._refresh()
 
-    def _forget_flight(self, path: str) -> None:
+    def _remove_recent_flight(self, path: str) -> None:
         self.recent_flights.remove(path)
         self.flight_page.start.show_flights(self.store.current.recent_flights)
 
@@ -419,7 +421,7 @@ class MainWindow(QMainWindow):
 
     def disable_close_questions(self) -> None:
         """Close without a question from here on: the user's session ends."""
-        self._asks = False
+        self._confirms_close = False
 
     def closeEvent(self, event: QCloseEvent) -> None:
         for_trial = self.pilot_page.training.running or self.preflight_page.is_practice
@@ -432,9 +434,9 @@ class MainWindow(QMainWindow):
             *self.review_page.unfinished_work_title,
             *self.gap_page.unfinished_work_title,
         )
-        asks = self._asks and (names or works)
+        asks = self._confirms_close and (names or works)
         answer = ask_closing(self, names, works) if asks else "leave"
-        if answer == "stay" and self._asks:
+        if answer == "stay" and self._confirms_close:
             event.ignore()
             return
         if for_trial or answer == "stop":
@@ -451,5 +453,5 @@ class MainWindow(QMainWindow):
         self.pilot_page.own_window.close_with_main()
         self.pilot_page.training.stop()
         self.flight_controller.close()
-        self._keeper.remove()
+        self._shortcut_filter.remove()
         event.accept()

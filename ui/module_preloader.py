@@ -54,28 +54,28 @@ class ModulePreloader(QObject):
 
     Parameters
     ----------
-    waits : callable
+    is_idle : callable
         Whether there is still no flight that could be held up.
     parent : QObject
     """
 
-    def __init__(self, waits: Callable[[], bool], parent: QObject) -> None:
+    def __init__(self, is_idle: Callable[[], bool], parent: QObject) -> None:
         super().__init__(parent)
-        self._waits = waits
-        self._left = list(_PAGE_MODULES)
-        self._beside: Thread | None = None
+        self._is_idle = is_idle
+        self._remaining = list(_PAGE_MODULES)
+        self._thread: Thread | None = None
 
     def begin(self) -> None:
         """Load in a thread what can be, and the rest bit by bit."""
-        self._beside = _load_in_thread(_MANEUVER_MODULES + _PAGE_BACKEND_MODULES)
-        self._go_on()
+        self._thread = _load_in_thread(_MANEUVER_MODULES + _PAGE_BACKEND_MODULES)
+        self._load_next()
 
-    def _go_on(self) -> None:
-        if self._left and self._waits():
+    def _load_next(self) -> None:
+        if self._remaining and self._is_idle():
             # One after the other: two threads could want the same module of each other.
-            if self._beside is None or not self._beside.is_alive():
-                importlib.import_module(self._left.pop(0))
-            QTimer.singleShot(_IMPORT_INTERVAL_MS, self, self._go_on)
+            if self._thread is None or not self._thread.is_alive():
+                importlib.import_module(self._remaining.pop(0))
+            QTimer.singleShot(_IMPORT_INTERVAL_MS, self, self._load_next)
 
 
 def _load_in_thread(names: tuple[str, ...]) -> Thread:

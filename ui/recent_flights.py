@@ -19,18 +19,18 @@ class RecentFlights(QObject):
 
     Parameters
     ----------
-    desk : FlightController
+    controller : FlightController
         Opens flights.
     store : SettingsStore
         Remembers them.
     """
 
-    def __init__(self, desk: FlightController, store: SettingsStore) -> None:
-        super().__init__(desk)
-        self._desk = desk
+    def __init__(self, controller: FlightController, store: SettingsStore) -> None:
+        super().__init__(controller)
+        self._controller = controller
         self._store = store
-        desk.changed.connect(self._opened)
-        desk.about_to_close.connect(self._left)
+        controller.changed.connect(self._opened)
+        controller.about_to_close.connect(self._left)
 
     def remove(self, path: str) -> None:
         """Forget a flight; its files stay as they are."""
@@ -38,39 +38,41 @@ class RecentFlights(QObject):
         self._store.change(recent_flights=[one.model_dump() for one in known if one.path != path])
 
     def _opened(self) -> None:
-        session = self._desk.session
+        session = self._controller.session
         if session is None:
             return
         path = session.path.absolute()
-        self._keep(RecentFlight(path=str(path), name=session.name, aircraft=self._aircraft()))
+        self._store_flight(
+            RecentFlight(path=str(path), name=session.name, aircraft=self._aircraft())
+        )
         work = BackgroundJob(
             tr("Reading the date of {name}").format(name=path.name),
             lambda _progress: _date(path),
             self,
         )
-        work.done.connect(lambda date: self._amend(str(path), date=date))
+        work.done.connect(lambda date: self._update_flight(str(path), date=date))
         work.start()
 
     def _left(self) -> None:
-        session = self._desk.session
+        session = self._controller.session
         if session is not None:
             replay = session.replay_feed
             first, last = (0.0, session.now) if replay is None else (replay.start, replay.end)
             if first is not None and last is not None:
                 path = str(session.path.absolute())
-                self._amend(path, duration=last - first, aircraft=self._aircraft())
+                self._update_flight(path, duration=last - first, aircraft=self._aircraft())
 
     def _aircraft(self) -> str:
-        session = self._desk.session
+        session = self._controller.session
         return "" if session is None or session.aircraft is None else session.aircraft.name
 
-    def _keep(self, flight: RecentFlight) -> None:
+    def _store_flight(self, flight: RecentFlight) -> None:
         known = self._store.current.recent_flights
         former = next((one for one in known if one.path == flight.path), flight)
         kept = former.model_copy(update={"name": flight.name, "aircraft": flight.aircraft})
         self._store.replace(self._store.current.with_flight(kept))
 
-    def _amend(self, path: str, **values: object) -> None:
+    def _update_flight(self, path: str, **values: object) -> None:
         flights = tuple(
             one.model_copy(update=values) if one.path == path else one
             for one in self._store.current.recent_flights

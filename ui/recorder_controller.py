@@ -27,7 +27,7 @@ class RecorderController(QObject):
     ----------
     open_session : callable
         Returns the session of the open flight, or None.
-    faults : ErrorReporter
+    error_reporter : ErrorReporter
         Where errors go.
 
     Attributes
@@ -47,12 +47,15 @@ class RecorderController(QObject):
     message_posted = Signal(str, str)
 
     def __init__(
-        self, open_session: Callable[[], Session | None], faults: ErrorReporter, parent: QObject
+        self,
+        open_session: Callable[[], Session | None],
+        error_reporter: ErrorReporter,
+        parent: QObject,
     ) -> None:
         super().__init__(parent)
         self.aircraft: AircraftProcess | None = None
         self._open_session = open_session
-        self._faults = faults
+        self._error_reporter = error_reporter
         self._left: list[RecorderHandle] = []
         self._monitor = RecorderMonitor(self)
         self._monitor.changed.connect(self.changed)
@@ -125,7 +128,7 @@ class RecorderController(QObject):
 
         job = BackgroundJob(tr("Stopping the recording"), stop, self)
         job.done.connect(report)
-        job.failed.connect(self._faults.report)
+        job.failed.connect(self._error_reporter.report)
         self.job_started.emit(job, "")
         job.start()
 

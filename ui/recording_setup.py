@@ -120,9 +120,9 @@ class RecorderMonitor(QObject):
         self.destroyed.connect(self._over.set)
         # The thread emits no signal: this object may be deleted at that very moment.
         timer = QTimer(self)
-        timer.timeout.connect(lambda: self._take(self._newest))
+        timer.timeout.connect(lambda: self._set_running(self._newest))
         timer.start(_TAKE_MS)
-        threading.Thread(target=self._watch, name="recorders", daemon=True).start()
+        threading.Thread(target=self._poll_recorders, name="recorders", daemon=True).start()
 
     def poll(self) -> tuple[RunningRecorder, ...]:
         """Return the recorders that run now; those of the last look where a disk hangs."""
@@ -131,18 +131,18 @@ class RecorderMonitor(QObject):
             self._asking.start()
         self._asking.join(_DISK_TIMEOUT)
         if not self._asking.is_alive():
-            self._take(self._newest)
+            self._set_running(self._newest)
         return self.running
 
     def _look(self) -> None:
         with suppress(OSError):  # the runtime folder cannot be read
             self._newest = find_running_recorders()
 
-    def _watch(self) -> None:
+    def _poll_recorders(self) -> None:
         while not self._over.wait(_POLL_SECONDS):
             self._look()
 
-    def _take(self, running: tuple[RunningRecorder, ...]) -> None:
+    def _set_running(self, running: tuple[RunningRecorder, ...]) -> None:
         if running != self.running:
             self.running = running
             self.changed.emit()

@@ -29,39 +29,39 @@ class ScreenSaverInhibitor(QObject):
 
     Parameters
     ----------
-    desk : FlightController
+    controller : FlightController
         The open flight.
     """
 
-    def __init__(self, desk: FlightController) -> None:
-        super().__init__(desk)
-        self._desk = desk
-        self._asked = ExitStack()
+    def __init__(self, controller: FlightController) -> None:
+        super().__init__(controller)
+        self._controller = controller
+        self._requests = ExitStack()
         self._lit = False
-        desk.changed.connect(lambda: self._keep(lit=desk.is_recording))
-        desk.recording_ended.connect(lambda _folder: self._keep(lit=False))
+        controller.changed.connect(lambda: self._set_inhibited(lit=controller.is_recording))
+        controller.recording_ended.connect(lambda _folder: self._set_inhibited(lit=False))
 
     def close(self) -> None:
         """Let the screen go dark again."""
-        self._keep(lit=False)
+        self._set_inhibited(lit=False)
 
-    def _keep(self, *, lit: bool) -> None:
+    def _set_inhibited(self, *, lit: bool) -> None:
         if lit == self._lit:
             return
         self._lit = lit
         if not lit:
-            self._asked.close()
+            self._requests.close()
         elif sys.platform in ("win32", "darwin"):
-            self._asked.enter_context(inhibit_sleep(_INHIBIT_REASON, screen=True))
+            self._requests.enter_context(inhibit_sleep(_INHIBIT_REASON, screen=True))
         elif address := _desktop_bus():
-            self._ask_desktop(address)
+            self._inhibit_desktop(address)
 
-    def _ask_desktop(self, address: str) -> None:
+    def _inhibit_desktop(self, address: str) -> None:
         """Ask over a connection of its own: what was asked for ends with it."""
         from PySide6.QtDBus import QDBusConnection, QDBusMessage
 
         bus = QDBusConnection.connectToBus(address, _BUS)
-        self._asked.callback(QDBusConnection.disconnectFromBus, _BUS)
+        self._requests.callback(QDBusConnection.disconnectFromBus, _BUS)
         if not bus.isConnected():
             log.info("the desktop does not offer to keep the screen on")
             return

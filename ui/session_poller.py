@@ -35,7 +35,7 @@ class SessionPoller(QObject):
     ----------
     refresh : callable
         Called with the session ten times a second.
-    faults : ErrorReporter
+    error_reporter : ErrorReporter
         Where errors go, each once.
 
     Attributes
@@ -47,11 +47,11 @@ class SessionPoller(QObject):
     frame_requested = Signal(object)
 
     def __init__(
-        self, refresh: Callable[[Session], None], faults: ErrorReporter, parent: QObject
+        self, refresh: Callable[[Session], None], error_reporter: ErrorReporter, parent: QObject
     ) -> None:
         super().__init__(parent)
         self._refresh = refresh
-        self._faults = faults
+        self._error_reporter = error_reporter
         self._session: Session | None = None
         self._pace = FrameRateLimiter(MIN_LIVE_FRAME_SECONDS)
         self._refreshed_at = self._painted_at = self._moved_at = 0.0
@@ -91,7 +91,7 @@ class SessionPoller(QObject):
             self._timer.setInterval(_RETRY_MS)
             if repr(error) != self._fault:
                 self._fault = repr(error)
-                self._faults.report(error)
+                self._error_reporter.report(error)
 
     def _update(self, session: Session) -> None:
         now = time.monotonic()

@@ -290,8 +290,8 @@ class SettingsStore:
         self.on_write_error: Callable[[str], object] = lambda _sentence: None
         self.current = self._read()
         self._unwritten: dict[str, Any] = {}
-        self._told = not _may_write(path)
-        if self._told:
+        self._write_error_reported = not _may_write(path)
+        if self._write_error_reported:
             self.error_text = f"{self.error_text} {self._forgetting}".lstrip()
 
     @property
@@ -309,7 +309,7 @@ class SettingsStore:
             return Settings()
         except (OSError, ValueError) as error:
             log.warning("settings not used: %s: %s", self.path, error)
-            kept = self._keep(shutil.move)
+            kept = self._back_up_file(shutil.move)
             self.error_text = tr(
                 "The settings in {path} cannot be read: defaults are used.{kept}"
             ).format(path=self.path, kept=kept)
@@ -317,13 +317,13 @@ class SettingsStore:
         found, bad = _drop_invalid_values(content)
         if bad:
             log.warning("settings not used: %s: %s", self.path, ", ".join(bad))
-            kept = self._keep(shutil.copyfile)
+            kept = self._back_up_file(shutil.copyfile)
             self.error_text = tr(
                 "Some settings in {path} are invalid and were reset to defaults: {bad}.{kept}"
             ).format(path=self.path, bad=", ".join(bad), kept=kept)
         return found
 
-    def _keep(self, lay_aside: Callable[[Path, Path], object]) -> str:
+    def _back_up_file(self, lay_aside: Callable[[Path, Path], object]) -> str:
         """Lay the file aside as it is, and return a sentence about where it is kept."""
         kept = self.path.with_suffix(".damaged.toml")
         with contextlib.suppress(OSError):
@@ -357,8 +357,8 @@ class SettingsStore:
         except OSError as error:
             # The window goes on; only its memory is lost.
             log.warning("settings not saved to %s: %s", self.path, error)
-            if not self._told:
-                self._told = True
+            if not self._write_error_reported:
+                self._write_error_reported = True
                 self.on_write_error(self._forgetting)
 
 

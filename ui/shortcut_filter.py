@@ -72,15 +72,15 @@ class ShortcutOverrideFilter(QObject):
         """Follow the focus from now on."""
         application = QApplication.instance()
         if isinstance(application, QApplication):
-            application.focusChanged.connect(self._follow)
-            self._follow(None, application.focusWidget())
+            application.focusChanged.connect(self._focus_changed)
+            self._focus_changed(None, application.focusWidget())
             self._at_work = True
 
     def remove(self) -> None:
         """Let all keys be. May be called twice."""
         self._at_work = False
 
-    def _follow(self, _former: QWidget | None, now: QWidget | None) -> None:
+    def _focus_changed(self, _former: QWidget | None, now: QWidget | None) -> None:
         if now is not None:
             now.installEventFilter(self)
 

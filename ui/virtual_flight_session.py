@@ -28,7 +28,7 @@ class VirtualFlightSession(QObject, Generic[ProcessT]):
 
     Parameters
     ----------
-    desk : FlightController
+    controller : FlightController
         Records and follows it as it would an aircraft.
     kind : str
         What its folder is called, with a date and a letter.
@@ -48,10 +48,10 @@ class VirtualFlightSession(QObject, Generic[ProcessT]):
     changed = Signal()
 
     def __init__(
-        self, desk: FlightController, kind: str, launch: Callable[[Path, int], ProcessT]
+        self, controller: FlightController, kind: str, launch: Callable[[Path, int], ProcessT]
     ) -> None:
         super().__init__()
-        self._desk = desk
+        self._controller = controller
         self._kind = kind
         self._launch = launch
         self.folder: Path | None = None
@@ -59,12 +59,12 @@ class VirtualFlightSession(QObject, Generic[ProcessT]):
         self._port = 0
         self._recorder: RecorderHandle | None = None
         self._ending: BackgroundJob | None = None
-        desk.changed.connect(self._opened)
+        controller.changed.connect(self._opened)
 
     @property
     def running(self) -> bool:
         """Return whether it sends and is what is open."""
-        session = self._desk.session
+        session = self._controller.session
         return (
             self.process is not None
             and self.process.is_running()
@@ -81,18 +81,18 @@ class VirtualFlightSession(QObject, Generic[ProcessT]):
             Whether it could: a slip of the hand must not take the place of a flight that is
             recorded.
         """
-        if self._desk.is_recording and not self.running:
-            self._desk.message_posted.emit(
+        if self._controller.is_recording and not self.running:
+            self._controller.message_posted.emit(
                 "caution",
                 tr(
                     "{name} is being recorded. Close it first ({keys}), then begin the {kind}."
-                ).format(name=self._desk.name, keys=shortcut_text("Ctrl+W"), kind=self._kind),
+                ).format(name=self._controller.name, keys=shortcut_text("Ctrl+W"), kind=self._kind),
             )
             return False
         self.stop()
         self._port = find_free_udp_port()
-        self.folder = self._desk.flight_opener.next_flight_folder(self._kind)
-        self._desk.flight_opener.connect_aircraft(
+        self.folder = self._controller.flight_opener.next_flight_folder(self._kind)
+        self._controller.flight_opener.connect_aircraft(
             ConnectRequest(
                 link=f"udpin:127.0.0.1:{self._port}",
                 folder=self.folder,
@@ -106,7 +106,7 @@ class VirtualFlightSession(QObject, Generic[ProcessT]):
 
     def _opened(self) -> None:
         """Let it send when its record is open, and end it when something else is."""
-        session = self._desk.session
+        session = self._controller.session
         if session is None or session.path != self.folder:
             self.stop()
         elif self.process is None:
@@ -114,7 +114,7 @@ class VirtualFlightSession(QObject, Generic[ProcessT]):
                 self._recorder = session.recorder
                 self.process = self._launch(self.folder, self._port)
             except GroundStationError as error:
-                self._desk.error_reporter.report(error)
+                self._controller.error_reporter.report(error)
             self.changed.emit()
 
     def stop(self) -> None:
@@ -122,7 +122,7 @@ class VirtualFlightSession(QObject, Generic[ProcessT]):
         process, self.process = self.process, None
         recorder, self._recorder = self._recorder, None
         if recorder is not None:
-            self._desk.recorders.release(recorder)
+            self._controller.recorders.release(recorder)
             self._ending = BackgroundJob(
                 tr("Stopping the recording"), lambda _tell: recorder.stop(), self
             )

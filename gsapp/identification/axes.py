@@ -24,7 +24,7 @@ AXIS_TITLES: Final[Mapping[str, str]] = {
     "both": "six degrees of freedom",
 }
 
-AXIS_COEFFICIENTS: dict[Axis, tuple[str, ...]] = {
+AXIS_COEFFICIENTS: Final[Mapping[str, tuple[str, ...]]] = {
     "lon": LONGITUDINAL_COEFFICIENTS,
     "lat": LATERAL_COEFFICIENTS,
     "both": (*LONGITUDINAL_COEFFICIENTS, *LATERAL_COEFFICIENTS),

@@ -26,6 +26,7 @@ from gsapp.quantities.text_units import convert_text_units, convert_value_and_st
 from gsapp.quantities.units import (
     QUANTITIES,
     Quantity,
+    Values,
     from_si,
     normalize_unit,
     parse_quantity,
@@ -45,6 +46,7 @@ __all__ = [
     "ChannelSpec",
     "FloatArray",
     "Quantity",
+    "Values",
     "base_id",
     "channel",
     "clock_text",

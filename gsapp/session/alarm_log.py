@@ -22,7 +22,7 @@ ALARM_ENDED: Final = "alarm-ended"
 _EQUIPMENT = ("link", "recorder", "disk", "clock", "folder", "aircraft")
 
 
-def alarm_events(board: AlarmRegistry) -> tuple[Event, ...]:
+def alarm_events(registry: AlarmRegistry) -> tuple[Event, ...]:
     """Return every alarm so far as an event at its onset, with its end (s); units are SI."""
     return tuple(
         Event(
@@ -40,7 +40,7 @@ def alarm_events(board: AlarmRegistry) -> tuple[Event, ...]:
                 "acknowledged_by": None if one.acknowledgment is None else one.acknowledgment.by,
             },
         )
-        for one in board.episodes
+        for one in registry.episodes
     )
 
 
@@ -62,27 +62,27 @@ class AlarmLog:
 
     def __init__(
         self,
-        board: AlarmRegistry,
-        book: MarkStore,
+        registry: AlarmRegistry,
+        mark_store: MarkStore,
         wall_us: Callable[[], int],
         others: Callable[[Event], None] = lambda _: None,
         ahead: AlarmRegistry | None = None,
     ) -> None:
-        self._board = board
-        self._boards = (board,) if ahead is None else (board, ahead)
+        self._registry = registry
+        self._registries = (registry,) if ahead is None else (registry, ahead)
         self._others = others
-        self._book = book
+        self._mark_store = mark_store
         self._wall_us = wall_us
-        self._read = 0  # events of the book
-        self._logged = 0  # onsets of the board
+        self._read = 0  # events of the store
+        self._logged = 0  # onsets of the registry
         self._active: set[str] = set()  # equipment, at the last look
         self._recorded: list[AlarmEpisode] = []
-        self._going_on: dict[str, int] = {}  # index in the list of recorded ones, by key
+        self._active_indices: dict[str, int] = {}  # index in the list of recorded ones, by key
 
     @property
     def revision(self) -> int:
         """Return a number that changes whenever `episodes` does."""
-        return sum(board.revision for board in self._boards) + self._read + self._logged
+        return sum(registry.revision for registry in self._registries) + self._read + self._logged
 
     @property
     def episodes(self) -> tuple[AlarmEpisode, ...]:
@@ -92,15 +92,15 @@ class AlarmLog:
         """
         found = {
             (one.key, one.onset): one
-            for board in self._boards
-            for one in board.episodes
+            for registry in self._registries
+            for one in registry.episodes
             if one.key not in _EQUIPMENT
         }
         recorded = (
             replace(
                 one,
-                acknowledgment=self._board.acknowledgment(one.key, one.raised),
-                is_over=one.is_over or self._board.severity(one.key) is Severity.NORMAL,
+                acknowledgment=self._registry.acknowledgment(one.key, one.raised),
+                is_over=one.is_over or self._registry.severity(one.key) is Severity.NORMAL,
             )
             for one in self._recorded
         )
@@ -120,16 +120,17 @@ class AlarmLog:
             Whether what others wrote in this moment counts, too.
         """
         if refreshed:
-            self._book.refresh()
-        self._book.poll()
-        # From the book's own list: whoever makes a mark takes in events, too.
-        fresh, self._read = self._book.other_events[self._read :], len(self._book.other_events)
+            self._mark_store.refresh()
+        self._mark_store.poll()
+        # From the store's own list: whoever makes a mark takes in events, too.
+        events = self._mark_store.other_events
+        fresh, self._read = events[self._read :], len(events)
         for event in fresh:
             if event.kind == ACKNOWLEDGE:
-                self._take_acknowledgment(event)
+                self._apply_acknowledgment(event)
             else:
                 if event.kind in (ALARM, ALARM_ENDED):
-                    self._take_equipment(event)
+                    self._apply_equipment_alarm(event)
                 self._others(event)
 
     def acknowledge(self, alarm: Alarm, now: float | None, by: str = "crew") -> None:
@@ -137,8 +138,8 @@ class AlarmLog:
 
         It is over for the crew even where the disk refuses to remember it.
         """
-        for board in self._boards:
-            board.acknowledge(alarm.key, alarm.time, by, now)
+        for registry in self._registries:
+            registry.acknowledge(alarm.key, alarm.time, by, now)
         self._write(
             Event(
                 kind=ACKNOWLEDGE,
@@ -150,8 +151,8 @@ class AlarmLog:
 
     def acknowledge_next(self, key: str | None, now: float | None, by: str) -> bool:
         """Take note of an alarm, by default of the newest that waits; return if there was one."""
-        waiting = self._board.unacknowledged
-        alarm = next(iter(waiting), None) if key is None else self._board.get(key)
+        waiting = self._registry.unacknowledged
+        alarm = next(iter(waiting), None) if key is None else self._registry.get(key)
         if alarm is None or alarm.acknowledged:
             return False
         self.acknowledge(alarm, now, by)
@@ -165,9 +166,9 @@ class AlarmLog:
         now : float or None
             Flight time, s: when those ended that are over since the last call.
         """
-        log = self._board.onsets_of(_EQUIPMENT)
+        log = self._registry.onsets_of(_EQUIPMENT)
         fresh, self._logged = log[self._logged :], len(log)
-        active = {key for key in _EQUIPMENT if self._board.severity(key) > Severity.NORMAL}
+        active = {key for key in _EQUIPMENT if self._registry.severity(key) > Severity.NORMAL}
         # What came and went within one look is over, too.
         over = ({onset.key for onset in fresh} | self._active) - active
         self._active = active
@@ -189,21 +190,21 @@ class AlarmLog:
             other.kind == event.kind
             and other.data.get("alarm") == key
             and abs(other.host_time_us - stamp) < 1e6 * MONITORS.same_alarm_time
-            for other in self._book.other_events
+            for other in self._mark_store.other_events
         )
         if not known and not self._write(event):
-            self._take_equipment(event)  # a full disk: the alarm itself says so
+            self._apply_equipment_alarm(event)  # a full disk: the alarm itself says so
 
-    def _take_equipment(self, event: Event) -> None:
+    def _apply_equipment_alarm(self, event: Event) -> None:
         """Take in that an alarm of the equipment was raised, grew worse or ended."""
         key = event.data.get("alarm")
         if not isinstance(key, str):
             return
-        place = self._going_on.get(key)
+        place = self._active_indices.get(key)
         if event.kind == ALARM_ENDED:
             if place is not None:
                 self._recorded[place] = replace(self._recorded[place], end=event.time, is_over=True)
-                del self._going_on[key]
+                del self._active_indices[key]
             return
         warning = event.data.get("severity") == Severity.WARNING.name.lower()
         severity = Severity.WARNING if warning else Severity.CAUTION
@@ -215,35 +216,35 @@ class AlarmLog:
         if place is not None:
             # Nobody saw it end: no window was open.
             self._recorded[place] = replace(self._recorded[place], is_over=True)
-        self._going_on[key] = len(self._recorded)
+        self._active_indices[key] = len(self._recorded)
         self._recorded.append(
             AlarmEpisode(
                 key=key, severity=severity, onset=event.time, message=event.text, raised=event.time
             )
         )
 
-    def _take_acknowledgment(self, event: Event) -> None:
+    def _apply_acknowledgment(self, event: Event) -> None:
         key, raised, by = (event.data.get(name) for name in ("alarm", "raised", "by"))
         if not isinstance(key, str):
             return
         moments = [float(raised) if isinstance(raised, (int, float)) else None]
         if key in _EQUIPMENT:
             # Each window notices trouble with the equipment at a time of its own.
-            alarm = self._board.get(key)
+            alarm = self._registry.get(key)
             seen = [one.raised for one in self._recorded if one.key == key]
             moments += [
                 time
                 for time in (*seen, None if alarm is None else alarm.time)
                 if _is_close_in_time(time, moments[0])
             ]
-        for board in self._boards:
+        for registry in self._registries:
             for moment in moments:
-                board.acknowledge(key, moment, by if isinstance(by, str) else "", event.time)
+                registry.acknowledge(key, moment, by if isinstance(by, str) else "", event.time)
 
     def _write(self, event: Event) -> bool:
         """Write an event; return False where the disk refuses."""
         try:
-            self._book.write(event)
+            self._mark_store.write(event)
         except FlightError:
             return False
         return True

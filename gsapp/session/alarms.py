@@ -154,7 +154,7 @@ class AlarmRegistry:
         self._log: list[AlarmOnset] = []
         self._episodes: list[AlarmEpisode] = []
         # Place in the list of the episode that goes on, by key.
-        self._going_on: dict[str, int] = {}
+        self._active_indices: dict[str, int] = {}
         self._alarms: dict[str, Alarm] = {}
         self._acknowledged: dict[str, list[AlarmAcknowledgment]] = {}
 
@@ -260,9 +260,9 @@ class AlarmRegistry:
             count=1 if former is None else former.count + (not former.active),
         )
         self._log.append(AlarmOnset(key=key, severity=severity, time=time, message=words))
-        self._go_on(key, severity, time, words, rule, value)
+        self._update_episode(key, severity, time, words, rule, value)
 
-    def _go_on(
+    def _update_episode(
         self,
         key: str,
         severity: Severity,
@@ -272,9 +272,9 @@ class AlarmRegistry:
         value: float | None,
     ) -> None:
         """Begin an episode, or let the one that goes on grow worse."""
-        place = self._going_on.get(key)
+        place = self._active_indices.get(key)
         if place is None:
-            self._going_on[key] = len(self._episodes)
+            self._active_indices[key] = len(self._episodes)
             self._episodes.append(
                 AlarmEpisode(
                     key=key, severity=severity, onset=time, message=words, rule=rule, value=value,
@@ -286,11 +286,11 @@ class AlarmRegistry:
         if severity > former.severity:
             former = replace(former, severity=severity, message=words, rule=rule)
         self._episodes[place] = former
-        self._stretch(key, value)
+        self._update_worst_value(key, value)
 
-    def _stretch(self, key: str, value: float | None) -> None:
+    def _update_worst_value(self, key: str, value: float | None) -> None:
         """Let the episode that goes on keep its farthest value."""
-        place = self._going_on.get(key)
+        place = self._active_indices.get(key)
         former = None if place is None else self._episodes[place]
         if place is None or former is None or former.rule is None or value is None:
             return
@@ -304,7 +304,7 @@ class AlarmRegistry:
         if former is None or former.rule is None:
             return
         self.revision += 1
-        self._stretch(key, value)
+        self._update_worst_value(key, value)
         self._alarms[key] = replace(former, value=former.rule.worse_value(value, former.value))
 
     def clear(self, key: str, time: float | None = None) -> None:
@@ -319,7 +319,7 @@ class AlarmRegistry:
         if former is None or not former.active:
             return
         self.revision += 1
-        place = self._going_on.pop(key)
+        place = self._active_indices.pop(key)
         self._episodes[place] = replace(self._episodes[place], end=time, is_over=True)
         if former.acknowledged:
             del self._alarms[key]
@@ -382,4 +382,4 @@ class AlarmRegistry:
         self._alarms.clear()
         self._log.clear()
         self._episodes.clear()
-        self._going_on.clear()
+        self._active_indices.clear()

@@ -45,10 +45,10 @@ class CueMonitor:
 
     Parameters
     ----------
-    board : AlarmRegistry
+    registry : AlarmRegistry
         Where alarms go.
     read : callable
-        Takes in what all windows wrote to `book`.
+        Takes in what all windows wrote to `mark_store`.
     live : bool
         Whether the flight is happening.
 
@@ -61,8 +61,8 @@ class CueMonitor:
     def __init__(
         self,
         cueing: CueGenerator,
-        board: AlarmRegistry,
-        book: MarkStore,
+        registry: AlarmRegistry,
+        mark_store: MarkStore,
         read: Callable[[], None],
         *,
         live: bool,
@@ -74,16 +74,16 @@ class CueMonitor:
             "cues",
             "cues stopped",
             Severity.CAUTION,
-            board,
+            registry,
             lambda: cueing.snapshot().time,
         )
-        self._board = board
-        self._book = book
+        self._registry = registry
+        self._mark_store = mark_store
         self._read_events = read
         self._live = live
         self._chosen: set[tuple[float, str]] = set()
-        self._troubles: tuple[Alert, ...] = ()
-        self._followed = self._heard = 0
+        self._equipment_alerts: tuple[Alert, ...] = ()
+        self._event_count = self._spoken_count = 0
 
     # --- the consumer of a feed -----------------------------------------------------------------
 
@@ -91,20 +91,20 @@ class CueMonitor:
         self._guard.attempt(lambda: self.cueing.feed(block))
 
     def process_step(self) -> None:
-        self._guard.attempt(lambda: self._take_up(self.cueing.process_step))
+        self._guard.attempt(lambda: self._run_step(self.cueing.process_step))
 
     def has_pending_work(self, time: float) -> bool:
         return bool(self._guard.attempt(lambda: self.cueing.has_pending_work(time)))
 
     def finish(self) -> None:
         """Judge the very last rows: nothing more comes."""
-        self._guard.attempt(lambda: self._take_up(self.cueing.finish))
+        self._guard.attempt(lambda: self._run_step(self.cueing.finish))
 
     def reset(self) -> None:
         self._guard.reset()
         self.cueing.reset()
         self.spoken.clear()
-        self._followed = self._heard = 0
+        self._event_count = self._spoken_count = 0
 
     # --- what it tells --------------------------------------------------------------------------
 
@@ -127,17 +127,17 @@ class CueMonitor:
             doubts.append(f"not calibrated, ignored: {_titles(uncalibrated)}")
         if beyond:
             doubts.append(f"outside calibration, less certain: {_titles(beyond)}")
-        dangers = sorted((*cues.alerts, *self._troubles), key=lambda one: -one.level)
+        dangers = sorted((*cues.alerts, *self._equipment_alerts), key=lambda one: -one.level)
         return replace(cues, alerts=tuple(dangers), limitations=(*doubts, *cues.limitations))
 
     def check_equipment(self) -> None:
         """Take note of trouble with link, recorder and disk, and say what is new."""
-        known = {trouble.key for trouble in self._troubles}
-        self._troubles = tuple(
-            trouble for key in _EQUIPMENT if (trouble := self._trouble(key)) is not None
+        known = {trouble.key for trouble in self._equipment_alerts}
+        self._equipment_alerts = tuple(
+            trouble for key in _EQUIPMENT if (trouble := self._equipment_alert(key)) is not None
         )
         cues = self.cueing.snapshot()
-        for trouble in self._troubles:
+        for trouble in self._equipment_alerts:
             if trouble.key not in known:
                 warning = trouble.level is AlertLevel.WARNING
                 words = "" if cues.input_in_progress is not None else trouble.spoken_text
@@ -150,8 +150,8 @@ class CueMonitor:
                     )
                 )
 
-    def _trouble(self, key: str) -> Alert | None:
-        alarm = self._board.get(key)
+    def _equipment_alert(self, key: str) -> Alert | None:
+        alarm = self._registry.get(key)
         if alarm is None or not alarm.active:
             return None
         warning = alarm.current is Severity.WARNING
@@ -179,7 +179,7 @@ class CueMonitor:
         self._chosen.add((time, card_id))
         if self._live:
             words = f"the crew flies card {card_id}" if card_id else "automatic card selection"
-            self._book.write(
+            self._mark_store.write(
                 Event(kind=CARD_SELECTION_EVENT, text=words, time=time, data={"card": card_id})
             )
 
@@ -196,13 +196,13 @@ class CueMonitor:
 
     # --- what becomes of it ---------------------------------------------------------------------
 
-    def _take_up(self, step: Callable[[], None]) -> None:
+    def _run_step(self, step: Callable[[], None]) -> None:
         """Do a step of the cues, and take up what they said in it."""
         step()
         events, spoken = self.cueing.log, self.cueing.announcements
-        fresh, self._followed = events[self._followed :], len(events)
-        self.spoken += spoken[self._heard :]
-        self._heard = len(spoken)
+        fresh, self._event_count = events[self._event_count :], len(events)
+        self.spoken += spoken[self._spoken_count :]
+        self._spoken_count = len(spoken)
         for event in fresh:
             if event.kind == "danger":
                 self._alarm(event)
@@ -212,10 +212,10 @@ class CueMonitor:
     def _alarm(self, event: CueEvent) -> None:
         key = f"danger:{event.data['key']}"
         if event.state == "over":
-            self._board.clear(key, event.time)
+            self._registry.clear(key, event.time)
         else:
             words = str(event.data["sentence"])
-            self._board.raise_(key, _SEVERITY[event.state], event.time, words)
+            self._registry.raise_(key, _SEVERITY[event.state], event.time, words)
 
     def _write(self, event: CueEvent) -> None:
         """Write a verdict that no window wrote before."""
@@ -224,14 +224,16 @@ class CueMonitor:
         except FlightError:
             return  # as for a disk that refuses, below
         began = float(event.data["t_input"])
-        for other in self._book.other_events:
+        for other in self._mark_store.other_events:
             known = other.data.get("t_input")
             same = isinstance(known, (int, float)) and abs(known - began) < MONITORS.same_input_time
             if other.kind == VERDICT_EVENT and same:
                 return
         data = {**event.data, "result": event.state}
         try:
-            self._book.write(Event(kind=VERDICT_EVENT, text=event.text, time=event.time, data=data))
+            self._mark_store.write(
+                Event(kind=VERDICT_EVENT, text=event.text, time=event.time, data=data)
+            )
         except FlightError:
             return  # a full disk: its own alarm says so, and the verdict stands on the page
 

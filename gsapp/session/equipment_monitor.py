@@ -130,7 +130,7 @@ class EquipmentMonitor:
 
     Parameters
     ----------
-    board : AlarmRegistry
+    registry : AlarmRegistry
         Where alarms go.
     clock : callable
         Seconds that never go back.
@@ -150,7 +150,7 @@ class EquipmentMonitor:
     def __init__(
         self,
         folder: Path,
-        board: AlarmRegistry,
+        registry: AlarmRegistry,
         clock: Callable[[], float],
         wall_us: Callable[[], int],
         facts: Callable[[], RecorderObservation] | None = None,
@@ -158,15 +158,15 @@ class EquipmentMonitor:
         self._folder = folder.absolute()
         self._read_facts = facts or RecorderProbe(folder).read
         self._facts = RecorderObservation()
-        self._board = board
+        self._registry = registry
         self._clock = clock
         self._wall_us = wall_us
-        self._next_look = -1.0
+        self._next_check = -1.0
         self._written: int | None = None
         self._updated_us: int | None = None
         self._spoke = 0.0  # by the clock that never goes back
-        self._told_ahead_us = 0
-        self._told_moved = ""
+        self._reported_ahead_us = 0
+        self._folder_move_reported = ""
         self._recent: deque[tuple[float, int, int]] = deque()
         self.landed = False
         self.link = LinkSummary(state="waiting")
@@ -224,33 +224,33 @@ class EquipmentMonitor:
             Whether the disk does not respond: nothing is known of link and recorder.
         """
         time = self._clock()
-        if time < self._next_look:
+        if time < self._next_check:
             return False
-        self._next_look = time + MONITORS.equipment_interval
+        self._next_check = time + MONITORS.equipment_interval
         self._facts = self._read_facts()
         if stuck:
             self._note_stuck_disk(now)
             return True
-        self._hear(self._status, time)
-        self._look_at_clock(now)
+        self._update_recorder_age(self._status, time)
+        self._check_clock(now)
         self._check_folder(now)
-        self.recorder = self._look_at_recorder(now, time)
-        self.disk = self._look_at_disk(now)
+        self.recorder = self._check_recorder(now, time)
+        self.disk = self._check_disk(now)
         if unread:
-            self.link = self._look_at_unread_link(now)
+            self.link = self._check_unread_link(now)
         elif caught_up or self.handle is None:
-            self.link = self._look_at_link(health, time, now)
+            self.link = self._check_link(health, time, now)
         else:
             self.link = replace(self.link, state="catching up", age=None)
         return True
 
     def _note_stuck_disk(self, now: float | None) -> None:
-        self._say("disk", Severity.WARNING, now, STUCK_DISK_TEXT, self.disk.severity)
+        self._update_alarm("disk", Severity.WARNING, now, STUCK_DISK_TEXT, self.disk.severity)
         self.disk = replace(self.disk, severity=Severity.WARNING)
         # An alarm of the link stays until it is known to be well again.
         self.link = replace(self.link, state="not read", age=None)
 
-    def _hear(self, status: RecorderStatus | None, time: float) -> None:
+    def _update_recorder_age(self, status: RecorderStatus | None, time: float) -> None:
         """Note when the recorder last spoke.
 
         How old its first word is only the computer's clock can tell. From then on the clock
@@ -262,44 +262,44 @@ class EquipmentMonitor:
         old = max(self.host_us() - status.updated_us, 0) / 1e6 if first else 0.0
         self._updated_us, self._spoke = status.updated_us, time - old
 
-    def _look_at_clock(self, now: float | None) -> None:
+    def _check_clock(self, now: float | None) -> None:
         """Tell once of every time that the computer's clock was set back."""
         ahead = 0 if self._status is None else self._status.ahead_us
-        if ahead - self._told_ahead_us >= MONITORS.clock_set_back_us:
-            self._told_ahead_us = ahead
-            self._board.raise_("clock", Severity.CAUTION, now, _clock_set_back_text(ahead))
+        if ahead - self._reported_ahead_us >= MONITORS.clock_set_back_us:
+            self._reported_ahead_us = ahead
+            self._registry.raise_("clock", Severity.CAUTION, now, _clock_set_back_text(ahead))
         else:
             # It happened and is over: the alarm stays until somebody has seen it.
-            self._told_ahead_us = min(self._told_ahead_us, ahead)
-            self._board.clear("clock", now)
+            self._reported_ahead_us = min(self._reported_ahead_us, ahead)
+            self._registry.clear("clock", now)
 
     def _check_folder(self, now: float | None) -> None:
         """Tell once that the record continues in another folder; until somebody has seen it."""
         former = "" if self._status is None else self._status.moved_from
-        if former != self._told_moved:
-            self._told_moved = former
+        if former != self._folder_move_reported:
+            self._folder_move_reported = former
             here = Path(self._status.folder).name if self._status is not None else ""
             words = (
                 f"flight folder {Path(former).name} was removed, renamed or made read-only: "
                 f"recording continues in {here}"
             )
-            self._board.raise_("folder", Severity.WARNING, now, words)
+            self._registry.raise_("folder", Severity.WARNING, now, words)
         else:
-            self._board.clear("folder", now)
+            self._registry.clear("folder", now)
 
-    def _say(
+    def _update_alarm(
         self, key: str, severity: Severity, now: float | None, words: str, former: Severity
     ) -> None:
         if severity is not Severity.NORMAL:
-            self._board.raise_(key, severity, now, words)
+            self._registry.raise_(key, severity, now, words)
         elif former is not Severity.NORMAL:
-            self._board.clear(key, now)
+            self._registry.clear(key, now)
 
-    def _look_at_recorder(self, now: float | None, time: float) -> RecorderSummary:
+    def _check_recorder(self, now: float | None, time: float) -> RecorderSummary:
         former = self.recorder
         status = self._status
         words, severity, sentence = self._state_of_recorder(time)
-        self._say("recorder", severity, now, sentence, former.severity)
+        self._update_alarm("recorder", severity, now, sentence, former.severity)
         if status is None:
             return RecorderSummary(state=words, severity=severity)
         running = self.handle is not None
@@ -356,7 +356,7 @@ class EquipmentMonitor:
             return words, Severity.WARNING, status.error
         return status.state, Severity.NORMAL, ""
 
-    def _look_at_disk(self, now: float | None) -> DiskSummary:
+    def _check_disk(self, now: float | None) -> DiskSummary:
         former = self.disk
         status = self._status if self.handle is not None else None
         if status is not None and status.disk_free_bytes is not None:
@@ -373,12 +373,10 @@ class EquipmentMonitor:
                 severity = Severity.CAUTION
         minutes = f", enough for {left / 60.0:.0f} min" if left is not None else ""
         sentence = f"the disk has {(free or 0) / 1e6:.0f} MB left{minutes}: make room"
-        self._say("disk", severity, now, sentence, former.severity)
+        self._update_alarm("disk", severity, now, sentence, former.severity)
         return DiskSummary(free_bytes=free, seconds_left=left, severity=severity)
 
-    def _look_at_link(
-        self, health: LinkHealth | None, time: float, now: float | None
-    ) -> LinkSummary:
+    def _check_link(self, health: LinkHealth | None, time: float, now: float | None) -> LinkSummary:
         former = self.link
         report = None if health is None else health.report(self.host_us())
         loss = self._recent_loss(report, time)
@@ -392,27 +390,27 @@ class EquipmentMonitor:
             severity, sentence = Severity.NORMAL, ""
         if words == "unreadable":
             age = None
-        self._say("link", severity, now, sentence, former.severity)
+        self._update_alarm("link", severity, now, sentence, former.severity)
         if former.state in _NOT_HEARD_YET and words == "ok":
             # Whoever waited for the aircraft need not confirm that it came.
-            self._board.dismiss("link")
+            self._registry.dismiss("link")
         remarks = () if report is None else report.warnings
         others = [said for said in remarks if said != unreadable]
         if others and self.handle is not None:
-            self._board.raise_("aircraft", Severity.CAUTION, now, " ".join(others))
+            self._registry.raise_("aircraft", Severity.CAUTION, now, " ".join(others))
         else:
-            self._board.clear("aircraft", now)
+            self._registry.clear("aircraft", now)
         view = build_link_summary(report, words=words, severity=severity, loss=loss, age=age)
         return replace(view, problem=sentence if age is None else "")
 
-    def _look_at_unread_link(self, now: float | None) -> LinkSummary:
+    def _check_unread_link(self, now: float | None) -> LinkSummary:
         former = self.link
         heard = None if self._status is None else self._status.last_data_us
         age = None if heard is None else max(self.host_us() - heard, 0) / 1e6
         words, severity, sentence = self._state_of_link(None, age, 0.0, "")
         if self.landed:
             severity, sentence = Severity.NORMAL, ""
-        self._say("link", severity, now, sentence, former.severity)
+        self._update_alarm("link", severity, now, sentence, former.severity)
         return LinkSummary(state="not read" if words == "ok" else words, severity=severity)
 
     def _state_of_link(
@@ -429,7 +427,7 @@ class EquipmentMonitor:
             known = found is not None and found.problem in ("unreadable", "text", "mavlink")
             return "unreadable", Severity.WARNING, str(found) if known else unreadable
         if age is None:
-            return self._waiting(status, report)
+            return self._no_contact_state(status, report)
         if age > MONITORS.silence_time:
             return "silent", Severity.WARNING, _silence_text(report)
         if loss > MONITORS.max_loss:
@@ -440,7 +438,7 @@ class EquipmentMonitor:
             )
         return "ok", Severity.NORMAL, ""
 
-    def _waiting(
+    def _no_contact_state(
         self, status: RecorderStatus, report: LinkReport | None
     ) -> tuple[str, Severity, str]:
         """Return how a link stands over which the aircraft has not been heard yet."""

@@ -26,7 +26,7 @@ class FailureGuard:
     ----------
     what : str
         What is missing then, as a sentence begins.
-    board : AlarmRegistry
+    registry : AlarmRegistry
         Where it is said.
     now : callable
         Flight time, s.
@@ -42,14 +42,14 @@ class FailureGuard:
         key: str,
         what: str,
         severity: Severity,
-        board: AlarmRegistry,
+        registry: AlarmRegistry,
         now: Callable[[], float | None],
     ) -> None:
         self.failure = ""
         self._key = key
         self._what = what
         self._severity = severity
-        self._board = board
+        self._registry = registry
         self._now = now
 
     def attempt(self, step: Callable[[], T]) -> T | None:
@@ -63,7 +63,7 @@ class FailureGuard:
             self.failure = (
                 f"{self._what}: the program failed ({error!r}); close the flight and open it again"
             )
-            self._board.raise_(self._key, self._severity, self._now(), self.failure)
+            self._registry.raise_(self._key, self._severity, self._now(), self.failure)
             return None
 
     def reset(self) -> None:

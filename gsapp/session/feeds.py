@@ -176,13 +176,13 @@ class LiveFeed:
     def finish(self) -> None:
         """Take in the rest of a record that is complete."""
         self.advance(math.inf)
-        self._take(self._reader.finish())
+        self._append_blocks(self._reader.finish())
 
     def _read(self, deadline: float) -> None:
         while True:
             now = self._clock()
             step = self._reader.read(self._pace.piece(deadline - now))
-            self._take(step.blocks)
+            self._append_blocks(step.blocks)
             self.is_up_to_date = not step.more
             if self.is_up_to_date or step.is_waiting:
                 return
@@ -191,7 +191,7 @@ class LiveFeed:
             if after >= deadline:
                 return
 
-    def _take(self, blocks: Sequence[Block]) -> None:
+    def _append_blocks(self, blocks: Sequence[Block]) -> None:
         if not blocks:
             return
         for block in blocks:
@@ -222,9 +222,9 @@ class LiveFeed:
         )
         following.feed_until(target, deadline)
         for follower in [one for one in following.cursors if following.has_reached(one, target)]:
-            self._hand_over(follower)
+            self._feed_newest_samples(follower)
 
-    def _hand_over(self, follower: ConsumerCursor) -> None:
+    def _feed_newest_samples(self, follower: ConsumerCursor) -> None:
         """Give somebody who caught up the newest samples, of each channel as far as they came."""
         history, consumer = self._history, follower.consumer
         ends: dict[int, list[str]] = {}
@@ -514,12 +514,15 @@ class ReplayFeed:
         target = readable if headlong else min(self._place(self._position), readable)
         # As fast as it goes nobody runs ahead, so that what one tells of another comes in time.
         whole = self._following.feed_until(
-            target, deadline, abreast=headlong, reach=self._reach if headlong else _ignore_playhead
+            target,
+            deadline,
+            abreast=headlong,
+            reach=self._advance_playhead if headlong else _ignore_playhead,
         )
         if headlong and whole and self._complete:
             self.playing = False
 
-    def _reach(self, place: int) -> None:
+    def _advance_playhead(self, place: int) -> None:
         if self._position is None or place > self._place(self._position):
             self._position = place / self._history.rate
             self._history.horizon = self._position

@@ -34,12 +34,12 @@ class FlightMetadata:
     """What can be told of a flight beside its samples."""
 
     def __init__(
-        self, opened: SessionFlight, name: str, history: SampleHistory, book: MarkStore
+        self, opened: SessionFlight, name: str, history: SampleHistory, mark_store: MarkStore
     ) -> None:
         self._opened = opened
         self.name = name
         self._history = history
-        self._book = book
+        self._mark_store = mark_store
         self._read_info = opened.poll(self._info_on_disk, MONITORS.info_interval)
 
     @property
@@ -111,8 +111,8 @@ class FlightMetadata:
         decoder = self.decoder
         said = () if decoder is None else (*decoder.health.warnings(), *decoder.remarks)
         lost = [damage.describe() for damage in self._opened.find_damage()]
-        if self._book.damaged and read_whole is None:
-            lost.append(damaged_events_text(self._book.damaged))
+        if self._mark_store.damaged and read_whole is None:
+            lost.append(damaged_events_text(self._mark_store.damaged))
         # What was read whole has said so itself.
         read = (
             calibration_remarks(self.calibration, self.sources, block) if read_whole is None else ()
@@ -180,7 +180,7 @@ class FlightMetadata:
                 lines=decoder.lines,
                 bad_lines=decoder.bad_lines,
             ),
-            events=sort_events((*self._book.events, *self.messages(until))),
+            events=sort_events((*self._mark_store.events, *self.messages(until))),
             remarks=(*(() if log is None else (log.why,)), *self.remarks(block)),
             certificates=self.calibration,
             onboard=log,

@@ -57,7 +57,9 @@ class LandingMonitor:
         self.reset()
 
     def reset(self) -> None:
-        self._watch = None if self._aircraft is None else AirborneDetector(self._aircraft)
+        self._airborne_detector = (
+            None if self._aircraft is None else AirborneDetector(self._aircraft)
+        )
         self._stream.restart()
         self._rows: list[FlightRows] = []
         self._left = np.empty((0, len(_READ) + 1))  # of a frame that is not complete
@@ -93,11 +95,11 @@ class LandingMonitor:
             float(means[SIGNAL_COLUMNS["altitude"]]),
         )
         over_ground = float(means[-1])
-        if self._watch is None:
+        if self._airborne_detector is None:
             flies = speed > self._speed or (math.isnan(speed) and over_ground > self._speed)
         else:
-            self._watch.add(time, means[:-1])
-            flies = self._watch.airborne
+            self._airborne_detector.add(time, means[:-1])
+            flies = self._airborne_detector.airborne
         # A vehicle without air data may seem to fly for ever; one that is fast has not landed.
         reported = bool(self._on_ground(time)) and self._is_slow(speed, over_ground)
         if flies and not reported:
@@ -115,20 +117,22 @@ class LandingMonitor:
                 and not speed > MONITORS.slow_ratio * self._speed
             ):
                 self._ground = altitude
-        if not reported and not self._stands(speed, over_ground, means):
+        if not reported and not self._is_at_rest(speed, over_ground, means):
             self._standing = 0
             return
         if not self._standing:
             self._since = time
         self._standing += 1
         patience = (
-            MONITORS.reported_ground_frames if reported else self._patience(altitude, over_ground)
+            MONITORS.reported_ground_frames
+            if reported
+            else self._required_frames(altitude, over_ground)
         )
         if self._flown >= MONITORS.min_flown_frames and self._standing >= patience:
             self.landed_at = self._since
             self._flown = 0
 
-    def _stands(self, speed: float, over_ground: float, means: FloatArray) -> bool:
+    def _is_at_rest(self, speed: float, over_ground: float, means: FloatArray) -> bool:
         """Return whether nothing of a frame contradicts an aircraft that stands."""
         rates = np.abs(means[[SIGNAL_COLUMNS["p"], SIGNAL_COLUMNS["q"]]])
         level = (
@@ -147,7 +151,7 @@ class LandingMonitor:
     def _is_slow(self, speed: float, over_ground: float) -> bool:
         return not max(_or_zero(speed), _or_zero(over_ground)) > MONITORS.slow_ratio * self._speed
 
-    def _patience(self, altitude: float, over_ground: float) -> int:
+    def _required_frames(self, altitude: float, over_ground: float) -> int:
         confirmed = math.isfinite(over_ground) or math.isfinite(altitude - self._ground)
         return MONITORS.standing_frames if confirmed else MONITORS.standing_frames_alone
 

@@ -64,7 +64,7 @@ class GroundProximityMonitor:
         """
         speed, altitude = block[SPEED_CHANNEL], block[ALTITUDE_CHANNEL]
         if not self._flown:
-            self._learn(speed, altitude)
+            self._update_ground_altitude(speed, altitude)
         if self._ground is None:
             return np.zeros(len(block), dtype=bool)
         if first != self._next:
@@ -77,7 +77,7 @@ class GroundProximityMonitor:
         counts = np.concatenate(((0,), np.cumsum(line)))
         return (counts[self._window :] - counts[: -self._window]) * 2 > self._window
 
-    def _learn(self, speed: FloatArray, altitude: FloatArray) -> None:
+    def _update_ground_altitude(self, speed: FloatArray, altitude: FloatArray) -> None:
         flown = np.flatnonzero(speed > self._flown_at)
         end = int(flown[0]) if flown.size else speed.size
         standing = altitude[:end][(speed[:end] < self._slow_at) & ~np.isnan(altitude[:end])]
@@ -194,7 +194,7 @@ class _RuleMonitor:
             for severity, limit in limits
             if limit is not None
         }
-        self._told = dict.fromkeys(self._latches, False)
+        self._reported = dict.fromkeys(self._latches, False)
         self._armed = rule.armed_at is None
         self._next: int | None = None
 
@@ -235,17 +235,17 @@ class _RuleMonitor:
         self._next = first + values.size
         signed = values if self._sign > 0 else -values
         if self.rule.armed_at is None:
-            return self._watch(first, signed)
+            return self._monitor(first, signed)
         found: list[_SeverityChange] = []
-        for begin, end, armed in self._wakes(signed):
+        for begin, end, armed in self._armed_segments(signed):
             if armed:
-                found += self._watch_in_the_air(first, begin, end, signed, grounded)
+                found += self._monitor_airborne(first, begin, end, signed, grounded)
             elif self._armed:
-                found += self._fall_asleep(first + begin)
+                found += self._disarm(first + begin)
             self._armed = armed
         return found
 
-    def _watch_in_the_air(
+    def _monitor_airborne(
         self,
         first: int,
         begin: int,
@@ -254,17 +254,17 @@ class _RuleMonitor:
         grounded: npt.NDArray[np.bool_] | None,
     ) -> list[_SeverityChange]:
         if grounded is None or not self.rule.airborne_only:
-            return self._watch(first + begin, signed[begin:end])
+            return self._monitor(first + begin, signed[begin:end])
         found: list[_SeverityChange] = []
         edges = np.flatnonzero(np.diff(grounded[begin:end])) + begin + 1
         for start, stop in pairwise((begin, *edges.tolist(), end)):
             if grounded[start]:
-                found += self._fall_asleep(first + start)
+                found += self._disarm(first + start)
             else:
-                found += self._watch(first + start, signed[start:stop])
+                found += self._monitor(first + start, signed[start:stop])
         return found
 
-    def _watch(self, first: int, signed: FloatArray) -> list[_SeverityChange]:
+    def _monitor(self, first: int, signed: FloatArray) -> list[_SeverityChange]:
         lowest, highest = float(np.min(signed)), float(np.max(signed))
         changes: list[tuple[int, Severity, bool, float]] = []
         for severity, latch in self._latches.items():
@@ -273,21 +273,21 @@ class _RuleMonitor:
                 changes += [(index, severity, on, peak) for index, on, peak in found]
         steps = []
         for index, severity, on, peak in sorted(changes):
-            self._told[severity] = on
+            self._reported[severity] = on
             steps.append(_SeverityChange(index, self.rule.key, self._severity(), self._sign * peak))
         return steps
 
-    def _fall_asleep(self, index: int) -> list[_SeverityChange]:
+    def _disarm(self, index: int) -> list[_SeverityChange]:
         was, peak = self._severity(), self.peak
         for severity, latch in self._latches.items():
             latch.reset()
-            self._told[severity] = False
+            self._reported[severity] = False
         return [_SeverityChange(index, self.rule.key, Severity.NORMAL, peak)] if was else []
 
     def _severity(self) -> Severity:
-        return max((each for each, on in self._told.items() if on), default=Severity.NORMAL)
+        return max((each for each, on in self._reported.items() if on), default=Severity.NORMAL)
 
-    def _wakes(self, signed: FloatArray) -> list[tuple[int, int, bool]]:
+    def _armed_segments(self, signed: FloatArray) -> list[tuple[int, int, bool]]:
         """Return stretches (begin, end, armed): armed by safe values, put to sleep by far ones."""
         safe = self._sign * (self.rule.armed_at or 0.0)
         far = math.inf if self.rule.disarmed_at is None else self._sign * self.rule.disarmed_at
@@ -317,7 +317,7 @@ class LimitMonitor:
 
     Parameters
     ----------
-    board : AlarmRegistry
+    registry : AlarmRegistry
         Where the alarms go.
     rate : float
         Of the grid, Hz.
@@ -329,14 +329,14 @@ class LimitMonitor:
     def __init__(
         self,
         limits: LimitSet,
-        board: AlarmRegistry,
+        registry: AlarmRegistry,
         rate: float,
         together: Callable[[str, str], bool] = lambda _one, _other: True,
     ) -> None:
         self._limits = limits
         self._together = together
         self._ground: GroundProximityMonitor | None = None
-        self._board = board
+        self._registry = registry
         self._rate = rate
         self._channels: dict[str, _ChannelMonitors] = {}
         self._places: dict[tuple[str, ...], npt.NDArray[np.int64]] = {}
@@ -356,11 +356,11 @@ class LimitMonitor:
         if watched is None:
             return
         for watch in watched.watches:
-            self._board.clear(watch.rule.key)
-        watched.watches[:] = self._watches(channel_id)
+            self._registry.clear(watch.rule.key)
+        watched.watches[:] = self._create_rule_monitors(channel_id)
         self._set_quiet(watched)
 
-    def _watches(self, channel_id: str) -> list[_RuleMonitor]:
+    def _create_rule_monitors(self, channel_id: str) -> list[_RuleMonitor]:
         return [_RuleMonitor(rule, self._rate) for rule in self._limits.rules(channel_id)]
 
     def feed(self, block: Block) -> None:
@@ -388,10 +388,10 @@ class LimitMonitor:
             self._set_quiet(watched)
         for step, rule in sorted(steps, key=lambda pair: pair[0][:2]):
             if step.severity is Severity.NORMAL:
-                self._board.update_peak(step.key, step.value)
-                self._board.clear(step.key, step.place / self._rate)
+                self._registry.update_peak(step.key, step.value)
+                self._registry.clear(step.key, step.place / self._rate)
             else:
-                self._board.raise_(
+                self._registry.raise_(
                     step.key,
                     step.severity,
                     step.place / self._rate,
@@ -400,7 +400,7 @@ class LimitMonitor:
                     value=step.value,
                 )
         for watch in touched:
-            self._board.update_peak(watch.rule.key, watch.peak)
+            self._registry.update_peak(watch.rule.key, watch.peak)
 
     def _near_ground(self, first: int, block: Block) -> npt.NDArray[np.bool_] | None:
         """Return which samples are near the ground; None where that cannot be told."""
@@ -422,7 +422,9 @@ class LimitMonitor:
         if found is None:
             for channel_id in channels:
                 if channel_id not in self._channels:
-                    watched = _ChannelMonitors(len(self._channels), self._watches(channel_id))
+                    watched = _ChannelMonitors(
+                        len(self._channels), self._create_rule_monitors(channel_id)
+                    )
                     self._channels[channel_id] = watched
                     self._lowest = np.append(self._lowest, 0.0)
                     self._highest = np.append(self._highest, 0.0)

@@ -109,7 +109,7 @@ class MarkStore:
         others: list[Event] = []
         fresh = False
         self._waiting += self._log.poll()
-        if not self._tell_clocks():
+        if not self._write_clock_readings():
             return others
         placed = convert_to_flown_clock(self._waiting)
         self._waiting.clear()
@@ -122,7 +122,7 @@ class MarkStore:
                 others.append(event)
         self.other_events += others
         if fresh:
-            self._fold()
+            self._rebuild_marks()
         return others
 
     def add(
@@ -182,7 +182,7 @@ class MarkStore:
         """Append an event of another kind, for all windows to see."""
         self._log.append(replace(event, host_time_us=event.host_time_us or self._now()))
 
-    def _tell_clocks(self) -> bool:
+    def _write_clock_readings(self) -> bool:
         """Write which time it was, by its own clock, as a system was chosen.
 
         False while nobody knows yet.
@@ -234,7 +234,7 @@ class MarkStore:
         given = event.data.get("id")
         return given if isinstance(given, str) and given else f"line-{len(self._events)}"
 
-    def _fold(self) -> None:
+    def _rebuild_marks(self) -> None:
         self._undone = _undone_event_ids(self._events)
         marks: dict[str, FlightMark] = {}
         for event_id, event in self._events:

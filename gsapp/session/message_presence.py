@@ -27,7 +27,7 @@ class MessagePresenceMonitor:
 
     Parameters
     ----------
-    board : AlarmRegistry
+    registry : AlarmRegistry
         Where the alarms go.
     group : callable
         What carries a channel, from its id; None for a channel that is not watched.
@@ -38,15 +38,15 @@ class MessagePresenceMonitor:
     TICK = 0.25
     _DELAY = 4  # ticks
     _PERIODS = 3
-    _LONGEST = 40  # ticks
-    _JUDGED_BY = 5  # distances of a message that tell how often it comes
+    _MAX_TIMEOUT = 40  # ticks
+    _INTERVAL_COUNT = 5  # distances of a message that tell how often it comes
 
     def __init__(
-        self, board: AlarmRegistry, group: Callable[[str], str | None], patience: float = 3.0
+        self, registry: AlarmRegistry, group: Callable[[str], str | None], patience: float = 3.0
     ) -> None:
-        self._board = board
+        self._registry = registry
         self._group = group
-        self._patience = max(1, math.ceil(patience / self.TICK))
+        self._min_timeout = max(1, math.ceil(patience / self.TICK))
         self._members: dict[tuple[str, ...], dict[str, list[int]]] = {}
         self._front: int | None = None
         self._judged: int | None = None  # the last tick
@@ -115,19 +115,19 @@ class MessagePresenceMonitor:
         for name, ticks in due.items():
             # What is later still counts as of the last tick judged.
             places = np.searchsorted(came, ticks, side="right") - 1 + self._count
-            lost += self._silences(name, places, self._count + came.size - 1)
+            lost += self._find_gaps(name, places, self._count + came.size - 1)
         for place, name, silent in sorted(lost):
             key = f"{name}:silent"
             tick = int(came[place - self._count]) if place >= self._count else self._judged
             if silent:
                 words = f"{name} is missing while others arrive: check its sender"
-                self._board.raise_(key, Severity.CAUTION, (tick + 1) * self.TICK, words)
+                self._registry.raise_(key, Severity.CAUTION, (tick + 1) * self.TICK, words)
             else:
-                self._board.clear(key, tick * self.TICK)
+                self._registry.clear(key, tick * self.TICK)
         self._judged = last
         self._count += came.size
 
-    def _silences(
+    def _find_gaps(
         self, name: str, places: npt.NDArray[np.intp], last: int
     ) -> list[tuple[int, str, bool]]:
         """Return where a message stayed away (True) and where it came again (False).
@@ -142,8 +142,8 @@ class MessagePresenceMonitor:
         distances = np.diff(spoken)
         former = self._distances.get(name, distances[:0])
         known = np.concatenate([former, distances])
-        for place in np.flatnonzero(distances > self._patience).tolist():
-            patience = self._patience_with(known[: former.size + place])
+        for place in np.flatnonzero(distances > self._min_timeout).tolist():
+            patience = self._timeout_ticks(known[: former.size + place])
             if distances[place] <= patience:
                 continue
             falls = int(spoken[place]) + patience
@@ -151,14 +151,14 @@ class MessagePresenceMonitor:
                 found.append((falls, name, True))
             found.append((int(spoken[place + 1]), name, False))
         newest = int(spoken[-1])
-        falls = newest + self._patience_with(known)
+        falls = newest + self._timeout_ticks(known)
         if self._count <= falls <= last:
             found.append((falls, name, True))
         self._last[name] = newest
-        self._distances[name] = known[-self._JUDGED_BY :]
+        self._distances[name] = known[-self._INTERVAL_COUNT :]
         return found
 
-    def _patience_with(self, distances: npt.NDArray[np.intp]) -> int:
+    def _timeout_ticks(self, distances: npt.NDArray[np.intp]) -> int:
         """Return the ticks of silence after which a message counts as lost.
 
         Parameters
@@ -166,6 +166,6 @@ class MessagePresenceMonitor:
         distances : ndarray of int, shape (n,)
             Ticks from one to the next so far.
         """
-        newest = np.sort(distances[-self._JUDGED_BY :])
+        newest = np.sort(distances[-self._INTERVAL_COUNT :])
         usual = int(newest[newest.size // 2]) if newest.size else 0
-        return max(self._patience, min(self._PERIODS * usual, self._LONGEST))
+        return max(self._min_timeout, min(self._PERIODS * usual, self._MAX_TIMEOUT))

@@ -49,7 +49,7 @@ class PendingChecklist:
 
     def update(self) -> tuple[EvaluatedItem, ...]:
         """Return how the items stand, red first."""
-        self._follow()
+        self._apply_events()
         card = self._card()
         doubts = () if card is None else check_flight_info(card, self._aircraft, system=self.system)
         facts = ChecklistContext(
@@ -86,9 +86,9 @@ class PendingChecklist:
             # What hinders is said when the event is written.
             self._log.path.parent.mkdir(parents=True, exist_ok=True)
         self._log.append(event)
-        self._follow()
+        self._apply_events()
 
-    def _follow(self) -> None:
+    def _apply_events(self) -> None:
         """Take in what was ticked before, by this or another window."""
         for event in self._log.poll():
             name = str(event.data.get("item", ""))

@@ -88,7 +88,7 @@ class RecordReader:
         waits = self._waits()
         more = waits or len(records) >= limit
         if self.decoder is None:
-            records = self._hold(records, more)
+            records = self._hold_until_mapped(records, more)
         if self.decoder is None or not records:
             return ReadResult((), more, waits)
         return ReadResult(self.decoder.feed(records), more, waits)
@@ -101,7 +101,7 @@ class RecordReader:
                 return [*self.decoder.feed(records), *self.decoder.finish()]
         return self.decoder.finish() if self.decoder is not None else ()
 
-    def _hold(self, records: list[RawRecord], more: bool) -> list[RawRecord]:
+    def _hold_until_mapped(self, records: list[RawRecord], more: bool) -> list[RawRecord]:
         """Keep records until they tell which map fits; then return all of them."""
         if len(self._held) >= MONITORS.map_guess_records and self.problem:
             return []  # enough was seen to know that none fits

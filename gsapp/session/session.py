@@ -121,7 +121,7 @@ class Session:
         self._next_events = self._next_relax = -math.inf
         ahead = AlarmRegistry() if mode == "replay" else None
         self.alarm_log = AlarmLog(
-            self.alarm_registry, self.mark_store, wall_us, self._take_in, ahead
+            self.alarm_registry, self.mark_store, wall_us, self._apply_event, ahead
         )
         self._channel_states = ChannelStates(
             self.metadata, self.history, self.limits, self.alarm_registry
@@ -204,13 +204,13 @@ class Session:
         now = self._clock()
         if self.equipment is None:
             self.feed.advance(now + budget)
-            self._look_around(now)
+            self._run_periodic_tasks(now)
             return
         self._steps.attempt("record", lambda: self.feed.advance(now + budget), now)
-        self._steps.attempt("beside", lambda: self._look_around(now), now)
-        self._look_at_equipment(self.equipment)
+        self._steps.attempt("beside", lambda: self._run_periodic_tasks(now), now)
+        self._check_equipment(self.equipment)
 
-    def _look_around(self, now: float) -> None:
+    def _run_periodic_tasks(self, now: float) -> None:
         """See what there is beside the samples: estimates, and what all windows wrote."""
         if self.estimates is not None:
             self.estimates.update(self.now)
@@ -221,7 +221,7 @@ class Session:
             self._next_events = now + MONITORS.events_interval
             self.alarm_log.read()
 
-    def _look_at_equipment(self, equipment: EquipmentMonitor) -> None:
+    def _check_equipment(self, equipment: EquipmentMonitor) -> None:
         decoder = self.decoder
         health = None if decoder is None else decoder.health
         unread = "record" in self._steps.failures
@@ -327,7 +327,7 @@ class Session:
 
     def messages(self) -> tuple[Event, ...]:
         """Return what the vehicle said, and what was noticed about it, up to now, by time."""
-        return self.metadata.messages(self._heard_until)
+        return self.metadata.messages(self._replay_time)
 
     def snapshot(self) -> SessionSnapshot:
         """Return what the bar shows."""
@@ -373,7 +373,7 @@ class Session:
 
     def flight(self) -> Flight:
         """Return everything up to now as one flight, as `load_flight` would."""
-        return self.metadata.flight(self._heard_until)
+        return self.metadata.flight(self._replay_time)
 
     # What the user does
 
@@ -425,13 +425,13 @@ class Session:
 
     # Inside
 
-    def _take_in(self, event: Event) -> None:
+    def _apply_event(self, event: Event) -> None:
         self.system_selection.apply_event(event)
         if self.cue_monitor is not None:
             self.cue_monitor.apply_event(event)
 
     @property
-    def _heard_until(self) -> float | None:
+    def _replay_time(self) -> float | None:
         return self.now if self.replay_feed is not None else None
 
     def _reported_on_ground(self, time: float) -> bool | None:

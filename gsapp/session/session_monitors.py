@@ -29,7 +29,7 @@ class AlarmMonitor:
 
     Parameters
     ----------
-    board : AlarmRegistry
+    registry : AlarmRegistry
         Where alarms go.
     rate : float
         Of the grid, Hz.
@@ -41,15 +41,15 @@ class AlarmMonitor:
 
     def __init__(
         self,
-        board: AlarmRegistry,
+        registry: AlarmRegistry,
         limits: LimitSet,
         rate: float,
         group: Callable[[str], str | None],
         together: Callable[[str, str], bool],
     ) -> None:
-        self._board = board
-        self._limits = LimitMonitor(limits, board, rate, together)
-        self._presence = MessagePresenceMonitor(board, group)
+        self._registry = registry
+        self._limits = LimitMonitor(limits, registry, rate, together)
+        self._presence = MessagePresenceMonitor(registry, group)
 
     def feed(self, block: Block) -> None:
         self._limits.feed(block)
@@ -65,7 +65,7 @@ class AlarmMonitor:
     def reset(self) -> None:
         self._limits.reset()
         self._presence.reset()
-        self._board.reset()
+        self._registry.reset()
 
 
 _LIMITS = "limits and missing messages are no longer monitored"

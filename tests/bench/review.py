@@ -88,7 +88,7 @@ def working(folder: Path) -> None:
         stops = iter(np.arange(one.t_start + 1.0, one.t_end, 0.01).tolist())
         deeds: dict[str, Callable[[], object]] = {
             "an edge moved by a key, written and shown": actions["review_start_later"].trigger,
-            "an edge dragged by one more pixel": lambda: page._moving(
+            "an edge dragged by one more pixel": lambda: page._preview_edges(
                 one.id, one.t_start, next(stops)
             ),
             "the whole flight drawn": page.timeline.show_all,

@@ -108,10 +108,10 @@ _WANTED = st.tuples(st.sampled_from(["fly", "hold", "go", "gusty", "turn", "blin
 
 
 @settings(max_examples=50, deadline=None)
-@given(wishes=st.lists(_WANTED, min_size=1, max_size=120))
-def test_states_stand_for_a_while(wishes: list[tuple[str, bool]]) -> None:
+@given(samples=st.lists(_WANTED, min_size=1, max_size=120))
+def test_states_stand_for_a_while(samples: list[tuple[str, bool]]) -> None:
     keeper = StateHysteresis("fly", 0.0)
-    for tick, (wanted, lost) in enumerate(wishes, start=1):
+    for tick, (wanted, lost) in enumerate(samples, start=1):
         before, since = keeper.state, keeper.since
         changed_now = keeper.step(tick * DT, wanted, lost=lost)  # type: ignore[arg-type]
         assert changed_now == (keeper.state != before)

@@ -23,7 +23,7 @@ def test_what_was_true_a_while_ago_is_neither_shown_nor_said(
     qtbot.addWidget(window)
     loud, mouth = Loudspeaker(), Mouth()
     window.voice._player = loud
-    window.voice._take(mouth)
+    window.voice._set_speaker(mouth)
     window.voice.set_muted(False)
     window.flight_controller.flight_opener.open_flight(
         write_flight(tmp_path / "flights"), playing=False
@@ -108,7 +108,7 @@ def test_a_paused_display_says_that_recording_goes_on(qtbot: QtBot, tmp_path: Pa
     """And the newest time is that of now only once the record was read up to it."""
     window = open_window(tmp_path)
     qtbot.addWidget(window)
-    picture = window.view._picture
+    picture = window.view._state
     window.view.show_state(replace(picture, recording=True, present_shown=False))
     assert (window.view.charts.model.recording, window.view.charts.model.newest_text) == (
         True,
@@ -127,8 +127,8 @@ def test_values_are_stale_when_the_flight_says_so(qtbot: QtBot, tmp_path: Path) 
     window.flight_controller.flight_opener.open_flight(
         write_flight(tmp_path / "flights"), playing=False
     )
-    until(qtbot, lambda: bool(window.view._picture.available))
-    session, picture = window.flight_controller.session, window.view._picture
+    until(qtbot, lambda: bool(window.view._state.available))
+    session, picture = window.flight_controller.session, window.view._state
     assert picture.stale_ages == session.stale_timeouts(picture.available)
     window.view.show_state(replace(picture, stale_ages={"battery": 10.0}))
     assert window.view.charts.model.stale_ages == {"battery": 10.0}

@@ -58,16 +58,16 @@ def made(tmp_path_factory: pytest.TempPathFactory, qapp: QApplication) -> Iterat
 def window(made: MainWindow, qtbot: QtBot) -> Iterator[MainWindow]:
     """Return the window as it was when it was opened."""
     gap = made.gap_page
-    gap.search._engine = FakeEngine()
+    gap.search._job_runner = FakeEngine()
     gap.search.answer = None
     gap.search.undo_stack.clear()
     gap.set_open_flight(None)
     if gap.setup is not None:
         gap.setup._show_paths(())
-        gap.setup._judge()
+        gap.setup._update_state()
         gap.stack.setCurrentWidget(gap.setup)
-    if gap.story is not None:
-        gap.story.answer = None
+    if gap.result_view is not None:
+        gap.result_view.answer = None
     made.display_style.set_theme("daylight")
     made.display_style.set_scale(100)
     made.display_style.set_units("US")
@@ -78,7 +78,7 @@ def window(made: MainWindow, qtbot: QtBot) -> Iterator[MainWindow]:
     made.show_page("flight")
     activate(qtbot, made)
     yield made
-    gap.search._engine.hold.set()
+    gap.search._job_runner.hold.set()
     gap.cancel()
     until(qtbot, lambda: not gap.busy)
     made.flight_controller.close_flight()
@@ -86,7 +86,7 @@ def window(made: MainWindow, qtbot: QtBot) -> Iterator[MainWindow]:
 
 @pytest.fixture
 def engine(window: MainWindow) -> FakeEngine:
-    return window.gap_page.search._engine
+    return window.gap_page.search._job_runner
 
 
 @pytest.fixture
@@ -95,7 +95,8 @@ def story(window: MainWindow, qtbot: QtBot, tmp_path: Path) -> MainWindow:
     qtbot.keyClick(window, Qt.Key.Key_F5)
     qtbot.keyClick(QApplication.focusWidget(), Qt.Key.Key_Return)
     until(
-        qtbot, lambda: window.gap_page.is_result_shown and len(window.gap_page.story.chapters) == 4
+        qtbot,
+        lambda: window.gap_page.is_result_shown and len(window.gap_page.result_view.stages) == 4,
     )
     QApplication.processEvents()
     return window
@@ -155,7 +156,7 @@ def test_flights_are_listed_taken_out_and_remembered(
     until(qtbot, lambda: window.gap_page.is_result_shown)
     assert window.store.current.gap_flights == (str(other),)
     other.unlink()
-    setup._judge()
+    setup._update_state()
     assert "no longer exists" in setup.sentence.text()
 
 
@@ -272,7 +273,7 @@ def test_a_new_search_can_be_left_for_the_answer_that_is_there(
 
 
 def check_map(window: MainWindow) -> None:
-    table, theme = window.gap_page.story.chapters["find"].map, window.display_style.theme
+    table, theme = window.gap_page.result_view.stages["find"].map, window.display_style.theme
     seen = pixels(table.viewport())
     checked = 0
     for row, cells in enumerate(one.value for one in table.row_model.rows):
@@ -291,7 +292,7 @@ def check_map(window: MainWindow) -> None:
 def test_the_map_shows_number_and_color_and_arrows_choose_a_cell(
     story: MainWindow, qtbot: QtBot
 ) -> None:
-    view = story.gap_page.story.chapters["find"]
+    view = story.gap_page.result_view.stages["find"]
     assert view.map.hasFocus()
     index = view.map.currentIndex()
     model = view.map.row_model
@@ -301,7 +302,7 @@ def test_the_map_shows_number_and_color_and_arrows_choose_a_cell(
     press(qtbot, Qt.Key.Key_Up)
     assert "maneuver 7" in view.trace.title.text()
     press(qtbot, Qt.Key.Key_Left, times=2)
-    assert story.gap_page.story.selection.coefficient == "CZ"
+    assert story.gap_page.result_view.selection.coefficient == "CZ"
     assert "CZ" in view.trace.title.text()
     assert "CZ" in view.cloud.title.text()
 
@@ -318,7 +319,7 @@ def test_levels_differ_and_their_numbers_are_readable() -> None:
 
 def test_the_history_is_drawn_with_floor_and_region(story: MainWindow, qtbot: QtBot) -> None:
     """The trace in its color; the floor as a band; points right of 70 % throttle lie in a span."""
-    view = story.gap_page.story.chapters["find"]
+    view = story.gap_page.result_view.stages["find"]
     theme = story.display_style.theme
     assert count(view.trace.plot, theme.traces["blue"]) > 100
     floor = story.display_style.color("chosen").name()
@@ -328,14 +329,14 @@ def test_the_history_is_drawn_with_floor_and_region(story: MainWindow, qtbot: Qt
     assert count(view.cloud.plot, theme.previous) > 100
     view.variable.box.setFocus()
     press(qtbot, Qt.Key.Key_Up)
-    assert story.gap_page.story.selection.variable == "V"
+    assert story.gap_page.result_view.selection.variable == "V"
     assert "ft/s" in view.cloud.plot.getPlotItem().getAxis("bottom").labelText
     qtbot.keyClick(story, Qt.Key.Key_U, CONTROL)
     assert "m/s" in view.cloud.plot.getPlotItem().getAxis("bottom").labelText
 
 
 def test_charts_move_and_zoom_by_keys(story: MainWindow, qtbot: QtBot) -> None:
-    plot = story.gap_page.story.chapters["find"].trace.plot
+    plot = story.gap_page.result_view.stages["find"].trace.plot
     plot.setFocus()
     whole = plot.getPlotItem().getViewBox().viewRange()[0]
     press(qtbot, Qt.Key.Key_Up)
@@ -348,7 +349,7 @@ def test_charts_move_and_zoom_by_keys(story: MainWindow, qtbot: QtBot) -> None:
 
 
 def test_a_disagreement_in_words_leads_to_its_cell(story: MainWindow, qtbot: QtBot) -> None:
-    view = story.gap_page.story.chapters["find"]
+    view = story.gap_page.result_view.stages["find"]
     lines = view.lines.row_model.rows
     assert lines[0].cells[1] == (
         "Cm, pitching moment: 10 times the noise, most with throttle above 70 %"
@@ -357,7 +358,7 @@ def test_a_disagreement_in_words_leads_to_its_cell(story: MainWindow, qtbot: QtB
     press(qtbot, Qt.Key.Key_Down, times=3)
     key = view.lines.current_key()
     one = story.gap_page.search.answer.discrepancy.disagreements[key]
-    assert story.gap_page.story.selection.maneuver == one.maneuver
+    assert story.gap_page.result_view.selection.maneuver == one.maneuver
     assert "below 1 in a million" in view.detail.text()
 
 
@@ -365,22 +366,22 @@ def test_a_disagreement_in_words_leads_to_its_cell(story: MainWindow, qtbot: QtB
 
 
 def test_going_through_the_models_shrinks_the_map(story: MainWindow, qtbot: QtBot) -> None:
-    view = story.gap_page.story.chapters["find"]
+    view = story.gap_page.result_view.stages["find"]
     table = view.map
     texts = [table.row_model.rows[7].cells[4]]
     for _ in range(2):
         press(qtbot, Qt.Key.Key_Right, ALT)
         texts.append(table.row_model.rows[7].cells[4])
     assert [float(text) for text in texts] == pytest.approx([17, 5.2, 1.4], abs=0.2)
-    assert story.gap_page.story.track.value() == 2
-    assert "Slop" in story.gap_page.story.track.accessibleDescription()
+    assert story.gap_page.result_view.track.value() == 2
+    assert "Slop" in story.gap_page.result_view.track.accessibleDescription()
     assert count(view.trace.plot, story.display_style.theme.previous) > 50
-    track = story.gap_page.story.track
+    track = story.gap_page.result_view.track
     track.setFocus()
     press(qtbot, Qt.Key.Key_Left)
-    assert story.gap_page.story.selection.step == 1
+    assert story.gap_page.result_view.selection.step == 1
     qtbot.mouseClick(track, Qt.MouseButton.LeftButton, pos=QPoint(4, 10))
-    assert story.gap_page.story.selection.step == 0
+    assert story.gap_page.result_view.selection.step == 0
 
 
 # Name
@@ -390,7 +391,7 @@ def test_the_ranking_shows_evidence_and_what_is_known_of_each(
     story: MainWindow, qtbot: QtBot
 ) -> None:
     press(qtbot, Qt.Key.Key_2, ALT)
-    view = story.gap_page.story.chapters["name"]
+    view = story.gap_page.result_view.stages["name"]
     assert view.ranking.hasFocus()
     assert "right in 97 of 100" in view.winner.text()
     assert "24.5" in view.margin.text()
@@ -415,24 +416,24 @@ def test_the_ranking_shows_evidence_and_what_is_known_of_each(
 
 
 def test_what_stands_for_a_set_names_the_others(story: MainWindow, qtbot: QtBot) -> None:
-    answer = story.gap_page.story.answer
+    answer = story.gap_page.result_view.answer
     first, *rest = answer.discrepancy.effects
     first = replace(first, one_of=(THROTTLE, "aero.Cm.speed"))
     found = replace(answer.discrepancy, effects=(first, *rest))
-    story.gap_page.story.show_result(replace(answer, discrepancy=found))
+    story.gap_page.result_view.show_result(replace(answer, discrepancy=found))
     press(qtbot, Qt.Key.Key_2, ALT)
-    names = story.gap_page.story.chapters["name"]
+    names = story.gap_page.result_view.stages["name"]
     said = f"cannot tell it from “{TITLES['aero.Cm.speed']}”"
     assert said in names.winner.text()
     assert "of 100" not in names.winner.text()
     press(qtbot, Qt.Key.Key_3, ALT)
-    adds = story.gap_page.story.chapters["add"]
+    adds = story.gap_page.result_view.stages["add"]
     assert said in adds.sentences.text()
 
 
 def test_what_the_flights_could_not_show_stands_there(story: MainWindow, qtbot: QtBot) -> None:
     press(qtbot, Qt.Key.Key_2, ALT)
-    view = story.gap_page.story.chapters["name"]
+    view = story.gap_page.result_view.stages["name"]
     cells = [line.cells for line in view.observability.row_model.rows]
     assert cells[0] == (
         TITLES["aero.Cm.alphadot"], "1.4 σ, too little", "elevator doublets twice as fast"
@@ -448,7 +449,7 @@ def test_what_the_flights_could_not_show_stands_there(story: MainWindow, qtbot: 
 def test_after_the_last_effect_nothing_more_is_proven(story: MainWindow, qtbot: QtBot) -> None:
     press(qtbot, Qt.Key.Key_2, ALT)
     press(qtbot, Qt.Key.Key_Right, ALT, times=2)
-    view = story.gap_page.story.chapters["name"]
+    view = story.gap_page.result_view.stages["name"]
     assert "No further effect" in view.winner.text()
     assert not story.commands.actions["gap_accept"].isEnabled()
 
@@ -458,7 +459,7 @@ def test_after_the_last_effect_nothing_more_is_proven(story: MainWindow, qtbot: 
 
 def test_effects_are_accepted_one_after_the_other(story: MainWindow, qtbot: QtBot) -> None:
     press(qtbot, Qt.Key.Key_3, ALT)
-    view = story.gap_page.story.chapters["add"]
+    view = story.gap_page.result_view.stages["add"]
     assert [line.cells[2] for line in view.effects.row_model.rows] == ["next", "later"]
     assert view.parameters.rows == (("Cm_throttle", "−0.0412 ± 0.0013"),)
     assert [line.cells for line in view.values.row_model.rows] == [
@@ -476,7 +477,7 @@ def test_an_effect_is_refused_and_that_is_taken_back(
     story: MainWindow, qtbot: QtBot, engine: FakeEngine
 ) -> None:
     press(qtbot, Qt.Key.Key_3, ALT)
-    view = story.gap_page.story.chapters["add"]
+    view = story.gap_page.result_view.stages["add"]
     assert view.selected_effect == THROTTLE
     press(qtbot, Qt.Key.Key_Backspace, CONTROL)
     until(qtbot, lambda: len(engine.jobs) == 2 and not story.gap_page.busy)
@@ -513,7 +514,7 @@ def test_another_effect_is_forced_from_a_list_that_can_be_searched(
     press(qtbot, Qt.Key.Key_F, CONTROL | SHIFT)
     until(qtbot, lambda: len(engine.jobs) == 2 and not story.gap_page.busy)
     assert engine.jobs[1].decisions.forced == (ALPHA2,)
-    view = story.gap_page.story.chapters["add"]
+    view = story.gap_page.result_view.stages["add"]
     assert view.effects.row_model.rows[0].cells[2] == "next, forced"
 
 
@@ -560,11 +561,11 @@ def test_the_end_shows_before_and_after_on_a_maneuver_kept_out(
 ) -> None:
     """Measured solid, computed dashed, the baseline gray; the last model, unless chosen."""
     press(qtbot, Qt.Key.Key_4, ALT)
-    view, theme = story.gap_page.story.chapters["show"], story.display_style.theme
-    assert story.gap_page.story.selection.step == 2
+    view, theme = story.gap_page.result_view.stages["show"], story.display_style.theme
+    assert story.gap_page.result_view.selection.step == 2
     assert "Maneuver 6, held out" in view.overlay.title.text()
     # Of all channels the one whose gap shrank most.
-    assert story.gap_page.story.selection.channel == "alpha"
+    assert story.gap_page.result_view.selection.channel == "alpha"
     view.channel.box.setFocus()
     press(qtbot, Qt.Key.Key_Down)
     assert story.store.current.gap_channel == "q"
@@ -591,12 +592,12 @@ def test_the_end_shows_before_and_after_on_a_maneuver_kept_out(
     assert 0.4 < share["previous"] < 0.9
     press(qtbot, Qt.Key.Key_PageDown, ALT)
     assert "Maneuver 7, used" in view.overlay.title.text()
-    assert story.gap_page.story.selection.channel == "q"
+    assert story.gap_page.result_view.selection.channel == "q"
 
 
 def test_bars_and_waterfall_are_as_long_as_the_numbers(story: MainWindow, qtbot: QtBot) -> None:
     press(qtbot, Qt.Key.Key_4, ALT)
-    view, theme = story.gap_page.story.chapters["show"], story.display_style.theme
+    view, theme = story.gap_page.result_view.stages["show"], story.display_style.theme
     shown = pixels(view.bars)
     gray, blue = (int(color[1:], 16) for color in (theme.previous, theme.traces["blue"]))
     # alpha: from 7 to 1 floors; r: from 2 to 1.
@@ -605,7 +606,7 @@ def test_bars_and_waterfall_are_as_long_as_the_numbers(story: MainWindow, qtbot:
     after = (shown[8 + 14] == blue).sum()
     assert long / after == pytest.approx(7, rel=0.05)
     assert "7.0 to 1.0" in view.bars.accessibleDescription()
-    falls = pixels(view.falls)
+    falls = pixels(view.waterfall)
     lengths = [int((falls[row * 40 + 27] == gray).sum()) for row in range(3)]
     assert lengths[0] / lengths[1] == pytest.approx(5.2 / 2.05, rel=0.05)
     assert lengths[1] / lengths[2] == pytest.approx(2.05, rel=0.05)
@@ -639,24 +640,24 @@ def test_a_model_without_a_gap_is_told_so(
     window.gap_page.search.search(GapRequest(flights=(tmp_path,)))
     qtbot.keyClick(window, Qt.Key.Key_F5)
     until(qtbot, lambda: window.gap_page.is_result_shown)
-    story = window.gap_page.story
+    story = window.gap_page.result_view
     assert "No effect is missing" in story.verdict.text()
-    assert "residuals are at" in story.chapters["find"].none.text()
+    assert "residuals are at" in story.stages["find"].none.text()
     for number, chapter in enumerate(("find", "name", "add", "show"), start=1):
         press(qtbot, getattr(Qt.Key, f"Key_{number}"), ALT)
-        assert story.chapter == chapter
-    assert "No gap" in story.chapters["show"].closed.text()
-    assert "No effect" in story.chapters["add"].none.text()
+        assert story.stage == chapter
+    assert "No gap" in story.stages["show"].closed.text()
+    assert "No effect" in story.stages["add"].none.text()
 
 
 # All of it
 
 
 def test_tab_reaches_every_control_and_each_has_a_name(story: MainWindow, qtbot: QtBot) -> None:
-    page = story.gap_page.story
+    page = story.gap_page.result_view
     for chapter in range(1, 5):
         press(qtbot, getattr(Qt.Key, f"Key_{chapter}"), ALT)
-        view = page.chapters[page.chapter]
+        view = page.stages[page.stage]
         wanted = {
             widget
             for kind in (QPushButton, QComboBox, QAbstractItemView, QLineEdit, QSlider)
@@ -674,7 +675,7 @@ def test_tab_reaches_every_control_and_each_has_a_name(story: MainWindow, qtbot:
             press(qtbot, Qt.Key.Key_Tab)
         assert wanted <= reached, [widget.accessibleName() for widget in wanted - reached]
         # What only scrolls shows no keyboard, and follows to what has it.
-        assert story.gap_page.story not in reached
+        assert story.gap_page.result_view not in reached
         for widget in wanted:
             assert widget.accessibleName(), widget
     for kind in (QAbstractButton, QComboBox, QAbstractItemView, QSlider):
@@ -697,14 +698,14 @@ def test_nothing_on_the_page_is_cut_and_nothing_overlaps(story: MainWindow, qtbo
         story.display_style.set_theme(theme)
         story.display_style.set_scale(scale)
         story.resize(*size)
-        check_layout(story.gap_page.story, qtbot)
-        story.gap_page.story.go_to_stage("find")
+        check_layout(story.gap_page.result_view, qtbot)
+        story.gap_page.result_view.go_to_stage("find")
         QApplication.processEvents()
         check_map(story)
 
 
 def check_layout(page: QWidget, qtbot: QtBot) -> None:
-    for chapter in page.chapters:
+    for chapter in page.stages:
         page.go_to_stage(chapter)
         qtbot.wait(30)
         inner = page.widget()
@@ -729,7 +730,7 @@ def check_layout(page: QWidget, qtbot: QtBot) -> None:
         for place, (box, widget) in enumerate(texts):
             for other, neighbor in texts[place + 1 :]:
                 assert not box.intersects(other), (chapter, widget.text(), neighbor.text())
-    numbers = page.chapters["show"].numbers
+    numbers = page.stages["show"].numbers
     # Of the style sheet, and of the frame that Qt draws around a cell.
     padding = 2 * page._look.px(6) + 6
     for line in range(len(numbers.row_model.rows)):

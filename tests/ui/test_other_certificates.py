@@ -150,8 +150,8 @@ def test_what_has_no_certificate_is_charted_hatched_and_called_uncalibrated(
         ),
         _PATIENCE,
     )
-    until(qtbot, lambda: "flap" in window.view._picture.uncalibrated, _PATIENCE)
-    picture = window.view._picture
+    until(qtbot, lambda: "flap" in window.view._state.uncalibrated, _PATIENCE)
+    picture = window.view._state
     assert picture.uncalibrated == {
         "elevator_left", "elevator_left_volts", "flap", "flap_volts", "de",
     }  # fmt: skip

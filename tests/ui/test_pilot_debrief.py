@@ -76,9 +76,9 @@ def test_keys_go_through_the_maneuvers(page: DebriefPage, qtbot: QtBot) -> None:
     assert page.title.text() == "M2  aileron and rudder doublet: too small"
     assert "half again" in page.why.text()
     press(qtbot, Qt.Key.Key_Return)
-    assert page.scroll.hasFocus()
+    assert page.scroll_area.hasFocus()
     press(qtbot, Qt.Key.Key_PageDown)
-    assert page.scroll.verticalScrollBar().value() > 0
+    assert page.scroll_area.verticalScrollBar().value() > 0
     press(qtbot, Qt.Key.Key_Escape)
     assert page.list.hasFocus()
     press(qtbot, Qt.Key.Key_1, ALT)
@@ -165,8 +165,8 @@ def test_nothing_is_cut_and_nothing_overlaps(page: DebriefPage, window: MainWind
         page.focus_maneuver()
         for _ in range(3):
             QApplication.processEvents()
-        body = page.scroll.widget()
-        assert body.width() <= page.scroll.viewport().width()
+        body = page.scroll_area.widget()
+        assert body.width() <= page.scroll_area.viewport().width()
         texts = [
             widget for widget in body.findChildren(QLabel) if widget.isVisible() and widget.text()
         ]
@@ -181,7 +181,7 @@ def test_nothing_is_cut_and_nothing_overlaps(page: DebriefPage, window: MainWind
             for other, neighbor in boxes[place + 1 :]:
                 assert not box.intersects(other), (widget.text(), neighbor.text())
         page.begin()
-        for control in (page.list, page.scroll):
+        for control in (page.list, page.scroll_area):
             assert control.accessibleName()
 
 

@@ -488,7 +488,7 @@ def state_of(window: MainWindow, item_id: str) -> str:
 
 def test_space_ticks_item_after_item_and_undo_takes_back(window: MainWindow, qtbot: QtBot) -> None:
     page = go(window, qtbot, 3)
-    book = page.book
+    book = page.model
     begun = len(book.open_items)
     assert page.list.hasFocus()
     first = page.list.current_key
@@ -512,7 +512,7 @@ def test_what_telemetry_says_cannot_be_ticked_by_hand(window: MainWindow, qtbot:
     page = go(window, qtbot, 3)
     page.list.select_item("link")
     press(qtbot, Qt.Key.Key_Space)
-    assert "cannot be ticked" in page.said.text()
+    assert "cannot be ticked" in page.message.text()
     assert state_of(window, "link") == "open"
 
 
@@ -522,16 +522,16 @@ def test_nothing_is_ticked_begun_anew_or_started_in_a_replay(
     window.flight_controller.flight_opener.open_flight(write_flight(tmp_path), playing=False)
     until(qtbot, lambda: window.flight_controller.is_loaded, _PATIENCE_MS)
     page = go(window, qtbot, 3)
-    before, items = page.book.ticks, page.book.items
+    before, items = page.model.ticks, page.model.items
     item = next(item for item in items if item.can_tick)
-    assert not page.book.toggle(item.id)
-    page.book.restart()
-    assert page.book.record_start() == ""
-    assert page.book.ticks == before
+    assert not page.model.toggle(item.id)
+    page.model.restart()
+    assert page.model.record_start() == ""
+    assert page.model.ticks == before
     page.list.select_item(item.id)
     press(qtbot, Qt.Key.Key_Space)
-    assert "This is a replay" in page.said.text()
-    assert page.book.ticks == before
+    assert "This is a replay" in page.message.text()
+    assert page.model.ticks == before
 
 
 def test_without_a_flight_there_is_nothing_to_start(window: MainWindow, qtbot: QtBot) -> None:
@@ -558,12 +558,12 @@ def test_the_crews_own_list_is_opened_and_counts_as_soon_as_it_is_saved(
     assert "[[items]]" in text
     short = 'name = "Ours"\n[[items]]\nid = "airframe"\nwords = "All tight"\n'
     own.write_text(short + '[[items]]\nid = "sky"\nwords = "Sky clear"\n', encoding="utf-8")
-    until(qtbot, lambda: len(page.book.items) == 2)
+    until(qtbot, lambda: len(page.model.items) == 2)
     assert state_of(window, "airframe") == "green"
     assert page.summary.words == "1 not green"
     own.write_text(short + "[[items]]\nid = 3\n", encoding="utf-8")
-    until(qtbot, lambda: "items[1]" in page.said.text())
-    assert len(page.book.items) == 2
+    until(qtbot, lambda: "items[1]" in page.message.text())
+    assert len(page.model.items) == 2
 
 
 def test_telemetry_turns_items_green_and_starting_all_the_same_is_recorded(
@@ -589,7 +589,7 @@ def test_telemetry_turns_items_green_and_starting_all_the_same_is_recorded(
             until(qtbot, lambda: state_of(window, "link") == "green", _PATIENCE_MS)
             until(qtbot, lambda: state_of(window, "recorder") == "green", _PATIENCE_MS)
             # The box's supply is simulated far too low: red, in a red band, on top.
-            until(qtbot, lambda: page.book.items[0].state == "red", _PATIENCE_MS)
+            until(qtbot, lambda: page.model.items[0].state == "red", _PATIENCE_MS)
             until(qtbot, lambda: page.list.row_model.rows[0].value.state == "warning", _PATIENCE_MS)
             shown = page.list.viewport()
             top = page.list.visualRect(page.list.row_model.index(0, 0))
@@ -612,7 +612,7 @@ def test_telemetry_turns_items_green_and_starting_all_the_same_is_recorded(
     assert len(starts) == 1
     assert "excitation" in starts[0].data["red"]
     assert "airframe" in starts[0].data["green"]
-    assert "Flight started at" in page.book.started_text
+    assert "Flight started at" in page.model.started_text
 
 
 # Test cards
@@ -628,7 +628,7 @@ def test_cards_are_added_changed_moved_and_removed_by_keys(
     """Each step is on the disk, and each is taken back with the same key."""
     page = go(window, qtbot, 4)
     assert page.list.hasFocus()
-    shipped = [card.id for card in page.book.cards.cards]
+    shipped = [card.id for card in page.model.cards.cards]
     assert not cards_file(window).exists()
     press(qtbot, Qt.Key.Key_Down)
     press(qtbot, Qt.Key.Key_N, CONTROL)
@@ -647,8 +647,8 @@ def test_cards_are_added_changed_moved_and_removed_by_keys(
     assert [card.id for card in load_cards(cards_file(window)).cards] == shipped
     while page.undo_history.canUndo():
         press(qtbot, Qt.Key.Key_Z, CONTROL)
-    assert page.book.editor.file.content["cards"][1]["id"] == shipped[1]
-    assert len(page.book.cards.cards) == len(shipped)
+    assert page.model.editor.file.content["cards"][1]["id"] == shipped[1]
+    assert len(page.model.cards.cards) == len(shipped)
     press(qtbot, Qt.Key.Key_Y, CONTROL)
     assert len(load_cards(cards_file(window)).cards) == len(shipped) + 1
 
@@ -658,8 +658,8 @@ def test_what_the_disk_refuses_is_not_said_to_be_being_saved(
     window: MainWindow, qtbot: QtBot, monkeypatch: pytest.MonkeyPatch, step: int
 ) -> None:
     page = go(window, qtbot, step)
-    editor = page.editor if step == 1 else page.book.editor
-    said = page.saved if step == 1 else page.said
+    editor = page.editor if step == 1 else page.model.editor
+    said = page.saved if step == 1 else page.message
 
     def refuse() -> None:
         raise FlightError("the disk is full")
@@ -681,7 +681,7 @@ def test_a_card_says_what_will_not_do(window: MainWindow, qtbot: QtBot) -> None:
     page = go(window, qtbot, 4)
     fields = page.form.fields
     for name, text, words in (
-        ("id", page.book.cards.cards[1].id, "two cards have the id"),
+        ("id", page.model.cards.cards[1].id, "two cards have the id"),
         ("repeats", "two", "not a whole number"),
         ("speed", "900", "not a plausible speed"),
     ):
@@ -697,13 +697,13 @@ def test_other_surfaces_ask_for_their_own_amplitudes(window: MainWindow, qtbot: 
     page = go(window, qtbot, 4)
     fields = page.form.fields
     fields["surfaces"].setFocus()
-    while page.book.cards.cards[0].surfaces != ("da", "dr"):
+    while page.model.cards.cards[0].surfaces != ("da", "dr"):
         press(qtbot, Qt.Key.Key_Down)
     assert (fields["da"].isVisible(), fields["dr"].isVisible(), fields["de"].isVisible()) == (
         True, True, False,
     )  # fmt: skip
     type_into(qtbot, fields["dr"], "9")
-    amplitudes = page.book.cards.cards[0].amplitudes
+    amplitudes = page.model.cards.cards[0].amplitudes
     assert amplitudes["dr"] == pytest.approx(9 * DEGREE)
     assert amplitudes["da"] == pytest.approx(4.5 * DEGREE)
 
@@ -716,7 +716,7 @@ def test_cards_are_saved_for_others_and_taken_from_a_file(
     monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_: (str(path), ""))
     monkeypatch.setattr(QFileDialog, "getOpenFileName", lambda *_: (str(path), ""))
     press(qtbot, Qt.Key.Key_S, CONTROL)
-    assert load_cards(path).cards == page.book.cards.cards
+    assert load_cards(path).cards == page.model.cards.cards
     path.write_text(
         'name = "Monday"\n[[cards]]\nid = "Q"\nspeed = "30 m/s"\nsurfaces = ["dr"]\n'
         'amplitude = "8 deg"\nwidth = "0.4 s"\n',
@@ -725,7 +725,7 @@ def test_cards_are_saved_for_others_and_taken_from_a_file(
     press(qtbot, Qt.Key.Key_O, CONTROL | ALT)
     assert page.title.text() == "Monday: 1 maneuver"
     press(qtbot, Qt.Key.Key_Delete)
-    assert "last card cannot be removed" in page.said.text()
+    assert "last card cannot be removed" in page.message.text()
     press(qtbot, Qt.Key.Key_Z, CONTROL)
     assert page.title.text().startswith("B777")
     path.write_text("cards = 3", encoding="utf-8")
@@ -750,27 +750,27 @@ def test_a_flight_without_cards_has_none_at_every_place(
     until(qtbot, lambda: window.flight_controller.is_loaded)
     page = go(window, qtbot, 4)
     shown = window.preflight_page.steps.buttons["cards"]
-    good = flown(("de",), page.book.cards.cards[0].speed, 4.5 * DEGREE)
+    good = flown(("de",), page.model.cards.cards[0].speed, 4.5 * DEGREE)
     for found in (False, True):
         if found:
-            page.book.set_maneuvers((good,))
+            page.model.set_maneuvers((good,))
         window.preflight_page.refresh()
         assert window.pilot_page.cues.cards is None
         assert shown.state.text == "none in this flight"
-    folder.store_cards(page.book.cards)
-    assert "of 5 cards done" in page.book.state.text
+    folder.store_cards(page.model.cards)
+    assert "of 5 cards done" in page.model.state.text
 
 
 def test_the_list_says_which_cards_are_done(window: MainWindow, qtbot: QtBot) -> None:
     page = go(window, qtbot, 4)
-    card = page.book.cards.cards[0]
+    card = page.model.cards.cards[0]
     good = flown(("de",), card.speed, 4.5 * DEGREE)
-    page.book.set_maneuvers((good, good, good, flown(("de",), card.speed, 20 * DEGREE)))
+    page.model.set_maneuvers((good, good, good, flown(("de",), card.speed, 20 * DEGREE)))
     page._show_list()
     lines = [row.value for row in page.list.row_model.rows]
     assert (lines[0].state, lines[0].state_text) == ("good", "3 of 3")
     assert lines[1].state_text.startswith("0 of")
-    assert "done" in page.book.state.text
+    assert "done" in page.model.state.text
     box = page.list.visualRect(page.list.row_model.index(0, 0))
     assert count(page.list.viewport(), window.display_style.theme.good, box) > 60
     window.resize(860, 800)

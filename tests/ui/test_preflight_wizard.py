@@ -304,7 +304,7 @@ def test_points_are_repeated_deleted_added_and_taken_back_by_keys(
     assert "increasing" in [one.text() for one in legend.findChildren(QLabel)]
 
     scrolled: list[float] = []
-    monkeypatch.setattr(window.page.work, "scroll", scrolled.append)
+    monkeypatch.setattr(window.page.work, "scroll_pages", scrolled.append)
     window.press(KEY.Key_Down, Qt.KeyboardModifier.ControlModifier)
     # As the arrows of macOS are.
     both = Qt.KeyboardModifier.ControlModifier | Qt.KeyboardModifier.KeypadModifier

@@ -24,7 +24,7 @@ CHANNELS = st.lists(st.sampled_from(AXIS_RESPONSES["both"]), unique=True, min_si
 
 
 @st.composite
-def derivative_wishes(draw: st.DrawFn) -> DerivativeEntry:
+def derivative_entries(draw: st.DrawFn) -> DerivativeEntry:
     treated = draw(st.sampled_from(["tables", "free", "held"]))
     if treated == "held":
         return DerivativeEntry(treated="held", value=draw(NUMBERS))
@@ -38,7 +38,7 @@ def derivative_wishes(draw: st.DrawFn) -> DerivativeEntry:
 
 
 @st.composite
-def wishes(draw: st.DrawFn) -> EstimateForm:
+def forms(draw: st.DrawFn) -> EstimateForm:
     """Return a panel for all six degrees of freedom, where everything can be chosen."""
     model = draw(st.sampled_from(["", "b777"]))
     # Parameters of effects are asked for where there is a model that has them.
@@ -47,7 +47,7 @@ def wishes(draw: st.DrawFn) -> EstimateForm:
     return EstimateForm(
         six_degrees=True,
         joint=draw(st.booleans()),
-        derivatives={name: draw(derivative_wishes()) for name in names},
+        derivatives={name: draw(derivative_entries()) for name in names},
         noise=draw(st.sampled_from(["diagonal", "full"])),
         integration=draw(st.sampled_from(["rk4", "euler"])),
         bound_factor=draw(st.one_of(st.just(""), POSITIVE)),
@@ -61,7 +61,7 @@ def wishes(draw: st.DrawFn) -> EstimateForm:
 
 
 @settings(max_examples=25, deadline=None)
-@given(wishes())
+@given(forms())
 def test_the_settings_of_a_run_fill_the_panel_so_that_it_asks_the_same(panel: EstimateForm) -> None:
     request = build_run_request(panel, (Path("a"),), ())
     again = form_from_request(request)

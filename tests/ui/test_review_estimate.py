@@ -62,15 +62,15 @@ def page(made: MainWindow, qtbot: QtBot) -> Iterator[EstimatePage]:
     until(qtbot, lambda: page.can_run and len(made.review_page.review.flights) == 2)
     page.begin()
     yield page
-    made.review_page.work._engine.hold.set()
+    made.review_page.work._job_runner.hold.set()
     made.review_page.work.cancel()
     until(qtbot, lambda: not made.review_page.work.running)
 
 
 def run(page: EstimatePage, qtbot: QtBot) -> None:
-    count = len(page.book.runs)
+    count = len(page.run_store.runs)
     press(qtbot, Qt.Key.Key_Return, CONTROL)
-    until(qtbot, lambda: len(page.book.runs) == count + 1 and not page._runner.running, 30000)
+    until(qtbot, lambda: len(page.run_store.runs) == count + 1 and not page._runner.running, 30000)
 
 
 def test_enter_alone_runs_and_the_run_is_kept(
@@ -84,7 +84,7 @@ def test_enter_alone_runs_and_the_run_is_kept(
     count = len(page.selected_maneuvers)
     assert f"{count} maneuvers of 2 flights" in page.sentence.text()
     press(qtbot, Qt.Key.Key_Return)
-    until(qtbot, lambda: bool(page.book.runs), 30000)
+    until(qtbot, lambda: bool(page.run_store.runs), 30000)
     outcome = made.review_page.outcome
     assert outcome.number == 1
     assert "Run 1:" in page.sentence.text()
@@ -115,7 +115,7 @@ def test_what_stands_beside_is_the_run_that_ended_last(
     assert page.runs.current_run.number == first.number  # type: ignore[union-attr]
     # As after a start of the program: none is looked at, and these are there.
     page.show_outcome(None)
-    assert page.state.text == f"{len(page.book.runs)} runs saved"
+    assert page.state.text == f"{len(page.run_store.runs)} runs saved"
     page.show_outcome(outcome)
 
 
@@ -135,7 +135,7 @@ def test_a_derivative_is_held_by_keys_taken_back_and_explained(
     for letter in "-2x":
         qtbot.keyClicks(QApplication.focusWidget(), letter)
     press(qtbot, Qt.Key.Key_Return)
-    until(qtbot, lambda: page._wishes.derivative("Cm_q").treated == "held")
+    until(qtbot, lambda: page._form.derivative("Cm_q").treated == "held")
     assert "'-2x' is not a number" in page.sentence.text()
     assert not page.can_run
     assert not made.commands.actions["review_run"].isEnabled()
@@ -147,7 +147,7 @@ def test_a_derivative_is_held_by_keys_taken_back_and_explained(
     editor.setText("-22.5")
     press(qtbot, Qt.Key.Key_Return)
     until(qtbot, lambda: page.can_run)
-    assert made.store.current.review_estimate == page._wishes
+    assert made.store.current.review_estimate == page._form
     run(page, qtbot)
     outcome = made.review_page.outcome
     held = outcome.result.results[0].estimate.derivatives["Cm_q"]
@@ -155,12 +155,12 @@ def test_a_derivative_is_held_by_keys_taken_back_and_explained(
     table.setFocus()
     press(qtbot, Qt.Key.Key_Z, CONTROL)
     press(qtbot, Qt.Key.Key_Z, CONTROL)
-    assert page._wishes.derivative("Cm_q").treated == "tables"
+    assert page._form.derivative("Cm_q").treated == "tables"
     press(qtbot, Qt.Key.Key_Y, CONTROL)
-    assert page._wishes.derivative("Cm_q").treated == "held"
+    assert page._form.derivative("Cm_q").treated == "held"
     table.setCurrentIndex(table.row_model.index(row, TREATMENT_COLUMN))
     press(qtbot, Qt.Key.Key_Delete)
-    until(qtbot, lambda: page._wishes == QUICK)
+    until(qtbot, lambda: page._form == QUICK)
 
 
 def test_parameters_of_the_effects_of_a_model_can_be_freed(
@@ -175,24 +175,24 @@ def test_parameters_of_the_effects_of_a_model_can_be_freed(
     table.setFocus()
     table.setCurrentIndex(table.row_model.index(row, TREATMENT_COLUMN))
     press(qtbot, Qt.Key.Key_Space)
-    assert page._wishes.derivative(name).treated == "free"
-    asked = build_run_request(page._wishes, (), ())
+    assert page._form.derivative(name).treated == "free"
+    asked = build_run_request(page._form, (), ())
     assert (asked.free, asked.free_effects) == (None, (name,))
-    page._show(page._wishes.with_changes(model=""))
+    page._show(page._form.with_changes(model=""))
     assert name not in table.names
-    assert page._wishes.derivatives == {}
+    assert page._form.derivatives == {}
 
 
 def test_runs_are_compared_named_repeated_forgotten_and_their_settings_used_again(
     made: MainWindow, page: EstimatePage, qtbot: QtBot
 ) -> None:
-    until(qtbot, lambda: bool(page.book.runs) or not page.book.catalog.is_file())
+    until(qtbot, lambda: bool(page.run_store.runs) or not page.run_store.catalog.is_file())
     run(page, qtbot)
     page.panel.bound_factor.setFocus()
     qtbot.keyClicks(page.panel.bound_factor, "10")
-    until(qtbot, lambda: page._wishes.bound_factor == "10")
+    until(qtbot, lambda: page._form.bound_factor == "10")
     run(page, qtbot)
-    newest, before = page.book.runs[0].number, page.book.runs[1].number
+    newest, before = page.run_store.runs[0].number, page.run_store.runs[1].number
     runs = page.runs.list
     runs.setFocus()
     runs.select_row(before)
@@ -200,7 +200,7 @@ def test_runs_are_compared_named_repeated_forgotten_and_their_settings_used_agai
     runs.select_row(newest)
     differing = [line.cells for line in page.runs.settings.row_model.rows]
     assert differing == [("bounds", "10 times Cramer-Rao", "corrected for colored residuals")]
-    one, other = (page.book.find_run(number) for number in (newest, before))
+    one, other = (page.run_store.find_run(number) for number in (newest, before))
     assert one is not None
     assert other is not None
     name = page.runs.values.row_model.rows[0].key
@@ -213,20 +213,20 @@ def test_runs_are_compared_named_repeated_forgotten_and_their_settings_used_agai
     assert isinstance(editor, QLineEdit)
     editor.setText("as in the source")
     press(qtbot, Qt.Key.Key_Return)
-    until(qtbot, lambda: page.book.runs[0].label == "as in the source")
+    until(qtbot, lambda: page.run_store.runs[0].label == "as in the source")
     runs.select_row(before)
     press(qtbot, Qt.Key.Key_U, CONTROL | SHIFT)
-    assert page._wishes == QUICK
+    assert page._form == QUICK
     assert f"those of run {before}" in page.sentence.text()
     runs.setFocus()
     press(qtbot, Qt.Key.Key_Return)
     until(qtbot, lambda: "dentical to the last bit" in page.sentence.text(), 30000)
-    count = len(page.book.runs)
+    count = len(page.run_store.runs)
     runs.select_row(newest)
     press(qtbot, Qt.Key.Key_Delete)
-    until(qtbot, lambda: len(page.book.runs) == count - 1)
+    until(qtbot, lambda: len(page.run_store.runs) == count - 1)
     press(qtbot, Qt.Key.Key_Z, CONTROL)
-    until(qtbot, lambda: page.book.find_run(newest) is not None)
+    until(qtbot, lambda: page.run_store.find_run(newest) is not None)
 
 
 def test_a_copy_of_a_flight_is_told_beside_the_button(
@@ -253,19 +253,19 @@ def test_runs_that_cannot_be_read_are_not_called_none(
     made: MainWindow, page: EstimatePage, qtbot: QtBot
 ) -> None:
     """A damaged catalog may hold some; once it can be read, nothing is said of it."""
-    page.book.runs = ()
+    page.run_store.runs = ()
     path = catalog_path(made.store.current)
     kept = path.read_bytes() if path.is_file() else None
     path.write_bytes(b"no catalog" * 500)
     try:
-        page.book.reload()
+        page.run_store.reload()
         until(qtbot, lambda: "They cannot be read" in page.runs.empty.text())
         assert "damaged" in page.runs.empty.text()
     finally:
         path.unlink()
         if kept is not None:
             path.write_bytes(kept)
-    page.book.reload()
+    page.run_store.reload()
     until(qtbot, lambda: page.runs.empty.text().startswith("No runs yet"))
 
 
@@ -274,8 +274,8 @@ def test_what_is_typed_while_a_run_ends_stays(
 ) -> None:
     """The name of a kept run and a value to hold are typed on while new values arrive."""
     run(page, qtbot)
-    count, named = len(page.book.runs), page.book.runs[0].number
-    engine = made.review_page.work._engine
+    count, named = len(page.run_store.runs), page.run_store.runs[0].number
+    engine = made.review_page.work._job_runner
     engine.hold.clear()
     page.panel.label.setText("first")
     press(qtbot, Qt.Key.Key_Return, CONTROL)
@@ -284,11 +284,11 @@ def test_what_is_typed_while_a_run_ends_stays(
     press(qtbot, Qt.Key.Key_N, CONTROL | SHIFT)
     qtbot.keyClicks(QApplication.focusWidget(), "calm")
     engine.hold.set()
-    until(qtbot, lambda: len(page.book.runs) == count + 1 and not page._runner.running, 30000)
+    until(qtbot, lambda: len(page.run_store.runs) == count + 1 and not page._runner.running, 30000)
     qtbot.keyClicks(QApplication.focusWidget(), " air")
     press(qtbot, Qt.Key.Key_Return)
-    until(qtbot, lambda: page.book.find_run(named).label == "calm air")
-    assert (page.book.runs[0].label, page.panel.label.text()) == ("first", "second")
+    until(qtbot, lambda: page.run_store.find_run(named).label == "calm air")
+    assert (page.run_store.runs[0].label, page.panel.label.text()) == ("first", "second")
     page.panel.label.clear()
     table = page.panel.derivatives
     table.setFocus()
@@ -298,7 +298,7 @@ def test_what_is_typed_while_a_run_ends_stays(
     table.show_last({"Cm_q": "-20.0"})
     qtbot.keyClicks(QApplication.focusWidget(), "2")
     press(qtbot, Qt.Key.Key_Return)
-    until(qtbot, lambda: page._wishes.derivative("Cm_q").value == "-22")
+    until(qtbot, lambda: page._form.derivative("Cm_q").value == "-22")
 
 
 def test_a_value_is_shown_with_all_of_its_bound(qtbot: QtBot) -> None:
@@ -323,9 +323,9 @@ def test_a_value_is_shown_with_all_of_its_bound(qtbot: QtBot) -> None:
 def test_a_run_that_is_stopped_leaves_nothing(
     made: MainWindow, page: EstimatePage, qtbot: QtBot
 ) -> None:
-    until(qtbot, lambda: bool(page.book.runs) or not page.book.catalog.is_file())
-    before, count = made.review_page.outcome, len(page.book.runs)
-    engine = made.review_page.work._engine
+    until(qtbot, lambda: bool(page.run_store.runs) or not page.run_store.catalog.is_file())
+    before, count = made.review_page.outcome, len(page.run_store.runs)
+    engine = made.review_page.work._job_runner
     engine.hold.clear()
     press(qtbot, Qt.Key.Key_Return, CONTROL)
     until(qtbot, lambda: made.review_page.strip.isVisible() and "left" not in page.sentence.text())
@@ -335,7 +335,7 @@ def test_a_run_that_is_stopped_leaves_nothing(
     assert not made.review_page.strip.isVisible()
     until(qtbot, lambda: "Stopped; nothing was saved." in page.sentence.text())
     assert made.review_page.outcome is before
-    assert len(page.book.runs) == count
+    assert len(page.run_store.runs) == count
     engine.hold.set()
     run(page, qtbot)
 
@@ -349,7 +349,7 @@ def test_a_run_that_cannot_be_kept_is_shown_and_says_so(
 ) -> None:
     before = made.review_page.outcome
     (tmp_path / "file").touch()
-    monkeypatch.setattr(page.book, "_catalog", lambda: tmp_path / "file" / "campaign.sqlite")
+    monkeypatch.setattr(page.run_store, "_catalog", lambda: tmp_path / "file" / "campaign.sqlite")
     press(qtbot, Qt.Key.Key_Return, CONTROL)
     until(qtbot, lambda: made.review_page.outcome is not before, 30000)
     outcome = made.review_page.outcome
@@ -357,15 +357,15 @@ def test_a_run_that_cannot_be_kept_is_shown_and_says_so(
     assert "not saved" in page.sentence.text()
     assert page.state.text.startswith("not saved")
     monkeypatch.undo()
-    page.book.reload()
-    until(qtbot, lambda: page.book._work is None)
+    page.run_store.reload()
+    until(qtbot, lambda: page.run_store._job is None)
 
 
 @pytest.mark.parametrize("way", ["button", "key"])
 def test_a_run_tells_of_itself_while_another_place_is_on_screen(
     made: MainWindow, page: EstimatePage, qtbot: QtBot, way: str
 ) -> None:
-    engine = made.review_page.work._engine
+    engine = made.review_page.work._job_runner
     engine.hold.clear()
     press(qtbot, Qt.Key.Key_Return, CONTROL)
     press(qtbot, Qt.Key.Key_F2)

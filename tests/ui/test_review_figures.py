@@ -12,12 +12,13 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from PySide6.QtCore import QPoint, QPointF, Qt
+from PySide6.QtCore import QEvent, QPoint, QPointF, Qt
 from PySide6.QtGui import QColor, QGuiApplication, QWheelEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QMainWindow
 from pytestqt.qtbot import QtBot
 
+from gsapp.foundation import FlightError
 from gsapp.identification import equation_error
 from gsapp.identification.ftr import EstimateHistory
 from gsapp.identification.summary.method_comparison import compare_methods
@@ -136,7 +137,7 @@ def bench(made: tuple[Any, ...], qtbot: QtBot) -> Bench:
     bench.asked.jobs.clear()
     bench.selection.select_maneuver("")
     bench.selection.select_derivative("")
-    material = bench.page._material
+    material = bench.page._data
     if material is None or material.outcome is not outcome():
         bench.page.show_outcome(None)
         bench.page.show_outcome(outcome())
@@ -385,6 +386,18 @@ def test_a_drag_zooms_to_its_rectangle_and_a_double_click_shows_everything(bench
     assert canvas.subplots[0].view.x[0] > low
 
 
+def test_no_rectangle_is_painted_while_the_pointer_is_outside(bench: Bench) -> None:
+    canvas = bench.page.view.canvas
+    start = QPoint(round(canvas.subplots[0].left + 20), round(canvas.subplots[0].top + 20))
+    QTest.mousePress(canvas, Qt.MouseButton.LeftButton, pos=start)
+    QTest.mouseMove(canvas, start + QPoint(60, 40))
+    QApplication.sendEvent(canvas, QEvent(QEvent.Type.Leave))
+    with bench.qtbot.capture_exceptions() as raised:
+        canvas.grab()
+    QTest.mouseRelease(canvas, Qt.MouseButton.LeftButton, pos=start)
+    assert raised == []
+
+
 def test_the_cursor_reads_the_curves_at_its_time_in_the_units_chosen(bench: Bench) -> None:
     bench.page.open_fit("1:M1")
     bench.settle()
@@ -491,7 +504,7 @@ def test_drawing_is_done_beside_the_window_and_stale_orders_are_dropped(bench: B
 
     for words in ("one", "two", "three"):
         bench.page.view.show_figure(order(words))
-        bench.page.view._order()
+        bench.page.view._submit()
     bench.settle()
     assert shown[-1] == "three"
     assert "one" not in shown[:-1] or made[0][0] == "one"
@@ -566,7 +579,7 @@ def test_histories_are_heard_once_and_a_late_answer_is_dropped(bench: Bench) -> 
     page.show_outcome(outcome())
     count = len(bench.asked.jobs)
     done((FlightEstimateHistory(flight="nowhere"),))
-    assert page._needs.ftr_histories is None
+    assert page._computations.ftr_histories is None
     assert len(bench.asked.jobs) >= count
 
 
@@ -606,6 +619,12 @@ def test_copy_and_save_give_the_figure_and_its_numbers(bench: Bench, tmp_path: P
     rows = (tmp_path / "figure.csv").read_text(encoding="utf-8").splitlines()
     names = ("Cm_alpha", "Cm_q", "Cm_de")
     assert len(rows) == 1 + sum(len(outcome().summary.derivatives[n].points) for n in names)
+
+
+def test_without_a_run_there_is_no_figure_to_copy(bench: Bench) -> None:
+    bench.page.show_outcome(None)
+    with pytest.raises(FlightError):
+        bench.page._content(".png")()
 
 
 SPOTS = st.lists(

@@ -61,7 +61,7 @@ def window(made: MainWindow, qtbot: QtBot, record: Path, tmp_path: Path) -> Iter
     until(qtbot, lambda: bool(page.review.flights) and not page.opening.status_text)
     page.begin()
     yield made
-    until(qtbot, lambda: not page.keeping.busy)
+    until(qtbot, lambda: not page.catalog_writer.busy)
     while page.flights.flight is not None:
         page.flights.remove_flight()
     catalog_path(made.store.current).unlink(missing_ok=True)
@@ -143,13 +143,13 @@ def test_edges_are_moved_by_keys_and_taken_back(window, qtbot, tmp_path):
     assert (found[1]["t_start"], found[1]["t_end"]) == (pytest.approx(start), pytest.approx(stop))
     press(qtbot, Qt.Key.Key_Z, CONTROL, times=5)
     assert page.flights.flight["2"] == second
-    assert "Undone: move 2" in page.details.said.text()
+    assert "Undone: move 2" in page.details.message.text()
     press(qtbot, Qt.Key.Key_Y, CONTROL)
     assert page.flights.flight["2"].t_start == pytest.approx(second.t_start + 0.1)
     # What cannot be is said, and changes nothing.
     press(qtbot, Qt.Key.Key_PageDown, ALT, times=4)
     press(qtbot, Qt.Key.Key_J, CONTROL)
-    assert "merging needs two" in page.details.said.text()
+    assert "merging needs two" in page.details.message.text()
     assert len(written(page)) == 11
 
 
@@ -226,7 +226,7 @@ def test_a_stretch_is_added_merged_named_and_noted(window, qtbot, tmp_path):
     assert [one["id"] for one in listed(page, tmp_path / "m.json")] == [
         "1", "aileron", "3", "4", "5",
     ]  # fmt: skip
-    until(qtbot, lambda: not page.keeping.busy)
+    until(qtbot, lambda: not page.catalog_writer.busy)
     with Catalog(catalog_path(window.store.current)) as opened:
         kept = {one.maneuver.id: one.maneuver for one in search_maneuvers(opened)}
     assert kept["aileron"].note == "calm air"
@@ -307,7 +307,7 @@ def test_a_grade_goes_to_the_maneuver_that_was_asked_about(window, qtbot, tmp_pa
     answer_dialog(GradeDialog, grade)
     press(qtbot, Qt.Key.Key_G, CONTROL | SHIFT)
     assert all(one.graded_by == GRADED_BY_PROGRAM for one in page.flights.flight.maneuvers)
-    assert "'2'" in page.details.said.text()
+    assert "'2'" in page.details.message.text()
 
 
 def test_a_note_is_typed_on_while_another_flight_opens(window, qtbot, record, tmp_path):
@@ -354,7 +354,7 @@ def test_two_flights_and_another_window(window, qtbot, record, tmp_path, monkeyp
         QFileDialog, "getOpenFileNames", lambda *_: ([str(tmp_path / "none.csv")], "")
     )
     press(qtbot, Qt.Key.Key_F, CONTROL | ALT)
-    until(qtbot, lambda: "none.csv is not opened" in page.details.said.text())
+    until(qtbot, lambda: "none.csv is not opened" in page.details.message.text())
 
 
 def test_the_time_line_in_another_theme_and_size(window, qtbot):

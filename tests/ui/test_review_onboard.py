@@ -162,7 +162,7 @@ def test_a_log_is_fetched_stopped_killed_and_taken_back(reviewed, qtbot, tmp_pat
         assert 0 < left < log.stat().st_size
         press(window, KEYS, answer)
         qtbot.waitUntil(lambda: note.exists() and missing() < left, timeout=60_000)
-        os.kill(desk.work._engine.pid, KILL)
+        os.kill(desk.work._job_runner.pid, KILL)
         qtbot.waitUntil(lambda: not desk.work.running, timeout=40_000)
         # An error is told a moment after the work has ended.
         qtbot.waitUntil(

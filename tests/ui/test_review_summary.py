@@ -87,7 +87,7 @@ def room(qapp: QApplication, tmp_path: Path) -> Iterator[Room]:
 def test_the_page_tells_what_came_out_and_how_far_to_believe_it(room: Room) -> None:
     page = room.page
     assert page.headline.text().startswith("6 maneuvers")
-    assert "their bounds" in page.trust.text()
+    assert "their bounds" in page.validity.text()
     cells = room.cells("Cm_de")
     one = outcome().summary.derivatives["Cm_de"]
     assert float(cells["Mean"].replace("−", "-")) == pytest.approx(one.value.mean, abs=1e-3)
@@ -187,7 +187,7 @@ def test_the_table_is_copied_for_a_spreadsheet(room: Room, qtbot: QtBot) -> None
     assert {len(row) for row in rows} == {len(rows[0])}
     found = {row[0]: row for row in rows}
     assert float(found["Cm_de"][1]) == pytest.approx(-1.104, abs=0.02)
-    assert "clipboard" in room.page.told.text()
+    assert "clipboard" in room.page.message.text()
 
 
 def test_a_name_is_proposed_that_every_disk_takes(
@@ -229,7 +229,7 @@ def test_a_report_that_cannot_be_written_says_why(
     monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_: (str(target), ""))
     qtbot.keyClick(room.window, Qt.Key.Key_P, CONTROL)
     until(qtbot, lambda: bool(room.errors))
-    assert "was not written: " in room.page.told.text()
+    assert "was not written: " in room.page.message.text()
     assert "A" in str(room.errors[0])
     assert not target.exists()
 
@@ -257,7 +257,7 @@ def test_what_is_left_out_by_hand_is_shown(room: Room) -> None:
     room.page.show_outcome(exclude_maneuvers(outcome(), [WILD]))
     last = room.page.attention.row_model.rows[-1]
     assert last.cells[:2] == (WILD, "excluded manually")
-    assert f"({WILD})" in room.page.trust.text()
+    assert f"({WILD})" in room.page.validity.text()
     assert room.cells("Cm_de")["n"] == "5"
     room.page.show_outcome(None)
     # Runs may be kept all the same, from yesterday.

@@ -60,7 +60,7 @@ def test_a_whole_review_by_keys(
     until(qtbot, lambda: page.can_run)
     # Killed in the midst: it is told, and the next run begins another process.
     press(qtbot, Qt.Key.Key_Return)
-    engine = window.review_page.work._engine
+    engine = window.review_page.work._job_runner
     until(qtbot, lambda: engine.pid is not None)
     os.kill(engine.pid, KILL)
     until(qtbot, lambda: not window.review_page.work.running, 20000)
@@ -105,7 +105,7 @@ def test_a_whole_review_by_keys(
 
 
 def kept(page: EstimatePage) -> list[int]:
-    with Catalog(page.book.catalog) as catalog:
+    with Catalog(page.run_store.catalog) as catalog:
         return [one.number for one in stored_runs(catalog)]
 
 

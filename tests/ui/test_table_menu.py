@@ -126,7 +126,7 @@ def test_channels_and_charts_have_menus(qtbot: QtBot) -> None:
     asked: list[StripLayout] = []
     panel.charts_changed.connect(asked.append)
     panel.show_channels(("alpha", "q"), StripLayout(), {})
-    leaf = next(one for one in panel._leaves() if one.text(0).endswith("Pitch rate"))
+    leaf = next(one for one in panel._channel_items() if one.text(0).endswith("Pitch rate"))
     panel.tree.setCurrentItem(leaf)
     trigger(panel.tree, "Show or hide in the charts")
     assert asked[-1].channels == ("q",)

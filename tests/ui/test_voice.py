@@ -116,7 +116,7 @@ def test_a_voice_that_fails_gives_way_to_tones(qtbot: QtBot, command: list[str])
 def test_without_a_voice_tones_say_how_urgent_it_is_and_none_comes_twice(qtbot: QtBot) -> None:
     loud = Loudspeaker()
     voice = Voice(player=loud)
-    voice._take(ToneSpeaker(voice._sound, voice))
+    voice._set_speaker(ToneSpeaker(voice._sound, voice))
     voice.play_tone("warning")
     voice.say("link lost", UtterancePriority.WARNING)
     assert loud.tones == ["warning"]
@@ -177,7 +177,7 @@ def test_alarms_of_the_window_are_heard_in_words_and_muted_with_one_key(
 ) -> None:
     loud, mouth = Loudspeaker(), Mouth()
     window.voice._player = loud
-    window.voice._take(mouth)
+    window.voice._set_speaker(mouth)
     alarm = Alarm(
         key="recorder", severity=Severity.WARNING, current=Severity.WARNING, time=3.0,
         message="recorder stopped",

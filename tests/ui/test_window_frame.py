@@ -295,7 +295,7 @@ def test_a_channel_that_never_has_a_sample_gets_no_chart(
         lambda: window.flight_controller.is_loaded and charts.strip_layout.channels == ("alpha",),
     )
     # It can still be chosen, and is said to be empty.
-    assert window.view._picture.available == ("alpha", "beta")
+    assert window.view._state.available == ("alpha", "beta")
 
 
 # Marks
@@ -1415,7 +1415,7 @@ def test_the_menu_of_a_chart_copies_hides_marks_and_scales(
 
     def choose(words: str) -> None:
         menu = create_chart_menu(
-            charts, view._picture, flight.commands.actions, 5.5, flight.display_style.units, view
+            charts, view._state, flight.commands.actions, 5.5, flight.display_style.units, view
         )
         (action,) = [one for one in menu.actions() if one.text().startswith(words)]
         action.trigger()

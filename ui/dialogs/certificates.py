@@ -57,11 +57,11 @@ class CertificatesDialog(FormDialog):
         )
         self.sentence = FieldMessage()
         self.add_row(tr("Certificates"), self.certificates, self.sentence)
-        self.certificates.currentIndexChanged.connect(self._judge)
-        self._judge()
+        self.certificates.currentIndexChanged.connect(self._validate)
+        self._validate()
         self.fit_to_content(560)
 
-    def _judge(self) -> None:
+    def _validate(self) -> None:
         given = self.certificates.value
         usable = True
         if not given:

@@ -212,7 +212,7 @@ class ConnectDialog(RecordingDialog):
         if self.link.channel_map != self._own_map:
             self._own_map = self.link.channel_map
             self.channel_map.show_value(self._own_map or self._usual_map)
-        self._judge()
+        self._validate()
 
     @property
     def is_valid(self) -> bool:

@@ -131,16 +131,16 @@ class FlightFolderField(QWidget):
         self.parent_folder.edit.setText(str(self.proposed_parent))
         today = datetime.now().astimezone().date()
         self.name.setText(next_flight_name(self.proposed_parent, today))
-        self.name.textChanged.connect(self._judge)
-        self.parent_folder.edit.textChanged.connect(self._judge)
+        self.name.textChanged.connect(self._validate)
+        self.parent_folder.edit.textChanged.connect(self._validate)
         self.setFocusProxy(self.title)
         # A disk that spins up answers later.
         self._again = QTimer(self, singleShot=True, interval=_RETRY_MS)
-        self._again.timeout.connect(self._judge)
+        self._again.timeout.connect(self._validate)
         self.input_check = InputCheck(message="")
-        self._judge()
+        self._validate()
 
-    def _judge(self) -> None:
+    def _validate(self) -> None:
         parent = self.parent_folder.edit.text()
         self.input_check = verdict = check_folder(parent, self.name.text())
         state, words = verdict.state, verdict.message
@@ -180,15 +180,15 @@ class RecordingDialog(FormDialog):
         self.add_row(tr("Flight"), self.folder_field)
         self.error = FieldMessage()
         self.add_row("", self.error)
-        self.folder_field.changed.connect(self._judge)
-        self._judge()
+        self.folder_field.changed.connect(self._validate)
+        self._validate()
 
     @property
     def is_valid(self) -> bool:
         """Return whether what is typed will do."""
         return self.folder_field.input_check.is_valid
 
-    def _judge(self) -> None:
+    def _validate(self) -> None:
         self.error.set_message("")
         self.button.setEnabled(self.is_valid and not self.is_connecting)
 
@@ -197,14 +197,14 @@ class RecordingDialog(FormDialog):
             super().accept()
             return
         self.is_connecting = True
-        self._judge()
+        self._validate()
         self.error.set_message(tr("Starting the recording…"))
         self.submitted.emit()
 
     def cancel_submission(self) -> None:
         """Take back what was submitted; all that was typed stays."""
         self.is_connecting = False
-        self._judge()
+        self._validate()
 
     def show_error(self, error: Exception) -> None:
         """Say beside the field at fault why nothing is recorded; all that was typed stays."""

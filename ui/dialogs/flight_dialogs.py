@@ -43,12 +43,12 @@ class GoToDialog(FormDialog):
         self.edit.selectAll()
         self.sentence = FieldMessage()
         self.add_row(tr("Flight time"), self.edit, self.sentence)
-        self.edit.textChanged.connect(self._judge)
-        self._judge()
+        self.edit.textChanged.connect(self._validate)
+        self._validate()
         self.edit.setFocus()
         self.fit_to_content(400)
 
-    def _judge(self) -> None:
+    def _validate(self) -> None:
         time = self.time
         first, last = self._span
         if time is None:
@@ -113,12 +113,12 @@ class RangeDialog(FormDialog):
         self.add_row(tr("Highest"), self.high)
         self.add_row(tr("Lowest"), self.low, self.sentence)
         for edit in (self.high, self.low):
-            edit.textChanged.connect(self._judge)
+            edit.textChanged.connect(self._validate)
         self.high.selectAll()
-        self._judge()
+        self._validate()
         self.fit_to_content(400)
 
-    def _judge(self) -> None:
+    def _validate(self) -> None:
         texts = self.high.text().strip(), self.low.text().strip()
         usable = self.range is not None or not any(texts)
         if not any(texts):
@@ -163,17 +163,17 @@ class ExportDialog(FormDialog):
         self.path.edit.setText(str(start.with_suffix(".csv")))
         self.sentence = FieldMessage()
         self.add_row(tr("File"), self.path, self.sentence)
-        self.kind.activated.connect(self._suit)
-        self.path.edit.textChanged.connect(self._judge)
-        self._judge()
+        self.kind.activated.connect(self._update_suffix)
+        self.path.edit.textChanged.connect(self._validate)
+        self._validate()
         self.fit_to_content(560)
 
-    def _suit(self) -> None:
+    def _update_suffix(self) -> None:
         text = self.path.edit.text().strip()
         if text:
             self.path.edit.setText(str(Path(text).with_suffix(f".{self.kind.currentData()}")))
 
-    def _judge(self) -> None:
+    def _validate(self) -> None:
         text = self.path.edit.text().strip()
         file = Path(text).expanduser()
         usable = bool(text) and path_kind(file.parent) == "folder"

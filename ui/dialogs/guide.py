@@ -67,7 +67,7 @@ class GuideWindow(QDialog):
         palette.setColor(QPalette.ColorRole.Link, look.color("target"))
         self.browser.setPalette(palette)
         self._margin = look.px(24)
-        self.browser.anchorClicked.connect(self._follow)
+        self.browser.anchorClicked.connect(self._open_link)
         row.addWidget(self.pages)
         row.addWidget(self.browser, 1)
         for title, path in guide_pages(folder):
@@ -88,7 +88,7 @@ class GuideWindow(QDialog):
         )
         self.browser.document().setDocumentMargin(self._margin)
 
-    def _follow(self, link: QUrl) -> None:
+    def _open_link(self, link: QUrl) -> None:
         target = self.browser.source().resolved(link)
         if not target.isLocalFile():
             QDesktopServices.openUrl(target)

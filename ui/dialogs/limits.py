@@ -66,15 +66,15 @@ class LimitsDialog(FormDialog):
         for name, words in _FIELDS:
             below = self.sentence if name == _FIELDS[-1][0] else None
             self.add_row(tr(words), self.edits[name], below)
-            self.edits[name].textChanged.connect(self._judge)
+            self.edits[name].textChanged.connect(self._validate)
         self.reset = self.buttons.addButton(
             tr("Reset to the aircraft file"), QDialogButtonBox.ButtonRole.ResetRole
         )
         self.reset.setEnabled(typed)
-        self.reset.clicked.connect(self._take_back)
-        self._taken_back = False
+        self.reset.clicked.connect(self._use_defaults)
+        self._defaults_requested = False
         next(iter(self.edits.values())).selectAll()
-        self._judge()
+        self._validate()
         self.fit_to_content(480)
 
     def _text(self, value: float | None) -> str:
@@ -82,11 +82,11 @@ class LimitsDialog(FormDialog):
             return ""
         return f"{from_si(value, self._unit, self._spec.quantity):.6g}"
 
-    def _take_back(self) -> None:
-        self._taken_back = True
+    def _use_defaults(self) -> None:
+        self._defaults_requested = True
         self.accept()
 
-    def _judge(self) -> None:
+    def _validate(self) -> None:
         verdict = check_limits(
             [edit.text().strip() for edit in self.edits.values()],
             self._spec.limits,
@@ -107,7 +107,7 @@ class LimitsDialog(FormDialog):
     @property
     def limits(self) -> LimitBands | None:
         """Return the limits as typed, SI; None for those of the aircraft."""
-        if self._taken_back:
+        if self._defaults_requested:
             return None
         return LimitBands(**{name: self._value(name) for name, _words in _FIELDS})
 

@@ -164,7 +164,7 @@ class LinkField(QWidget):
             self.device.setCurrentIndex(0 if ports else -1)
             if isinstance(self._current_kind, SerialLink):
                 self._from_fields()
-        self._judge()
+        self._validate()
 
     def _show_device(self, path: str) -> None:
         """Show which port is meant; one that is not plugged in, or by another name, stands last."""
@@ -211,7 +211,7 @@ class LinkField(QWidget):
         self._busy = True
         self.text.setEditText(str(LinkAddress(kind=kind.name, **values)))
         self._busy = False
-        self._judge()
+        self._validate()
 
     def _typed(self, text: str) -> None:
         if self._busy:
@@ -230,9 +230,9 @@ class LinkField(QWidget):
                 except LinkError:
                     continue
         self._busy = False
-        self._judge()
+        self._validate()
 
-    def _judge(self) -> None:
+    def _validate(self) -> None:
         ports = [path for path, _words in self._ports]
         self.input_check = check_link(self.text.currentText(), self._parse, ports)
         self.sentence.set_message(self.input_check.message, self.input_check.state)

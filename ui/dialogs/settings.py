@@ -70,7 +70,7 @@ class SettingsDialog(FormDialog):
         restore.clicked.connect(lambda: self.show_values(Settings()))
         self.reset_layout = QCheckBox(tr("Reset layout and panel width"))
         self.add_row(tr("Flight page"), self.reset_layout)
-        self.flights.edit.textChanged.connect(self._judge)
+        self.flights.edit.textChanged.connect(self._validate)
         self.show_values(settings)
         self.fit_to_content(560)
 
@@ -98,9 +98,9 @@ class SettingsDialog(FormDialog):
             (self.calibration, settings.calibration),
         ):
             field.show_value(name)
-        self._judge()
+        self._validate()
 
-    def _judge(self) -> None:
+    def _validate(self) -> None:
         text = self.flights.edit.text().strip()
         why = unwritable_reason(self.flights.path) if text else tr("Name a folder.")
         self.sentence.set_message(

@@ -84,7 +84,7 @@ class VirtualFlightDialog(RecordingDialog):
         self.search.setPlaceholderText(tr("Search the effects"))
         self.search.setAccessibleName(tr("Search the effects"))
         self.search.setClearButtonEnabled(True)
-        self.search.textChanged.connect(self._narrow)
+        self.search.textChanged.connect(self._filter)
         self.effects = QListWidget()
         self.effects.setAccessibleName(tr("Hidden effects"))
         self.effects.setFixedHeight(look.px(112))
@@ -122,9 +122,9 @@ class VirtualFlightDialog(RecordingDialog):
             item.setCheckState(Qt.CheckState.Unchecked)
             self.effects.addItem(item)
         self.note.set_message(tr("Hidden effects make the aircraft differ from its model."))
-        self._narrow(self.search.text())
+        self._filter(self.search.text())
 
-    def _narrow(self, words: str) -> None:
+    def _filter(self, words: str) -> None:
         wanted = words.lower().split()
         for row in range(self.effects.count()):
             item = self.effects.item(row)

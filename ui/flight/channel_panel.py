@@ -111,7 +111,7 @@ class ChannelPanel(QWidget):
         self.search.setPlaceholderText(tr("Search channels"))
         self.search.setAccessibleName(tr("Search channels"))
         self.search.setClearButtonEnabled(True)
-        self.search.textChanged.connect(self._narrow)
+        self.search.textChanged.connect(self._filter)
         self.search.returnPressed.connect(self._toggle_first)
         column.addWidget(self.search)
         self._split = split = QSplitter(Qt.Orientation.Vertical)
@@ -169,7 +169,7 @@ class ChannelPanel(QWidget):
         return [self.order.item(row).text() for row in range(self.order.count())]
 
     def _channel_table(self) -> list[tuple[str, ...]]:
-        specs = [channel(leaf.data(0, _ID)) for leaf in self._leaves()]
+        specs = [channel(leaf.data(0, _ID)) for leaf in self._channel_items()]
         return [
             (tr("Group"), tr("Symbol"), tr("Channel"), tr("Show in charts")),
             *(
@@ -282,9 +282,9 @@ class ChannelPanel(QWidget):
             branch.setExpanded(name not in closed)
         self._busy = False
         self._tick_tree()
-        self._narrow(self.search.text())
+        self._filter(self.search.text())
 
-    def _leaves(self) -> list[QTreeWidgetItem]:
+    def _channel_items(self) -> list[QTreeWidgetItem]:
         return [
             leaf
             for branch in _child_items(self.tree.invisibleRootItem())
@@ -293,7 +293,7 @@ class ChannelPanel(QWidget):
 
     def _tick_tree(self) -> None:
         self._busy = True
-        for leaf in self._leaves():
+        for leaf in self._channel_items():
             on = leaf.data(0, _ID) in self._charts.channels
             leaf.setCheckState(0, Qt.CheckState.Checked if on else Qt.CheckState.Unchecked)
         self._busy = False
@@ -358,7 +358,7 @@ class ChannelPanel(QWidget):
             order.insert(max(self.order.currentRow(), 0), name.strip())
             self._set(build_layout(self._charts, order))
 
-    def _narrow(self, words: str) -> None:
+    def _filter(self, words: str) -> None:
         for branch in _child_items(self.tree.invisibleRootItem()):
             count = 0
             for leaf in _child_items(branch):
@@ -371,7 +371,7 @@ class ChannelPanel(QWidget):
 
     def _toggle_first(self) -> None:
         """Enter in the search adds or removes the first hit: choosing without the mouse."""
-        for leaf in self._leaves():
+        for leaf in self._channel_items():
             if not leaf.isHidden():
                 on = leaf.data(0, _ID) not in self._charts.channels
                 self._set(toggle_channel(self._charts, leaf.data(0, _ID), on))

@@ -27,13 +27,13 @@ from ui.voice.voice import Voice
 
 
 class FlightPageController(QObject):
-    """Binds the view of a flight to what the desk can do.
+    """Binds the view of a flight to the flight controller.
 
     Parameters
     ----------
     window : QWidget
         Parent of dialogs.
-    desk : FlightController
+    controller : FlightController
         The open flight.
     view : FlightView
         Its picture.
@@ -50,7 +50,7 @@ class FlightPageController(QObject):
     def __init__(
         self,
         window: QWidget,
-        desk: FlightController,
+        controller: FlightController,
         view: FlightView,
         look: DisplayStyle,
         store: SettingsStore,
@@ -59,30 +59,30 @@ class FlightPageController(QObject):
     ) -> None:
         super().__init__(window)
         self._window = window
-        self._desk = desk
+        self._controller = controller
         self._view = view
         self._look = look
         self._store = store
         self._limits = limits
         self._voice = voice
         self._given: Mapping[str, LimitBands] = {}
-        self._heard: frozenset[str] = frozenset()
+        self._announced_alarms: frozenset[str] = frozenset()
         self._sounded = 0.0
         self._before_note: tuple[bool, int] | None = None
         self._builder: FlightViewStateBuilder | None = None
-        desk.changed.connect(self._give_all_limits)
-        desk.refreshed.connect(self._follow_limits)
-        view.mark_requested.connect(desk.mark)
+        controller.changed.connect(self._give_all_limits)
+        controller.refreshed.connect(self._follow_limits)
+        view.mark_requested.connect(controller.mark)
         view.marks.jump_requested.connect(self._go_to_mark)
-        view.marks.edited.connect(lambda key, text: desk.edit_mark(str(key), text))
-        view.marks.deleted.connect(lambda key: desk.delete_mark(str(key)))
+        view.marks.edited.connect(lambda key, text: controller.edit_mark(str(key), text))
+        view.marks.deleted.connect(lambda key: controller.delete_mark(str(key)))
         view.marks.edit_ended.connect(self._note_written)
-        view.alarms.acknowledged.connect(lambda: desk.acknowledge("crew, Alarms tab"))
+        view.alarms.acknowledged.connect(lambda: controller.acknowledge("crew, Alarms tab"))
         view.alarms.jump_requested.connect(self._go_to_key)
         view.messages.jump_requested.connect(self._go_to_key)
         view.estimates.opened.connect(self._go_to_maneuver_of)
         view.replay.moved.connect(self._seek)
-        view.replay.speed_chosen.connect(desk.set_speed)
+        view.replay.speed_chosen.connect(controller.set_speed)
 
     @property
     def handlers(self) -> Mapping[str, Callable[[], object]]:
@@ -95,10 +95,10 @@ class FlightPageController(QObject):
             "next_mark": lambda: self.step_mark(1),
             "acknowledge": self.acknowledge,
             "mute": self.toggle_mute,
-            "slower": lambda: self._desk.set_speed(next_speed(self._desk.speed, -1)),
-            "faster": lambda: self._desk.set_speed(next_speed(self._desk.speed, 1)),
-            "step_back": lambda: self._desk.step(-1),
-            "step": lambda: self._desk.step(1),
+            "slower": lambda: self._controller.set_speed(next_speed(self._controller.speed, -1)),
+            "faster": lambda: self._controller.set_speed(next_speed(self._controller.speed, 1)),
+            "step_back": lambda: self._controller.step(-1),
+            "step": lambda: self._controller.step(1),
             "go_to": self.ask_time,
             "type_range": self.ask_y_range,
             "type_limits": self.ask_limits,
@@ -106,7 +106,7 @@ class FlightPageController(QObject):
 
     def view_state(self) -> FlightViewState:
         """Return what the page shows beside the samples."""
-        session, snapshot = self._desk.session, self._desk.snapshot
+        session, snapshot = self._controller.session, self._controller.snapshot
         if session is None or snapshot is None:
             self._builder = None
             return FlightViewState()
@@ -117,13 +117,13 @@ class FlightPageController(QObject):
     def acknowledge(self) -> None:
         """Acknowledge the alarms, by the key or from the menu."""
         by_key = self._view.is_by_key("acknowledge")
-        self._desk.acknowledge("crew, key K" if by_key else "crew, menu")
+        self._controller.acknowledge("crew, key K" if by_key else "crew, menu")
 
     def toggle_pause(self) -> None:
         """Hold the display while live; in a replay hold the replay itself."""
-        if self._desk.is_replay:
+        if self._controller.is_replay:
             self._view.charts.navigator.go_live()
-            self._desk.toggle_play()
+            self._controller.toggle_play()
         else:
             self._view.charts.navigator.toggle_pause()
 
@@ -134,7 +134,7 @@ class FlightPageController(QObject):
         before = self._view.panel_shown
         view = self._view.charts.view
         at = view.cursors.get("cursor") if view.paused else None
-        key = self._desk.mark(at if at is not None else self._desk.time, kind="note")
+        key = self._controller.mark(at if at is not None else self._controller.time, kind="note")
         self._view.show_state(self.view_state())
         self._view.show_panel(2)
         self._view.marks.begin_edit(key)
@@ -151,10 +151,10 @@ class FlightPageController(QObject):
         view = self._view.charts.view
         if view.now is None:
             return
-        here = self._desk.time if self._desk.is_replay else None
+        here = self._controller.time if self._controller.is_replay else None
         if here is None:
             here = view.time(view.width / 2) if view.paused else view.now
-        times = sorted(self._desk.mark_times())
+        times = sorted(self._controller.mark_times())
         past = [at for at in times if at < here - 0.05]
         coming = [at for at in times if at > here + 0.05]
         if steps < 0 and past:
@@ -163,7 +163,7 @@ class FlightPageController(QObject):
             self.go_to_time(coming[0])
 
     def _go_to_mark(self, key: object) -> None:
-        at = self._desk.mark_time(str(key))
+        at = self._controller.mark_time(str(key))
         if at is not None:
             self.go_to_time(at)
 
@@ -181,7 +181,7 @@ class FlightPageController(QObject):
 
     def go_to_time(self, at: float) -> None:
         """Go to a flight time, s."""
-        if self._desk.is_replay:
+        if self._controller.is_replay:
             self._seek(at)
         else:
             self._view.charts.navigator.go_to(at)
@@ -190,14 +190,14 @@ class FlightPageController(QObject):
 
     def _seek(self, at: float) -> None:
         self._view.charts.navigator.go_live()
-        self._desk.seek(at)
+        self._controller.seek(at)
 
     def ask_time(self) -> None:
         """Ask for a flight time and go there."""
-        span = self._desk.replay_span
+        span = self._controller.replay_span
         if span is None:
             return
-        dialog = GoToDialog(self._look, *span, self._desk.time or span[0], self._window)
+        dialog = GoToDialog(self._look, *span, self._controller.time or span[0], self._window)
         if dialog.exec():
             self._seek(dialog.clamped_time)
 
@@ -217,7 +217,7 @@ class FlightPageController(QObject):
 
     def ask_limits(self) -> None:
         """Ask for the limits of the chosen chart."""
-        chart, session = self._view.charts.model.selected_chart, self._desk.session
+        chart, session = self._view.charts.model.selected_chart, self._controller.session
         if chart is None or session is None:
             return
         spec = chart.specs[0]
@@ -229,7 +229,7 @@ class FlightPageController(QObject):
         if dialog.exec():
             self._limits.write(spec.id, dialog.limits, self._look.units)
             self._give_limits()
-            self._desk.refreshed.emit()
+            self._controller.refreshed.emit()
 
     def _give_all_limits(self) -> None:
         """Let what was typed before count in the flight that was opened."""
@@ -244,7 +244,7 @@ class FlightPageController(QObject):
 
     def _give_limits(self) -> None:
         """Let the flight know what was typed or forgotten since it was told last."""
-        session = self._desk.session
+        session = self._controller.session
         if session is None:
             return
         former, self._given = self._given, self._limits.limits
@@ -260,21 +260,21 @@ class FlightPageController(QObject):
         muted = not self._store.current.muted
         self._store.change(muted=muted)
         self._voice.set_muted(muted)
-        self._desk.refreshed.emit()
+        self._controller.refreshed.emit()
 
     def sound_alarms(self) -> None:
         """Let every new alarm be heard, warnings in words; one that nobody has seen goes on."""
         if self._voice.muted:
             # What still waits when the sound comes back is news then.
-            self._heard = frozenset()
+            self._announced_alarms = frozenset()
             return
-        if self._desk.is_catching_up:
+        if self._controller.is_catching_up:
             # They are of an earlier time. Those that still stand are news when it has caught up.
             return
-        waiting = self._desk.unacknowledged_alarms()
+        waiting = self._controller.unacknowledged_alarms()
         keys = {f"{alarm.key}@{alarm.time}": alarm for alarm in waiting}
-        new = [alarm for key, alarm in keys.items() if key not in self._heard]
-        self._heard = frozenset(keys)
+        new = [alarm for key, alarm in keys.items() if key not in self._announced_alarms]
+        self._announced_alarms = frozenset(keys)
         severe = any(alarm.active and alarm.severity is Severity.WARNING for alarm in waiting)
         now = time.monotonic()
         if not new and not (severe and now - self._sounded >= DISPLAY.warning_interval):

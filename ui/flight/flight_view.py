@@ -84,8 +84,8 @@ class FlightView(QWidget):
         self._look = look
         self._store = store
         self._history: SampleSource | None = None
-        self._picture = FlightViewState()
-        self._panel_wish: bool | None = None
+        self._state = FlightViewState()
+        self._requested_panel: bool | None = None
         column = QVBoxLayout(self)
         column.setContentsMargins(0, 0, 0, 0)
         column.setSpacing(0)
@@ -220,15 +220,15 @@ class FlightView(QWidget):
         self._set_panel(not self.tabs.isVisibleTo(self))
 
     def _set_panel(self, shown: bool) -> None:
-        self._panel_wish = shown
+        self._requested_panel = shown
         self._store.change(side_panel=shown)
         self._size_panel()
 
     def _size_panel(self) -> None:
         roomy = self.width() >= self._look.px(_PANEL_MIN_WIDTH)
         shown = self._store.current.side_panel and roomy
-        if self._panel_wish is not None:
-            shown = self._panel_wish
+        if self._requested_panel is not None:
+            shown = self._requested_panel
         if shown != self.tabs.isVisibleTo(self):
             self.tabs.setVisible(shown)
             self._show_values()
@@ -251,7 +251,7 @@ class FlightView(QWidget):
 
     def apply_settings(self) -> None:
         """Show layout and side panel as the settings have them."""
-        self._panel_wish = None
+        self._requested_panel = None
         self._drawn.stop()
         self._panel_width = self._store.current.panel_width
         self.layouts.show_layout(self._store.current.layout)
@@ -286,7 +286,7 @@ class FlightView(QWidget):
     def show_history(self, history: SampleSource | None) -> None:
         """Show another flight."""
         self._history = history
-        self._picture = FlightViewState()
+        self._state = FlightViewState()
         self.layouts.begin_flight()
         self.charts.clear()
         self.charts.set_history(history)
@@ -295,7 +295,7 @@ class FlightView(QWidget):
 
     def show_state(self, picture: FlightViewState) -> None:
         """Show everything beside the samples; what did not change is left alone."""
-        former, self._picture = self._picture, picture
+        former, self._state = self._state, picture
         self.charts.set_limits(picture.limits)
         if picture.sources != former.sources:
             self.charts.set_sources(picture.sources)
@@ -347,7 +347,7 @@ class FlightView(QWidget):
 
     def _show_menu(self, where: QPoint, time: float | None) -> None:
         units = self._look.units
-        menu = create_chart_menu(self.charts, self._picture, self._actions, time, units, self)
+        menu = create_chart_menu(self.charts, self._state, self._actions, time, units, self)
         menu.exec(where)
         menu.deleteLater()
 
@@ -367,7 +367,7 @@ class FlightView(QWidget):
         names = self.charts.strip_layout.channels if cursors else ()
         self.values.show_rows(
             build_cursor_value_rows(
-                self._history, names, cursors, self._look.units, self._picture.sources
+                self._history, names, cursors, self._look.units, self._state.sources
             )
         )
         self.values.show_columns(cursors)

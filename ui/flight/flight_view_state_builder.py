@@ -63,27 +63,27 @@ class FlightViewStateBuilder:
         self._sources: Mapping[str, OriginInfo] = {}
         self._limits: Mapping[str, LimitBands] = {}
         self._limits_revision = -1
-        self._patience: Mapping[str, float] = {}
+        self._stale_timeouts: Mapping[str, float] = {}
         self._messages: tuple[TableRow, ...] = ()
         self._estimates: tuple[EstimateRow, ...] = ()
         self._estimates_state = ""
         self._alarms: tuple[AlarmEpisode, ...] = ()
         self._alarm_spans: tuple[AlarmSpan, ...] = ()
         self._alarm_lines: tuple[TableRow, ...] = ()
-        self._alarms_shown: tuple[int, str, float | None] | None = None
+        self._alarms_key: tuple[int, str, float | None] | None = None
         self._count = 0
         self._first: float | None = None
 
     def build(self, snapshot: SessionSnapshot, units: str) -> FlightViewState:
         """Return what is beside the samples now."""
         session = self.session
-        self._look_at_channels()
+        self._update_channels()
         if self._count % _MESSAGES_INTERVAL == 0:
             self._messages = build_message_rows(_to_messages(session.messages()))
-            self._patience = session.stale_timeouts(self._available)
+            self._stale_timeouts = session.stale_timeouts(self._available)
         if self._count % _ESTIMATES_INTERVAL == 0:
-            self._look_at_estimates()
-        self._look_at_alarms(snapshot, units)
+            self._update_estimates()
+        self._update_alarms(snapshot, units)
         self._count += 1
         marks = session.marks
         playhead = snapshot.playhead
@@ -96,7 +96,7 @@ class FlightViewStateBuilder:
             channels_known=self._settled(snapshot),
             sources=self._sources,
             limits=self._limits,
-            stale_ages=self._patience,
+            stale_ages=self._stale_timeouts,
             marks=build_chart_marks(marks),
             spans=build_chart_spans(marks),
             mark_rows=build_mark_rows(marks),
@@ -139,20 +139,20 @@ class FlightViewStateBuilder:
             )
         return tr("Nothing received yet")
 
-    def _look_at_alarms(self, snapshot: SessionSnapshot, units: str) -> None:
+    def _update_alarms(self, snapshot: SessionSnapshot, units: str) -> None:
         log, playhead = self.session.alarm_log, snapshot.playhead
         last = snapshot.now if playhead is None else playhead.end
         # While one is active its duration grows: twice a second is quick enough to read.
         grows = any(not one.is_over for one in self._alarms) and last is not None
         shown = (log.revision, units, round(2.0 * last) / 2.0 if grows and last else None)
-        if shown == self._alarms_shown:
+        if shown == self._alarms_key:
             return
-        self._alarms_shown = shown
+        self._alarms_key = shown
         self._alarms = log.episodes
         self._alarm_spans = build_chart_alarms(self._alarms)
         self._alarm_lines = build_alarm_rows(self._alarms, units, last, live=playhead is None)
 
-    def _look_at_estimates(self) -> None:
+    def _update_estimates(self) -> None:
         estimates = self.session.estimates
         if estimates is None:
             return
@@ -171,7 +171,7 @@ class FlightViewStateBuilder:
         self._first = history.end if self._first is None else self._first
         return history.end - self._first >= DISPLAY.channel_wait
 
-    def _look_at_channels(self) -> None:
+    def _update_channels(self) -> None:
         session = self.session
         sources = session.sources
         known = find_channel_origins(sources)

@@ -50,7 +50,7 @@ class ForceEffectDialog(FormDialog):
         self.search.setPlaceholderText(tr("Search the effects"))
         self.search.setAccessibleName(tr("Search the effects"))
         self.search.setClearButtonEnabled(True)
-        self.search.textChanged.connect(self._narrow)
+        self.search.textChanged.connect(self._filter)
         self.note = FieldMessage()
         self._rows = [
             TableRow(
@@ -69,23 +69,23 @@ class ForceEffectDialog(FormDialog):
         column.addWidget(self.listed)
         holder.setFocusProxy(self.search)
         self.add_row(tr("Effect"), holder, self.note)
-        self.listed.row_changed.connect(lambda _key: self._judge())
+        self.listed.row_changed.connect(lambda _key: self._validate())
         self.listed.doubleClicked.connect(lambda _index: self.accept())
-        self._narrow("")
+        self._filter("")
         # As high with few matches as with all.
         self.listed.setFixedHeight(look.px(224))
         self.fit_to_content()
 
-    def _narrow(self, words: str) -> None:
+    def _filter(self, words: str) -> None:
         wanted = words.lower().split()
         self.listed.show_rows(
             [row for row in self._rows if all(word in row.cells[0].lower() for word in wanted)]
         )
         if self.listed.row_model.rows and self.listed.current_key() is None:
             self.listed.selectRow(0)
-        self._judge()
+        self._validate()
 
-    def _judge(self) -> None:
+    def _validate(self) -> None:
         chosen = self.selected_effect
         self.button.setEnabled(chosen is not None)
         if chosen is None:

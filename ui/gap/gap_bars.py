@@ -101,8 +101,8 @@ class ChannelGapBars(_PaintedWidget):
                 painter.setPen(look.color("text" if place else "muted"))
                 # Right of the floor's line, not across it.
                 left = names + max(wide, room / largest) + look.px(4)
-                words = QRectF(left, y - 2, number, thick + 4)
-                painter.drawText(words, _LEFT, noise_ratio_text(value))
+                box = QRectF(left, y - 2, number, thick + 4)
+                painter.drawText(box, _LEFT, noise_ratio_text(value))
         bottom = len(self._pairs) * step
         x = names + room / largest
         self._floor_line(painter, x, 0, bottom)
@@ -120,20 +120,20 @@ class MisfitWaterfall(_PaintedWidget):
 
     def __init__(self, look: DisplayStyle) -> None:
         super().__init__(look, tr("Residual by step"))
-        self._falls: tuple[WaterfallStep, ...] = ()
+        self._steps: tuple[WaterfallStep, ...] = ()
         self._titles: tuple[str, ...] = ()
         self._current = 0
 
     def show_steps(
-        self, falls: Sequence[WaterfallStep], titles: Sequence[str], current: int
+        self, steps: Sequence[WaterfallStep], titles: Sequence[str], current: int
     ) -> None:
         """Show other steps, one of them current."""
-        self._falls, self._titles, self._current = tuple(falls), tuple(titles), current
+        self._steps, self._titles, self._current = tuple(steps), tuple(titles), current
         words = "; ".join(
             tr("{title}: {after} times the noise floor").format(
                 title=title, after=noise_ratio_text(one.after)
             )
-            for title, one in zip(titles, falls, strict=True)
+            for title, one in zip(titles, steps, strict=True)
         )
         self.setAccessibleDescription(words)
         self.setToolTip(words.replace("; ", "\n"))
@@ -141,18 +141,18 @@ class MisfitWaterfall(_PaintedWidget):
 
     def sizeHint(self) -> QSize:
         look = self.look
-        return QSize(look.px(280), look.px(40 * max(len(self._falls), 1) + 22))
+        return QSize(look.px(280), look.px(40 * max(len(self._steps), 1) + 22))
 
     def paintEvent(self, _event: QPaintEvent) -> None:
         look = self.look
         painter = QPainter(self)
         number = look.px(72)
         room = max(self.width() - number - look.px(8), 1)
-        values = [v for one in self._falls for v in (one.before, one.after)]
+        values = [v for one in self._steps for v in (one.before, one.after)]
         largest = max(1.2, _largest_finite(values))
         step, thick = look.px(40), look.px(14)
         metrics = QFontMetricsF(look.font("body"))
-        for row, one in enumerate(self._falls):
+        for row, one in enumerate(self._steps):
             top = row * step
             current = row == self._current
             if current:
@@ -184,9 +184,9 @@ class MisfitWaterfall(_PaintedWidget):
             if row:
                 told = f"{noise_ratio_text(one.before)}{ARROW}{told}"
             painter.drawText(QRectF(left, y - 2, number, thick + 4), _LEFT, told)
-        bottom = len(self._falls) * step
+        bottom = len(self._steps) * step
         x = room / largest
-        for row in range(len(self._falls)):
+        for row in range(len(self._steps)):
             # Beside the bars only, not through the words.
             top = row * step + look.px(20)
             self._floor_line(painter, x, top, top + thick + look.px(2))
@@ -216,7 +216,7 @@ class StepSlider(ArrowKeyNavigation, QSlider):
         self.setPageStep(1)
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
-        self.valueChanged.connect(self._tell)
+        self.valueChanged.connect(self._update_description)
         look.changed.connect(self.updateGeometry)
 
     def show_steps(self, names: Sequence[str], step: int) -> None:
@@ -226,10 +226,10 @@ class StepSlider(ArrowKeyNavigation, QSlider):
         self.setRange(0, len(self._names) - 1)
         self.setValue(step)
         self.blockSignals(False)
-        self._tell()
+        self._update_description()
         self.update()
 
-    def _tell(self) -> None:
+    def _update_description(self) -> None:
         name = self._names[min(self.value(), len(self._names) - 1)]
         self.setAccessibleDescription(
             tr("Step {value} of {maximum}: {name}").format(

@@ -49,9 +49,9 @@ class GapPage(JobPage):
         Remembers flights, aircraft, model and what was looked at.
     banners : BannerStack
         Tells of a search while another place is on screen.
-    faults : ErrorReporter
+    error_reporter : ErrorReporter
         Where errors go.
-    engine : JobRunner, optional
+    job_runner : JobRunner, optional
         What searches; a process of its own by default.
     """
 
@@ -61,21 +61,23 @@ class GapPage(JobPage):
         look: DisplayStyle,
         store: SettingsStore,
         banners: BannerStack,
-        faults: ErrorReporter,
-        engine: JobRunner | None = None,
+        error_reporter: ErrorReporter,
+        job_runner: JobRunner | None = None,
     ) -> None:
         super().__init__(tr("Model gap"), actions, look, store, banners, tr("search"), "gap_cancel")
-        self._faults = faults
+        self._error_reporter = error_reporter
         self._open: Path | None = None
         self._trial: BackgroundJob | None = None
         self._loading: BackgroundJob | None = None
         self.setup: SearchSetupPage | None = None
-        self.story: GapResultView | None = None
-        self.search = GapSearch(engine or create_search_job_runner(), faults.report, self)
+        self.result_view: GapResultView | None = None
+        self.search = GapSearch(
+            job_runner or create_search_job_runner(), error_reporter.report, self
+        )
         self.search.began.connect(lambda work: self._show_began(work.title))
         self.search.progressed.connect(self._show_progress)
         self.search.ended.connect(self._ended)
-        self.search.changed.connect(self._answered)
+        self.search.changed.connect(self._show_search_result)
         self.search.written.connect(self._written)
 
     # Commands
@@ -84,7 +86,7 @@ class GapPage(JobPage):
     def handlers(self) -> Mapping[str, Callable[[], object]]:
         """Return what the commands of this place do."""
         chapters = {
-            f"gap_{chapter.id}": lambda name=chapter.id: self._in_story(
+            f"gap_{chapter.id}": lambda name=chapter.id: self._with_result_view(
                 lambda s: s.go_to_stage(name)
             )
             for chapter in GAP_STAGES
@@ -93,25 +95,29 @@ class GapPage(JobPage):
             **chapters,
             "gap_search": self.show_setup,
             "gap_cancel": self.cancel,
-            "gap_step_back": lambda: self._in_story(lambda s: s.move_step(-1)),
-            "gap_step_on": lambda: self._in_story(lambda s: s.move_step(1)),
-            "gap_previous_maneuver": lambda: self._in_story(lambda s: s.next_maneuver(-1)),
-            "gap_next_maneuver": lambda: self._in_story(lambda s: s.next_maneuver(1)),
-            "gap_accept": lambda: self._in_story(lambda s: s.move_step(1)),
+            "gap_step_back": lambda: self._with_result_view(lambda s: s.move_step(-1)),
+            "gap_step_on": lambda: self._with_result_view(lambda s: s.move_step(1)),
+            "gap_previous_maneuver": lambda: self._with_result_view(lambda s: s.next_maneuver(-1)),
+            "gap_next_maneuver": lambda: self._with_result_view(lambda s: s.next_maneuver(1)),
+            "gap_accept": lambda: self._with_result_view(lambda s: s.move_step(1)),
             "gap_refuse": self.refuse_effect,
             "gap_force": self.force_effect,
             "gap_save": self.save_model,
             "gap_report": self.write_report,
         }
 
-    def _in_story(self, act: Callable[[GapResultView], object]) -> None:
-        if self.story is not None and self.search.answer is not None:
-            act(self.story)
+    def _with_result_view(self, act: Callable[[GapResultView], object]) -> None:
+        if self.result_view is not None and self.search.answer is not None:
+            act(self.result_view)
 
     @property
     def is_result_shown(self) -> bool:
         """Return whether an answer is on screen, so that its keys are meant."""
-        return self.shown and self.story is not None and self.stack.currentWidget() is self.story
+        return (
+            self.shown
+            and self.result_view is not None
+            and self.stack.currentWidget() is self.result_view
+        )
 
     @property
     def undo_history(self) -> UndoHistory | None:
@@ -133,16 +139,16 @@ class GapPage(JobPage):
     def present(self) -> tuple[CommandRequirement, ...]:
         """Return what commands may act on."""
         found: list[CommandRequirement] = ["search"] if self.busy else []
-        story = self.story
-        if story is None or not self.is_result_shown:
+        result_view = self.result_view
+        if result_view is None or not self.is_result_shown:
             return tuple(found)
         found.append("gap")
-        if story.can_accept:
+        if result_view.can_accept:
             found.append("gap_next")
         if self.busy:
             return tuple(found)
         found.append("gap_idle")
-        if story.chosen_effect and not self._is_refused(story.chosen_effect):
+        if result_view.chosen_effect and not self._is_refused(result_view.chosen_effect):
             found.append("gap_effect")
         return tuple(found)
 
@@ -164,20 +170,20 @@ class GapPage(JobPage):
             self.setup = SearchSetupPage(self._look, self._store)
             self.setup.search_requested.connect(self.search.search)
             self.setup.virtual_flight_requested.connect(self.fly_virtual_flight)
-            self.setup.back_requested.connect(self._show_story)
+            self.setup.back_requested.connect(self._show_result_view)
             self.setup.command_requested.connect(lambda name: self._actions[name].trigger())
             self.setup.set_open_flight(self._open)
             self.stack.addWidget(self.setup)
         return self.setup
 
-    def _story_page(self) -> GapResultView:
-        if self.story is None:
+    def _get_result_view(self) -> GapResultView:
+        if self.result_view is None:
             from ui.gap.gap_result_view import GapResultView
 
-            self.story = GapResultView(self._actions, self._look, self._store)
-            self.story.step_changed.connect(self.changed)
-            self.stack.addWidget(self.story)
-        return self.story
+            self.result_view = GapResultView(self._actions, self._look, self._store)
+            self.result_view.step_changed.connect(self.changed)
+            self.stack.addWidget(self.result_view)
+        return self.result_view
 
     def set_open_flight(self, path: Path | None) -> None:
         """Say which flight is open in the window."""
@@ -190,8 +196,8 @@ class GapPage(JobPage):
         page = self.stack.currentWidget()
         if self.setup is not None and page is self.setup:
             self.setup.begin()
-        elif self.story is not None and page is self.story:
-            self.story.begin()
+        elif self.result_view is not None and page is self.result_view:
+            self.result_view.begin()
 
     def show_setup(self) -> None:
         """Ask what to search; the answer there is stays."""
@@ -208,23 +214,23 @@ class GapPage(JobPage):
         for path in flights:
             self._setup_page().add_flight(path)
 
-    def _show_story(self) -> None:
-        if self.story is not None and self.search.answer is not None:
-            self.stack.setCurrentWidget(self.story)
-            self.story.begin()
+    def _show_result_view(self) -> None:
+        if self.result_view is not None and self.search.answer is not None:
+            self.stack.setCurrentWidget(self.result_view)
+            self.result_view.begin()
             self.changed.emit()
 
     # The search
 
     def _load(self) -> None:
         """Load in a thread what the answer will be drawn with, once: it takes a second."""
-        if self.story is None and self._loading is None:
+        if self.result_view is None and self._loading is None:
             self._loading = BackgroundJob(
                 tr("Loading the page"),
                 lambda _progress: importlib.import_module(_RESULT_VIEW_MODULE),
                 self,
             )
-            self._loading.failed.connect(self._faults.report)
+            self._loading.failed.connect(self._error_reporter.report)
             self._loading.start()
 
     def _show_began(self, title: str) -> None:
@@ -238,16 +244,16 @@ class GapPage(JobPage):
             self.setup.show_state(busy=False, answered=self.search.answer is not None)
         self._show_ended(self.search.title, how)
 
-    def _answered(self) -> None:
+    def _show_search_result(self) -> None:
         answer = self.search.answer
         if answer is None:
             return
-        story = self._story_page()
-        story.show_result(answer)
+        result_view = self._get_result_view()
+        result_view.show_result(answer)
         had_focus = self.isVisible()
-        self.stack.setCurrentWidget(story)
+        self.stack.setCurrentWidget(result_view)
         if had_focus:
-            story.begin()
+            result_view.begin()
         else:
             words = answer.discrepancy.why or tr("The search has ended.")
             self._banner.show_result(words, tr("Look (F5)"), self.show_requested.emit)
@@ -287,13 +293,13 @@ class GapPage(JobPage):
         work = BackgroundJob(tr("Flying the virtual aircraft"), run, self)
         self._trial = work
         work.progressed.connect(self._show_progress)
-        work.done.connect(self._flown)
+        work.done.connect(self._search_trial_flight)
         work.canceled.connect(lambda: self._ended("stopped"))
         work.failed.connect(self._trial_failed)
         work.start()
         self._show_began(work.title)
 
-    def _flown(self, folder: Path) -> None:
+    def _search_trial_flight(self, folder: Path) -> None:
         from ui.virtual_flight_simulation import BASELINE_MODEL, SIMULATED_AIRCRAFT
 
         self._ended("flown")
@@ -301,28 +307,28 @@ class GapPage(JobPage):
 
     def _trial_failed(self, error: BaseException) -> None:
         self._ended("failed")
-        self._faults.report(error)
+        self._error_reporter.report(error)
 
     # Decisions
 
     def refuse_effect(self) -> None:
         """Search again without the effect that is looked at."""
         answer = self.search.answer
-        if self.story is None or answer is None:
+        if self.result_view is None or answer is None:
             return
-        effect = self.story.chosen_effect
+        effect = self.result_view.chosen_effect
         if effect:
             self.search.refuse(effect, answer.title(effect))
 
     def force_effect(self) -> None:
         """Ask for an effect and search again with it in the model."""
         answer = self.search.answer
-        if self.story is None or answer is None:
+        if self.result_view is None or answer is None:
             return
         from ui.gap.force_effect_dialog import ForceEffectDialog
         from ui.gap.gap_view_models import list_forceable_effects
 
-        choices = list_forceable_effects(answer, self.story.selection.step)
+        choices = list_forceable_effects(answer, self.result_view.selection.step)
         dialog = ForceEffectDialog(self._look, choices, self)
         if dialog.exec() and dialog.selected_effect is not None:
             self.search.force(dialog.selected_effect.effect, dialog.selected_effect.title)
@@ -331,12 +337,12 @@ class GapPage(JobPage):
 
     def save_model(self) -> None:
         """Ask for a file and save the model of the step that is looked at."""
-        answer, story = self.search.answer, self.story
-        if answer is None or story is None:
+        answer, result_view = self.search.answer, self.result_view
+        if answer is None or result_view is None:
             return
         from gsapp.dynamics.model import save_model
 
-        model = answer.discrepancy.steps[story.selection.step].model
+        model = answer.discrepancy.steps[result_view.selection.step].model
         start = (
             initial_dialog_folder(self._store.current)
             / f"{sanitize_file_name(model.name) or 'model'}.toml"

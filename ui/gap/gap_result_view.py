@@ -127,17 +127,17 @@ class GapResultView(QScrollArea):
         page = _ScrollContent(look)
         self.setWidget(page)
         self._column = QVBoxLayout(page)
-        self._column.addLayout(self._head())
-        self._column.addWidget(self._way())
-        self.chapters: dict[str, StageView] = {}
+        self._column.addLayout(self._create_header())
+        self._column.addWidget(self._create_navigation())
+        self.stages: dict[str, StageView] = {}
         self._next = QTimer(self)
         self._next.setSingleShot(True)
         self._next.timeout.connect(self._complete)
-        self.chapter = ""
+        self.stage = ""
         look.changed.connect(self._restyle)
         self._restyle()
 
-    def _head(self) -> QVBoxLayout:
+    def _create_header(self) -> QVBoxLayout:
         head = QVBoxLayout()
         row = QHBoxLayout()
         row.setSpacing(self._look.px(10))
@@ -158,19 +158,19 @@ class GapResultView(QScrollArea):
         head.addWidget(self.about)
         return head
 
-    def _way(self) -> QWidget:
+    def _create_navigation(self) -> QWidget:
         holder = QWidget()
-        self._way_box = QBoxLayout(QBoxLayout.Direction.LeftToRight, holder)
-        self._way_box.setContentsMargins(0, 0, 0, 0)
+        self._navigation_box = QBoxLayout(QBoxLayout.Direction.LeftToRight, holder)
+        self._navigation_box.setContentsMargins(0, 0, 0, 0)
         chapters = QWidget()
         row = QHBoxLayout(chapters)
         row.setContentsMargins(0, 0, 0, 0)
         row.setSpacing(self._look.px(4))
         self.buttons: dict[str, QPushButton] = {}
         self._group = ExclusiveButtonGroup(self)
-        for number, chapter in enumerate(GAP_STAGES, start=1):
-            action = self._actions[f"gap_{chapter.id}"]
-            title, question = tr(chapter.title), tr(chapter.question)
+        for number, stage in enumerate(GAP_STAGES, start=1):
+            action = self._actions[f"gap_{stage.id}"]
+            title, question = tr(stage.title), tr(stage.question)
             button = QPushButton(f"{number}  {title}")
             button.setCheckable(True)
             key = shortcut_text(action.shortcut().toString())
@@ -180,21 +180,21 @@ class GapResultView(QScrollArea):
                 )
             )
             button.setToolTip(f"{question} ({key})")
-            button.clicked.connect(lambda _checked=False, name=chapter.id: self.go_to_stage(name))
+            button.clicked.connect(lambda _checked=False, name=stage.id: self.go_to_stage(name))
             self._group.add_button(button)
             row.addWidget(button)
-            self.buttons[chapter.id] = button
-        self._way_box.addWidget(chapters)
+            self.buttons[stage.id] = button
+        self._navigation_box.addWidget(chapters)
         self.track = StepSlider(self._look)
-        self.track.valueChanged.connect(self._slid)
-        self._way_box.addWidget(self.track, 1)
+        self.track.valueChanged.connect(self._slider_moved)
+        self._navigation_box.addWidget(self.track, 1)
         return holder
 
     # The four steps
 
-    def _chapter(self, name: str) -> StageView:
+    def _get_stage(self, name: str) -> StageView:
         """Return one of the four steps, made when it is first wanted."""
-        if name not in self.chapters:
+        if name not in self.stages:
             look, actions = self._look, self._actions
             kinds: Mapping[str, Callable[[], StageView]] = {
                 "find": lambda: FindStage(look),
@@ -207,14 +207,14 @@ class GapResultView(QScrollArea):
             view.selection_requested.connect(self._choose)
             view.hide()
             self._column.addWidget(view, 1)
-            self.chapters[name] = view
-        return self.chapters[name]
+            self.stages[name] = view
+        return self.stages[name]
 
     def _complete(self) -> None:
         """Make the steps that nobody asked for yet, one at a time, so that nothing waits long."""
-        missing = [one.id for one in GAP_STAGES if one.id not in self.chapters]
+        missing = [one.id for one in GAP_STAGES if one.id not in self.stages]
         if missing:
-            self._chapter(missing[0])
+            self._get_stage(missing[0])
             self._next.start(_CREATE_INTERVAL_MS)
 
     # What is shown
@@ -231,13 +231,13 @@ class GapResultView(QScrollArea):
                 answer, variable=settings.gap_variable, channel=settings.gap_channel
             )
             self._moved = self._chose = self._tuned = False
-        self._tell()
-        if self.chapter and former is not None and former.request == answer.request:
+        self._show_verdict()
+        if self.stage and former is not None and former.request == answer.request:
             self.set_selection(self.selection)
         else:
             self.go_to_stage("find", focus=False)
 
-    def _tell(self) -> None:
+    def _show_verdict(self) -> None:
         answer = self.answer
         if answer is None:
             return
@@ -250,7 +250,7 @@ class GapResultView(QScrollArea):
         """Look at what the crew chose."""
         former = self.selection
         self._chose |= selection.maneuver != former.maneuver
-        if self.chapter == "show" and selection.channel != former.channel:
+        if self.stage == "show" and selection.channel != former.channel:
             self._tuned = True
             self._store.change(gap_channel=selection.channel)
         if selection.variable != former.variable:
@@ -263,15 +263,15 @@ class GapResultView(QScrollArea):
             return
         self.selection = nearest_valid_selection(self.answer, selection)
         self.track.show_steps(list_model_names(self.answer), self.selection.step)
-        self.chapters[self.chapter].show_result(self.answer, self.selection)
+        self.stages[self.stage].show_result(self.answer, self.selection)
         self.step_changed.emit()
 
-    def go_to_stage(self, chapter: str, *, focus: bool = True) -> None:
+    def go_to_stage(self, stage: str, *, focus: bool = True) -> None:
         """Go to one of the four steps."""
         if self.answer is None:
             return
         last = len(self.answer.discrepancy.steps) - 1
-        if chapter == "show":
+        if stage == "show":
             # The story's end shows what was won, unless the crew chose something itself.
             if not self._moved and self.selection.step == 0:
                 self.selection = replace(self.selection, step=last)
@@ -279,25 +279,25 @@ class GapResultView(QScrollArea):
                 self.selection = replace(self.selection, maneuver=kept)
             if not self._tuned and (name := find_most_closed_channel(self.answer)):
                 self.selection = replace(self.selection, channel=name)
-        self.chapter = chapter
-        self._chapter(chapter)
+        self.stage = stage
+        self._get_stage(stage)
         self._next.start(_CREATE_INTERVAL_MS)
-        for name, view in self.chapters.items():
-            view.setVisible(name == chapter)
-        self.buttons[chapter].setChecked(True)
+        for name, view in self.stages.items():
+            view.setVisible(name == stage)
+        self.buttons[stage].setChecked(True)
         self.set_selection(self.selection)
         self.verticalScrollBar().setValue(0)
         if focus:
-            self.chapters[chapter].begin()
+            self.stages[stage].begin()
 
     def begin(self) -> None:
         """Put the keyboard into the step that is shown."""
-        if self.chapter:
-            self.chapters[self.chapter].begin()
+        if self.stage:
+            self.stages[self.stage].begin()
 
     # Moving
 
-    def _slid(self, step: int) -> None:
+    def _slider_moved(self, step: int) -> None:
         self._moved = True
         self.set_selection(replace(self.selection, step=step))
 
@@ -327,7 +327,7 @@ class GapResultView(QScrollArea):
         """Return the effect that a decision would be about; empty for none."""
         if self.answer is None:
             return ""
-        view = self.chapters.get(self.chapter)
+        view = self.stages.get(self.stage)
         if isinstance(view, NameStage) and view.candidate:
             return view.candidate
         if isinstance(view, AddStage) and view.selected_effect:
@@ -347,8 +347,8 @@ class GapResultView(QScrollArea):
         look = self._look
         wide = self.viewport().width() >= look.px(_ONE_ROW_WIDTH)
         side, down = QBoxLayout.Direction.LeftToRight, QBoxLayout.Direction.TopToBottom
-        self._way_box.setDirection(side if wide else down)
-        self._way_box.setSpacing(look.px(24 if wide else 8))
+        self._navigation_box.setDirection(side if wide else down)
+        self._navigation_box.setSpacing(look.px(24 if wide else 8))
 
     def _restyle(self) -> None:
         look = self._look
@@ -358,6 +358,6 @@ class GapResultView(QScrollArea):
         for button in self.buttons.values():
             button.setMinimumHeight(look.px(36))
         self._fit()
-        self._tell()
+        self._show_verdict()
         if self.answer is not None:
             self.set_selection(self.selection)

@@ -28,7 +28,7 @@ class GapSearch(QObject):
 
     Parameters
     ----------
-    engine : JobRunner
+    job_runner : JobRunner
         Does the work.
 
     Attributes
@@ -53,14 +53,14 @@ class GapSearch(QObject):
 
     def __init__(
         self,
-        engine: JobRunner,
+        job_runner: JobRunner,
         report_error: Callable[[BaseException], None],
         parent: QObject | None = None,
     ) -> None:
         super().__init__(parent)
-        self._engine = engine
+        self._job_runner = job_runner
         self._report_error = report_error
-        self._work: BackgroundJob | None = None
+        self._job: BackgroundJob | None = None
         self.answer: SearchResult | None = None
         self._decision = ""
         self.undo_stack = UndoStack(self)
@@ -69,12 +69,12 @@ class GapSearch(QObject):
     @property
     def running(self) -> bool:
         """Return whether something is being done."""
-        return self._work is not None and self._work.is_running
+        return self._job is not None and self._job.is_running
 
     @property
     def title(self) -> str:
         """Return what is being done, or was last."""
-        return self._work.title if self._work is not None else ""
+        return self._job.title if self._job is not None else ""
 
     def search(self, request: GapRequest) -> None:
         """Search flights from the beginning."""
@@ -116,13 +116,13 @@ class GapSearch(QObject):
 
     def cancel(self) -> None:
         """Stop what runs; what was known before stays."""
-        if self._work is not None:
-            self._work.cancel()
+        if self._job is not None:
+            self._job.cancel()
 
     def close(self) -> None:
         """Stop everything, as the window closes."""
         self.cancel()
-        self._engine.close()
+        self._job_runner.close()
 
     def _look(
         self, request: GapRequest, decisions: EffectDecisions, title: str, decision: str
@@ -134,10 +134,10 @@ class GapSearch(QObject):
 
     def _start(self, title: str, job: GapJob, done: Callable[[object], None]) -> None:
         def run(progress: JobProgress) -> object:
-            return self._engine.do(job, progress)
+            return self._job_runner.do(job, progress)
 
         work = BackgroundJob(title, run, self)
-        self._work = work
+        self._job = work
         work.progressed.connect(self.progressed)
         work.done.connect(done)
         work.canceled.connect(lambda: self.ended.emit("cancelled"))

@@ -113,7 +113,8 @@ class DisagreementMapView(FittedTableView):
         row = self.row_model.find_row(maneuver)
         if row < 0 or coefficient not in self.row_model.titles:
             return None
-        return self.row_model.rows[row].value[self.row_model.titles.index(coefficient)]
+        cells: Sequence[MapCell] = self.row_model.rows[row].value
+        return cells[self.row_model.titles.index(coefficient)]
 
     def _current_changed(self, current: ModelIndex) -> None:
         if not self._is_quiet and current.isValid():

@@ -26,18 +26,23 @@ from ui.gap.gap_text import (
     join_with_and,
     maneuver_text,
     noise_ratio_text,
-    number_text,
     observability_text,
     p_value_text,
     parameter_text,
-    percent_text,
     region_text,
     sigma_text,
     signed_number_text,
 )
 from ui.gap.search_request import SearchResult
-from ui.number_format import DASH, clock_text, symbol_text, value_to_std_digits
+from ui.number_format import (
+    DASH,
+    clock_text,
+    number_text,
+    percent_text,
+    symbol_text,
+    value_to_std_digits,
 from ui.translation import tr
+)
 from ui.widgets.row_model import CellFormat, TableRow
 
 NO_BREAK_SPACE = "\N{NO-BREAK SPACE}"

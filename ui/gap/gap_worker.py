@@ -96,7 +96,7 @@ class GapJobHandler:
     """
 
     def __init__(self, tell: JobProgressCallback, prepare: PrepareSearch) -> None:
-        self._tell = tell
+        self._report_progress = tell
         self._prepare = prepare
         self._request: GapRequest | None = None
         self._search: PreparedSearch | None = None
@@ -124,7 +124,9 @@ class GapJobHandler:
             self._request = job.request
 
         def step(progress: SearchProgress) -> bool:
-            self._tell(_READ_SHARE + (1.0 - _READ_SHARE) * progress.share, progress.activity)
+            self._report_progress(
+                _READ_SHARE + (1.0 - _READ_SHARE) * progress.share, progress.activity
+            )
             return True
 
         settings = DiscrepancySettings(
@@ -156,7 +158,7 @@ class GapJobHandler:
 
         def doing(words: str) -> None:
             nonlocal done
-            self._tell(_READ_SHARE * done / steps, words)
+            self._report_progress(_READ_SHARE * done / steps, words)
             done += 1
 
         doing(QT_TR_NOOP("starting"))
@@ -190,7 +192,7 @@ class GapJobHandler:
         return search
 
     def _write(self, job: GapReportJob) -> Path:
-        self._tell(None, QT_TR_NOOP("drawing the figures"))
+        self._report_progress(None, QT_TR_NOOP("drawing the figures"))
         return write_gap_report(job)
 
 

@@ -85,7 +85,8 @@ class NameStage(StageView):
         self.ranking.show_rows(rows)
         self.ranking.setVisible(bool(rows))
         self._show_observability()
-        self._show_effect(self.ranking.current_key() or (found.effect if found is not None else ""))
+        current = self.ranking.current_key() or (found.effect if found is not None else "")
+        self._show_effect(str(current))
         same = build_alternative_rows(answer, self.look.units)
         self.same.setVisible(bool(same))
         self.alternatives.show_paragraphs(

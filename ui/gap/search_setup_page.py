@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from PySide6.QtCore import Qt, Signal
@@ -77,7 +77,7 @@ class SearchSetupPage(CenteredPage):
                 wrap=True,
             )
         )
-        self.column.addWidget(self._story())
+        self.column.addWidget(self._create_stage_overview())
         self.column.addSpacing(look.px(8))
         self.column.addWidget(create_label(tr("Flights"), "heading"))
         self.paths: tuple[Path, ...] = ()
@@ -145,32 +145,32 @@ class SearchSetupPage(CenteredPage):
             if path_kind(path) != "missing":
                 self._append(Path(path))
         self._read_models()
-        self.flights.row_changed.connect(self._judge)
+        self.flights.row_changed.connect(self._update_state)
         self.flights.deleted.connect(self._remove)
         look.changed.connect(self._rescale)
-        self._judge()
+        self._update_state()
 
-    def _button(self, words: str, act: object) -> QPushButton:
+    def _button(self, words: str, act: Callable[[], object]) -> QPushButton:
         button = QPushButton(words)
         button.setAccessibleName(words.rstrip("…"))
         button.clicked.connect(lambda _checked=False: act())
         return button
 
-    def _story(self) -> QWidget:
+    def _create_stage_overview(self) -> QWidget:
         card = QFrame()
         card.setObjectName("card")
         grid = QGridLayout(card)
         grid.setContentsMargins(16, 12, 16, 12)
         grid.setHorizontalSpacing(16)
         grid.setColumnStretch(1, 1)
-        for row, chapter in enumerate(GAP_STAGES):
+        for row, stage in enumerate(GAP_STAGES):
             grid.addWidget(
-                create_label(f"{row + 1}  {tr(chapter.title)}", "strong"),
+                create_label(f"{row + 1}  {tr(stage.title)}", "strong"),
                 row,
                 0,
                 Qt.AlignmentFlag.AlignTop,
             )
-            grid.addWidget(create_label(tr(_STAGE_DESCRIPTIONS[chapter.id]), wrap=True), row, 1)
+            grid.addWidget(create_label(tr(_STAGE_DESCRIPTIONS[stage.id]), wrap=True), row, 1)
         return card
 
     def _read_models(self) -> None:
@@ -199,7 +199,7 @@ class SearchSetupPage(CenteredPage):
         """List a flight; one that is listed already is left where it is."""
         if path.absolute() not in [known.absolute() for known in self.paths]:
             self._append(path)
-        self._judge()
+        self._update_state()
 
     def set_open_flight(self, path: Path | None) -> None:
         """Say which flight is open in the window; the first one of all is listed by itself."""
@@ -208,7 +208,7 @@ class SearchSetupPage(CenteredPage):
         self._open = path
         if path is not None and not self.paths:
             self._append(path)
-        self._judge()
+        self._update_state()
 
     def show_state(self, *, busy: bool, answered: bool) -> None:
         """Say whether a search runs, and whether there is an answer to go back to."""
@@ -217,7 +217,7 @@ class SearchSetupPage(CenteredPage):
             self.flights.setFocus()
         self._busy = busy
         self.back.setVisible(answered)
-        self._judge()
+        self._update_state()
 
     def _append(self, path: Path) -> None:
         self._show_paths((*self.paths, path))
@@ -248,9 +248,9 @@ class SearchSetupPage(CenteredPage):
     def _remove(self) -> None:
         chosen = self.flights.current_key()
         self._show_paths([path for path in self.paths if path != chosen])
-        self._judge()
+        self._update_state()
 
-    def _judge(self) -> None:
+    def _update_state(self) -> None:
         paths = self.paths
         self.flights.setVisible(bool(paths))
         listed = [path.absolute() for path in paths]
@@ -290,7 +290,7 @@ class SearchSetupPage(CenteredPage):
     def _rescale(self) -> None:
         self.search.setMinimumHeight(self._look.px(44))
         self.back.setMinimumHeight(self._look.px(44))
-        self._judge()
+        self._update_state()
 
     # The question
 
@@ -321,7 +321,7 @@ class SearchSetupPage(CenteredPage):
             place = field.findData(value)
             if place >= 0:
                 field.setCurrentIndex(place)
-        self._judge()
+        self._update_state()
         self.request_search()
 
     def begin(self) -> None:

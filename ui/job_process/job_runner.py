@@ -90,7 +90,7 @@ class ProcessJobRunner:
                 connection.send(job)
                 while True:
                     tell(share, words)
-                    if not self._has_word(connection):
+                    if not self._has_message(connection):
                         continue
                     told = connection.recv()
                     if told.kind == "doing":
@@ -98,7 +98,7 @@ class ProcessJobRunner:
                     else:
                         return _result(told)
             except JobCanceledError:
-                self._halt(connection)
+                self._stop_job(connection)
                 raise
             except (EOFError, OSError) as error:
                 code = self._ended()
@@ -123,7 +123,7 @@ class ProcessJobRunner:
         self._connection = ours
         return ours
 
-    def _has_word(self, connection: Connection) -> bool:
+    def _has_message(self, connection: Connection) -> bool:
         if connection.poll(_POLL_SECONDS):
             return True
         # On Windows the pipe of a process that dies before it took its end does not break.
@@ -132,7 +132,7 @@ class ProcessJobRunner:
             raise EOFError
         return False
 
-    def _halt(self, connection: Connection) -> None:
+    def _stop_job(self, connection: Connection) -> None:
         """Let the process stop the job and keep what it prepared; end it if it does not obey."""
         if self._stop is not None:
             self._stop.set()

@@ -253,6 +253,7 @@ def _build_verdict(
 
 
 def _build_trim(trim: TrimCue | None, cues: CueSnapshot, units: str) -> _StatusDisplay:
+    hints: tuple[Hint, ...] = ()
     if trim is None:
         hints = (Hint(text=tr("waiting for the first samples")),)
         return _StatusDisplay(word=tr("NO CUE"), sign="unknown", tone="unknown", hints=hints)
@@ -263,7 +264,6 @@ def _build_trim(trim: TrimCue | None, cues: CueSnapshot, units: str) -> _StatusD
         if one.tolerance_ratio > 1.0
     )
     wanted = cues.card.text if cues.card is not None else ""
-    hints: tuple[Hint, ...] = ()
     ring = None
     if trim.state == "blind":
         hints = tuple(Hint(text=words) for words in trim.limitations)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Final
 
+import numpy as np
 from PySide6.QtWidgets import QGridLayout, QWidget
 
 from gsapp.excitation.debrief_maneuver import EvaluatedManeuver
@@ -56,11 +57,11 @@ class ManeuverCharts(QWidget):
 
     def _draw_surface(self, chart: AnalysisPlot, judged: EvaluatedManeuver, name: str) -> None:
         values = judged.curves.series[name]
-        moved = self._shown(name, values - values[0])
+        moved = self._to_display(name, values - values[0])
         bands = []
         wanted = None if judged.target_input is None else judged.target_input.amplitudes.get(name)
         if wanted is not None:
-            low, high = (float(self._shown(name, end)) for end in (wanted.low, wanted.high))
+            low, high = self._to_display(name, np.array([wanted.low, wanted.high])).tolist()
             bands = [
                 PlotBand(low=low, high=high, name=tr("wanted"), is_target=True),
                 PlotBand(low=-high, high=-low, is_target=True),
@@ -81,7 +82,7 @@ class ManeuverCharts(QWidget):
         curves = [
             PlotCurve(
                 x=judged.curves.times,
-                y=self._shown(name, judged.curves.series[name]),
+                y=self._to_display(name, judged.curves.series[name]),
                 color=trace_color(name),
                 name=symbol_text(channel(name).symbol),
             )
@@ -109,6 +110,6 @@ class ManeuverCharts(QWidget):
     def _unit(self, name: str) -> str:
         return unit_text(channel(name).display_unit(self._look.units))
 
-    def _shown(self, name: str, values: FloatArray | float) -> FloatArray:
+    def _to_display(self, name: str, values: FloatArray) -> FloatArray:
         spec = channel(name)
         return from_si(values, spec.display_unit(self._look.units), spec.quantity)

@@ -33,9 +33,9 @@ class DebriefController(QObject):
         Colors, sizes, units.
     store : SettingsStore
         Says where flights lie, and their catalog.
-    faults : ErrorReporter
+    error_reporter : ErrorReporter
         Where errors go.
-    desk : FlightController
+    controller : FlightController
         The open flight.
     cues : FlightCues
         Its cues.
@@ -57,16 +57,16 @@ class DebriefController(QObject):
         place: QWidget,
         look: DisplayStyle,
         store: SettingsStore,
-        faults: ErrorReporter,
-        desk: FlightController,
+        error_reporter: ErrorReporter,
+        controller: FlightController,
         cues: FlightCues,
         commands: Sequence[QAction],
     ) -> None:
         super().__init__(place)
         self._look = look
         self._store = store
-        self._faults = faults
-        self._desk = desk
+        self._error_reporter = error_reporter
+        self._controller = controller
         self._cues = cues
         self._commands = tuple(commands)
         self.page: DebriefPage | None = None
@@ -101,13 +101,13 @@ class DebriefController(QObject):
         try:
             self.page.show_trends(load_trends(catalog_path(self._store.current)))
         except GroundStationError as error:
-            self._faults.report(error)
+            self._error_reporter.report(error)
 
     def store(self) -> None:
         """Write the debrief into the catalog, in the background."""
         from ui.pilot.debrief_storage import save_debrief
 
-        session, debrief = self._desk.session, self._cues.debrief()
+        session, debrief = self._controller.session, self._cues.debrief()
         if session is None or debrief is None:
             return
         catalog, path = catalog_path(self._store.current), session.path
@@ -118,8 +118,8 @@ class DebriefController(QObject):
             self,
         )
         work.done.connect(lambda _catalog: self.read_trends())
-        work.failed.connect(self._faults.report)
-        self._desk.job_started.emit(
+        work.failed.connect(self._error_reporter.report)
+        self._controller.job_started.emit(
             work,
             tr("Debrief of {name} is in {catalog}.").format(name=session.name, catalog=catalog),
         )

@@ -71,13 +71,13 @@ class DebriefPage(QWidget):
         self.list.current_item_changed.connect(lambda _key: self._show_maneuver())
         self.list.item_activated.connect(lambda _key: self.focus_maneuver())
         self._row.addWidget(self.list, 2)
-        self.scroll = QScrollArea()
-        self.scroll.setProperty("role", "read")
-        self.scroll.setWidgetResizable(True)
-        self.scroll.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
-        self.scroll.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
-        self.scroll.setAccessibleName(tr("The maneuver, the cards, the flights"))
-        self._row.addWidget(self.scroll, 3)
+        self.scroll_area = QScrollArea()
+        self.scroll_area.setProperty("role", "read")
+        self.scroll_area.setWidgetResizable(True)
+        self.scroll_area.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        self.scroll_area.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
+        self.scroll_area.setAccessibleName(tr("The maneuver, the cards, the flights"))
+        self._row.addWidget(self.scroll_area, 3)
         body = QWidget()
         body.setObjectName("page")
         self._column = QVBoxLayout(body)
@@ -89,7 +89,7 @@ class DebriefPage(QWidget):
         for part in (self.title, self.why, self.charts, self.cards, self.trends):
             self._column.addWidget(part)
         self._column.addStretch(1)
-        self.scroll.setWidget(body)
+        self.scroll_area.setWidget(body)
         look.changed.connect(self._restyle)
         self._restyle()
 
@@ -166,7 +166,7 @@ class DebriefPage(QWidget):
         """Go from the list to the maneuver; Esc comes back."""
         self._reading = True
         self._fit()
-        self.scroll.setFocus()
+        self.scroll_area.setFocus()
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         super().resizeEvent(event)
@@ -175,10 +175,10 @@ class DebriefPage(QWidget):
     def _fit(self) -> None:
         wide = self.width() >= self._look.px(_SIDE_BY_SIDE_WIDTH)
         self.list.setVisible(wide or not self._reading)
-        self.scroll.setVisible(wide or self._reading)
+        self.scroll_area.setVisible(wide or self._reading)
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        bar = self.scroll.verticalScrollBar()
+        bar = self.scroll_area.verticalScrollBar()
         steps: dict[Qt.Key, Callable[[], int]] = {
             Qt.Key.Key_Down: lambda: self._look.px(_SCROLL_STEP),
             Qt.Key.Key_Up: lambda: -self._look.px(_SCROLL_STEP),

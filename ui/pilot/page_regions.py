@@ -83,7 +83,7 @@ def compute_regions(width: float, height: float, scale: float) -> PageRegions:
     gap = _MARGIN * min(width, 1.6 * height)
     inner = QRectF(gap, gap, width - 2 * gap, height - 2 * gap)
     free = inner.height() - gap * (len(_ROW_SHARES) - 1)
-    shares = _ROW_SHARES
+    shares: tuple[float, ...] = _ROW_SHARES
     if _ROW_SHARES[-1] * free < _LINE_SPACING * SMALL_FONT_SIZE * scale:
         # What can be read from afar has its room before what cannot.
         shares = _ROW_SHARES[:-1]

@@ -62,11 +62,11 @@ class PilotPageState:
             monitored_fraction=self._cues.monitored_fraction(),
             dismissed_verdict_id=self._dismissed,
             browsed_card=self._choosing.browsed_card(self._cues.cards),
-            target_input=self._wanted(),
+            target_input=self._target_input(),
         )
         return self._calm.limit(build_cue_display(reading))
 
-    def _wanted(self) -> TargetInput | None:
+    def _target_input(self) -> TargetInput | None:
         """Return what was wanted of the input whose verdict is on the page."""
         standing = self.shown_verdict_id
         debrief = self._cues.debrief() if standing else None

@@ -45,9 +45,9 @@ class PilotPage(WindowPage):
         Colors, sizes, units.
     store : SettingsStore
         Remembers the second window, and whether cues are spoken.
-    faults : ErrorReporter
+    error_reporter : ErrorReporter
         Where errors go.
-    desk : FlightController
+    controller : FlightController
         The open flight.
     voice : Voice
         Is heard.
@@ -71,22 +71,22 @@ class PilotPage(WindowPage):
         actions: Mapping[str, QAction],
         look: DisplayStyle,
         store: SettingsStore,
-        faults: ErrorReporter,
-        desk: FlightController,
+        error_reporter: ErrorReporter,
+        controller: FlightController,
         voice: Voice,
     ) -> None:
         super().__init__(tr("Pilot"), actions, look, store)
-        self._desk = desk
-        self.cues = FlightCues(desk)
+        self._controller = controller
+        self.cues = FlightCues(controller)
         self.state = PilotPageState(self.cues)
         self.speech = FlightSpeech(voice)
-        self.training = TrainingFlight(desk)
+        self.training = TrainingFlight(controller)
         self.own_window = PilotWindowController(self, actions, self._page_handlers, look, store)
         self.debrief = DebriefController(
-            self, look, store, faults, desk, self.cues,
+            self, look, store, error_reporter, controller, self.cues,
             [actions["pilot_charts"], actions["pilot_keep"]],
         )  # fmt: skip
-        self._looked = 0.0
+        self._refreshed_at = 0.0
         self._was_opened = False
         self._units = look.units
         self._present: tuple[CommandRequirement, ...] = ()
@@ -100,9 +100,9 @@ class PilotPage(WindowPage):
         self._capture = StickKeyFilter(self.training, self.canvas)
         self.training.changed.connect(self._training_changed)
         self.own_window.changed.connect(self.refresh)
-        desk.changed.connect(self._flight_changed)
-        desk.frame_requested.connect(lambda _until: self._samples_came())
-        desk.refreshed.connect(self.refresh)
+        controller.changed.connect(self._flight_changed)
+        controller.frame_requested.connect(lambda _until: self._refresh_limited())
+        controller.refreshed.connect(self.refresh)
         look.changed.connect(self._restyle)
 
     # Commands
@@ -232,7 +232,7 @@ class PilotPage(WindowPage):
         super().hideEvent(event)
         self._present = self.present
 
-    def _tell_present(self) -> None:
+    def _update_present(self) -> None:
         """Say so where other commands are of use than a moment ago."""
         present = self.present
         if present != self._present:
@@ -260,14 +260,14 @@ class PilotPage(WindowPage):
             self.cues.set_units(self._units)
         self.refresh()
 
-    def _samples_came(self) -> None:
+    def _refresh_limited(self) -> None:
         """Look at the cues as soon as samples came, but not at every one."""
-        if time.monotonic() - self._looked >= MIN_REFRESH_INTERVAL:
+        if time.monotonic() - self._refreshed_at >= MIN_REFRESH_INTERVAL:
             self.refresh()
 
     def refresh(self) -> None:
         """Show and say what the cues are now."""
-        self._looked = time.monotonic()
+        self._refreshed_at = time.monotonic()
         second, aloud = self.own_window.window, self.is_speech_enabled
         watched = self.shown or second is not None
         # A flight that nobody watches here costs nothing.
@@ -284,7 +284,7 @@ class PilotPage(WindowPage):
         if self.shown:
             if self.is_debrief_shown:
                 self.debrief.refresh(None if cues is None else cues.event_count)
-            self._tell_present()
+            self._update_present()
             self.buttons.show_actions(
                 build_page_actions(
                     self._actions,

@@ -56,7 +56,7 @@ class PilotWindow(QWidget):
         here = other or main.screen()
         room = here.availableGeometry()
         # In the middle: at its edge the title bar would stand beyond the screen.
-        place = QRect(QPoint(), _WINDOW_SHARE * room.size())
+        place = QRect(QPoint(), room.size() * _WINDOW_SHARE)
         place.moveCenter(room.center())
         self.setGeometry(place)
         if other is not None:

@@ -31,11 +31,11 @@ class FlightSpeech:
 
     def __init__(self, voice: Voice) -> None:
         self._voice = voice
-        self._heard = 0
+        self._spoken_count = 0
 
     def restart(self, spoken: Sequence[Announcement] = ()) -> None:
         """Begin with another flight; what was to be heard of it before is not said."""
-        self._heard = len(spoken)
+        self._spoken_count = len(spoken)
         self._voice.set_quiet(False)
 
     def speak_new_cues(
@@ -52,9 +52,9 @@ class FlightSpeech:
         aloud : bool
             Whether cues are spoken now.
         """
-        if len(spoken) < self._heard:
-            self._heard = 0  # a replay went back
-        new, self._heard = spoken[self._heard :], len(spoken)
+        if len(spoken) < self._spoken_count:
+            self._spoken_count = 0  # a replay went back
+        new, self._spoken_count = spoken[self._spoken_count :], len(spoken)
         under_way = cues.input_in_progress if aloud and cues is not None else None
         self._voice.set_quiet(under_way is not None and under_way.phase == "hands-off")
         if not aloud or cues is None or cues.time is None:

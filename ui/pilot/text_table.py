@@ -35,7 +35,7 @@ class TextTable(QWidget):
         self._rows: tuple[tuple[str, ...], ...] | None = None
         self._stretch = stretch
         self.setAccessibleName(title)
-        column = QVBoxLayout(self)
+        self._column = column = QVBoxLayout(self)
         column.setContentsMargins(0, 0, 0, 0)
         column.addWidget(create_label(title, "heading", wrap=True))
         self.none = create_label("", "muted", wrap=True)
@@ -70,7 +70,7 @@ class TextTable(QWidget):
                 )
                 grid.addWidget(cell, line, place, Qt.AlignmentFlag.AlignTop)
         holder.setVisible(bool(made))
-        self.layout().replaceWidget(self._holder, holder)
+        self._column.replaceWidget(self._holder, holder)
         self._holder.hide()
         self._holder.deleteLater()
         self._holder = holder

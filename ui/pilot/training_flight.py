@@ -36,7 +36,7 @@ class TrainingFlight(QObject):
 
     Parameters
     ----------
-    desk : FlightController
+    controller : FlightController
         Records and follows it as it would an aircraft.
 
     Attributes
@@ -45,29 +45,29 @@ class TrainingFlight(QObject):
         The sticks changed hands, or the flight began or ended.
     seed : int
         Same seed, same air.
-    turbulence : float or None
-        Gusts, m/s; None leaves them to the plan.
+    turbulence : float
+        Standard deviation of the gusts, m/s.
     """
 
     changed = Signal()
 
     def __init__(
-        self, desk: FlightController, *, seed: int = 0, turbulence: float | None = 0.0
+        self, controller: FlightController, *, seed: int = 0, turbulence: float = 0.0
     ) -> None:
         super().__init__()
-        self._desk = desk
+        self._controller = controller
         self.seed = seed
         self.turbulence = turbulence
         self.keys = StickKeys()
-        self._flight = VirtualFlightSession(desk, "training", self._launch)
+        self._flight = VirtualFlightSession(controller, "training", self._launch)
         self._size, self._high = _DEFAULT_TRAVEL, True
         self._flies = False
         self._timer = QTimer(self)
         self._timer.setTimerType(Qt.TimerType.PreciseTimer)
         self._timer.setInterval(_PERIOD_MS)
-        self._timer.timeout.connect(self._say_sticks)
-        self._flight.changed.connect(self._began_or_ended)
-        desk.refreshed.connect(self._listen)
+        self._timer.timeout.connect(self._send_sticks)
+        self._flight.changed.connect(self._flight_state_changed)
+        controller.refreshed.connect(self._update_control)
 
     @property
     def running(self) -> bool:
@@ -107,12 +107,12 @@ class TrainingFlight(QObject):
 
     def _launch(self, folder: Path, port: int) -> TrainingProcess:
         """Let it fly, for its own cards where the crew has prepared none."""
-        session = self._desk.session
+        session = self._controller.session
         if session is not None and session.crew_cues.cards is None:
             session.crew_cues.set_cards(load_cards(VIRTUAL_AIRCRAFT))
         return TrainingProcess(folder, port, seed=self.seed, turbulence=self.turbulence)
 
-    def _began_or_ended(self) -> None:
+    def _flight_state_changed(self) -> None:
         if self._flight.process is None:
             self._timer.stop()
             self.keys.release_all()
@@ -121,13 +121,13 @@ class TrainingFlight(QObject):
 
     # Who has it
 
-    def _listen(self) -> None:
+    def _update_control(self) -> None:
         """Hear who has the aircraft, from what it says over the link."""
-        session, aircraft = self._desk.session, self._flight.process
+        session, aircraft = self._controller.session, self._flight.process
         if session is None or aircraft is None:
             return
         if complaint := aircraft.take_error():
-            self._desk.message_posted.emit("warning", complaint)
+            self._controller.message_posted.emit("warning", complaint)
         said = [
             event.text
             for event in session.messages()
@@ -159,12 +159,12 @@ class TrainingFlight(QObject):
     def press(self, key: Qt.Key, *, trim: bool, again: bool) -> None:
         """Take a key that went down."""
         self._do(self.keys.press(key, trim=trim, again=again))
-        self._say_sticks()
+        self._send_sticks()
 
     def release(self, key: Qt.Key) -> None:
         """Take a key that went up."""
         self.keys.release(key)
-        self._say_sticks()
+        self._send_sticks()
 
     def _do(self, doing: StickAction | None) -> None:
         aircraft = self._flight.process
@@ -181,7 +181,7 @@ class TrainingFlight(QObject):
             aircraft.set_rate_switch(high=doing.high)
             self.changed.emit()
 
-    def _say_sticks(self) -> None:
+    def _send_sticks(self) -> None:
         aircraft = self._flight.process
         if aircraft is not None:
             push = self.keys.position

@@ -18,11 +18,11 @@ _DEFAULT_CERTIFICATES = "b777"
 
 
 class CalibrationController:
-    """The shelf of the aircraft at hand, and the way from it into flights.
+    """The calibrations of the current aircraft, and their way into flights.
 
     Parameters
     ----------
-    desk : FlightController
+    controller : FlightController
         The open flight.
     store : SettingsStore
         Remembers which certificates flights are made with.
@@ -31,44 +31,44 @@ class CalibrationController:
     """
 
     def __init__(
-        self, desk: FlightController, store: SettingsStore, practice: PracticeBench
+        self, controller: FlightController, store: SettingsStore, practice: PracticeBench
     ) -> None:
-        self._desk = desk
+        self._controller = controller
         self._store = store
         self._practice = practice
-        self._shelf: CalibrationFolder | None = None
-        self._stale: Path | None = None
+        self._calibrations: CalibrationFolder | None = None
+        self._changed_flight: Path | None = None
 
     @property
     def folder(self) -> CalibrationFolder:
         """Return the calibrations of the aircraft at hand."""
-        name = find_current_aircraft(self._desk.session, self._store.current)
+        name = find_current_aircraft(self._controller.session, self._store.current)
         practices = self._practice.running
         settings = self._store.path
         folder = practice_folder(settings) if practices else calibrations_path(settings)
-        shelf = self._shelf
-        if shelf is None or (shelf.folder, shelf.aircraft) != (folder, name):
+        calibrations = self._calibrations
+        if calibrations is None or (calibrations.folder, calibrations.aircraft) != (folder, name):
             usual = _DEFAULT_CERTIFICATES if practices else self._store.current.calibration
-            shelf = self._shelf = CalibrationFolder(folder, name, usual)
-        return shelf
+            calibrations = self._calibrations = CalibrationFolder(folder, name, usual)
+        return calibrations
 
-    def apply(self, shelf: CalibrationFolder) -> None:
-        """Let flights, the open one and those to come, be made with a shelf's certificates."""
-        if shelf.folder != practice_folder(self._store.path):
-            self._store.change(calibration=str(shelf.write_flight_certificates()))
-        session = self._desk.session
+    def apply(self, calibrations: CalibrationFolder) -> None:
+        """Use these certificates for the open flight and those to come."""
+        if calibrations.folder != practice_folder(self._store.path):
+            self._store.change(calibration=str(calibrations.write_flight_certificates()))
+        session = self._controller.session
         if (
             session is not None
             and session.replay_feed is None
             and path_kind(session.path) == "folder"
-            and shelf is self.folder
-            and shelf.copy_to_flight(session.path)
+            and calibrations is self.folder
+            and calibrations.copy_to_flight(session.path)
         ):
-            self._stale = session.path
+            self._changed_flight = session.path
 
     def reload_flight(self) -> None:
         """Read the open flight with the certificates put in force: as any replay will."""
-        session, stale = self._desk.session, self._stale
-        self._stale = None
+        session, stale = self._controller.session, self._changed_flight
+        self._changed_flight = None
         if session is not None and session.path == stale:
-            self._desk.flight_opener.open_flight(stale)
+            self._controller.flight_opener.open_flight(stale)

@@ -52,6 +52,7 @@ class CalibrationPointRow:
     def accessible_text(self) -> str:
         """Return the row in words."""
         way = DIRECTION_TEXT[self.direction]
+        parts: tuple[str, ...]
         if self.index is None:
             parts = (self.value, way, tr("now") if self.current else tr("pending"))
         else:

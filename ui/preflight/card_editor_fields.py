@@ -8,6 +8,7 @@ from typing import Any, get_args
 from gsapp.flight.cards import CardProgress, CardSet, CardSetProgress, TestCard
 from gsapp.flight.cards.card import CardInputKind
 from gsapp.quantities import SURFACE_NAMES, from_si
+from ui.icons import IndicatorState
 from ui.number_format import count_text, number_text, unit_text
 from ui.preflight.flight_card_fields import CardField
 from ui.translation import QT_TR_NOOP, tr
@@ -104,7 +105,8 @@ def build_card_item(card: TestCard, progress: CardProgress | None, system: str) 
         for name, size in card.amplitudes.items()
     )
     parts = [f"{speed} {unit_text(unit)}", f"{card.kind}", sizes, f"{card.width:g} s"]
-    state, words, note = "plain", count_text(card.repeats, "time"), ""
+    state: IndicatorState = "plain"
+    words, note = count_text(card.repeats, "time"), ""
     if progress is not None:
         words = tr("{good_count} of {repeats}").format(
             good_count=progress.good_count, repeats=card.repeats

@@ -45,7 +45,7 @@ class WeighingForm(FormPart[FlightInfo]):
         self.take = QPushButton(tr("Use as take-off weight"))
         self.take.setAccessibleName(tr("Use the measured weight as take-off weight"))
         set_touch_height(self.take)
-        self.take.clicked.connect(self._take)
+        self.take.clicked.connect(self._apply_weighing)
         self.doubts = FieldMessage()
         for widget in (self.weight, self.words, self.doubts, self.take):
             self._column.addWidget(widget)
@@ -147,7 +147,7 @@ class WeighingForm(FormPart[FlightInfo]):
             self.validate()
             self.edited.emit()
 
-    def _take(self) -> None:
+    def _apply_weighing(self) -> None:
         editor = self._editor
         if editor is None:
             return

@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Mapping
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from PySide6.QtCore import Qt, QTimer
 from PySide6.QtGui import QAction, QKeyEvent, QResizeEvent
@@ -30,6 +31,9 @@ from ui.widgets.action_button import ActionButton
 from ui.widgets.labels import create_label
 from ui.widgets.layout_widgets import create_button_row
 from ui.widgets.status_list import StatusListView
+
+if TYPE_CHECKING:
+    from gsapp.flight.maneuvers import DetectedManeuver
 
 _CARD_FILE_FILTER = QT_TR_NOOP("Test cards (*.toml)")
 _SAVE_MS = 400
@@ -64,26 +68,26 @@ class CardsPage(PreflightStepPage):
         super().__init__(look, tr("Test cards"))
         self._store = store
         self._fail = fail
-        self.book: CardSetModel | None = None
-        self._work: BackgroundJob | None = None
+        self.model: CardSetModel | None = None
+        self._job: BackgroundJob | None = None
         self._searched: float | None = None
-        self._looked = 0.0
+        self._search_clock = 0.0
         self._editing = False
         self._row = QHBoxLayout(self)
-        self._beside = QWidget()
-        self._left = QVBoxLayout(self._beside)
-        self._left.setContentsMargins(0, 0, 0, 0)
+        self._list_panel = QWidget()
+        self._left_column = QVBoxLayout(self._list_panel)
+        self._left_column.setContentsMargins(0, 0, 0, 0)
         self.title = create_label("", "heading", wrap=True)
-        self._left.addWidget(self.title)
-        self.said = FieldMessage()
-        self._left.addWidget(self.said)
+        self._left_column.addWidget(self.title)
+        self.message = FieldMessage()
+        self._left_column.addWidget(self.message)
         changes = ("cards_up", "cards_down", "cards_remove", "cards_add")
         self.list = StatusListView(look, tr("Test cards"), [actions[name] for name in changes])
         self.list.current_item_changed.connect(lambda _key: self._show_card())
-        self.list.move_requested.connect(self.move)
+        self.list.move_requested.connect(self.move_card)
         self.list.delete_requested.connect(self.remove)
         self.list.item_activated.connect(lambda _key: self.edit())
-        self._left.addWidget(self.list, 1)
+        self._left_column.addWidget(self.list, 1)
         buttons = [
             ActionButton(actions[name], words, look)
             for name, words in (
@@ -97,16 +101,16 @@ class CardsPage(PreflightStepPage):
         ]
         for button in buttons:
             set_touch_height(button)
-        self._left.addWidget(create_button_row(look, *buttons))
-        self._row.addWidget(self._beside, 1)
+        self._left_column.addWidget(create_button_row(look, *buttons))
+        self._row.addWidget(self._list_panel, 1)
         self.form = CardEditor(look)
         self.form.edited.connect(self._typed)
-        self.form.editing_finished.connect(self._left_field)
+        self.form.editing_finished.connect(self._field_left)
         self._row.addWidget(self.form, 1)
-        self._later = QTimer(self)
-        self._later.setSingleShot(True)
-        self._later.setInterval(_SAVE_MS)
-        self._later.timeout.connect(self.flush)
+        self._save_timer = QTimer(self)
+        self._save_timer.setSingleShot(True)
+        self._save_timer.setInterval(_SAVE_MS)
+        self._save_timer.timeout.connect(self.flush)
         look.changed.connect(self._restyle)
         self._fit()
 
@@ -116,11 +120,11 @@ class CardsPage(PreflightStepPage):
 
     def _fit(self) -> None:
         px = self.display_style.px
-        self._beside.setVisible(self.is_side_by_side or not self._editing)
+        self._list_panel.setVisible(self.is_side_by_side or not self._editing)
         self.form.setVisible(self.is_side_by_side or self._editing)
         self._row.setContentsMargins(px(16), px(12), 0, px(8))
         self._row.setSpacing(px(8))
-        self._left.setSpacing(px(8))
+        self._left_column.setSpacing(px(8))
 
     @property
     def is_side_by_side(self) -> bool:
@@ -151,8 +155,8 @@ class CardsPage(PreflightStepPage):
         return {
             "cards_add": self.add,
             "cards_remove": self.remove,
-            "cards_up": lambda: self.move(-1),
-            "cards_down": lambda: self.move(1),
+            "cards_up": lambda: self.move_card(-1),
+            "cards_down": lambda: self.move_card(1),
             "cards_open": self.open,
             "cards_save": self.save,
         }
@@ -160,36 +164,36 @@ class CardsPage(PreflightStepPage):
     @property
     def present(self) -> tuple[CommandRequirement, ...]:
         """Return what commands may act on."""
-        if self.book is None or self.book.editor is None:
+        if self.model is None or self.model.editor is None:
             return ()
         return ("cards", "card") if self.list.current_key else ("cards",)
 
-    def set_model(self, books: PreflightModel) -> None:
+    def set_model(self, model: PreflightModel) -> None:
         """Show the cards of another flight."""
         self.flush()
-        self.book = books.cards
-        self.setEnabled(self.book.editor is not None)
+        self.model = model.cards
+        self.setEnabled(self.model.editor is not None)
         self._searched = None
-        self._looked = 0.0
+        self._search_clock = 0.0
         self._show_list()
         self.list.select_row(0)
         self._show_card()
-        self._tell()
+        self._show_status()
 
     def refresh(self) -> None:
         """Look now and then for what was flown, and for what another program wrote."""
-        book = self.book
-        if book is None or book.editor is None:
+        model = self.model
+        if model is None or model.editor is None:
             return
-        if not self._later.isActive() and book.editor.reload_if_changed():
-            self._after()
-        if time.monotonic() - self._looked >= _SEARCH_SECONDS:
+        if not self._save_timer.isActive() and model.editor.reload_if_changed():
+            self._cards_changed()
+        if time.monotonic() - self._search_clock >= _SEARCH_SECONDS:
             self._search()
 
     def _show_list(self) -> None:
-        book = self.book
-        cards = book.cards if book is not None else None
-        if book is None or cards is None:
+        model = self.model
+        cards = model.cards if model is not None else None
+        if model is None or cards is None:
             self.title.setText(tr("Test cards"))
             self.list.set_items(())
             return
@@ -198,7 +202,7 @@ class CardsPage(PreflightStepPage):
         self.title.setText(f"{name}: {count_text(total, 'maneuver')}")
         units = self.display_style.units
         self.list.set_items(
-            [build_card_item(card, book.progress(card.id), units) for card in cards.cards]
+            [build_card_item(card, model.progress(card.id), units) for card in cards.cards]
         )
 
     @property
@@ -207,29 +211,29 @@ class CardsPage(PreflightStepPage):
         return self.list.currentIndex().row()
 
     def _show_card(self) -> None:
-        book = self.book
-        if book is not None and book.editor is not None and self.row >= 0:
-            self.form.show_card(book.editor, self.row)
+        model = self.model
+        if model is not None and model.editor is not None and self.row >= 0:
+            self.form.show_card(model.editor, self.row)
 
-    def _tell(self) -> None:
+    def _show_status(self) -> None:
         """Say what is wrong with the cards, else whose they are."""
-        book = self.book
-        if book is None or book.editor is None:
-            self.said.set_message("" if book is None else book.read_error, "warning")
-        elif book.editor.problems:
-            self.said.set_message(tr("Saved, except the marked fields."), "warning")
-        elif not book.editor.file.is_saved:
-            if self._later.isActive():
-                self.said.set_message(tr("Saving…"))
+        model = self.model
+        if model is None or model.editor is None:
+            self.message.set_message("" if model is None else model.read_error, "warning")
+        elif model.editor.problems:
+            self.message.set_message(tr("Saved, except the marked fields."), "warning")
+        elif not model.editor.file.is_saved:
+            if self._save_timer.isActive():
+                self.message.set_message(tr("Saving…"))
             else:
-                self.said.set_message(tr("Not saved"), "warning")
-        elif not book.editor.file.path.exists():
-            self.said.set_message(tr("Shipped cards; a change makes a copy of your own."))
-        elif book.flown is not None and book.flown.unplanned:
-            beside = count_text(len(book.flown.unplanned), "maneuver")
-            self.said.set_message(tr("Flown outside the cards: {beside}.").format(beside=beside))
+                self.message.set_message(tr("Not saved"), "warning")
+        elif not model.editor.file.path.exists():
+            self.message.set_message(tr("Shipped cards; a change makes a copy of your own."))
+        elif model.flown is not None and model.flown.unplanned:
+            beside = count_text(len(model.flown.unplanned), "maneuver")
+            self.message.set_message(tr("Flown outside the cards: {beside}.").format(beside=beside))
         else:
-            self.said.set_message(tr("Saved"), "good")
+            self.message.set_message(tr("Saved"), "good")
 
     def begin(self) -> None:
         """Put the keyboard into the list."""
@@ -241,95 +245,95 @@ class CardsPage(PreflightStepPage):
 
     def _search(self) -> None:
         """Look in a thread for the maneuvers of the open flight."""
-        book = self.book
-        if book is None or (self._work is not None and self._work.is_running):
+        model = self.model
+        if model is None or (self._job is not None and self._job.is_running):
             return
-        self._looked = time.monotonic()
-        session = book.session
+        self._search_clock = time.monotonic()
+        session = model.session
         now = None if session is None else session.now
-        flight = None if now == self._searched else book.loadable_flight()
+        flight = None if now == self._searched else model.loadable_flight()
         if flight is None:
             return
         self._searched = now
 
-        def run(_progress: JobProgress) -> object:
-            return book.find_maneuvers(flight)
+        def run(_progress: JobProgress) -> tuple[DetectedManeuver, ...]:
+            return model.find_maneuvers(flight)
 
-        def found(maneuvers: object) -> None:
+        def found(maneuvers: tuple[DetectedManeuver, ...]) -> None:
             # Another flight may be open by now.
-            if book.session is session:
-                book.set_maneuvers(maneuvers)
+            if model.session is session:
+                model.set_maneuvers(maneuvers)
                 self._show_list()
-                self._tell()
+                self._show_status()
                 self.changed.emit()
 
-        self._work = BackgroundJob(tr("Looking for maneuvers"), run, self)
-        self._work.done.connect(found)
-        self._work.failed.connect(self._fail)
-        self._work.start()
+        self._job = BackgroundJob(tr("Looking for maneuvers"), run, self)
+        self._job.done.connect(found)
+        self._job.failed.connect(self._fail)
+        self._job.start()
 
     # Typing
 
     def _typed(self) -> None:
-        self._later.start()
-        if self.book is not None:
-            self.book.compare_with_flight()
+        self._save_timer.start()
+        if self.model is not None:
+            self.model.compare_with_flight()
         self._show_list()
-        self._tell()
+        self._show_status()
         self.changed.emit()
 
-    def _left_field(self) -> None:
+    def _field_left(self) -> None:
         self.flush()
         self._show_card()
 
     def flush(self) -> None:
         """Write what was changed to the disk."""
-        self._later.stop()
-        editor = None if self.book is None else self.book.editor
+        self._save_timer.stop()
+        editor = None if self.model is None else self.model.editor
         if editor is None or editor.file.is_saved:
             return
         try:
             editor.save()
         except GroundStationError as error:
             self._fail(error)
-        self._tell()
+        self._show_status()
 
-    def _after(self, row: int | None = None) -> None:
+    def _cards_changed(self, row: int | None = None) -> None:
         """Show the cards after they were changed as a whole."""
-        if self.book is not None:
-            self.book.compare_with_flight()
+        if self.model is not None:
+            self.model.compare_with_flight()
         self._show_list()
         if row is not None:
             self.list.select_row(row)
         self._show_card()
         self.flush()
-        self._tell()
+        self._show_status()
         self.changed.emit()
 
     # Commands
 
     def add(self) -> None:
         """Put a copy of the card below it, and type its name."""
-        if self.book is not None:
-            self._after(self.book.add(max(self.row, 0)))
+        if self.model is not None:
+            self._cards_changed(self.model.add(max(self.row, 0)))
             self.edit()
 
     def remove(self) -> None:
         """Take the card out; Ctrl+Z brings it back."""
-        if self.book is None or self.row < 0:
+        if self.model is None or self.row < 0:
             return
         row = self.row
-        if self.book.remove(row):
-            self._after(row)
+        if self.model.remove(row):
+            self._cards_changed(row)
         else:
-            self.said.set_message(
+            self.message.set_message(
                 tr("The last card cannot be removed: a set needs one."), "caution"
             )
 
-    def move(self, steps: int) -> None:
+    def move_card(self, steps: int) -> None:
         """Move the card up or down."""
-        if self.book is not None and self.row >= 0:
-            self._after(self.book.move(self.row, steps))
+        if self.model is not None and self.row >= 0:
+            self._cards_changed(self.model.move(self.row, steps))
 
     def open(self) -> None:
         """Ask for a file, and take its cards in place of these; Ctrl+Z takes that back."""
@@ -337,18 +341,18 @@ class CardsPage(PreflightStepPage):
         path, _kind = QFileDialog.getOpenFileName(
             self, tr("Open test cards"), start, tr(_CARD_FILE_FILTER)
         )
-        if not path or self.book is None:
+        if not path or self.model is None:
             return
         try:
-            self.book.import_cards(Path(path))
+            self.model.import_cards(Path(path))
         except GroundStationError as error:
             self._fail(error)
         else:
-            self._after(0)
+            self._cards_changed(0)
 
     def save(self) -> None:
         """Ask for a file, and write the cards there for other flights."""
-        file = None if self.book is None else self.book.file
+        file = None if self.model is None else self.model.file
         if file is None:
             return
         start = initial_dialog_folder(self._store.current) / "test cards.toml"
@@ -360,12 +364,12 @@ class CardsPage(PreflightStepPage):
         except GroundStationError as error:
             self._fail(error)
         else:
-            self.said.set_message(tr("Saved as {path}.").format(path=path), "good")
+            self.message.set_message(tr("Saved as {path}.").format(path=path), "good")
 
     @property
     def undo_history(self) -> UndoHistory | None:
-        return None if self.book is None else self.book.editor
+        return None if self.model is None else self.model.editor
 
     def show_restored(self) -> None:
-        self._after()
+        self._cards_changed()
         self.changed.emit()

@@ -17,7 +17,7 @@ class CertificatePrinter:
 
     Parameters
     ----------
-    desk : FlightController
+    controller : FlightController
         Shows the progress, and says where the pages are.
 
     Attributes
@@ -26,11 +26,11 @@ class CertificatePrinter:
         Under way.
     """
 
-    def __init__(self, desk: FlightController) -> None:
-        self._desk = desk
+    def __init__(self, controller: FlightController) -> None:
+        self._controller = controller
         self.work: BackgroundJob | None = None
 
-    def write(self, shelf: CalibrationFolder, units: str) -> None:
+    def write(self, calibrations: CalibrationFolder, units: str) -> None:
         """Write a PDF for every certificate in force that was made here; once at a time.
 
         Raises
@@ -40,29 +40,29 @@ class CertificatePrinter:
         """
         if self.work is not None and self.work.is_running:
             return
-        folder = shelf.store.in_force_folder.parent
-        if not shelf.store.in_force():
+        folder = calibrations.store.in_force_folder.parent
+        if not calibrations.store.in_force():
             raise FlightError(
                 tr(
                     "no instrument was calibrated on the {aircraft}; no certificate to print"
-                ).format(aircraft=shelf.aircraft)
+                ).format(aircraft=calibrations.aircraft)
             )
         work = BackgroundJob(
             tr("Writing the certificates"),
             lambda told: _write_pages(folder, units, told),
-            parent=self._desk,
+            parent=self._controller,
         )
         work.done.connect(self._written)
-        work.failed.connect(self._desk.error_reporter.report)
+        work.failed.connect(self._controller.error_reporter.report)
         self.work = work
-        self._desk.job_started.emit(work, "")
+        self._controller.job_started.emit(work, "")
         work.start()
 
     def _written(self, pages: tuple[Path, ...]) -> None:
         count = (
             tr("1 page is") if len(pages) == 1 else tr("{count} pages are").format(count=len(pages))
         )
-        self._desk.message_posted.emit(
+        self._controller.message_posted.emit(
             "note",
             tr("{count} written, one per certificate: {parent}.").format(
                 count=count, parent=pages[0].parent

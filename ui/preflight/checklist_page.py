@@ -118,7 +118,7 @@ class ChecklistPage(PreflightStepPage):
     ) -> None:
         super().__init__(look, tr("Checklist"))
         self._fail = fail
-        self.book: ChecklistModel | None = None
+        self.model: ChecklistModel | None = None
         self._column = QVBoxLayout(self)
         self._top = QHBoxLayout()
         self.summary = _Summary(look)
@@ -134,8 +134,8 @@ class ChecklistPage(PreflightStepPage):
         self.red = create_label("", "strong", wrap=True)
         self.red.setProperty("state", "warning")
         self._column.addWidget(self.red)
-        self.said = FieldMessage()
-        self._column.addWidget(self.said)
+        self.message = FieldMessage()
+        self._column.addWidget(self.message)
         self.list = StatusListView(
             look, tr("Checklist"), [actions["checklist_tick"], actions["checklist_edit"]]
         )
@@ -145,7 +145,7 @@ class ChecklistPage(PreflightStepPage):
         self._settle = QTimer(self)
         self._settle.setSingleShot(True)
         self._settle.setInterval(_SETTLE_MS)
-        self._settle.timeout.connect(self._read_again)
+        self._settle.timeout.connect(self._reload)
         for changed in (self._watcher.fileChanged, self._watcher.directoryChanged):
             changed.connect(lambda _path: self._settle.start())
         look.changed.connect(self._fit)
@@ -178,15 +178,15 @@ class ChecklistPage(PreflightStepPage):
     @property
     def present(self) -> tuple[CommandRequirement, ...]:
         """Return what commands may act on."""
-        if self.book is None or not self.book.accepts_ticks:
+        if self.model is None or not self.model.accepts_ticks:
             return ()
-        return ("checklist", "checklist_ticked") if self.book.ticks else ("checklist",)
+        return ("checklist", "checklist_ticked") if self.model.ticks else ("checklist",)
 
-    def set_model(self, books: PreflightModel) -> None:
+    def set_model(self, model: PreflightModel) -> None:
         """Show the checklist of another flight."""
-        self.book = books.checklist
-        self._watch()
-        self.said.set_message("")
+        self.model = model.checklist
+        self._watch_files()
+        self.message.set_message("")
         self.show_items()
         self.list.select_row(0)
 
@@ -196,32 +196,34 @@ class ChecklistPage(PreflightStepPage):
 
     def show_items(self) -> None:
         """Show how the items stand."""
-        book = self.book
-        if book is None:
+        model = self.model
+        if model is None:
             return
-        self.list.set_items([_build_item(item) for item in book.items])
-        left = book.open_items
+        self.list.set_items([_build_item(item) for item in model.items])
+        left = model.open_items
         state: IndicatorState = "warning" if left else "good"
         self.summary.show_words(
-            describe_summary(book.items), state if book.accepts_ticks else "unknown"
+            describe_summary(model.items), state if model.accepts_ticks else "unknown"
         )
         names = [item.text for item in left[:_MAX_NAMED_ITEMS]]
         if len(left) > _MAX_NAMED_ITEMS:
             names.append(tr("{count} more").format(count=len(left) - _MAX_NAMED_ITEMS))
         self.red.setText("; ".join(names))
-        self.red.setVisible(bool(left) and book.accepts_ticks)
-        if book.own_list_error:
-            self.said.set_message(
+        self.red.setVisible(bool(left) and model.accepts_ticks)
+        if model.own_list_error:
+            self.message.set_message(
                 tr("The previous list applies: {own_list_error}").format(
-                    own_list_error=book.own_list_error
+                    own_list_error=model.own_list_error
                 ),
                 "warning",
             )
-        elif book.started_text:
-            self.said.set_message(book.started_text)
-        elif not book.accepts_ticks:
-            self.said.set_message(tr("Replay: checklist from telemetry; items cannot be ticked."))
-        self.said.setVisible(bool(self.said.text()))
+        elif model.started_text:
+            self.message.set_message(model.started_text)
+        elif not model.accepts_ticks:
+            self.message.set_message(
+                tr("Replay: checklist from telemetry; items cannot be ticked.")
+            )
+        self.message.setVisible(bool(self.message.text()))
 
     def begin(self) -> None:
         """Put the keyboard into the list."""
@@ -232,10 +234,10 @@ class ChecklistPage(PreflightStepPage):
     # What the crew does
 
     def _do(self, act: Callable[[ChecklistModel], object]) -> None:
-        if self.book is None:
+        if self.model is None:
             return
         try:
-            act(self.book)
+            act(self.model)
         except GroundStationError as error:
             self._fail(error)
         self.show_items()
@@ -246,66 +248,66 @@ class ChecklistPage(PreflightStepPage):
         self._tick(self.list.current_key)
 
     def _tick(self, item_id: str) -> None:
-        book = self.book
-        if book is None or not item_id:
+        model = self.model
+        if model is None or not item_id:
             return
         row = self.list.currentIndex().row()
-        item = next(one for one in book.items if one.id == item_id)
+        item = next(one for one in model.items if one.id == item_id)
         done: list[bool] = []
-        self.said.set_message("")
-        self._do(lambda book: done.append(book.toggle(item_id)))
+        self.message.set_message("")
+        self._do(lambda model: done.append(model.toggle(item_id)))
         if done == [False]:
-            who = tr("Checked by telemetry") if book.accepts_ticks else tr("This is a replay")
-            self.said.set_message(
+            who = tr("Checked by telemetry") if model.accepts_ticks else tr("This is a replay")
+            self.message.set_message(
                 tr("{who}: “{text}” cannot be ticked.").format(who=who, text=item.text), "caution"
             )
-            self.said.show()
+            self.message.show()
         elif item.state != "green":
             # What was ticked went down; the next one stands in its place.
             self.list.select_row(row)
 
     def reset(self) -> None:
         """Begin anew; Ctrl+Z brings the ticks back."""
-        self.said.set_message("")
-        self._do(lambda book: book.restart())
+        self.message.set_message("")
+        self._do(lambda model: model.restart())
         self.list.select_row(0)
 
     def edit(self) -> None:
         """Open the crew's own list in the editor of this computer; saved there, it counts here."""
-        if self.book is None:
+        if self.model is None:
             return
         try:
-            path = self.book.create_own_list()
+            path = self.model.create_own_list()
         except OSError as error:
             self._fail(error)
             return
-        self._watch()
+        self._watch_files()
         opened = QDesktopServices.openUrl(QUrl.fromLocalFile(str(path)))
         words = tr("is open in the editor") if opened else tr("is the file to edit")
-        self.said.set_message(
+        self.message.set_message(
             tr("{path} {words}; saved changes apply at once.").format(path=path, words=words),
             "good",
         )
-        self.said.show()
+        self.message.show()
 
     @property
     def undo_history(self) -> UndoHistory | None:
-        known = self.book is not None and self.book.accepts_ticks
-        return self.book.undo_stack if known else None
+        model = self.model
+        return model.undo_stack if model is not None and model.accepts_ticks else None
 
     def undo(self) -> None:
-        self._do(lambda book: book.undo_stack.undo())
+        self._do(lambda model: model.undo_stack.undo())
 
     def redo(self) -> None:
-        self._do(lambda book: book.undo_stack.redo())
+        self._do(lambda model: model.undo_stack.redo())
 
     # The file
 
-    def _watch(self) -> None:
+    def _watch_files(self) -> None:
         """Notice when the crew's own list changes: many editors put a new file in its place."""
-        if self.book is None:
+        if self.model is None:
             return
-        own = self.book.own
+        own = self.model.own
         wanted = [str(path) for path in (own.parent, own) if path.exists()]
         missing = [
             path
@@ -315,9 +317,9 @@ class ChecklistPage(PreflightStepPage):
         if missing:
             self._watcher.addPaths(missing)
 
-    def _read_again(self) -> None:
-        self._watch()
-        if self.book is not None and self.book.read_if_changed():
-            self.said.set_message("")
+    def _reload(self) -> None:
+        self._watch_files()
+        if self.model is not None and self.model.read_if_changed():
+            self.message.set_message("")
             self.show_items()
             self.changed.emit()

@@ -64,10 +64,10 @@ class FlightCardPage(PreflightStepPage):
         self.transmitter = TransmitterForm(look)
         self.loading = PayloadForm(look)
         self._sections()
-        self._later = QTimer(self)
-        self._later.setSingleShot(True)
-        self._later.setInterval(_SAVE_MS)
-        self._later.timeout.connect(self.flush)
+        self._save_timer = QTimer(self)
+        self._save_timer.setSingleShot(True)
+        self._save_timer.setInterval(_SAVE_MS)
+        self._save_timer.timeout.connect(self.flush)
         for form in (self.weighing, self.transmitter, self.loading):
             form.edited.connect(self._typed_below)
             form.editing_finished.connect(self._left)
@@ -124,19 +124,19 @@ class FlightCardPage(PreflightStepPage):
 
     # Showing
 
-    def set_model(self, books: PreflightModel) -> None:
+    def set_model(self, model: PreflightModel) -> None:
         """Show the card of another flight, and whose it is."""
         self.flush()
-        self.editor, self._aircraft = books.card, books.aircraft
-        self.home.setText(books.card_owner_text)
-        self.area.setEnabled(books.card is not None)
+        self.editor, self._aircraft = model.card, model.aircraft
+        self.home.setText(model.card_owner_text)
+        self.area.setEnabled(model.card is not None)
         self.show_card()
 
     def refresh(self) -> None:
         """Take in what another program wrote into the card."""
         if (
             self.editor is not None
-            and not self._later.isActive()
+            and not self._save_timer.isActive()
             and self.editor.reload_if_changed()
         ):
             self.show_card()
@@ -153,9 +153,9 @@ class FlightCardPage(PreflightStepPage):
         self.weighing.show_card(editor, self._aircraft)
         self.transmitter.show_card(editor)
         self.loading.show_card(editor)
-        self._judge()
+        self._validate()
 
-    def _judge(self) -> None:
+    def _validate(self) -> None:
         """Say below each field what is wrong or doubtful there."""
         editor = self.editor
         if editor is None:
@@ -173,9 +173,9 @@ class FlightCardPage(PreflightStepPage):
             else:
                 field.show_message(" ".join(doubts.get(name, ())), "caution")
         self.weighing.show_warning(" ".join(doubts.get("weighing", ())))
-        self._tell_saved()
+        self._show_save_state()
 
-    def _tell_saved(self) -> None:
+    def _show_save_state(self) -> None:
         editor = self.editor
         if editor is None:
             return
@@ -183,7 +183,7 @@ class FlightCardPage(PreflightStepPage):
             self.saved.set_message(tr("Saved, except the marked fields"), "warning")
         elif editor.file.is_saved:
             self.saved.set_message(tr("Saved"), "good")
-        elif self._later.isActive():
+        elif self._save_timer.isActive():
             self.saved.set_message(tr("Saving…"))
         else:
             self.saved.set_message(tr("Not saved"), "warning")
@@ -203,8 +203,8 @@ class FlightCardPage(PreflightStepPage):
             self._typed_on()
 
     def _typed_on(self) -> None:
-        self._later.start()
-        self._judge()
+        self._save_timer.start()
+        self._validate()
         self.changed.emit()
 
     def _left(self) -> None:
@@ -216,7 +216,7 @@ class FlightCardPage(PreflightStepPage):
 
     def flush(self) -> None:
         """Write what was typed to the disk."""
-        self._later.stop()
+        self._save_timer.stop()
         editor = self.editor
         if editor is None or editor.file.is_saved:
             return
@@ -224,7 +224,7 @@ class FlightCardPage(PreflightStepPage):
             editor.save()
         except GroundStationError as error:
             self._fail(error)
-        self._tell_saved()
+        self._show_save_state()
 
     # Undo
 

@@ -110,7 +110,7 @@ class FormEditor(Generic[Model]):
         try:
             self.file.change(values)
         except FileProblemsError as error:
-            self._blame(error, keys)
+            self._assign_problems(error, keys)
             return False
         for key in keys:
             self._pending.pop(key, None)
@@ -126,7 +126,7 @@ class FormEditor(Generic[Model]):
             self._undo_stack.push(command)
         return True
 
-    def _blame(self, error: FileProblemsError, keys: Mapping[KeyPath, object]) -> None:
+    def _assign_problems(self, error: FileProblemsError, keys: Mapping[KeyPath, object]) -> None:
         """Tell each problem at the field it is about, else at the one typed into last."""
         last = list(keys)[-1]
         for problem in error.problems:

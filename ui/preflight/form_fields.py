@@ -139,7 +139,7 @@ class FormField(QWidget):
         self.unit = create_label("", "muted")
         self.sentence = FieldMessage()
         self.sentence.hide()
-        self.edit = self._made(rows, choices)
+        self.edit = self._create_edit(rows, choices)
         self.edit.setAccessibleName(tr(name))
         set_touch_height(self.edit)
         self.setFocusProxy(self.edit)
@@ -157,7 +157,9 @@ class FormField(QWidget):
         look.changed.connect(self._fit)
         self._fit()
 
-    def _made(self, rows: int, choices: Sequence[tuple[str, str]]) -> QWidget:
+    def _create_edit(
+        self, rows: int, choices: Sequence[tuple[str, str]]
+    ) -> QComboBox | FormTextEdit | FormLineEdit:
         if choices:
             box = _WidePopupComboBox()
             box.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Fixed)

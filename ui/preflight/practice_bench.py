@@ -26,7 +26,7 @@ class PracticeBench(QObject):
 
     Parameters
     ----------
-    desk : FlightController
+    controller : FlightController
         Records and follows it as it would an aircraft.
     seed : int
         Which aircraft it is.
@@ -39,12 +39,12 @@ class PracticeBench(QObject):
         As given; they count when the bench is switched on.
     """
 
-    def __init__(self, desk: FlightController, *, seed: int = 0, speed: float = 1.0) -> None:
+    def __init__(self, controller: FlightController, *, seed: int = 0, speed: float = 1.0) -> None:
         super().__init__()
         self.seed = seed
         self.speed = speed
-        self._wanted: tuple[str, float, float] | None = None
-        self._flight = VirtualFlightSession(desk, "practice", self._launch)
+        self._pending_target: tuple[str, float, float] | None = None
+        self._flight = VirtualFlightSession(controller, "practice", self._launch)
 
     @property
     def running(self) -> bool:
@@ -53,12 +53,12 @@ class PracticeBench(QObject):
 
     def start(self) -> None:
         """Record what the bench will send, and open it; the bench follows when that is done."""
-        self._wanted = None
+        self._pending_target = None
         self._flight.start()
 
     def stop(self) -> None:
         """Switch the bench off, and in the background end its recording."""
-        self._wanted = None
+        self._pending_target = None
         self._flight.stop()
 
     def _launch(self, folder: Path, port: int) -> BenchProcess:
@@ -70,7 +70,7 @@ class PracticeBench(QObject):
         if instrument is None or bench is None:
             return
         over = "wrong side" in view.message
-        self._wanted = None
+        self._pending_target = None
         if view.phase == "sign":
             bench.set_angle(instrument.channel, max(instrument.settings))
         elif view.phase == "gyro_turn" and view.target is not None:
@@ -84,7 +84,7 @@ class PracticeBench(QObject):
             past = {"up": -_OVERSHOOT, "down": _OVERSHOOT}.get(view.direction, 0.0)
             if turns and past:
                 since = view.reading.time if view.reading is not None else 0.0
-                self._wanted = (instrument.channel, view.target, since)
+                self._pending_target = (instrument.channel, view.target, since)
                 bench.set_angle(instrument.channel, view.target + past)
             else:
                 bench.set_angle(instrument.channel, view.target)
@@ -92,9 +92,9 @@ class PracticeBench(QObject):
     def return_to_setting(self, view: WizardView) -> None:
         """Come back to a setting once it was passed."""
         reading, bench = view.reading, self._flight.process
-        if self._wanted is None or bench is None or reading is None:
+        if self._pending_target is None or bench is None or reading is None:
             return
-        channel, target, since = self._wanted
+        channel, target, since = self._pending_target
         if reading.state == "steady" and reading.time - since > _MOVE_SECONDS:
-            self._wanted = None
+            self._pending_target = None
             bench.set_angle(channel, target)

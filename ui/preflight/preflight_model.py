@@ -147,16 +147,19 @@ class PreflightModel:
         if may_block(kept):
             self._calibration_problem = tr("{kept} does not respond").format(kept=kept)
             return
-        shelf = CalibrationFolder(kept, find_current_aircraft(session, settings))
-        self._planned, self._calibration_begun = None, has_unfinished_calibration(shelf.journal)
+        calibrations = CalibrationFolder(kept, find_current_aircraft(session, settings))
+        self._planned, self._calibration_begun = (
+            None,
+            has_unfinished_calibration(calibrations.journal),
+        )
         self._calibration_problem = ""
         try:
-            failed = shelf.store.failed_checks()
+            failed = calibrations.store.failed_checks()
             if session is not None:
                 session.failed_checks = failed
                 return
             certificates = load_certificates(settings.calibration)
-            planned = shelf.load_plan_in_use().select_kinds(("surface", "vane")).channels
+            planned = calibrations.load_plan_in_use().select_kinds(("surface", "vane")).channels
         except GroundStationError as error:
             self._calibration_problem = str(error)
             return

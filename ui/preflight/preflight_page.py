@@ -18,7 +18,7 @@ from ui.preflight.step_page import PreflightStepPage
 from ui.settings import SettingsStore
 from ui.translation import QT_TR_NOOP, tr
 from ui.window_frame.banners import BannerStack
-from ui.window_frame.step_page import MultiStepPage
+from ui.window_frame.step_page import AbstractStepPage, MultiStepPage
 
 if TYPE_CHECKING:
     from ui.preflight.preflight_model import PreflightModel
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from ui.preflight.wizard_page import WizardPage
 
 
-class PreflightPage(MultiStepPage):
+class PreflightPage(MultiStepPage[AbstractStepPage]):
     """Leads a crew from step to step.
 
     Pages and what they hold are made when they are first seen: a window that only flies does
@@ -42,9 +42,9 @@ class PreflightPage(MultiStepPage):
         Remembers the step that was looked at; beside it lies what waits for the next flight.
     banners : BannerStack
         Tells what went wrong.
-    faults : ErrorReporter
+    error_reporter : ErrorReporter
         Where errors go.
-    desk : FlightController
+    controller : FlightController
         The open flight.
     prompter : Prompter, optional
         Speaks and sounds while the crew looks at the aircraft.
@@ -68,18 +68,19 @@ class PreflightPage(MultiStepPage):
         look: DisplayStyle,
         store: SettingsStore,
         banners: BannerStack,
-        faults: ErrorReporter,
-        desk: FlightController,
+        error_reporter: ErrorReporter,
+        controller: FlightController,
         prompter: Prompter | None = None,
     ) -> None:
         super().__init__(tr("Preflight"), actions, look, store)
         self._banners = banners
-        self._faults = faults
-        self._desk = desk
+        self._error_reporter = error_reporter
+        self._controller = controller
         self._prompter = prompter
-        self._books: PreflightModel | None = None
-        desk.changed.connect(self._flight_changed)
-        desk.refreshed.connect(self.refresh)
+        self._model: PreflightModel | None = None
+        self._wizard_page: WizardPage | None = None
+        controller.changed.connect(self._flight_changed)
+        controller.refreshed.connect(self.refresh)
 
     @property
     def own_handlers(self) -> Mapping[str, Callable[[], object]]:
@@ -96,56 +97,57 @@ class PreflightPage(MultiStepPage):
             self.flush()
         super().go_to_step(step_id, begin=begin)
 
-    def make_page(self, step_id: str) -> WizardPage | PreflightStepPage:
-        page: WizardPage | PreflightStepPage
+    def make_page(self, step_id: str) -> AbstractStepPage:
         if step_id == "calibration":
             from ui.preflight.wizard_page import WizardPage
 
-            page = WizardPage(self._look, self._store, self._desk, self._prompter)
-        elif step_id == "card":
+            self._wizard_page = WizardPage(
+                self._look, self._store, self._controller, self._prompter
+            )
+            return self._wizard_page
+        page: PreflightStepPage
+        if step_id == "card":
             from ui.preflight.flight_card_page import FlightCardPage
 
-            page = FlightCardPage(self._look, self._faults.report)
-            page.set_model(self.model)
+            page = FlightCardPage(self._look, self._error_reporter.report)
         elif step_id == "checklist":
             from ui.preflight.checklist_page import ChecklistPage
 
-            page = ChecklistPage(self._look, self._actions, self._faults.report)
-            page.set_model(self.model)
+            page = ChecklistPage(self._look, self._actions, self._error_reporter.report)
         else:
             from ui.preflight.cards_page import CardsPage
 
-            page = CardsPage(self._look, self._actions, self._store, self._faults.report)
-            page.set_model(self.model)
+            page = CardsPage(self._look, self._actions, self._store, self._error_reporter.report)
+        page.set_model(self.model)
         return page
 
     @property
     def model(self) -> PreflightModel:
         """Return what the steps work on; made when it is first needed."""
-        if self._books is None:
+        if self._model is None:
             from ui.preflight.preflight_model import PreflightModel
 
-            self._books = PreflightModel(self._store)
-            self._follow(self._books)
-        return self._books
+            self._model = PreflightModel(self._store)
+            self._set_session(self._model)
+        return self._model
 
-    def _follow(self, books: PreflightModel) -> None:
+    def _set_session(self, model: PreflightModel) -> None:
         try:
-            books.set_session(self._desk.session)
+            model.set_session(self._controller.session)
         except GroundStationError as error:
-            self._faults.report(error)
+            self._error_reporter.report(error)
 
     # What happens
 
     def _flight_changed(self) -> None:
         """Another flight is open, or none: its card and checklist are meant from here on."""
-        if self._books is None:
+        if self._model is None:
             return
         self.flush()
-        self._follow(self._books)
+        self._set_session(self._model)
         for page in self.pages.values():
             if isinstance(page, PreflightStepPage):
-                page.set_model(self._books)
+                page.set_model(self._model)
         self.refresh()
         self.changed.emit()
 
@@ -178,15 +180,13 @@ class PreflightPage(MultiStepPage):
     @property
     def is_practice(self) -> bool:
         """Return whether the flight that is open is for practice."""
-        page = self.pages.get("calibration")
-        return page is not None and page.practice.running
+        return self._wizard_page is not None and self._wizard_page.practice.running
 
     def close_calibration(self) -> None:
         """Let go of a calibration that runs, which can be resumed, and of practice."""
-        page = self.pages.get("calibration")
-        if page is not None:
-            page.close_run()
-            page.practice.stop()
+        if self._wizard_page is not None:
+            self._wizard_page.close_run()
+            self._wizard_page.practice.stop()
 
     def start_flight(self) -> None:
         """Record that the flight begins, as the checklist stands, and go to the charts."""
@@ -194,7 +194,7 @@ class PreflightPage(MultiStepPage):
         try:
             words = self.model.checklist.record_start()
         except GroundStationError as error:
-            self._faults.report(error)
+            self._error_reporter.report(error)
         if words:
             green = self.model.checklist.state.state == "good"
             self._banners.show_banner("note" if green else "caution", words)

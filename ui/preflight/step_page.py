@@ -13,9 +13,6 @@ if TYPE_CHECKING:
 class PreflightStepPage(AbstractStepPage):
     """The page of one step."""
 
-    def set_model(self, books: PreflightModel) -> None:
+    def set_model(self, model: PreflightModel) -> None:
         """Show what belongs to another flight."""
         raise NotImplementedError
-
-    def flush(self) -> None:
-        """Write what is still being typed."""

@@ -21,6 +21,7 @@ from ui.preflight.wizard_rows import (
     list_remarks,
 )
 from ui.preflight.wizard_text import build_prompt
+from ui.widgets.flow_layout import clear_layout
 from ui.widgets.labels import create_label
 from ui.widgets.layout_widgets import NameValueTable
 
@@ -52,9 +53,7 @@ class RemarkList(QWidget):
             return
         self.shown = remarks
         self._column.setSpacing(self._look.px(4))
-        while (item := self._column.takeAt(0)) is not None:
-            item.widget().hide()
-            item.widget().deleteLater()
+        clear_layout(self._column)
         for state, sentence in remarks:
             line = create_label(f"{_SIGNS[state]} {sentence}", _ROLES[state], wrap=True)
             line.setProperty("state", state)
@@ -91,7 +90,7 @@ class WizardCalibrationPanel(QWidget):
         self._box = QBoxLayout(QBoxLayout.Direction.LeftToRight, self)
         self._left = QVBoxLayout()
         self._left.addWidget(self.cue)
-        self._below, self._room = _create_scroll_area()
+        self._below, self._below_column = _create_scroll_area()
         self._left.addWidget(self._below, 1)
         self._box.addLayout(self._left, 1)
         self._scroll, self._column = _create_scroll_area()
@@ -138,7 +137,7 @@ class WizardCalibrationPanel(QWidget):
         self._box.setSpacing(px(24 if self.width() >= px(_SIDE_BY_SIDE_WIDTH) else 8))
         self._scroll.setMinimumHeight(px(40))
         self._left.setSpacing(px(8))
-        self._room.setSpacing(px(8))
+        self._below_column.setSpacing(px(8))
         self._column.setSpacing(px(12))
         self._column.setContentsMargins(0, 0, px(8), px(8))
         self._wide = self.width() >= px(_SIDE_BY_SIDE_WIDTH)
@@ -162,11 +161,11 @@ class WizardCalibrationPanel(QWidget):
             self._left.insertWidget(0, self.cue)
         for place, widget in enumerate((self.remarks, self.quality, self.picture)):
             if wide:
-                self._room.addWidget(widget, 1 if widget is self.picture else 0)
+                self._below_column.addWidget(widget, 1 if widget is self.picture else 0)
             else:
                 self._column.insertWidget(place + low, widget)
 
-    def scroll(self, pages: float) -> None:
+    def scroll_pages(self, pages: float) -> None:
         """Move what is below by parts of its height."""
         for area in (self._below, self._scroll):
             bar = area.verticalScrollBar()

@@ -29,11 +29,11 @@ class WizardController(QObject):
     ----------
     wizard : CalibrationWizard
         The state machine.
-    desk : FlightController
+    controller : FlightController
         The open flight.
     prompter : Prompter
         Speaks and sounds.
-    faults : ErrorReporter
+    error_reporter : ErrorReporter
         Where errors go.
 
     Attributes
@@ -50,56 +50,58 @@ class WizardController(QObject):
     def __init__(
         self,
         wizard: CalibrationWizard,
-        desk: FlightController,
+        controller: FlightController,
         prompter: Prompter,
-        faults: ErrorReporter,
+        error_reporter: ErrorReporter,
     ) -> None:
         super().__init__()
         self._wizard = wizard
-        self._desk = desk
+        self._controller = controller
         self._prompter = prompter
-        self._faults = faults
+        self._error_reporter = error_reporter
         self._next: int | None = None
-        self._listens = False
-        self._said = ""
-        self._heard = time.monotonic()
-        self._fed: float | None = None  # flight time, s; None once told of silence
+        self._is_active = False
+        self._reported_error = ""
+        self._last_data_time = time.monotonic()
+        self._fed_until: float | None = None  # flight time, s; None once told of silence
         self.view: WizardView = wizard.view
-        desk.refreshed.connect(self._tell)
-        desk.changed.connect(self._begin_anew)
+        controller.refreshed.connect(self._feed_if_active)
+        controller.changed.connect(self._restart)
 
     def set_active(self, on: bool) -> None:
         """Look at the volts from now on, or no longer: sticks are moved for other reasons too."""
-        if on != self._listens:
-            self._listens = on
-            self._begin_anew()
+        if on != self._is_active:
+            self._is_active = on
+            self._restart()
 
     def close(self) -> None:
         """Look no longer; everything is in the journal."""
-        self._desk.refreshed.disconnect(self._tell)
-        self._desk.changed.disconnect(self._begin_anew)
+        self._controller.refreshed.disconnect(self._feed_if_active)
+        self._controller.changed.disconnect(self._restart)
 
     def perform(self, action: WizardAction) -> None:
         """Do what the crew asks."""
         self._guarded(lambda: self._act(action))
 
     def _act(self, action: WizardAction) -> None:
-        self._tell_silence()
+        self._feed_missing_data()
         self._wizard.act(action)
 
-    def _begin_anew(self) -> None:
+    def _restart(self) -> None:
         self._next = None
 
-    def _tell(self) -> None:
-        if self._listens:
+    def _feed_if_active(self) -> None:
+        if self._is_active:
             self._guarded(self._feed)
 
-    def _tell_silence(self) -> None:
+    def _feed_missing_data(self) -> None:
         """Let the wizard know that no volts come, lest it take those that came last."""
-        if self._fed is None or not self.has_no_data:
+        if self._fed_until is None or not self.has_no_data:
             return
-        times = self._fed + np.linspace(0.0, DISPLAY.no_volts_time, _MAX_NAMED_CHANNELS + 1)[1:]
-        self._fed = None
+        times = (
+            self._fed_until + np.linspace(0.0, DISPLAY.no_volts_time, _MAX_NAMED_CHANNELS + 1)[1:]
+        )
+        self._fed_until = None
         missing = np.full((_MAX_NAMED_CHANNELS, 1), np.nan)
         self._wizard.feed(Block(channels=_VOLTAGE_CHANNELS[:1], times=times, values=missing))
 
@@ -108,15 +110,15 @@ class WizardController(QObject):
         try:
             work()
         except GroundStationError as error:
-            if str(error) != self._said:
-                self._said = str(error)
-                self._faults.report(error)
+            if str(error) != self._reported_error:
+                self._reported_error = str(error)
+                self._error_reporter.report(error)
         else:
-            self._said = ""
+            self._reported_error = ""
         self._show(self._wizard.view)
 
     def _feed(self) -> None:
-        session = self._desk.session
+        session = self._controller.session
         if session is None or session.replay_feed is not None:
             # Volts of another day say nothing about the instruments as they are now.
             return
@@ -139,24 +141,24 @@ class WizardController(QObject):
         first = self._next
         if first is None or first > stop:
             self._next = stop
-            self._heard = time.monotonic()
+            self._last_data_time = time.monotonic()
             return
         if stop > first:
             self._next = stop
-            self._heard = time.monotonic()
+            self._last_data_time = time.monotonic()
             rows = history.rows(first, stop, names)
-            self._fed = float(rows.times[-1])
+            self._fed_until = float(rows.times[-1])
             self._wizard.feed(rows)
 
     @property
     def has_no_data(self) -> bool:
         """Return whether no volts have come for a while: what they were is not what they are."""
-        return time.monotonic() - self._heard > DISPLAY.no_volts_time
+        return time.monotonic() - self._last_data_time > DISPLAY.no_volts_time
 
     @property
     def catching_up(self) -> bool:
         """Return whether none come because the flight is still being read, as after a change."""
-        session = self._desk.session
+        session = self._controller.session
         return session is not None and not session.feed.is_up_to_date
 
     def _show(self, view: WizardView) -> None:

@@ -4,15 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, get_args
 
-from PySide6.QtCore import QEvent, QModelIndex, Qt, QTimer, Signal
+from PySide6.QtCore import QEvent, QModelIndex, Qt, QTimer
 from PySide6.QtGui import QHideEvent, QKeyEvent, QKeySequence, QShowEvent
-from PySide6.QtWidgets import QApplication, QLineEdit, QStackedWidget, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QApplication, QLineEdit, QStackedWidget, QVBoxLayout
 
 from calibration.plan import InstrumentKind
 from calibration.wizard import CalibrationWizard, WizardAction, has_unfinished_calibration
 from calibration.wizard.setting_schedule import CalibrationMode
+from calibration.wizard.view import WizardActionKind
 from gsapp.foundation import GroundStationError
 from gsapp.quantities import convert_text_units
 from ui.display_style import DisplayStyle
@@ -42,6 +43,7 @@ from ui.preflight.wizard_text import (
 from ui.settings import SettingsStore
 from ui.translation import tr
 from ui.widgets.action_bar import ActionBar, ActionItem
+from ui.window_frame.step_page import AbstractStepPage
 
 if TYPE_CHECKING:
     from calibration.plan import CalibrationPlan
@@ -49,13 +51,14 @@ if TYPE_CHECKING:
 
 _HAND_MOVED_KINDS: Sequence[InstrumentKind] = ("surface", "vane")
 _INSTRUMENT_KINDS: Sequence[InstrumentKind] = ("gyro", "accelerometer", "pressure")
+_ACTION_KINDS: Mapping[str, WizardActionKind] = {kind: kind for kind in get_args(WizardActionKind)}
 _KEY_ALIASES = {Qt.Key.Key_Return: Qt.Key.Key_Space, Qt.Key.Key_Enter: Qt.Key.Key_Space}
 _UNDO = QKeySequence("Ctrl+Z")
 _FIT_ORDER_KEYS = {Qt.Key.Key_0: None, Qt.Key.Key_1: 1, Qt.Key.Key_2: 2, Qt.Key.Key_3: 3}
 _ARROW_STEPS = {Qt.Key.Key_Up: -1, Qt.Key.Key_Down: 1}
 
 
-class WizardPage(QWidget):
+class WizardPage(AbstractStepPage):
     """Leads through the calibration of surfaces, vanes and instruments.
 
     Parameters
@@ -64,38 +67,34 @@ class WizardPage(QWidget):
         Colors, sizes, units.
     store : SettingsStore
         Remembers what is in force; beside it lie the calibrations.
-    desk : FlightController
+    controller : FlightController
         The open flight, whose volts are watched.
     prompter : Prompter, optional
         Speaks and sounds; nobody by default.
 
     Attributes
     ----------
-    changed : Signal
-        Other actions are possible now, or another certificate is in force.
     run : WizardController or None
         The calibration at hand.
     """
-
-    changed = Signal()
 
     def __init__(
         self,
         look: DisplayStyle,
         store: SettingsStore,
-        desk: FlightController,
+        controller: FlightController,
         prompter: Prompter | None = None,
     ) -> None:
-        super().__init__()
+        super().__init__(look, "Calibration")
         self._look = look
         self._store = store
-        self._desk = desk
+        self._controller = controller
         self._prompter = prompter or SilentPrompter()
         self._choice: int | None = None
         self._left = self._made = False
-        self.practice = PracticeBench(desk)
-        self._in_force = CalibrationController(desk, store, self.practice)
-        self.pages_on_paper = CertificatePrinter(desk)
+        self.practice = PracticeBench(controller)
+        self._in_force = CalibrationController(controller, store, self.practice)
+        self.pages_on_paper = CertificatePrinter(controller)
         self.run: WizardController | None = None
         self.setAccessibleName(tr("Calibration"))
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
@@ -118,8 +117,8 @@ class WizardPage(QWidget):
         self._questions = CalibrationQuestions(self.ask, lambda: look.units)
         self.actions_bar.triggered.connect(self._do)
         column.addWidget(self.actions_bar)
-        desk.changed.connect(self._flight_changed)
-        desk.refreshed.connect(self._told)
+        controller.changed.connect(self._flight_changed)
+        controller.refreshed.connect(self._show_live_deflections)
         look.changed.connect(self._refresh)
 
     # The place
@@ -181,31 +180,33 @@ class WizardPage(QWidget):
         self._begin(self.folder.load_plan_in_use().select_kinds(kinds), mode)
 
     def _begin(self, plan: CalibrationPlan, mode: CalibrationMode = "full") -> None:
-        shelf = self.folder
+        folder = self.folder
         wizard = CalibrationWizard(
             plan,
-            shelf.store,
-            shelf.journal,
+            folder.store,
+            folder.journal,
             who=self.start.who.text().strip(),
             temperature=self.start.temperature_kelvin,
             now=current_local_time,
             mode=mode,
         )
-        self._take_up(wizard, shelf)
+        self._start_run(wizard, folder)
 
     def resume(self) -> None:
         """Go on where the calibration stopped, however it stopped."""
-        shelf = self.folder
-        self._take_up(
-            CalibrationWizard.resume(shelf.journal, shelf.store, now=current_local_time), shelf
+        folder = self.folder
+        self._start_run(
+            CalibrationWizard.resume(folder.journal, folder.store, now=current_local_time), folder
         )
 
-    def _take_up(self, wizard: CalibrationWizard, shelf: CalibrationFolder) -> None:
+    def _start_run(self, wizard: CalibrationWizard, folder: CalibrationFolder) -> None:
         self.close_run()
         self._choice = None
-        run = WizardController(wizard, self._desk, self._prompter, self._desk.error_reporter)
+        run = WizardController(
+            wizard, self._controller, self._prompter, self._controller.error_reporter
+        )
         run.view_changed.connect(self._show_view)
-        run.certificates_changed.connect(lambda: self._certified(shelf))
+        run.certificates_changed.connect(lambda: self._certified(folder))
         self.run = run
         run.set_active(self.isVisible())
         self._show_view(run.view)
@@ -220,11 +221,11 @@ class WizardPage(QWidget):
         self._refresh()
         self.begin()
 
-    def _certified(self, shelf: CalibrationFolder) -> None:
+    def _certified(self, folder: CalibrationFolder) -> None:
         try:
-            self._in_force.apply(shelf)
+            self._in_force.apply(folder)
         except GroundStationError as error:
-            self._desk.error_reporter.report(error)
+            self._controller.error_reporter.report(error)
         if self.run is not None and self.run.view.instrument is None:
             # The last one: the live numbers are those of today from here on.
             self._in_force.reload_flight()
@@ -242,11 +243,13 @@ class WizardPage(QWidget):
         if self.isVisible() and not (focus is not None and self.isAncestorOf(focus)):
             self.begin()
 
-    def _told(self) -> None:
+    def _show_live_deflections(self) -> None:
         if self.isVisible() and self.pages.currentWidget() is self.summary:
             heard = self.run is not None and not self.run.has_no_data
             self.summary.show_deflections(
-                list_combined_deflections(self._desk.history if heard else None, self._look.units)
+                list_combined_deflections(
+                    self._controller.history if heard else None, self._look.units
+                )
             )
 
     def _refresh(self) -> None:
@@ -255,13 +258,13 @@ class WizardPage(QWidget):
         if self.run is not None:
             self._show_view(self.run.view)
             return
-        shelf = self.folder
+        folder = self.folder
         try:
             standings, who = (
-                list_instrument_statuses(shelf.load_plan_in_use(), shelf),
-                shelf.last_operator(),
+                list_instrument_statuses(folder.load_plan_in_use(), folder),
+                folder.last_operator(),
             )
-            made = bool(shelf.store.in_force())
+            made = bool(folder.store.in_force())
         except GroundStationError as error:
             self.start.show_statuses(())
             self.start.resume.hide()
@@ -272,8 +275,8 @@ class WizardPage(QWidget):
             return
         self.start.show_statuses(standings)
         self.start.suggest_operator(who)
-        self.start.show_connection(self._desk.session)
-        self._left, self._made = has_unfinished_calibration(shelf.journal), made
+        self.start.show_connection(self._controller.session)
+        self._left, self._made = has_unfinished_calibration(folder.journal), made
         self.start.resume.setVisible(self._left)
         self.start.resume.set_message(tr("Unfinished calibration: all steps are saved."))
         self._show_start_offers()
@@ -369,16 +372,16 @@ class WizardPage(QWidget):
         elif name == "deny_sign":
             run.perform(WizardAction(kind="confirm_sign", yes=False))
         elif name in ("repeat", "delete"):
-            run.perform(WizardAction(kind=name, index=self._choice))
+            run.perform(WizardAction(kind=_ACTION_KINDS[name], index=self._choice))
             self._choice = None
         else:
-            run.perform(WizardAction(kind=name))
+            run.perform(WizardAction(kind=_ACTION_KINDS[name]))
 
     def _guarded(self, act: Callable[[], object]) -> None:
         try:
             act()
         except GroundStationError as error:
-            self._desk.error_reporter.report(error)
+            self._controller.error_reporter.report(error)
 
     # Keys
 
@@ -386,7 +389,7 @@ class WizardPage(QWidget):
         if (
             event.type() == QEvent.Type.ShortcutOverride
             and isinstance(event, QKeyEvent)
-            and self._meaning(event) is not None
+            and self._key_action(event) is not None
         ):
             event.accept()
             return True
@@ -397,13 +400,13 @@ class WizardPage(QWidget):
         if isinstance(field, QLineEdit) and event.key() in _KEY_ALIASES:
             self.begin()
             return
-        meaning = self._meaning(event)
+        meaning = self._key_action(event)
         if meaning is None:
             super().keyPressEvent(event)
         else:
             meaning()
 
-    def _meaning(self, event: QKeyEvent) -> Callable[[], object] | None:
+    def _key_action(self, event: QKeyEvent) -> Callable[[], object] | None:
         """Return what a key does now; None if it is not for this page."""
         if self.ask.is_open:
             return None
@@ -422,9 +425,9 @@ class WizardPage(QWidget):
                 return lambda: self._do(offer.id)
         run = self.run
         if run is None:
-            return self._meaning_at_start(key) if plain else None
+            return self._start_key_action(key) if plain else None
         if modifiers == Qt.KeyboardModifier.ControlModifier and key in _ARROW_STEPS:
-            return lambda: self.work.scroll(0.8 * _ARROW_STEPS[key])
+            return lambda: self.work.scroll_pages(0.8 * _ARROW_STEPS[key])
         if not plain:
             return None
         if key in _FIT_ORDER_KEYS and "choose_degree" in run.view.available_actions:
@@ -435,7 +438,7 @@ class WizardPage(QWidget):
             return lambda: self._step_choice(_ARROW_STEPS[key])
         return None
 
-    def _meaning_at_start(self, key: Qt.Key) -> Callable[[], object] | None:
+    def _start_key_action(self, key: Qt.Key) -> Callable[[], object] | None:
         rows = self.start.instruments
         if key in _ARROW_STEPS:
             return lambda: rows.move_selection(_ARROW_STEPS[key])

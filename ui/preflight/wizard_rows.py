@@ -32,20 +32,20 @@ if TYPE_CHECKING:
 
 
 def list_instrument_statuses(
-    plan: CalibrationPlan, shelf: CalibrationFolder
+    plan: CalibrationPlan, folder: CalibrationFolder
 ) -> tuple[InstrumentStatus, ...]:
     """Return of each instrument whether and since when it is calibrated, and its last check."""
     known, held, left = (
-        shelf.certificates_in_force(),
-        shelf.store.in_force(),
-        shelf.store.skipped_channels(),
+        folder.certificates_in_force(),
+        folder.store.in_force(),
+        folder.store.skipped_channels(),
     )
-    checks = shelf.last_checks()
+    checks = folder.last_checks()
     in_force = CalibrationInForce(
         certificates=known,
         flight_date=current_local_time(),
         missing=[name for name in plan.channels if name not in known],
-        failed_checks=shelf.store.failed_checks(),
+        failed_checks=folder.store.failed_checks(),
     )
     found = []
     for instrument in plan.instruments:

@@ -125,9 +125,8 @@ class InstrumentList(FittedTableView):
         page = self.parentWidget()
         while page is not None and not isinstance(page, CenteredPage):
             page = page.parentWidget()
-        if page is not None:
-            spot = self.visualRect(self.currentIndex()).center()
-            there = self.mapTo(page.widget(), spot)
+        if page is not None and (content := page.widget()) is not None:
+            there = self.mapTo(content, self.visualRect(self.currentIndex()).center())
             page.ensureVisible(there.x(), there.y(), 0, self._look.px(40))
 
     def keyPressEvent(self, event: QKeyEvent) -> None:

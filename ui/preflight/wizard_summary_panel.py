@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from PySide6.QtWidgets import QFrame, QGridLayout, QWidget
+from PySide6.QtWidgets import QFrame, QGridLayout, QLabel
 
 from ui.display_style import DisplayStyle
 from ui.translation import tr
+from ui.widgets.flow_layout import clear_layout
 from ui.widgets.labels import CenteredPage, create_label
 
 
@@ -112,7 +113,7 @@ class _TableFrame(QFrame):
         self._look = look
         self.setObjectName("card")
         self._grid = QGridLayout(self)
-        self._cells: list[list[QWidget]] = []
+        self._cells: list[list[QLabel]] = []
         self._shape: tuple[object, ...] = ()
         look.changed.connect(self._restyle)
         self._restyle()
@@ -138,9 +139,7 @@ class _TableFrame(QFrame):
         self.setVisible(bool(rows))
 
     def _build(self, rows: Sequence[tuple[Sequence[str], str]]) -> None:
-        while (item := self._grid.takeAt(0)) is not None:
-            item.widget().hide()
-            item.widget().deleteLater()
+        clear_layout(self._grid)
         self._cells = []
         for row, (cells, state) in enumerate(rows):
             line = []

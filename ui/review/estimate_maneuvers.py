@@ -16,28 +16,26 @@ if TYPE_CHECKING:
 
 
 def select_maneuvers(
-    wishes: EstimateForm, review: Review, looked_at: str
+    form: EstimateForm, review: Review, looked_at: str
 ) -> tuple[SelectedManeuver, ...]:
     """Return the maneuvers that a run would take.
 
     Parameters
     ----------
-    wishes : EstimateForm
+    form : EstimateForm
     review : Review
     looked_at : str
         Id of the maneuver that is chosen.
     """
-    if wishes.maneuvers == "chosen":
+    if form.maneuvers == "chosen":
         chosen = review.select_maneuvers((looked_at,))
-    elif wishes.maneuvers == "all":
+    elif form.maneuvers == "all":
         chosen = review.select_maneuvers([row.id for row in review.rows()])
     else:
         chosen = review.select_maneuvers()
-    if wishes.axis == "both" or wishes.six_degrees:
+    if form.axis == "both" or form.six_degrees:
         return chosen
-    return tuple(
-        one for one in chosen if not set(AXIS_SURFACES[wishes.axis]).isdisjoint(one.inputs)
-    )
+    return tuple(one for one in chosen if not set(AXIS_SURFACES[form.axis]).isdisjoint(one.inputs))
 
 
 def describe_selection(maneuvers: tuple[SelectedManeuver, ...]) -> str:
@@ -46,13 +44,13 @@ def describe_selection(maneuvers: tuple[SelectedManeuver, ...]) -> str:
     return f"{format_maneuver_count([one.inputs for one in maneuvers], flights)}."
 
 
-def describe_empty_selection(wishes: EstimateForm, review: Review) -> str:
+def describe_empty_selection(form: EstimateForm, review: Review) -> str:
     """Return why a run would take nothing, and what to do."""
     there = tr("on the Maneuvers page ({keys})").format(keys=plain_shortcut_text("Alt+1"))
-    if wishes.maneuvers == "chosen":
+    if form.maneuvers == "chosen":
         return tr("No maneuver selected: select one {there} or in a figure.").format(there=there)
     if not review.rows():
         return tr("These flights have no maneuvers: add some {there}.").format(there=there)
-    if wishes.axis != "both":
+    if form.axis != "both":
         return tr("No maneuver in use moved a surface of this axis: choose another axis.")
     return tr("No maneuver is in use: check some {there}.").format(there=there)

@@ -88,15 +88,15 @@ class EstimatePage(ReviewStepPage):
         self._review = review
         self._report_error = report_error
         self._checker = EstimateValidator(report_error, self)
-        self._told = ""
+        self._message = ""
         self._undo_stack = UndoStack(self)
         self._undo_stack.setUndoLimit(UNDO_LIMIT)
         self._outcome: RunOutcome | None = None
-        self._wishes = store.current.review_estimate
-        self.book = RunStore(
+        self._form = store.current.review_estimate
+        self.run_store = RunStore(
             lambda: catalog_path(store.current), report_error, self._undo_stack, self
         )
-        self._runner = RunController(begin_job, self.book, self)
+        self._runner = RunController(begin_job, self.run_store, self)
         column = QVBoxLayout(self)
         column.setContentsMargins(0, 0, 0, 0)
         column.setSpacing(0)
@@ -112,17 +112,17 @@ class EstimatePage(ReviewStepPage):
         page.setObjectName("page")
         self._body = QVBoxLayout(page)
         self._pair = StackingColumns(look, (1, 1))
-        self.panel = EstimatePanel(look, self._wishes)
+        self.panel = EstimatePanel(look, self._form)
         self._pair.left.addWidget(self.panel)
         self._pair.left.addStretch(1)
-        self.runs = RunsView(actions, look, self.book)
+        self.runs = RunsView(actions, look, self.run_store)
         self._pair.right.addWidget(self.runs)
         self._body.addWidget(self._pair)
         self._body.addStretch(1)
         area.setWidget(page)
         self.area = area
         column.addWidget(area, 1)
-        self.panel.changed.connect(self._wished)
+        self.panel.changed.connect(self._panel_changed)
         self.panel.field_focused.connect(self.head.show_field_help)
         self.panel.run_requested.connect(self.estimate)
         self._runner.changed.connect(self._run_changed)
@@ -135,7 +135,7 @@ class EstimatePage(ReviewStepPage):
         self._fit()
         self.head.show_field_help("run")
         self._checker.loaded.connect(self._loaded)
-        self.book.reload()
+        self.run_store.reload()
 
     def _fit(self) -> None:
         px = self.display_style.px
@@ -192,7 +192,7 @@ class EstimatePage(ReviewStepPage):
             )
         outcome = self._outcome
         if outcome is None:
-            kept = len(self.book.runs)
+            kept = len(self.run_store.runs)
             words = (
                 tr("{runs} saved").format(runs=count_text(kept, "run"))
                 if kept
@@ -225,25 +225,25 @@ class EstimatePage(ReviewStepPage):
 
     # What is asked for
 
-    def _wished(self) -> None:
+    def _panel_changed(self) -> None:
         """Take what the panel says now."""
-        before, now = self._wishes, self.panel.wishes
+        before, now = self._form, self.panel.form
         if now != before:
-            self._take(now)
+            self._apply_form(now)
             self._push(tr("change of a setting"), before, now)
         else:
             self.refresh()
 
-    def _take(self, wishes: EstimateForm) -> None:
-        self._wishes = wishes
-        self._told = self._runner.status_text = ""
-        self._store.change(review_estimate=wishes.model_dump())
+    def _apply_form(self, form: EstimateForm) -> None:
+        self._form = form
+        self._message = self._runner.status_text = ""
+        self._store.change(review_estimate=form.model_dump())
         self.refresh()
 
-    def _show(self, wishes: EstimateForm) -> None:
-        """Show other wishes on the panel."""
-        self.panel.show_form(wishes)
-        self._take(wishes)
+    def _show(self, form: EstimateForm) -> None:
+        """Show another form on the panel."""
+        self.panel.show_form(form)
+        self._apply_form(form)
 
     def use_defaults(self) -> None:
         """Put all settings back to what they are at first."""
@@ -256,25 +256,27 @@ class EstimatePage(ReviewStepPage):
             return
         try:
             request = run.request
-            wishes = form_from_request(request)
-            lost = find_unrestored_settings(request, wishes)
+            form = form_from_request(request)
+            lost = find_unrestored_settings(request, form)
         except GroundStationError as error:
             self._report_error(error)
             return
-        self._replace(wishes)
+        self._replace(form)
         rest = (
             tr(", except what this page does not show: {lost}").format(lost=", ".join(lost))
             if lost
             else ""
         )
-        self._told = tr("The settings are those of {name}{rest}.").format(name=run.name, rest=rest)
+        self._message = tr("The settings are those of {name}{rest}.").format(
+            name=run.name, rest=rest
+        )
         self.refresh()
 
-    def _replace(self, wishes: EstimateForm) -> None:
-        before = self._wishes
-        if wishes != before:
-            self._show(wishes)
-            self._push(tr("change of settings"), before, wishes)
+    def _replace(self, form: EstimateForm) -> None:
+        before = self._form
+        if form != before:
+            self._show(form)
+            self._push(tr("change of settings"), before, form)
             self.changed.emit()
 
     def _push(self, text: str, before: EstimateForm, now: EstimateForm) -> None:
@@ -287,14 +289,14 @@ class EstimatePage(ReviewStepPage):
         """Return the maneuvers that a run would take."""
         if not self._checker.ready:
             return ()
-        return select_maneuvers(self._wishes, self._review, self._selection.maneuver)
+        return select_maneuvers(self._form, self._review, self._selection.maneuver)
 
     def refresh(self) -> None:
         """Say what a run would do as everything stands."""
         self._follow_model()
-        problem = self._checker.validate(self._wishes)
+        problem = self._checker.validate(self._form)
         self.panel.show_problem(problem.field if problem else "", str(problem or ""))
-        words, state = self._words()
+        words, state = self._status_message()
         self.sentence.set_message(words, state)
         self.changed.emit()
         if self.hasFocus() and self.button.isEnabled():
@@ -304,18 +306,18 @@ class EstimatePage(ReviewStepPage):
         """Offer the parameters of the effects of the model that is chosen."""
         flights = self._review.flights
         if not flights or not self._checker.load_model_effects(
-            self._wishes.model, flights[0].aircraft
+            self._form.model, flights[0].aircraft
         ):
             return
         effects = self._checker.effects
-        gone = {n for n in self._wishes.derivatives if is_effect_parameter(n)} - set(effects)
+        gone = {n for n in self._form.derivatives if is_effect_parameter(n)} - set(effects)
         self.panel.derivatives.show_effects(effects)
         if gone:
-            kept = {n: w for n, w in self._wishes.derivatives.items() if n not in gone}
-            self._wishes = self._wishes.with_changes(derivatives=kept)
-            self.panel.show_form(self._wishes)
+            kept = {n: w for n, w in self._form.derivatives.items() if n not in gone}
+            self._form = self._form.with_changes(derivatives=kept)
+            self.panel.show_form(self._form)
 
-    def _words(self) -> tuple[str, str]:
+    def _status_message(self) -> tuple[str, str]:
         """Return what stands beside the button, and its state."""
         if not self._review.flights:
             keys = shortcut_text("Alt+1")
@@ -336,9 +338,9 @@ class EstimatePage(ReviewStepPage):
                 "",
             )
         if not self.selected_maneuvers:
-            return describe_empty_selection(self._wishes, self._review), "caution"
+            return describe_empty_selection(self._form, self._review), "caution"
         return (
-            f"{self._told or self._runner.status_text} "
+            f"{self._message or self._runner.status_text} "
             f"{describe_selection(self.selected_maneuvers)}".strip(),
             "",
         )
@@ -354,7 +356,7 @@ class EstimatePage(ReviewStepPage):
             return
         try:
             request = build_run_request(
-                self._wishes, self._review.paths, self.selected_maneuvers, self.panel.label.text()
+                self._form, self._review.paths, self.selected_maneuvers, self.panel.label.text()
             )
         except SettingError as error:
             self.panel.show_problem(error.field, str(error))
@@ -370,7 +372,7 @@ class EstimatePage(ReviewStepPage):
     def _run_changed(self) -> None:
         """Show that a run began or ended."""
         if self._runner.running:
-            self._told = ""
+            self._message = ""
             if self.button.hasFocus():
                 # It grays; the next control would take the next Enter.
                 self.setFocus()

@@ -40,13 +40,13 @@ class EstimatePanel(QWidget):
     ----------
     look : DisplayStyle
         Colors, sizes.
-    wishes : EstimateForm
+    form : EstimateForm
         As they were left.
 
     Attributes
     ----------
     changed : Signal
-        The wishes are others now.
+        The form holds something else now.
     field_focused : Signal(str)
         The keyboard is on a field.
     run_requested : Signal
@@ -57,11 +57,11 @@ class EstimatePanel(QWidget):
     field_focused = Signal(str)
     run_requested = Signal()
 
-    def __init__(self, look: DisplayStyle, wishes: EstimateForm) -> None:
+    def __init__(self, look: DisplayStyle, form: EstimateForm) -> None:
         super().__init__()
         self._look = look
-        self.wishes = wishes
-        self._showing = False
+        self.form = form
+        self._is_updating = False
         self._sentences: dict[str, FieldMessage] = {}
         self._edits: dict[str, QWidget] = {}
         self._boxes: dict[str, QComboBox] = {}
@@ -75,14 +75,14 @@ class EstimatePanel(QWidget):
         self._column = QVBoxLayout(self)
         self._column.setContentsMargins(0, 0, 0, 0)
         self.sections: dict[str, FormSection] = {}
-        self._question()
+        self._add_question_section()
         self._derivatives()
         self._noise()
         self._channels()
         self._sources()
         look.changed.connect(self._fit)
         self._fit()
-        self.show_form(wishes)
+        self.show_form(form)
 
     def _fit(self) -> None:
         self._column.setSpacing(self._look.px(12))
@@ -113,9 +113,9 @@ class EstimatePanel(QWidget):
         grid.addWidget(sentence, row + 1, 0 if wide else 1, 1, -1)
         self._sentences[field] = sentence
         self._edits[field] = edit
-        self._follow(field, edit)
+        self._register_field(field, edit)
 
-    def _follow(self, field: str, edit: QWidget) -> None:
+    def _register_field(self, field: str, edit: QWidget) -> None:
         words = FIELD_HELP[field]
         edit.setAccessibleName(tr(words.title))
         edit.setAccessibleDescription(tr(words.help_text))
@@ -127,14 +127,14 @@ class EstimatePanel(QWidget):
         box = QComboBox()
         for key, words in SETTING_CHOICES[field]:
             box.addItem(tr(words), key)
-        box.activated.connect(lambda _index: self._take(field, box.currentData()))
+        box.activated.connect(lambda _index: self._set_field(field, box.currentData()))
         self._boxes[field] = box
         self._row(grid, field, box)
         return box
 
     def _check(self, grid: QGridLayout, field: str) -> QCheckBox:
         box = QCheckBox(tr(FIELD_HELP[field].title))
-        box.toggled.connect(lambda on: self._take(field, on))
+        box.toggled.connect(lambda on: self._set_field(field, on))
         self._checks[field] = box
         self._row(grid, field, box)
         return box
@@ -142,7 +142,7 @@ class EstimatePanel(QWidget):
     def _line(self, grid: QGridLayout, field: str, hint: str) -> QLineEdit:
         line = QLineEdit()
         line.setPlaceholderText(hint)
-        line.textEdited.connect(lambda text: self._take(field, text.strip(), typed=True))
+        line.textEdited.connect(lambda text: self._set_field(field, text.strip(), typed=True))
         line.returnPressed.connect(self._enter)
         self._lines[field] = line
         self._row(grid, field, line)
@@ -153,15 +153,15 @@ class EstimatePanel(QWidget):
         *, folder: bool = False,
     ) -> ShippedFileField:  # fmt: skip
         box = ShippedFileField(
-            tr(FIELD_HELP[field].title), shipped, str(getattr(self.wishes, field)), none=none,
+            tr(FIELD_HELP[field].title), shipped, str(getattr(self.form, field)), none=none,
             folder=folder,
         )  # fmt: skip
-        box.currentIndexChanged.connect(lambda _index: self._take(field, box.value))
+        box.currentIndexChanged.connect(lambda _index: self._set_field(field, box.value))
         self._files[field] = box
         self._row(grid, field, box)
         return box
 
-    def _question(self) -> None:
+    def _add_question_section(self) -> None:
         _, grid = self._section("question", tr("What"))
         self.maneuvers = self._choice(grid, "maneuvers")
         self.method = self._choice(grid, "method")
@@ -176,7 +176,7 @@ class EstimatePanel(QWidget):
     def _derivatives(self) -> None:
         _, grid = self._section("derivatives", tr("Derivatives"))
         self.derivatives = DerivativeTable(self._look)
-        self.derivatives.edited.connect(self._taken)
+        self.derivatives.edited.connect(self._apply_form)
         self._row(grid, "derivatives", self.derivatives, wide=True)
 
     def _noise(self) -> None:
@@ -189,7 +189,7 @@ class EstimatePanel(QWidget):
     def _channels(self) -> None:
         _, grid = self._section("channels", tr("Responses, states, instrument errors"))
         self.channels = FitChannelTable(self._look)
-        self.channels.edited.connect(self._taken)
+        self.channels.edited.connect(self._apply_form)
         self._row(grid, "channels", self.channels, wide=True)
         self.stand_ins = self._line(grid, "stand_ins", tr("for channels not measured: V=30"))
 
@@ -205,23 +205,23 @@ class EstimatePanel(QWidget):
 
     # What is wished
 
-    def _take(self, field: str, value: object, *, typed: bool = False) -> None:
+    def _set_field(self, field: str, value: object, *, typed: bool = False) -> None:
         """Take what a control says now."""
-        if self._showing or getattr(self.wishes, field) == value:
+        if self._is_updating or getattr(self.form, field) == value:
             return
-        self.wishes = self.wishes.with_changes(**{field: value})
+        self.form = self.form.with_changes(**{field: value})
         if field in ("axis", "six_degrees"):
             # Channels were chosen for the other axis.
-            self.wishes = self.wishes.with_changes(responses=None, states=None, biases=None)
-        self._spread()
+            self.form = self.form.with_changes(responses=None, states=None, biases=None)
+        self._update_tables()
         if typed:
             self._typing.start(_TYPING_MS)
         else:
             self.changed.emit()
 
-    def _taken(self, wishes: EstimateForm) -> None:
-        self.wishes = wishes
-        self._spread()
+    def _apply_form(self, form: EstimateForm) -> None:
+        self.form = form
+        self._update_tables()
         self.changed.emit()
 
     def _enter(self) -> None:
@@ -229,36 +229,36 @@ class EstimatePanel(QWidget):
         self.changed.emit()
         self.run_requested.emit()
 
-    def show_form(self, wishes: EstimateForm) -> None:
-        """Show other wishes; emits nothing."""
-        self.wishes = wishes
-        self._showing = True
+    def show_form(self, form: EstimateForm) -> None:
+        """Show another form; emits nothing."""
+        self.form = form
+        self._is_updating = True
         try:
             for field, box in self._boxes.items():
-                box.setCurrentIndex(max(box.findData(getattr(wishes, field)), 0))
+                box.setCurrentIndex(max(box.findData(getattr(form, field)), 0))
             for field, file in self._files.items():
-                file.show_value(getattr(wishes, field))
+                file.show_value(getattr(form, field))
             for field, check in self._checks.items():
-                check.setChecked(getattr(wishes, field))
+                check.setChecked(getattr(form, field))
             for field, line in self._lines.items():
-                line.setText(getattr(wishes, field))
+                line.setText(getattr(form, field))
         finally:
-            self._showing = False
-        self._spread()
+            self._is_updating = False
+        self._update_tables()
 
     def set_file_choices(self, field: str, names: Sequence[str]) -> None:
         """Offer the names of files that come with the program."""
         self._files[field].add_names(names)
 
-    def _spread(self) -> None:
-        """Show the wishes in the tables, and gray what the method does not heed."""
-        wishes = self.wishes
-        self.derivatives.set_form(wishes)
-        self.channels.set_form(wishes)
+    def _update_tables(self) -> None:
+        """Show the form in the tables, and gray what the method does not heed."""
+        form = self.form
+        self.derivatives.set_form(form)
+        self.channels.set_form(form)
         fields = {"derivatives": "held", "channels": "responses"}
         for field, edit in self._edits.items():
-            edit.setEnabled(method_uses(wishes, fields.get(field, field)))
-        self.axis.setEnabled(not wishes.six_degrees)
+            edit.setEnabled(method_uses(form, fields.get(field, field)))
+        self.axis.setEnabled(not form.six_degrees)
         self.show_problem("", "")
 
     # What is said
@@ -278,13 +278,13 @@ class EstimatePanel(QWidget):
 
     def _note(self, field: str) -> str:
         """Return what is to be known of a field as the panel stands."""
-        wishes = self.wishes
+        form = self.form
         if field == "derivatives":
-            if not method_uses(wishes, "held"):
+            if not method_uses(form, "held"):
                 return tr("{method} takes the derivatives of the tables.").format(
-                    method=short_method_title(wishes.method)
+                    method=short_method_title(form.method)
                 )
-            free = [name for name, one in wishes.derivatives.items() if one.treated == "free"]
+            free = [name for name, one in form.derivatives.items() if one.treated == "free"]
             here = [n for n in free if n in self.derivatives.names and not is_effect_parameter(n)]
             if here:
                 only = (
@@ -299,11 +299,11 @@ class EstimatePanel(QWidget):
                 )
                 return words.format(only=only)
         if field == "channels":
-            if not method_uses(wishes, "responses"):
+            if not method_uses(form, "responses"):
                 return tr("{method} compares no responses.").format(
-                    method=short_method_title(wishes.method)
+                    method=short_method_title(form.method)
                 )
-            if wishes.axis == "both" and not wishes.six_degrees:
+            if form.axis == "both" and not form.six_degrees:
                 return tr(
                     "Each maneuver uses the responses and states of its axis; choose one axis "
                     "above to change them."

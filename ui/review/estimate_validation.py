@@ -1,4 +1,4 @@
-"""What runs are made with, loaded in a thread; and what of the wishes cannot be asked for."""
+"""What runs are made with, loaded in a thread; and what the form cannot ask for."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 class EstimateValidator(QObject):
-    """Judges wishes once it has loaded what that takes.
+    """Validates forms once it has loaded what that takes.
 
     Parameters
     ----------
@@ -44,7 +44,7 @@ class EstimateValidator(QObject):
         super().__init__(parent)
         self.ready = False
         self.problem: SettingError | None = None
-        self._judged: EstimateForm | None = None
+        self._validated: EstimateForm | None = None
         self._model = ""
         self.effects: Mapping[str, float] = {}
         work = BackgroundJob(tr("Loading the settings"), _load, self)
@@ -58,13 +58,13 @@ class EstimateValidator(QObject):
 
     def invalidate(self) -> None:
         """Judge anew: files may be others now."""
-        self._judged = None
+        self._validated = None
 
-    def validate(self, wishes: EstimateForm) -> SettingError | None:
+    def validate(self, form: EstimateForm) -> SettingError | None:
         """Return what cannot be asked for; None if all is well, or nothing is loaded yet."""
-        if self.ready and self._judged != wishes:
-            self.problem = find_form_error(wishes)
-            self._judged = wishes
+        if self.ready and self._validated != form:
+            self.problem = find_form_error(form)
+            self._validated = form
         return self.problem
 
     def load_model_effects(self, model: str, aircraft: Aircraft) -> bool:

@@ -112,12 +112,12 @@ class FigureCanvas(ArrowKeyNavigation, FigureWidget):
 
     # Choosing
 
-    def _at(self, point: QPointF) -> ManeuverPoint | None:
+    def _point_at(self, point: QPointF) -> ManeuverPoint | None:
         return find_nearest_point(
             self.visible_points(), point.x(), point.y(), self._look.px(_HIT_RADIUS)
         )
 
-    def _pane_at(self, point: QPointF) -> Subplot | None:
+    def _subplot_under(self, point: QPointF) -> Subplot | None:
         return next((one for one in self.subplots if one.contains(point.x(), point.y())), None)
 
     def _choose_spot(self, spot: ManeuverPoint) -> None:
@@ -145,7 +145,7 @@ class FigureCanvas(ArrowKeyNavigation, FigureWidget):
 
     def text_at(self, point: QPointF) -> str:
         """Return what lies under the mouse: a point, or the values of the axes there."""
-        spot, pane = self._at(point), self._pane_at(point)
+        spot, pane = self._point_at(point), self._subplot_under(point)
         if spot is not None:
             of = self.subplot_at(spot.subplot_index)
             return self._describe(of.name if of is not None else "", spot.maneuver)
@@ -154,7 +154,7 @@ class FigureCanvas(ArrowKeyNavigation, FigureWidget):
         return pane.value_text(self.view_of(pane), point.x(), point.y())
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
-        pane, spot = self._pane_at(event.position()), self._at(event.position())
+        pane, spot = self._subplot_under(event.position()), self._point_at(event.position())
         if event.button() == Qt.MouseButton.RightButton and spot is not None:
             self._choose_spot(spot)
         middle = event.button() == Qt.MouseButton.MiddleButton
@@ -168,8 +168,8 @@ class FigureCanvas(ArrowKeyNavigation, FigureWidget):
         self.update()
         press = self._pressed
         if press is None:
-            at_spot = self._at(self.pointer) is not None
-            inside = self._pane_at(self.pointer) is not None
+            at_spot = self._point_at(self.pointer) is not None
+            inside = self._subplot_under(self.pointer) is not None
             shapes = Qt.CursorShape
             shape = shapes.CrossCursor if inside else shapes.ArrowCursor
             self.setCursor(shapes.PointingHandCursor if at_spot else shape)
@@ -187,12 +187,14 @@ class FigureCanvas(ArrowKeyNavigation, FigureWidget):
 
     def _rectangle(self) -> QRectF | None:
         """Return the rectangle that is being drawn; of a history its time where it is flat."""
-        press = self._pressed
+        press, pointer = self._pressed, self.pointer
         if press is None or press.pane is None or press.moves or not press.dragged:
+            return None
+        if pointer is None:
             return None
         pane = press.pane
         plot = QRectF(QPointF(pane.left, pane.top), QPointF(pane.right, pane.bottom))
-        drawn = QRectF(press.at, self.pointer).normalized()
+        drawn = QRectF(press.at, pointer).normalized()
         if pane.shares_x_axis and drawn.height() < self._look.px(_TIME_ONLY_HEIGHT):
             drawn = QRectF(drawn.left(), plot.top(), drawn.width(), plot.height())
         return drawn.intersected(plot)
@@ -212,7 +214,7 @@ class FigureCanvas(ArrowKeyNavigation, FigureWidget):
                 corners = (box.left(), box.top()), (box.right(), box.bottom())
                 self._show_view(pane, pane.view_in_rectangle(view, *corners))
             return
-        spot = self._at(event.position())
+        spot = self._point_at(event.position())
         if spot is not None and not press.dragged:
             self._choose_spot(spot)
 
@@ -223,7 +225,7 @@ class FigureCanvas(ArrowKeyNavigation, FigureWidget):
 
     def paintEvent(self, event: QPaintEvent) -> None:
         super().paintEvent(event)
-        pane = None if self.pointer is None else self._pane_at(self.pointer)
+        pane = None if self.pointer is None else self._subplot_under(self.pointer)
         box = self._rectangle()
         painter = QPainter(self)
         if box is not None:
@@ -239,7 +241,7 @@ class FigureCanvas(ArrowKeyNavigation, FigureWidget):
         painter.end()
 
     def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:
-        spot, pane = self._at(event.position()), self._pane_at(event.position())
+        spot, pane = self._point_at(event.position()), self._subplot_under(event.position())
         if spot is not None:
             self.fit_requested.emit(spot.maneuver)
         elif self.views:
@@ -248,7 +250,7 @@ class FigureCanvas(ArrowKeyNavigation, FigureWidget):
             self.subplot_opened.emit(pane.name)
 
     def wheelEvent(self, event: QWheelEvent) -> None:
-        pane = self._pane_at(event.position())
+        pane = self._subplot_under(event.position())
         if pane is None or event.modifiers() & _SHIFT or not event.angleDelta().y():
             event.ignore()
             return
@@ -263,7 +265,7 @@ class FigureCanvas(ArrowKeyNavigation, FigureWidget):
         key = Qt.Key(event.key())
         pane = self.subplot_at(self.subplot_index)
         if key in _POINT_STEP_KEYS and self.points and not event.modifiers() & _SHIFT:
-            self._walk(_POINT_STEP_KEYS[key])
+            self._go_to_next_point(_POINT_STEP_KEYS[key])
         elif key in _PAN_KEYS and pane is not None:
             self._move(pane, *_PAN_KEYS[key])
         elif key in _ZOOM_KEYS and pane is not None:
@@ -277,7 +279,7 @@ class FigureCanvas(ArrowKeyNavigation, FigureWidget):
         else:
             event.ignore()
 
-    def _walk(self, way: str) -> None:
+    def _go_to_next_point(self, way: str) -> None:
         """Go to the next point; the first step goes to the chosen maneuver, or the first point."""
         spots = self.visible_points()
         here = None if self.current is None else find_same_point(spots, self.current)

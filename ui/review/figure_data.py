@@ -101,10 +101,10 @@ def describe_conditions(conditions: Mapping[str, float], units: str) -> str:
     )
 
 
-def describe_point(material: FigureData, derivative: str, maneuver: str) -> str:
+def describe_point(data: FigureData, derivative: str, maneuver: str) -> str:
     """Return what is known of a point: maneuver, value, conditions, why it does not count."""
-    summary = material.outcome.summary.derivatives.get(derivative)
-    result = find_result(material.outcome, maneuver)
+    summary = data.outcome.summary.derivatives.get(derivative)
+    result = find_result(data.outcome, maneuver)
     lines = [
         tr("Maneuver {maneuver}").format(maneuver=describe_maneuver(result))
         if result is not None
@@ -126,13 +126,13 @@ def describe_point(material: FigureData, derivative: str, maneuver: str) -> str:
                 mean=summary.value.mean, std=summary.value.std
             )
         )
-        lines.append(describe_conditions(point.conditions, material.units))
+        lines.append(describe_conditions(point.conditions, data.units))
         lines += _describe_exclusion(summary, maneuver)
     elif result is not None:
         from gsapp.identification.summary.derivative_points import mean_conditions
 
-        lines.append(describe_conditions(mean_conditions(result.maneuver), material.units))
-        if maneuver in material.outcome.summary.excluded_maneuvers:
+        lines.append(describe_conditions(mean_conditions(result.maneuver), data.units))
+        if maneuver in data.outcome.summary.excluded_maneuvers:
             lines.append(tr(_EXCLUDED_TEXT))
     return typeset("\n".join(line for line in lines if line))
 

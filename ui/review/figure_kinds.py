@@ -29,6 +29,7 @@ from ui.review.figure_options import (
     linear_model_axis_option,
     maneuver_option,
     selected_choice,
+    selected_validation,
 )
 from ui.review.figure_renderer import FigureSize
 from ui.translation import QT_TR_NOOP, tr
@@ -109,18 +110,16 @@ def best_column_count(count: int, room: FigureSize, least: float) -> int:
 # Values
 
 
-def _build_values(material: FigureData, palette: Palette, room: FigureSize) -> DocumentFigure | str:
+def _build_values(data: FigureData, palette: Palette, room: FigureSize) -> DocumentFigure | str:
     from gsapp.report.value_figures import value_figure
 
-    names = derivatives_in_group(
-        material, selected_choice(material, derivative_group_option(material))
-    )
+    names = derivatives_in_group(data, selected_choice(data, derivative_group_option(data)))
     if not names:
         return tr("This run estimated no derivative; the Summary page gives the reasons.")
     return value_figure(
-        material.outcome.summary, names, selected_choice(material, abscissa_option(material)),
-        units=material.units,
-        known=material.priors, palette=palette, across=best_column_count(len(names), room,
+        data.outcome.summary, names, selected_choice(data, abscissa_option(data)),
+        units=data.units,
+        known=data.priors, palette=palette, across=best_column_count(len(names), room,
         _MIN_CHART_WIDTH),
     )  # fmt: skip
 
@@ -128,9 +127,9 @@ def _build_values(material: FigureData, palette: Palette, room: FigureSize) -> D
 # One maneuver
 
 
-def _missing_fit_text(material: FigureData) -> str:
+def _missing_fit_text(data: FigureData) -> str:
     """Return why there is nothing to draw of the maneuver that is looked at."""
-    looked_at = material.current_maneuver
+    looked_at = data.current_maneuver
     if looked_at.estimate is None:
         return tr("Maneuver {id} could not be fitted: {failure}.").format(
             id=looked_at.maneuver.id, failure=looked_at.failure
@@ -146,73 +145,69 @@ def _missing_fit_text(material: FigureData) -> str:
     )
 
 
-def _build_fit(material: FigureData, palette: Palette, _room: FigureSize) -> DocumentFigure | str:
+def _build_fit(data: FigureData, palette: Palette, _room: FigureSize) -> DocumentFigure | str:
     from gsapp.report.fit_figures import fit_figure
 
-    place = selected_choice(material, comparison_run_option(material))
-    other = material.others[int(place)] if place else None
+    place = selected_choice(data, comparison_run_option(data))
+    other = data.others[int(place)] if place else None
     picture = fit_figure(
-        material.current_maneuver, units=material.units, palette=palette,
-        other=None if other is None else find_result(other, material.current_maneuver.maneuver.id),
+        data.current_maneuver, units=data.units, palette=palette,
+        other=None if other is None else find_result(other, data.current_maneuver.maneuver.id),
         other_name="" if other is None else format_run_name(other),
     )  # fmt: skip
-    return picture or _missing_fit_text(material)
+    return picture or _missing_fit_text(data)
 
 
-def _methods_figure_data(material: FigureData) -> DocumentTable | None:
+def _methods_figure_data(data: FigureData) -> DocumentTable | None:
     from gsapp.report.gust_text import method_comparison_table
 
-    return method_comparison_table(material.current_maneuver)
+    return method_comparison_table(data.current_maneuver)
 
 
-def _build_residuals(
-    material: FigureData, palette: Palette, _room: FigureSize
-) -> DocumentFigure | str:
+def _build_residuals(data: FigureData, palette: Palette, _room: FigureSize) -> DocumentFigure | str:
     from gsapp.report.fit_figures import residual_figure
 
-    picture = residual_figure(material.current_maneuver, units=material.units, palette=palette)
-    estimate = material.current_maneuver.estimate
+    picture = residual_figure(data.current_maneuver, units=data.units, palette=palette)
+    estimate = data.current_maneuver.estimate
     if picture is None and estimate is not None and compares_coefficients(estimate.method):
         return tr(_NO_RESIDUALS_TEXT).format(method=estimation_method(estimate.method).title)
-    return picture or _missing_fit_text(material)
+    return picture or _missing_fit_text(data)
 
 
-def _selected_fit(material: FigureData) -> tuple[Estimate | None, str]:
+def _selected_fit(data: FigureData) -> tuple[Estimate | None, str]:
     """Return the fit that is looked at, and what it is of, in words."""
-    key = selected_choice(material, fit_option(material))
+    key = selected_choice(data, fit_option(data))
     if key.startswith(JOINT_PREFIX):
-        one = material.outcome.result.joint[int(key.removeprefix(JOINT_PREFIX))]
+        one = data.outcome.result.joint[int(key.removeprefix(JOINT_PREFIX))]
         return one, tr("{count} {axis} maneuvers jointly").format(
             count=len(one.maneuvers), axis=axis_text(one)
         )
-    looked_at = material.current_maneuver
+    looked_at = data.current_maneuver
     return looked_at.estimate, tr("maneuver {id} of {flight}").format(
         id=looked_at.maneuver.id, flight=looked_at.maneuver.flight
     )
 
 
 def _build_correlations(
-    material: FigureData, palette: Palette, _room: FigureSize
+    data: FigureData, palette: Palette, _room: FigureSize
 ) -> DocumentFigure | str:
     from gsapp.report.fit_diagnostic_figures import correlation_figure
 
-    estimate, subject = _selected_fit(material)
+    estimate, subject = _selected_fit(data)
     if estimate is None:
-        return _missing_fit_text(material)
+        return _missing_fit_text(data)
     picture = correlation_figure(estimate, subject, palette=palette)
     return picture or tr("The fit of {subject} has fewer than two free derivatives.").format(
         subject=subject
     )
 
 
-def _build_bounds(
-    material: FigureData, palette: Palette, _room: FigureSize
-) -> DocumentFigure | str:
+def _build_bounds(data: FigureData, palette: Palette, _room: FigureSize) -> DocumentFigure | str:
     from gsapp.report.fit_diagnostic_figures import bounds_figure
 
-    estimate, subject = _selected_fit(material)
+    estimate, subject = _selected_fit(data)
     if estimate is None:
-        return _missing_fit_text(material)
+        return _missing_fit_text(data)
     return bounds_figure(estimate, subject, palette=palette) or (
         tr("The fit of {subject} estimated no derivative.").format(subject=subject)
     )
@@ -222,17 +217,17 @@ def _build_bounds(
 
 
 def _build_ftr_history(
-    material: FigureData, palette: Palette, room: FigureSize
+    data: FigureData, palette: Palette, room: FigureSize
 ) -> DocumentFigure | str:
     from gsapp.report.online_figures import online_estimates_figure
 
-    flights = list(material.ftr_histories or ())
-    name = selected_choice(material, flight_option(material))
+    flights = list(data.ftr_histories or ())
+    name = selected_choice(data, flight_option(data))
     one = next((one for one in flights if one.flight == name), None)
     if one is None or not one.histories:
         why = f" ({one.why})" if one is not None and one.why else ""
         return tr("FTR was not computed for this flight{why}.").format(why=why)
-    lon = selected_choice(material, ftr_axis_option(material)) == "lon"
+    lon = selected_choice(data, ftr_axis_option(data)) == "lon"
     histories = [
         history
         for derivative, history in one.histories.items()
@@ -242,7 +237,7 @@ def _build_ftr_history(
     # Those that formed come first: a page holds so many.
     histories.sort(key=lambda history: not bool((history.values == history.values).any()))
     return online_estimates_figure(
-        histories, material.outcome.result, material.outcome.summary, one.flight,
+        histories, data.outcome.result, data.outcome.summary, one.flight,
         flights.index(one) + 1, palette=palette, across=best_column_count(len(histories), room,
         _HISTORY_HEIGHT),
     )  # fmt: skip
@@ -251,101 +246,99 @@ def _build_ftr_history(
 # Linear models
 
 
-def _build_linear(material: FigureData, palette: Palette, room: FigureSize) -> DocumentFigure | str:
+def _build_linear(data: FigureData, palette: Palette, room: FigureSize) -> DocumentFigure | str:
     from gsapp.report.linear_figures import linear_model_figure, select_traces
 
-    comparison = material.comparison
-    axis = selected_choice(material, linear_model_axis_option(material))
-    if comparison is None or not axis:
-        remarks = () if comparison is None else comparison.remarks
+    validation = selected_validation(data)
+    if validation is None:
+        remarks = () if data.comparison is None else data.comparison.remarks
         return tr("No linear models to compare") + "".join(f": {one}" for one in remarks)
-    one, name = comparison.axes[axis], selected_choice(material, held_out_option(material))
-    traces = tuple(trace for trace in one.traces if trace.maneuver == name)
-    traces = traces or select_traces(one)[: max(1, int(room.width / _MIN_CHART_WIDTH))]
-    return linear_model_figure(one, traces, units=material.units, palette=palette)
+    name = selected_choice(data, held_out_option(data))
+    traces = tuple(trace for trace in validation.traces if trace.maneuver == name)
+    traces = traces or select_traces(validation)[: max(1, int(room.width / _MIN_CHART_WIDTH))]
+    return linear_model_figure(validation, traces, units=data.units, palette=palette)
 
 
-def _build_error_table(material: FigureData) -> DocumentTable | None:
+def _build_error_table(data: FigureData) -> DocumentTable | None:
     from gsapp.report.linear_report import error_table
 
-    comparison = material.comparison
-    axis = selected_choice(material, linear_model_axis_option(material))
-    if comparison is None or not axis:
+    comparison, validation = data.comparison, selected_validation(data)
+    if comparison is None or validation is None:
         return None
-    return error_table(comparison.axes[axis], comparison.method)
+    return error_table(validation, comparison.method)
 
 
-def _modes_with_spread(material: FigureData) -> dict[str, tuple[ModeUncertainty, ...]]:
+def _modes_with_spread(data: FigureData) -> dict[str, tuple[ModeUncertainty, ...]]:
     from gsapp.identification.summary.mode_uncertainty import propagate_mode_uncertainty
 
-    outcome = material.outcome
+    outcome = data.outcome
     return {
         AXIS_TITLES[axis]: propagate_mode_uncertainty(outcome.result, outcome.summary, axis)
         for axis in outcome.models
     }
 
 
-def _build_modes(material: FigureData, palette: Palette, _room: FigureSize) -> DocumentFigure | str:
+def _build_modes(data: FigureData, palette: Palette, _room: FigureSize) -> DocumentFigure | str:
     from gsapp.report.mode_figures import modes_figure
 
-    if not material.outcome.models:
+    if not data.outcome.models:
         from gsapp.identification.summary.campaign_linear_models import NO_LINEAR_MODEL_PREFIX
 
-        why = [one for one in material.outcome.remarks if one.startswith(NO_LINEAR_MODEL_PREFIX)]
+        why = [one for one in data.outcome.remarks if one.startswith(NO_LINEAR_MODEL_PREFIX)]
         return tr("No linear model") + "".join(f": {one}" for one in why) + "."
-    return modes_figure(_modes_with_spread(material), palette=palette)
+    return modes_figure(_modes_with_spread(data), palette=palette)
 
 
-def _build_mode_table(material: FigureData) -> DocumentTable | None:
+def _build_mode_table(data: FigureData) -> DocumentTable | None:
     from gsapp.report.mode_figures import modes_table
 
-    if not material.outcome.models:
+    if not data.outcome.models:
         return None
-    return modes_table(_modes_with_spread(material), material.units)
+    return modes_table(_modes_with_spread(data), data.units)
 
 
 FIGURE_KINDS = (
     FigureKind(
         id="values", title=QT_TR_NOOP("Values"),
         description=QT_TR_NOOP("Each derivative by maneuver, with bounds and mean."),
-        options=lambda material: (derivative_group_option(material), abscissa_option(material)),
+        options=lambda data: (derivative_group_option(data), abscissa_option(data)),
         build=_build_values,
     ),
     FigureKind(
         id="fit", title=QT_TR_NOOP("Fit"),
         description=QT_TR_NOOP("Inputs, and measured and computed responses or coefficients."),
-        options=lambda material: (maneuver_option(material), comparison_run_option(material)),
+        options=lambda data: (maneuver_option(data), comparison_run_option(data)),
         build=_build_fit,
         table=_methods_figure_data,
     ),
     FigureKind(
         id="residuals", title=QT_TR_NOOP("Residuals"),
         description=QT_TR_NOOP("Residuals of the fit and their whiteness."),
-        options=lambda material: (maneuver_option(material),), build=_build_residuals,
+        options=lambda data: (maneuver_option(data),), build=_build_residuals,
     ),
     FigureKind(
         id="online", title=QT_TR_NOOP("In flight"),
         description=QT_TR_NOOP("FTR estimates over the flight, with the post-flight values."),
-        options=lambda material: (flight_option(material), ftr_axis_option(material)),
+        options=lambda data: (flight_option(data), ftr_axis_option(data)),
         build=_build_ftr_history,
         needs="ftr_histories",
     ),
     FigureKind(
         id="linear", title=QT_TR_NOOP("Linear models"),
         description=QT_TR_NOOP("Linear models on held-out maneuvers."),
-        options=lambda material: (linear_model_axis_option(material), held_out_option(material)),
+        options=lambda data: (linear_model_axis_option(data), held_out_option(data)),
         build=_build_linear,
         needs="comparison", table=_build_error_table,
     ),
     FigureKind(
         id="correlations", title=QT_TR_NOOP("Correlations"),
         description=QT_TR_NOOP("Correlation of the estimates."),
-        options=lambda material: (fit_option(material),), build=_build_correlations,
+        options=lambda data: (fit_option(data),), build=_build_correlations,
     ),
     FigureKind(
         id="bounds", title=QT_TR_NOOP("Bounds"),
         description=QT_TR_NOOP("Bounds in percent: Cramer-Rao and corrected."),
-        options=lambda material: (fit_option(material),), build=_build_bounds,
+        options=lambda data: (fit_option(data),), build=_build_bounds,
     ),
     FigureKind(
         id="modes", title=QT_TR_NOOP("Modes"),

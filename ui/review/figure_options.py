@@ -14,6 +14,7 @@ from ui.translation import QT_TR_NOOP, tr
 if TYPE_CHECKING:
     from gsapp.identification.campaign import ManeuverResult
     from gsapp.identification.results import Estimate
+    from gsapp.identification.summary.linear_model_validation import AxisValidation
 
 OptionChoices = tuple[tuple[str, str], ...]
 """Keys and words of a list."""
@@ -45,16 +46,16 @@ class FigureOption:
     choices: OptionChoices
 
 
-def selected_choice(material: FigureData, option: FigureOption) -> str:
+def selected_choice(data: FigureData, option: FigureOption) -> str:
     """Return what is chosen in a list: the first where the last choice is not there."""
-    wanted = material.selected_options.get(option.id, "")
+    wanted = data.selected_options.get(option.id, "")
     keys = [key for key, _ in option.choices]
     return wanted if wanted in keys else keys[0] if keys else ""
 
 
-def derivative_group_option(material: FigureData) -> FigureOption:
+def derivative_group_option(data: FigureData) -> FigureOption:
     """Return which derivatives can be looked at together, and each alone."""
-    names = _plotted_derivatives(material)
+    names = _plotted_derivatives(data)
     groups = {
         **{axis: tr("all {axis}").format(axis=AXIS_TITLES[axis]) for axis in ("lon", "lat")},
         **{one: tr("of {control}").format(control=symbol_text(one)) for one in _COEFFICIENTS},
@@ -68,15 +69,15 @@ def derivative_group_option(material: FigureData) -> FigureOption:
     )
 
 
-def derivatives_in_group(material: FigureData, group: str) -> tuple[str, ...]:
+def derivatives_in_group(data: FigureData, group: str) -> tuple[str, ...]:
     """Return the derivatives of a group."""
-    names = _plotted_derivatives(material)
+    names = _plotted_derivatives(data)
     return (group,) if group in names else _filter_by_group(names, group)
 
 
-def _plotted_derivatives(material: FigureData) -> tuple[str, ...]:
+def _plotted_derivatives(data: FigureData) -> tuple[str, ...]:
     """Return what has figures: all that was estimated but the values at zero."""
-    found = material.outcome.summary.derivatives
+    found = data.outcome.summary.derivatives
     return tuple(name for name in found if not name.endswith("_0"))
 
 
@@ -88,11 +89,11 @@ def _filter_by_group(names: Sequence[str], group: str) -> tuple[str, ...]:
     return tuple(name for name in names if name.partition("_")[0] in wanted)
 
 
-def abscissa_option(material: FigureData) -> FigureOption:
+def abscissa_option(data: FigureData) -> FigureOption:
     """Return what values can be drawn against: only what was measured."""
     flown = {
         name
-        for one in material.outcome.summary.derivatives.values()
+        for one in data.outcome.summary.derivatives.values()
         for point in one.points
         for name in point.conditions
     }
@@ -103,24 +104,24 @@ def abscissa_option(material: FigureData) -> FigureOption:
     )
 
 
-def maneuver_option(material: FigureData) -> FigureOption:
+def maneuver_option(data: FigureData) -> FigureOption:
     """Return the maneuvers of the run."""
     return FigureOption(
         id="maneuver",
         title=tr("Maneuver"),
         choices=tuple(
-            (one.maneuver.id, describe_maneuver(one)) for one in material.outcome.result.results
+            (one.maneuver.id, describe_maneuver(one)) for one in data.outcome.result.results
         ),
     )
 
 
-def comparison_run_option(material: FigureData) -> FigureOption:
+def comparison_run_option(data: FigureData) -> FigureOption:
     """Return the runs that a fit can be compared with: those that computed the same, too."""
-    shown = _computed_channels(material.current_maneuver)
+    shown = _computed_channels(data.current_maneuver)
     comparable = [
         (str(place), format_run_name(one))
-        for place, one in enumerate(material.others)
-        if (found := find_result(one, material.current_maneuver.maneuver.id)) is not None
+        for place, one in enumerate(data.others)
+        if (found := find_result(one, data.current_maneuver.maneuver.id)) is not None
         and shown & _computed_channels(found)
     ]
     return FigureOption(
@@ -134,7 +135,7 @@ def _computed_channels(result: ManeuverResult) -> frozenset[str]:
     return frozenset(name for one in histories for name in one.channels)
 
 
-def fit_option(material: FigureData) -> FigureOption:
+def fit_option(data: FigureData) -> FigureOption:
     """Return the fits of the run: of each maneuver, and of several together."""
     joint = tuple(
         (
@@ -143,9 +144,9 @@ def fit_option(material: FigureData) -> FigureOption:
                 count=len(one.maneuvers), axis=axis_text(one)
             ),
         )
-        for place, one in enumerate(material.outcome.result.joint)
+        for place, one in enumerate(data.outcome.result.joint)
     )
-    single = maneuver_option(material)
+    single = maneuver_option(data)
     return FigureOption(id="maneuver", title=tr("Fit"), choices=(*single.choices, *joint))
 
 
@@ -154,12 +155,12 @@ def axis_text(estimate: Estimate) -> str:
     return AXIS_TITLES[estimate.axis]
 
 
-def flight_option(material: FigureData) -> FigureOption:
+def flight_option(data: FigureData) -> FigureOption:
     """Return the flights that FTR listened to."""
     return FigureOption(
         id="flight",
         title=tr("Flight"),
-        choices=tuple((one.flight, one.flight) for one in material.ftr_histories or ()),
+        choices=tuple((one.flight, one.flight) for one in data.ftr_histories or ()),
     )
 
 
@@ -168,10 +169,17 @@ def ftr_axis_option(_material: FigureData) -> FigureOption:
     return _axis_option(("lon", "lat"))
 
 
-def linear_model_axis_option(material: FigureData) -> FigureOption:
+def linear_model_axis_option(data: FigureData) -> FigureOption:
     """Return the axes that linear models were judged in."""
-    axes = () if material.comparison is None else tuple(material.comparison.axes)
+    axes = () if data.comparison is None else tuple(data.comparison.axes)
     return _axis_option(axes)
+
+
+def selected_validation(data: FigureData) -> AxisValidation | None:
+    """Return the validation of the linear models in the selected axis; None for none."""
+    axis = selected_choice(data, linear_model_axis_option(data))
+    axes = {} if data.comparison is None else data.comparison.axes
+    return next((one for name, one in axes.items() if name == axis), None)
 
 
 def _axis_option(axes: Sequence[str]) -> FigureOption:
@@ -179,10 +187,10 @@ def _axis_option(axes: Sequence[str]) -> FigureOption:
     return FigureOption(id="axis", title=tr("Axis"), choices=choices)
 
 
-def held_out_option(material: FigureData) -> FigureOption:
+def held_out_option(data: FigureData) -> FigureOption:
     """Return the maneuvers that the linear models were judged on."""
-    axis = selected_choice(material, linear_model_axis_option(material))
-    traces = material.comparison.axes[axis].traces if material.comparison and axis else ()
+    validation = selected_validation(data)
+    traces = () if validation is None else validation.traces
     return FigureOption(
         id="kept_out",
         title=tr("Maneuver"),

@@ -83,7 +83,7 @@ class RenderedFigure:
     Attributes
     ----------
     request : RenderRequest
-    picture : DocumentFigure or None
+    figure : DocumentFigure or None
         None where there is nothing to draw.
     message : str
         Why not.
@@ -95,7 +95,7 @@ class RenderedFigure:
     """
 
     request: RenderRequest
-    picture: DocumentFigure | None = None
+    figure: DocumentFigure | None = None
     message: str = ""
     image: QImage | None = None
     width: int = 0
@@ -133,7 +133,7 @@ def render_figure(order: RenderRequest) -> RenderedFigure:
         image = QImage(pixels.tobytes(), wide, high, 4 * wide, QImage.Format.Format_RGBA8888).copy()
         image.setDevicePixelRatio(order.ratio)
         return RenderedFigure(
-            request=order, picture=picture, image=image,
+            request=order, figure=picture, image=image,
             width=round(wide / order.ratio), height=round(high / order.ratio),
             subplots=_extract_subplots(figure, order.ratio), points=_extract_points(figure,
             order.ratio),
@@ -235,20 +235,20 @@ class FigureRenderer(QObject):
     ----------
     drawn : Signal(object)
         A `RenderedFigure`; of overtaken orders none.
-    failed : Signal(object)
-        The exception that the newest order ended with.
+    failed : Signal(object, object)
+        The newest order, and the exception that it ended with.
     """
 
     drawn = Signal(object)
-    failed = Signal(object)
+    failed = Signal(object, object)
     _ended = Signal(object, object)
 
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
         self._counter = itertools.count(1)
         self._newest = 0
-        self._waiting: RenderRequest | None = None
-        self._something = threading.Condition()
+        self._pending: RenderRequest | None = None
+        self._condition = threading.Condition()
         self._thread: threading.Thread | None = None
         self._ended.connect(self._end)
 
@@ -263,49 +263,47 @@ class FigureRenderer(QObject):
 
     def submit(self, order: RenderRequest) -> None:
         """Draw this and nothing that was ordered before."""
-        with self._something:
+        with self._condition:
             self._newest = order.request_id
-            self._waiting = order
+            self._pending = order
             if self._thread is None:
                 # The program waits for it at its end: what draws must not be cut off within.
                 self._thread = threading.Thread(target=self._work, name="figures")
                 self._thread.start()
-            self._something.notify()
+            self._condition.notify()
 
     def _work(self) -> None:
         while True:
-            with self._something:
-                order = self._next_order()
+            with self._condition:
+                order = self._next_request()
                 if order is None:
                     self._thread = None
                     return
-            result: object = None
-            problem: Exception | None = None
+            result: RenderedFigure | Exception
             try:
                 result = render_figure(order)
             except Exception as error:
-                problem = error
+                result = error
             try:
-                self._ended.emit(result if problem is None else order.request_id, problem)
+                self._ended.emit(order, result)
             except RuntimeError:
                 # The window was closed meanwhile and this object with it.
                 return
 
-    def _next_order(self) -> RenderRequest | None:
+    def _next_request(self) -> RenderRequest | None:
         """Return the order that waits, or comes soon; None to end, as when the program does."""
         patience = round(_IDLE_SECONDS / _POLL_SECONDS)
-        while self._waiting is None and patience and threading.main_thread().is_alive():
-            self._something.wait(_POLL_SECONDS)
+        while self._pending is None and patience and threading.main_thread().is_alive():
+            self._condition.wait(_POLL_SECONDS)
             patience -= 1
-        order, self._waiting = self._waiting, None
+        order, self._pending = self._pending, None
         return order if threading.main_thread().is_alive() else None
 
-    def _end(self, result: object, problem: object) -> None:
-        number = result.request.request_id if isinstance(result, RenderedFigure) else result
-        if number != self._newest:
+    def _end(self, order: RenderRequest, result: RenderedFigure | Exception) -> None:
+        if order.request_id != self._newest:
             return
         self._newest = 0
-        if problem is not None:
-            self.failed.emit(problem)
+        if isinstance(result, Exception):
+            self.failed.emit(order, result)
         else:
             self.drawn.emit(result)

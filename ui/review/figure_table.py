@@ -8,6 +8,7 @@ from PySide6.QtGui import QFontMetrics
 from PySide6.QtWidgets import QVBoxLayout, QWidget
 
 from ui.display_style import DisplayStyle
+from ui.widgets.flow_layout import clear_layout
 from ui.widgets.labels import create_label
 from ui.widgets.row_model import TableRow
 from ui.widgets.table_view import FittedTableView
@@ -44,9 +45,7 @@ class ReportTable(QWidget):
         if table == self._shown:
             return
         self._shown = table
-        while (item := self._column.takeAt(0)) is not None:
-            item.widget().hide()
-            item.widget().deleteLater()
+        clear_layout(self._column)
         self.lines = None
         self.setVisible(table is not None)
         if table is None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QEvent, Qt, QTimer, Signal
@@ -16,9 +15,10 @@ from ui.review.figure_renderer import FigureRenderer, FigureSize, RenderedFigure
 from ui.translation import tr
 
 if TYPE_CHECKING:
+    from gsapp.report.document import DocumentFigure
     from gsapp.report.palette import Palette
 
-FigureBuilder = Callable[["Palette", FigureSize], "RenderedFigure | str"]
+FigureBuilder = Callable[["Palette", FigureSize], "DocumentFigure | str"]
 """Returns the picture for a palette and the room there is, or why there is none; called in a
 thread."""
 
@@ -74,7 +74,7 @@ class FigureView(QScrollArea):
         super().__init__()
         self.setObjectName("panel")
         self._look = look
-        self._make: FigureBuilder | None = None
+        self._build: FigureBuilder | None = None
         self._fits = False
         self.canvas = FigureCanvas(look, describe)
         self.canvas.setAccessibleName(name)
@@ -93,13 +93,12 @@ class FigureView(QScrollArea):
         self._page.addStretch(1)
         self.setWidget(page)
         self.setFocusProxy(self.canvas)
-        self._ordered: RenderedFigure | None = None
-        self.drawer = FigureRenderer(self)
-        self.drawer.drawn.connect(self._show)
-        self.drawer.failed.connect(self._fail)
-        self._soon = self._timer(_SETTLE_MS, self._order)
-        self._hint = self._timer(_HINT_MS, self._say)
-        self.canvas.views_changed.connect(self._soon.start)
+        self.renderer = FigureRenderer(self)
+        self.renderer.drawn.connect(self._show)
+        self.renderer.failed.connect(self._fail)
+        self._draw_timer = self._timer(_SETTLE_MS, self._submit)
+        self._hint_timer = self._timer(_HINT_MS, self._show_busy)
+        self.canvas.views_changed.connect(self._draw_timer.start)
         look.changed.connect(self._restyle)
         self._restyle()
 
@@ -118,7 +117,7 @@ class FigureView(QScrollArea):
     @property
     def is_up_to_date(self) -> bool:
         """Return whether what is on screen is what is wanted."""
-        return not (self._soon.isActive() or self.drawer.busy)
+        return not (self._draw_timer.isActive() or self.renderer.busy)
 
     def show_figure(self, make: FigureBuilder, *, same: bool = False) -> None:
         """Draw another figure.
@@ -129,12 +128,12 @@ class FigureView(QScrollArea):
         same : bool
             Whether it is the same figure with other numbers, so that zoom and place are kept.
         """
-        self._make = make
+        self._build = make
         self._fits = False
         if not same:
             self.canvas.discard_views()
             self.verticalScrollBar().setValue(0)
-        self._soon.start()
+        self._draw_timer.start()
 
     @property
     def available_size(self) -> FigureSize:
@@ -166,8 +165,8 @@ class FigureView(QScrollArea):
         )
         return plain * max(larger, 1.0)
 
-    def _order(self) -> None:
-        if self._make is None or not self.isVisible():
+    def _submit(self) -> None:
+        if self._build is None or not self.isVisible():
             return
         theme = self._look.theme
 
@@ -177,29 +176,28 @@ class FigureView(QScrollArea):
             return window_palette(theme)
 
         order = RenderRequest(
-            request_id=self.drawer.next_request_id(), build=self._make, palette=palette,
+            request_id=self.renderer.next_request_id(), build=self._build, palette=palette,
             room=self.available_size,
             dpi=self._dpi, ratio=self.devicePixelRatioF(), views=dict(self.canvas.views),
         )  # fmt: skip
         if self.rendered_figure is None:
             self.canvas.setFixedSize(self.viewport().size())
-        self._ordered = RenderedFigure(request=order)
-        self.drawer.submit(order)
-        self._hint.start()
+        self.renderer.submit(order)
+        self._hint_timer.start()
 
-    def _say(self) -> None:
-        if self.drawer.busy:
+    def _show_busy(self) -> None:
+        if self.renderer.busy:
             self.canvas.show_progress_text(tr("Drawing…"))
 
     def _show(self, drawing: RenderedFigure) -> None:
-        self._hint.stop()
+        self._hint_timer.stop()
         self.canvas.show_rendered_figure(drawing)
-        if drawing.picture is None:
+        if drawing.figure is None:
             self.canvas.setFixedSize(self.viewport().size())
             self.canvas.setAccessibleDescription(drawing.message)
         else:
             self.canvas.setFixedSize(drawing.width, drawing.height)
-            self.canvas.setAccessibleDescription(drawing.picture.caption)
+            self.canvas.setAccessibleDescription(drawing.figure.caption)
         self.drawn.emit(drawing)
         if (
             not self._fits
@@ -207,28 +205,28 @@ class FigureView(QScrollArea):
         ):
             # What stands below takes another height than it did: once more, but only once.
             self._fits = True
-            self._soon.start()
+            self._draw_timer.start()
 
-    def _fail(self, error: object) -> None:
+    def _fail(self, order: RenderRequest, error: Exception) -> None:
         words = tr("This figure could not be drawn: {error}.").format(error=error)
-        self._show(replace(self._ordered, message=words))
+        self._show(RenderedFigure(request=order, message=words))
         self.failed.emit(error)
 
     def _restyle(self) -> None:
         self._page.setSpacing(self._look.px(6))
-        self._soon.start()
+        self._draw_timer.start()
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         super().resizeEvent(event)
         if event.size() != event.oldSize():
             self._fits = False
-            self._soon.start()
+            self._draw_timer.start()
 
     def showEvent(self, event: QShowEvent) -> None:
         super().showEvent(event)
-        self._soon.start()
+        self._draw_timer.start()
 
     def changeEvent(self, event: QEvent) -> None:
         super().changeEvent(event)
         if event.type() == QEvent.Type.DevicePixelRatioChange:
-            self._soon.start()
+            self._draw_timer.start()

@@ -64,11 +64,11 @@ class FiguresLayout(QWidget):
         self._look = look
         self._row = QHBoxLayout(self)
         self._row.setContentsMargins(0, 0, 0, 0)
-        self.list = self._made_list()
+        self.list = self._create_list()
         self._row.addWidget(self.list)
         self._column = QVBoxLayout()
         self._row.addLayout(self._column, 1)
-        self._column.addWidget(self._made_bar())
+        self._column.addWidget(self._create_bar())
         self.table = ReportTable(look)
         self.detail = create_label("", wrap=True, remarks_in=look)
         self.detail.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
@@ -88,7 +88,7 @@ class FiguresLayout(QWidget):
         look.changed.connect(self._restyle)
         self._restyle()
 
-    def _made_list(self) -> QListWidget:
+    def _create_list(self) -> QListWidget:
         made = QListWidget()
         made.setProperty("role", "boxed")
         made.setAccessibleName(tr("Figures"))
@@ -100,7 +100,7 @@ class FiguresLayout(QWidget):
         made.currentRowChanged.connect(lambda place: self.kind_chosen.emit(FIGURE_KINDS[place].id))
         return made
 
-    def _made_bar(self) -> QWidget:
+    def _create_bar(self) -> QWidget:
         bar = QWidget()
         policy = QSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Minimum)
         policy.setHeightForWidth(True)

@@ -78,16 +78,16 @@ class FiguresPage(ReviewStepPage):
     ) -> None:
         super().__init__(look, tr("Figures"))
         self._selection = selection
-        self._material: FigureData | None = None
+        self._data: FigureData | None = None
         self._chosen: dict[str, str] = {}
         self._undo_stack = UndoStack(self)
         self._excluded: frozenset[str] = frozenset()
-        self._needs = FigureComputations(begin_job, self)
+        self._computations = FigureComputations(begin_job, self)
         self._store = store
         self.kind: FigureKind = FIGURE_KINDS[0]
-        column = QVBoxLayout(self)
+        self._column = QVBoxLayout(self)
         self.frame = FiguresLayout(actions, look, self._describe)
-        column.addWidget(self.frame)
+        self._column.addWidget(self.frame)
         self.frame.kind_chosen.connect(self.show_kind)
         self.frame.option_chosen.connect(self._choose)
         self.view = self.frame.view
@@ -97,10 +97,10 @@ class FiguresPage(ReviewStepPage):
         self.menu = FigureMenu(canvas, self._file, self._content, canvas.reset_views)
         self.menu.message_posted.connect(self.frame.show_message)
         canvas.addActions([actions["review_open_fit"], actions["review_exclude"]])
-        self.view.canvas.point_selected.connect(self._spot_chosen)
+        self.view.canvas.point_selected.connect(self._point_chosen)
         self.view.canvas.fit_requested.connect(self.open_fit)
-        self.view.canvas.subplot_opened.connect(self._open_pane)
-        self._needs.changed.connect(self._needed)
+        self.view.canvas.subplot_opened.connect(self._open_subplot)
+        self._computations.changed.connect(self._computations_changed)
         selection.maneuver_changed.connect(self._maneuver_chosen)
         selection.derivative_changed.connect(self._derivative_chosen)
         look.changed.connect(self._restyle)
@@ -127,12 +127,12 @@ class FiguresPage(ReviewStepPage):
     @property
     def present(self) -> tuple[CommandRequirement, ...]:
         """Return what commands may act on here."""
-        if self._material is None:
+        if self._data is None:
             return ()
         needs: list[CommandRequirement] = ["review_figure"]
         if self._is_drawn:
             needs.append("review_picture")
-        if find_result(self._material.outcome, self._selection.maneuver) is not None:
+        if find_result(self._data.outcome, self._selection.maneuver) is not None:
             needs.append("review_point")
         return tuple(needs)
 
@@ -140,14 +140,14 @@ class FiguresPage(ReviewStepPage):
     def _is_drawn(self) -> bool:
         """Return whether a figure is on screen, not a sentence why there is none."""
         drawing = self.view.rendered_figure
-        return drawing is not None and drawing.picture is not None
+        return drawing is not None and drawing.figure is not None
 
     @property
     def state(self) -> StepStatus:
         """Return which run is looked at, and whether something is left out of its means."""
-        if self._material is None:
+        if self._data is None:
             return StepStatus(state="unknown")
-        outcome = self._material.outcome
+        outcome = self._data.outcome
         out = len(outcome.summary.excluded_maneuvers)
         words = (
             tr("{run_name}, {out} excluded").format(run_name=format_run_name(outcome), out=out)
@@ -158,49 +158,49 @@ class FiguresPage(ReviewStepPage):
 
     def begin(self) -> None:
         """Put the keyboard into the figure, or on the list where there is none."""
-        (self.view if self._material is not None else self.frame.list).setFocus()
+        (self.view if self._data is not None else self.frame.list).setFocus()
 
     # The run
 
     def show_outcome(self, outcome: RunOutcome | None) -> None:
         """Show the figures of a run; the one before can be compared with."""
-        former = self._material
+        former = self._data
         if outcome is None:
-            self._material = None
+            self._data = None
             self._refresh()
             return
         if former is not None and former.outcome.result is outcome.result:
             if former.outcome is not outcome:
                 self._excluded = frozenset(outcome.summary.excluded_maneuvers)
-                self._take(replace(former, outcome=outcome), same=True)
+                self._show_data(replace(former, outcome=outcome), same=True)
             return
         before = () if former is None else (former.outcome, *former.others)
         others = tuple(one for one in before if one.result is not outcome.result)
         self._undo_stack.clear()
         self._excluded = frozenset(outcome.summary.excluded_maneuvers)
-        self._needs.reset(outcome)
+        self._computations.reset(outcome)
         self._follow_flight(outcome, self._selection.maneuver)
-        self._take(
+        self._show_data(
             FigureData(
                 outcome=outcome, others=others[:PREVIOUS_RUN_COUNT], units=self.display_style.units,
-                maneuver=self._selection.maneuver, ftr_histories=self._needs.ftr_histories,
+                maneuver=self._selection.maneuver, ftr_histories=self._computations.ftr_histories,
                 selected_options=self._chosen,
             )
         )  # fmt: skip
 
-    def _take(self, material: FigureData, *, same: bool = False) -> None:
-        self._material = material
+    def _show_data(self, data: FigureData, *, same: bool = False) -> None:
+        self._data = data
         self._refresh(same=same)
         self.changed.emit()
 
-    def _needed(self) -> None:
+    def _computations_changed(self) -> None:
         """Show what was worked out meanwhile."""
-        if self._material is not None:
-            self._take(
+        if self._data is not None:
+            self._show_data(
                 replace(
-                    self._material,
-                    ftr_histories=self._needs.ftr_histories,
-                    comparison=self._needs.comparison,
+                    self._data,
+                    ftr_histories=self._computations.ftr_histories,
+                    comparison=self._computations.comparison,
                 )
             )
 
@@ -209,7 +209,7 @@ class FiguresPage(ReviewStepPage):
     def show_kind(self, name: str) -> None:
         """Show another figure."""
         self.kind = next(one for one in FIGURE_KINDS if one.id == name)
-        self._needs.allow_retry()
+        self._computations.allow_retry()
         self._refresh()
         self.changed.emit()
 
@@ -218,41 +218,41 @@ class FiguresPage(ReviewStepPage):
         self.show_kind(FIGURE_KINDS[min(max(place, 0), len(FIGURE_KINDS) - 1)].id)
 
     def _refresh(self, *, same: bool = False) -> None:
-        material, kind, frame = self._material, self.kind, self.frame
+        data, kind, frame = self._data, self.kind, self.frame
         frame.show_message("")
         frame.show_kind(kind)
-        options = () if material is None else kind.options(material)
+        options = () if data is None else kind.options(data)
         frame.show_options([(one, self._key(one)) for one in options])
-        if material is None:
+        if data is None:
             self.view.show_figure(
                 lambda _palette, _room: no_run_text(tr("the figures of the run appear here."))
             )
             return
-        if kind.needs and getattr(material, kind.needs) is None:
-            words = self._needs.request(kind.needs, material.outcome)
-            if getattr(self._material, kind.needs) is None:
+        if kind.needs and getattr(data, kind.needs) is None:
+            words = self._computations.request(kind.needs, data.outcome)
+            if getattr(self._data, kind.needs) is None:
                 self.view.show_figure(lambda _palette, _room: words)
             return
         self.view.canvas.select_maneuver(self._selection.maneuver)
-        self.view.show_figure(lambda palette, room: kind.build(material, palette, room), same=same)
+        self.view.show_figure(lambda palette, room: kind.build(data, palette, room), same=same)
 
     def _key(self, option: FigureOption) -> str:
         """Return what is chosen in a list; the maneuver is the one that all pages look at."""
-        if self._material is None:
+        if self._data is None:
             return ""
-        key = selected_choice(self._material, option)
+        key = selected_choice(self._data, option)
         if option.id == "maneuver" and not key.startswith(JOINT_PREFIX):
-            return self._material.current_maneuver.maneuver.id
+            return self._data.current_maneuver.maneuver.id
         return key
 
     def _choose(self, name: str, value: str) -> None:
         """Take what was chosen in a list."""
         self._chosen[name] = value
-        if self._material is None:
+        if self._data is None:
             return
         if name == "maneuver" and not value.startswith(JOINT_PREFIX):
             self._selection.select_maneuver(value)
-        self._take(replace(self._material, selected_options=dict(self._chosen)))
+        self._show_data(replace(self._data, selected_options=dict(self._chosen)))
 
     def _file(self) -> Path:
         return (
@@ -262,16 +262,16 @@ class FiguresPage(ReviewStepPage):
 
     def _content(self, ending: str) -> ContentFunction:
         """Return the figure as the report prints it, or its numbers, as the content of a file."""
-        kind, material = self.kind, self._material
+        kind, data = self.kind, self._data
 
         def content() -> bytes:
             from gsapp.report.document import FIGURE_WIDTH
             from gsapp.report.figure_files import export_figure
             from gsapp.report.palette import PRINT_PALETTE
 
-            picture = kind.build(
-                material, PRINT_PALETTE, FigureSize(width=FIGURE_WIDTH, height=0.0)
-            )
+            if data is None:
+                raise FlightError(_NO_RUN_FIGURES_TEXT)
+            picture = kind.build(data, PRINT_PALETTE, FigureSize(width=FIGURE_WIDTH, height=0.0))
             if isinstance(picture, str):
                 raise FlightError(picture)
             return export_figure(picture, ending)
@@ -279,18 +279,20 @@ class FiguresPage(ReviewStepPage):
         return content
 
     def _drawn(self, drawing: RenderedFigure) -> None:
-        picture, table = drawing.picture, self.kind.table
+        picture, build_table, data = drawing.figure, self.kind.table, self._data
         self.menu.enable(picture is not None)
         self.changed.emit()
         self.frame.show_caption("" if picture is None else typeset(picture.caption))
-        there = picture is not None and table is not None and self._material is not None
-        self.frame.table.show_table(table(self._material) if there else None)
+        if picture is None or build_table is None or data is None:
+            self.frame.table.show_table(None)
+        else:
+            self.frame.table.show_table(build_table(data))
         self._show_detail()
 
     def _describe(self, pane: str, maneuver: str) -> str:
-        if self._material is None:
+        if self._data is None:
             return ""
-        return describe_point(self._material, pane.partition(":")[2], maneuver)
+        return describe_point(self._data, pane.partition(":")[2], maneuver)
 
     def _show_detail(self) -> None:
         """Describe the chosen maneuver below the figure, if the figure has a point for it."""
@@ -301,31 +303,31 @@ class FiguresPage(ReviewStepPage):
             if one.maneuver == chosen_name
         ]
         derivatives = {pane.name.partition(":")[2] for pane in charts if pane is not None}
-        if self._material is None or not derivatives:
+        if self._data is None or not derivatives:
             self.frame.show_message("")
             return
         derivative = self._selection.derivative
         words = describe_point(
-            self._material, derivative if derivative in derivatives else "", chosen_name
+            self._data, derivative if derivative in derivatives else "", chosen_name
         )
         self.frame.show_message(" · ".join(words.splitlines()))
 
     # Choosing
 
-    def _spot_chosen(self, pane: str, maneuver: str) -> None:
+    def _point_chosen(self, pane: str, maneuver: str) -> None:
         self._selection.select_derivative(pane.partition(":")[2] or self._selection.derivative)
         self._selection.select_maneuver(maneuver)
         self._show_detail()
 
     def _maneuver_chosen(self, maneuver: str) -> None:
         self.view.canvas.select_maneuver(maneuver)
-        material = self._material
-        if material is None:
+        data = self._data
+        if data is None:
             return
         self._chosen.pop("maneuver", None)
-        self._follow_flight(material.outcome, maneuver)
-        self._material = replace(material, maneuver=maneuver, selected_options=dict(self._chosen))
-        if self._follows(material):
+        self._follow_flight(data.outcome, maneuver)
+        self._data = replace(data, maneuver=maneuver, selected_options=dict(self._chosen))
+        if self._follows(data):
             self._refresh()
         self._show_detail()
         self.changed.emit()
@@ -346,28 +348,26 @@ class FiguresPage(ReviewStepPage):
 
     def _derivative_chosen(self, derivative: str) -> None:
         """Look at a derivative that was chosen elsewhere."""
-        material = self._material
-        if material is None or derivative not in material.outcome.summary.derivatives:
+        data = self._data
+        if data is None or derivative not in data.outcome.summary.derivatives:
             return
-        group = selected_choice(material, derivative_group_option(material))
-        if derivative not in derivatives_in_group(material, group) and not derivative.endswith(
-            "_0"
-        ):
+        group = selected_choice(data, derivative_group_option(data))
+        if derivative not in derivatives_in_group(data, group) and not derivative.endswith("_0"):
             self._chosen["group"] = derivative
-            self._take(replace(material, selected_options=dict(self._chosen)))
+            self._show_data(replace(data, selected_options=dict(self._chosen)))
         self._show_detail()
 
-    def _open_pane(self, pane: str) -> None:
+    def _open_subplot(self, pane: str) -> None:
         """Show one derivative large, or all of its kind again; of a maneuver, its fit."""
-        material, (what, _, name) = self._material, pane.partition(":")
+        data, (what, _, name) = self._data, pane.partition(":")
         if what == "maneuver":
             self.open_fit(name)
             return
-        if material is None or self.kind.id != "values":
+        if data is None or self.kind.id != "values":
             return
-        alone = selected_choice(material, derivative_group_option(material)) == name
+        alone = selected_choice(data, derivative_group_option(data)) == name
         self._chosen["group"] = name.partition("_")[0] if alone else name
-        self._take(replace(material, selected_options=dict(self._chosen)))
+        self._show_data(replace(data, selected_options=dict(self._chosen)))
 
     def open_fit(self, maneuver: str) -> None:
         """Show the fit of a maneuver."""
@@ -376,10 +376,10 @@ class FiguresPage(ReviewStepPage):
         self.view.setFocus()
 
     def _next_maneuver(self, steps: int) -> None:
-        if self._material is None:
+        if self._data is None:
             return
-        ids = [one.maneuver.id for one in self._material.outcome.result.results]
-        place = ids.index(self._material.current_maneuver.maneuver.id)
+        ids = [one.maneuver.id for one in self._data.outcome.result.results]
+        place = ids.index(self._data.current_maneuver.maneuver.id)
         if self._selection.maneuver in ids:
             place = min(max(place + steps, 0), len(ids) - 1)
         self._selection.select_maneuver(ids[place])
@@ -392,7 +392,7 @@ class FiguresPage(ReviewStepPage):
 
     def exclude(self) -> None:
         """Leave the chosen maneuver out of the means, or take it in again."""
-        if self._material is not None and self._selection.maneuver:
+        if self._data is not None and self._selection.maneuver:
             former, name = self._excluded, self._selection.maneuver
             now = former ^ {name}
             self._exclude(now)
@@ -407,22 +407,22 @@ class FiguresPage(ReviewStepPage):
             self.changed.emit()
 
     def _exclude(self, without: frozenset[str]) -> None:
-        if self._material is None:
+        if self._data is None:
             return
         from gsapp.identification.runs.exclusion import exclude_maneuvers
 
-        former, self._excluded = self._material.outcome, without
+        former, self._excluded = self._data.outcome, without
         outcome = exclude_maneuvers(former, without)
         # A derivative that no other maneuver gave comes and goes with it, and so does its chart.
         same = outcome.summary.derivatives.keys() == former.summary.derivatives.keys()
-        self._take(replace(self._material, outcome=outcome), same=same)
+        self._show_data(replace(self._data, outcome=outcome), same=same)
         self.exclusion_changed.emit(outcome)
 
     def _restyle(self) -> None:
         margin = self.display_style.px(12)
-        self.layout().setContentsMargins(margin, margin, margin, margin)
-        if self._material is not None and self._material.units != self.display_style.units:
-            self._take(replace(self._material, units=self.display_style.units))
+        self._column.setContentsMargins(margin, margin, margin, margin)
+        if self._data is not None and self._data.units != self.display_style.units:
+            self._show_data(replace(self._data, units=self.display_style.units))
 
 
 def _log_failure(error: BaseException) -> None:

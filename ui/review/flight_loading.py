@@ -40,13 +40,13 @@ class FlightLoader(QObject):
         super().__init__(parent)
         self._catalog = catalog
         self._waiting: list[Path] = []
-        self._work: BackgroundJob | None = None
+        self._job: BackgroundJob | None = None
         self._words = ""
 
     @property
     def status_text(self) -> str:
         """Return what is being opened, in words; empty for nothing."""
-        if self._work is None:
+        if self._job is None:
             return ""
         left = (
             tr(", {count} more to come").format(count=len(self._waiting)) if self._waiting else ""
@@ -56,12 +56,12 @@ class FlightLoader(QObject):
     def open(self, paths: Iterable[Path]) -> None:
         """Open these flights after those that wait."""
         self._waiting += [path for path in paths if path not in self._waiting]
-        if self._work is None:
+        if self._job is None:
             self._next()
 
     def _next(self) -> None:
         if not self._waiting:
-            self._work = None
+            self._job = None
             self.changed.emit()
             return
         path = self._waiting.pop(0)
@@ -75,14 +75,14 @@ class FlightLoader(QObject):
             )
 
         self._words = tr("opening {name}").format(name=path.name)
-        self._work = BackgroundJob(self._words, run, self)
-        self._work.progressed.connect(self._told)
-        self._work.done.connect(self._done)
-        self._work.failed.connect(lambda error: self._missed(path, error))
-        self._work.start()
+        self._job = BackgroundJob(self._words, run, self)
+        self._job.progressed.connect(self._show_progress)
+        self._job.done.connect(self._done)
+        self._job.failed.connect(lambda error: self._report_failure(path, error))
+        self._job.start()
         self.changed.emit()
 
-    def _told(self, _share: object, words: str) -> None:
+    def _show_progress(self, _share: object, words: str) -> None:
         self._words = words
         self.changed.emit()
 
@@ -90,7 +90,7 @@ class FlightLoader(QObject):
         self.opened.emit(flight)
         self._next()
 
-    def _missed(self, path: Path, error: BaseException) -> None:
+    def _report_failure(self, path: Path, error: BaseException) -> None:
         self.failed.emit(path, error)
         self._next()
 
@@ -110,12 +110,12 @@ class CatalogWriter(QObject):
         super().__init__(parent)
         self._catalog = catalog
         self._waiting: dict[Path, Callable[[], None]] = {}
-        self._work: BackgroundJob | None = None
+        self._job: BackgroundJob | None = None
 
     @property
     def busy(self) -> bool:
         """Return whether something is still to be kept."""
-        return self._work is not None
+        return self._job is not None
 
     def store(self, flight: ReviewedFlight) -> None:
         """Keep the maneuvers of a flight as they stand now."""
@@ -123,19 +123,19 @@ class CatalogWriter(QObject):
         self._waiting[flight.path] = lambda: save_maneuvers_to_catalog(
             catalog, flight.flight, maneuvers, flight.aircraft.name
         )
-        if self._work is None:
+        if self._job is None:
             self._next()
 
     def _next(self) -> None:
         if not self._waiting:
-            self._work = None
+            self._job = None
             return
         write = self._waiting.pop(next(iter(self._waiting)))
-        self._work = BackgroundJob(tr("Saving the maneuvers"), lambda _progress: write(), self)
-        self._work.done.connect(lambda _result: self._next())
-        self._work.failed.connect(self._missed)
-        self._work.start()
+        self._job = BackgroundJob(tr("Saving the maneuvers"), lambda _progress: write(), self)
+        self._job.done.connect(lambda _result: self._next())
+        self._job.failed.connect(self._report_failure)
+        self._job.start()
 
-    def _missed(self, error: BaseException) -> None:
+    def _report_failure(self, error: BaseException) -> None:
         self.failed.emit(error)
         self._next()

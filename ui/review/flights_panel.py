@@ -85,15 +85,15 @@ class FlightsPanel(QWidget):
         self.flights.setVisible(bool(flights))
         self.buttons["review_trial"].setVisible(not flights)
         if doing:
-            self._say(doing)
+            self._set_status(doing)
         elif not flights:
-            self._say(
+            self._set_status(
                 tr("No flight yet. Add one: a flight folder, or a file (tlog, bin, ulg, csv, mat).")
             )
         else:
-            self._tell_of(flights[place])
+            self._show_remarks(flights[place])
 
-    def _tell_of(self, flight: ReviewedFlight) -> None:
+    def _show_remarks(self, flight: ReviewedFlight) -> None:
         """Tell grades and the latest remarks: what was changed by hand is said last."""
         grades = grade_counts_text(flight.maneuvers)
         said = flight.remarks[::-1]
@@ -103,9 +103,9 @@ class FlightsPanel(QWidget):
             *said[:_MAX_REMARKS],
             tr("{remarks} more").format(remarks=count_text(more, "remark")) if more else "",
         )
-        self._say(join_sentences(lines), flight.remarks)
+        self._set_status(join_sentences(lines), flight.remarks)
 
-    def _say(self, words: str, remarks: Sequence[str] = ()) -> None:
+    def _set_status(self, words: str, remarks: Sequence[str] = ()) -> None:
         self.words.setText(words)
         self.words.setToolTip("\n".join(remarks))
         self.words.setAccessibleDescription(join_sentences(remarks))

@@ -20,7 +20,7 @@ def create_review_job_runner() -> ProcessJobRunner:
 
 
 class RunnableJob(Protocol):
-    """Anything that an engine does."""
+    """Anything that a job runner does."""
 
     @property
     def title(self) -> str:
@@ -45,7 +45,7 @@ class JobQueue(QObject):
 
     Parameters
     ----------
-    engine : JobRunner
+    job_runner : JobRunner
         Does the work.
     report_error : callable
         Where errors go.
@@ -65,24 +65,24 @@ class JobQueue(QObject):
     ended = Signal(str, str)
 
     def __init__(
-        self, engine: JobRunner, report_error: FailedCallback, parent: QObject | None = None
+        self, job_runner: JobRunner, report_error: FailedCallback, parent: QObject | None = None
     ) -> None:
         super().__init__(parent)
-        self._engine = engine
+        self._job_runner = job_runner
         self._report_error = report_error
-        self._work: BackgroundJob | None = None
+        self._job: BackgroundJob | None = None
         self._now: _QueuedJob | None = None
         self._waiting: list[_QueuedJob] = []
 
     @property
     def running(self) -> bool:
         """Return whether a job runs."""
-        return self._work is not None
+        return self._job is not None
 
     @property
     def title(self) -> str:
         """Return what is being done; empty for nothing."""
-        return self._work.title if self._work is not None else ""
+        return self._job.title if self._job is not None else ""
 
     def submit(
         self, job: RunnableJob, done: DoneCallback, *, failed: FailedCallback | None = None
@@ -101,8 +101,8 @@ class JobQueue(QObject):
     def cancel(self) -> None:
         """Stop the job that runs, and do none of those that wait."""
         waiting, self._waiting = self._waiting, []
-        if self._work is not None:
-            self._work.cancel()
+        if self._job is not None:
+            self._job.cancel()
         for one in waiting:
             _notify_all(one.failed, JobCanceledError())
 
@@ -111,20 +111,20 @@ class JobQueue(QObject):
         self._waiting = []
         if self._now is not None:
             self._now.done, self._now.failed = [], []
-        if self._work is not None:
-            self._work.cancel()
-        self._engine.close()
+        if self._job is not None:
+            self._job.cancel()
+        self._job_runner.close()
 
     def _next(self) -> None:
-        if self._work is not None or not self._waiting:
+        if self._job is not None or not self._waiting:
             return
         asked = self._waiting.pop(0)
 
         def run(progress: JobProgress) -> object:
-            return self._engine.do(asked.job, progress)
+            return self._job_runner.do(asked.job, progress)
 
         work = BackgroundJob(asked.job.title, run, self)
-        self._work, self._now = work, asked
+        self._job, self._now = work, asked
         work.progressed.connect(self.progressed)
         work.done.connect(lambda result: self._end("done", asked.done, result))
         work.canceled.connect(lambda: self._end("cancelled", asked.failed, JobCanceledError()))
@@ -139,7 +139,7 @@ class JobQueue(QObject):
     def _end(self, how: str, listeners: Sequence[Callable[[Any], None]], what: object) -> None:
         """Say how the job at hand ended, tell those who asked, and go on with the next."""
         title = self.title
-        self._work = self._now = None
+        self._job = self._now = None
         self.ended.emit(title, how)
         _notify_all(listeners, what)
         self._next()

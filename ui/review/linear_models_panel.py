@@ -53,7 +53,7 @@ class LinearModelsPanel(QWidget):
         super().__init__()
         self._look = look
         self._outcome: RunOutcome | None = None
-        self._wanted = False
+        self._is_requested = False
         self._needs = FigureComputations(begin_job, self)
         self._needs.changed.connect(self._show_comparison)
         self._column = QVBoxLayout(self)
@@ -94,7 +94,7 @@ class LinearModelsPanel(QWidget):
         """Show the models of a run."""
         if outcome is not self._outcome:
             self._outcome = outcome
-            self._wanted = False
+            self._is_requested = False
             self._needs.reset(outcome)
         self.modes.show_rows(build_mode_rows(outcome))
         self.modes.setVisible(bool(outcome.models))
@@ -107,7 +107,7 @@ class LinearModelsPanel(QWidget):
 
     def compare(self) -> None:
         """Have the models compared with flight, once for each run."""
-        self._wanted = True
+        self._is_requested = True
         self._needs.allow_retry()
         self._show_comparison()
 
@@ -118,7 +118,7 @@ class LinearModelsPanel(QWidget):
         if comparison is not None:
             self.compared.setText(describe_comparison(comparison))
             self.errors.show_rows(build_error_rows(comparison))
-        elif self._wanted:
+        elif self._is_requested:
             self.compared.setText(self._needs.request("comparison", outcome))
         else:
             self.compared.setText(tr(_NO_COMPARISON_TEXT))

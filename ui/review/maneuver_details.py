@@ -58,9 +58,9 @@ class ManeuverDetails(QWidget):
         column.addWidget(self.reasons)
         self.remarks = create_label("", "muted", wrap=True, remarks_in=look)
         column.addWidget(self.remarks)
-        self.said = FieldMessage()
-        column.addWidget(self.said)
-        self.said.hide()
+        self.message = FieldMessage()
+        column.addWidget(self.message)
+        self.message.hide()
         look.changed.connect(self._restyle)
         self._restyle()
 
@@ -105,5 +105,5 @@ class ManeuverDetails(QWidget):
 
     def show_message(self, words: str, state: str = "") -> None:
         """Say what came of the last deed; nothing hides the line."""
-        self.said.set_message(words, state)
-        self.said.setVisible(bool(words))
+        self.message.set_message(words, state)
+        self.message.setVisible(bool(words))

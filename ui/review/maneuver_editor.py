@@ -27,7 +27,7 @@ class ManeuverEditor(QObject):
     review : Review
     selection : ReviewSelection
         The maneuver that is changed.
-    keeping : CatalogWriter
+    catalog_writer : CatalogWriter
         Hands every change on to the catalog.
 
     Attributes
@@ -46,14 +46,14 @@ class ManeuverEditor(QObject):
         flights: ReviewedFlights,
         review: Review,
         selection: ReviewSelection,
-        keeping: CatalogWriter,
+        catalog_writer: CatalogWriter,
         parent: QObject | None = None,
     ) -> None:
         super().__init__(parent)
         self._flights = flights
         self._review = review
         self._selection = selection
-        self._keeping = keeping
+        self._catalog_writer = catalog_writer
 
     @property
     def row(self) -> ManeuverRow | None:
@@ -74,7 +74,7 @@ class ManeuverEditor(QObject):
         flight = flight or self._flights.flight
         if flight is None:
             return
-        at = self._where()
+        at = self._current_time()
         try:
             name = change(flight)
         except GroundStationError as error:
@@ -82,28 +82,28 @@ class ManeuverEditor(QObject):
             flight.poll()
         else:
             self.message_changed.emit("", "")
-            self._keeping.store(flight)
+            self._catalog_writer.store(flight)
             if name:
                 self._selection.select_maneuver(self._review.campaign_id(flight, name))
-        self._settle(at)
+        self._select_nearest(at)
 
     def reload(self) -> None:
         """Take in what other windows changed."""
-        at = self._where()
+        at = self._current_time()
         try:
             changed = self._review.poll()
         except GroundStationError as error:
             self.message_changed.emit(str(error), "warning")
             return
         if changed:
-            self._settle(at)
+            self._select_nearest(at)
 
-    def _where(self) -> float:
+    def _current_time(self) -> float:
         """Return where the eye is, s, should the chosen maneuver be gone afterwards."""
         row = self.row
         return row.maneuver.t_start if row is not None else 0.0
 
-    def _settle(self, at: float) -> None:
+    def _select_nearest(self, at: float) -> None:
         """Look at what stands; a maneuver that is gone gives its place to the one next to it."""
         flight = self._flights.flight
         if flight is not None and self._review.find_maneuver(self._selection.maneuver) is None:
@@ -140,7 +140,7 @@ class ManeuverEditor(QObject):
         """Make a stretch (s) a maneuver."""
         self._edit(lambda flight: flight.add(start, stop))
 
-    def _picked(self, ids: Sequence[str]) -> tuple[str, ...]:
+    def _target_ids(self, ids: Sequence[str]) -> tuple[str, ...]:
         """Return the ids within the flight on screen that a deed is meant for.
 
         Those picked in the table, if the chosen maneuver is one of them; else that one alone.
@@ -158,13 +158,13 @@ class ManeuverEditor(QObject):
 
     def remove(self, ids: Sequence[str]) -> None:
         """Take out the maneuvers picked, as one change."""
-        picked = self._picked(ids)
+        picked = self._target_ids(ids)
         if picked:
             self._edit(lambda flight: flight.remove(*picked))
 
     def merge(self, ids: Sequence[str]) -> None:
         """Merge the maneuvers picked; one alone with the next of its flight."""
-        picked, flight = self._picked(ids), self._flights.flight
+        picked, flight = self._target_ids(ids), self._flights.flight
         if flight is None or not picked:
             return
         if len(picked) == 1:
@@ -177,13 +177,15 @@ class ManeuverEditor(QObject):
 
     def rename(self, campaign_id: str, new: str) -> None:
         """Give a maneuver another id."""
-        self._named(campaign_id, lambda flight, name: flight.rename(name, new))
+        self._edit_later(campaign_id, lambda flight, name: flight.rename(name, new))
 
     def annotate(self, campaign_id: str, note: str) -> None:
         """Write a note beside a maneuver."""
-        self._named(campaign_id, lambda flight, name: flight.annotate(name, note))
+        self._edit_later(campaign_id, lambda flight, name: flight.annotate(name, note))
 
-    def _named(self, campaign_id: str, change: Callable[[ReviewedFlight, str], str | None]) -> None:
+    def _edit_later(
+        self, campaign_id: str, change: Callable[[ReviewedFlight, str], str | None]
+    ) -> None:
         place = self._review.find_maneuver(campaign_id)
         if place is None:
             return
@@ -199,7 +201,7 @@ class ManeuverEditor(QObject):
 
     def set_in_use(self, campaign_id: str, wanted: bool) -> None:
         """Let a maneuver take part in estimates, or not."""
-        self._named(campaign_id, lambda flight, name: flight.set_in_use(name, wanted))
+        self._edit_later(campaign_id, lambda flight, name: flight.set_in_use(name, wanted))
 
     # Undo: the file of the flight keeps the changes
 
@@ -217,13 +219,13 @@ class ManeuverEditor(QObject):
 
     def undo(self) -> None:
         """Undo the last change of the flight on screen."""
-        self._back(tr("Undone"), lambda flight: flight.undo())
+        self._restore(tr("Undone"), lambda flight: flight.undo())
 
     def redo(self) -> None:
         """Redo the change of the flight on screen that was undone last."""
-        self._back(tr("Redone"), lambda flight: flight.redo())
+        self._restore(tr("Redone"), lambda flight: flight.redo())
 
-    def _back(self, what: str, act: Callable[[ReviewedFlight], str]) -> None:
+    def _restore(self, what: str, act: Callable[[ReviewedFlight], str]) -> None:
         words = ""
 
         def change(flight: ReviewedFlight) -> None:

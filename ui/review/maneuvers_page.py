@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from pathlib import Path
 
 from PySide6.QtCore import QTimer, Signal
@@ -75,14 +76,14 @@ class ManeuversPage(ReviewStepPage):
         self.review = review
         self.flights = ReviewedFlights(review, store, selection, self)
         self.opening = self.flights.opening
-        self.keeping = CatalogWriter(lambda: catalog_path(store.current), self)
-        self.editing = ManeuverEditor(self.flights, review, selection, self.keeping, self)
-        self.board = board = ManeuversPanel(actions, look)
-        self.details, self.timeline, self.bar = board.details, board.timeline, board.bar
-        self.panel, self.channels, self.table = board.panel, board.channels, board.table
+        self.catalog_writer = CatalogWriter(lambda: catalog_path(store.current), self)
+        self.editing = ManeuverEditor(self.flights, review, selection, self.catalog_writer, self)
+        self.maneuvers_panel = view = ManeuversPanel(actions, look)
+        self.details, self.timeline, self.bar = view.details, view.timeline, view.bar
+        self.panel, self.channels, self.table = view.panel, view.channels, view.table
         column = QVBoxLayout(self)
         column.setContentsMargins(0, 0, 0, 0)
-        column.addWidget(board)
+        column.addWidget(view)
         self._bind()
         self._poll = QTimer(self)
         self._poll.setInterval(_POLL_MS)
@@ -98,9 +99,9 @@ class ManeuversPage(ReviewStepPage):
         flights.status_changed.connect(self._show_flights)
         flights.failed.connect(lambda words: self.details.show_message(words, "warning"))
         self._selection.maneuver_changed.connect(self._select)
-        editing.changed.connect(self._told_all)
+        editing.changed.connect(self._notify_change)
         editing.message_changed.connect(self.details.show_message)
-        self.keeping.failed.connect(
+        self.catalog_writer.failed.connect(
             lambda error: self.details.show_message(
                 tr("Not saved in the catalog: {error}").format(error=error), "caution"
             )
@@ -113,7 +114,7 @@ class ManeuversPage(ReviewStepPage):
         self.channels.selection_changed.connect(self._channels_chosen)
         timeline.show_channels(wanted)
         timeline.maneuver_selected.connect(self._pressed)
-        timeline.edge_dragged.connect(self._moving)
+        timeline.edge_dragged.connect(self._preview_edges)
         timeline.edge_moved.connect(editing.move)
         timeline.drag_cancelled.connect(self._refresh)
         timeline.segment_marked.connect(self.changed)
@@ -151,9 +152,9 @@ class ManeuversPage(ReviewStepPage):
             "review_note": lambda: self._type("note"),
             "review_grade": self.grade,
             "review_in_use": self.use,
-            **{f"review_{name}": lambda by=by: editing.nudge(*by) for name, by in edges.items()},
+            **{f"review_{name}": partial(editing.nudge, *by) for name, by in edges.items()},
             **{
-                f"review_{name}": lambda by=by: editing.nudge_samples(*by)
+                f"review_{name}": partial(editing.nudge_samples, *by)
                 for name, by in samples.items()
             },
         }
@@ -183,8 +184,9 @@ class ManeuversPage(ReviewStepPage):
         used = sum(row.in_use for row in rows)
         words = tr("{used} of {count} used").format(used=used, count=len(rows))
         flights = count_text(len(self.review.flights), "flight")
-        state = "good" if used else "caution"
-        return StepStatus(state=state, text=words, detail=f"{flights}: {words}")
+        return StepStatus(
+            state="good" if used else "caution", text=words, detail=f"{flights}: {words}"
+        )
 
     @property
     def undo_history(self) -> UndoHistory | None:
@@ -237,7 +239,7 @@ class ManeuversPage(ReviewStepPage):
 
     # Changes
 
-    def _moving(self, name: str, start: float, stop: float) -> None:
+    def _preview_edges(self, name: str, start: float, stop: float) -> None:
         """Say what a maneuver would be with the edges that are being dragged."""
         flight = self.flights.flight
         if flight is None:
@@ -260,7 +262,7 @@ class ManeuversPage(ReviewStepPage):
 
     def _type(self, column: str) -> None:
         """Begin to type into the row of the chosen maneuver."""
-        self.board.show_table()
+        self.maneuvers_panel.show_table()
         self.table.edit_cell(self._selection.maneuver, column)
 
     def use(self) -> None:
@@ -301,14 +303,14 @@ class ManeuversPage(ReviewStepPage):
     def _opened(self, flight: ReviewedFlight) -> None:
         """Keep changes that never reached the catalog: the window was closed too soon."""
         if flight.changes:
-            self.keeping.store(flight)
+            self.catalog_writer.store(flight)
 
     def _flights_changed(self) -> None:
         if self.flights.flight is not None and self.panel.has_keyboard:
             self.begin()
-        self._told_all()
+        self._notify_change()
 
-    def _told_all(self) -> None:
+    def _notify_change(self) -> None:
         self._refresh()
         self.maneuvers_changed.emit()
 
@@ -346,7 +348,7 @@ class ManeuversPage(ReviewStepPage):
         self.table.show_rows(rows)
         self.table.select_maneuver(chosen)
         known = here is not None
-        self.board.set_flight_known(known=known)
+        self.maneuvers_panel.set_flight_known(known=known)
         self.details.set_empty_title(
             tr("No maneuver is chosen") if known else tr("No flight is under review")
         )

@@ -44,7 +44,7 @@ class OnboardLogController(QObject):
         Returns paths of further flights that may be meant.
     parent : QWidget
         The place.
-    engine : JobRunner, optional
+    job_runner : JobRunner, optional
         What does the work; a process of its own by default.
 
     Attributes
@@ -67,7 +67,7 @@ class OnboardLogController(QObject):
         flights: Callable[[], Sequence[Flight]],
         others: Callable[[], Sequence[Path]],
         parent: QWidget,
-        engine: JobRunner | None = None,
+        job_runner: JobRunner | None = None,
     ) -> None:
         super().__init__(parent)
         self._look = look
@@ -76,10 +76,10 @@ class OnboardLogController(QObject):
         self._flights = flights
         self._others = others
         self._parent = parent
-        self.work = JobQueue(engine or create_log_job_runner(), report_error, self)
+        self.work = JobQueue(job_runner or create_log_job_runner(), report_error, self)
         self._banner = JobBanner(banners, self.work.cancel)
         self.work.began.connect(self._began)
-        self.work.progressed.connect(self._told)
+        self.work.progressed.connect(self._show_progress)
         self.work.ended.connect(self._ended)
 
     @property
@@ -151,7 +151,7 @@ class OnboardLogController(QObject):
         self._banner.show(title)
         self.changed.emit()
 
-    def _told(self, share: float | None, words: str) -> None:
+    def _show_progress(self, share: float | None, words: str) -> None:
         self._banner.set_progress(share, words)
 
     def _ended(self, title: str, how: str) -> None:

@@ -28,6 +28,7 @@ from ui.translation import tr
 
 if TYPE_CHECKING:
     from gsapp.flight.onboard_log import OnboardLogState
+    from gsapp.telemetry.link_address import LinkAddress
 
 _FILE, _LINK, _STORED, _NONE = "file", "link", "kept", "none"
 
@@ -104,7 +105,7 @@ class OnboardLogDialog(FormDialog):
         look: DisplayStyle,
         flights: Sequence[FlightLogs],
         links: Sequence[str],
-        parse: Callable[[str], object],
+        parse: Callable[[str], LinkAddress],
         list_ports: Callable[[], Sequence[tuple[str, str]]],
         parent: QWidget | None = None,
     ) -> None:
@@ -136,9 +137,9 @@ class OnboardLogDialog(FormDialog):
         self._pages.addWidget(QWidget())
         self.add_row(tr("From"), self._pages)
         self.flight.currentIndexChanged.connect(self._flight_chosen)
-        self.origin.currentIndexChanged.connect(self._judge)
-        self.file.edit.textChanged.connect(self._judge)
-        self.link.changed.connect(self._judge)
+        self.origin.currentIndexChanged.connect(self._validate)
+        self.file.edit.textChanged.connect(self._validate)
+        self.link.changed.connect(self._validate)
         self._flight_chosen()
         self.origin.setFocus()
         self.fit_to_content()
@@ -179,9 +180,9 @@ class OnboardLogDialog(FormDialog):
         if in_force:
             self.origin.addItem(tr("None: live record only"), (_NONE, ""))
         self.origin.blockSignals(False)
-        self._judge()
+        self._validate()
 
-    def _judge(self) -> None:
+    def _validate(self) -> None:
         kind, name = self._from
         self._pages.setCurrentIndex({_FILE: 0, _LINK: 1}.get(kind, 2))
         usable = True

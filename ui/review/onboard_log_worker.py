@@ -48,7 +48,7 @@ class OnboardLogJobHandler:
     """
 
     def __init__(self, tell: JobProgressCallback) -> None:
-        self._tell = tell
+        self._report_progress = tell
 
     def do(self, job: OnboardLogJob) -> OnboardLogResult:
         """Do one job and return how the flight stands."""
@@ -57,7 +57,7 @@ class OnboardLogJobHandler:
 
         if job.use is not None:
             info = FlightFolder.open(job.flight).info()
-            self._tell(None, QT_TR_NOOP("reading the flight"))
+            self._report_progress(None, QT_TR_NOOP("reading the flight"))
             flight = activate_log(job.flight, job.use)
             state = flight.onboard
             words = state.remark() if state is not None else QT_TR_NOOP("live record only")
@@ -65,7 +65,7 @@ class OnboardLogJobHandler:
             return OnboardLogResult(
                 flight=job.flight, text=f"{flight.name}: {words}.", previous_log=former
             )
-        placed = self._fetched(job) if job.link is not None else self._placed(job)
+        placed = self._fetched(job) if job.link is not None else self._install(job)
         state = placed.flight.onboard
         words = state.remark() if state is not None else ""
         beside = f" {placed.remark}." if placed.remark else ""
@@ -75,13 +75,13 @@ class OnboardLogJobHandler:
             previous_log=placed.previous_name,
         )
 
-    def _placed(self, job: OnboardLogJob) -> InstalledLog:
+    def _install(self, job: OnboardLogJob) -> InstalledLog:
         from gsapp.flight.onboard_log.log_storage import install_log
         from gsapp.foundation import FlightError
 
         if job.file is None:
             raise FlightError("no log was named; choose a file")
-        self._tell(None, f"comparing {job.file.name} with the live record")
+        self._report_progress(None, f"comparing {job.file.name} with the live record")
         return install_log(job.flight, job.file)
 
     def _fetched(self, job: OnboardLogJob) -> InstalledLog:
@@ -89,22 +89,22 @@ class OnboardLogJobHandler:
         from gsapp.foundation import LinkError
         from gsapp.telemetry.log_download import LogFetcher
 
-        with LogFetcher(job.flight, job.link or "", tell=self._coming) as fetcher:
+        with LogFetcher(job.flight, job.link or "", tell=self._report_download) as fetcher:
             entry = fetcher.select()
             fetched = fetcher.fetch(entry) if entry is not None else None
         if fetched is None:
             raise LinkError("the log was not downloaded; start again")
-        self._tell(_FETCH_SHARE, QT_TR_NOOP("comparing it with the live record"))
+        self._report_progress(_FETCH_SHARE, QT_TR_NOOP("comparing it with the live record"))
         placed = install_log(job.flight, fetched.path, begun=fetched.start_time)
         fetched.path.unlink(missing_ok=True)
         return placed
 
-    def _coming(self, state: DownloadState) -> None:
+    def _report_download(self, state: DownloadState) -> None:
         if state.phase != "fetching":
-            self._tell(None, _PHASES.get(state.phase, state.phase))
+            self._report_progress(None, _PHASES.get(state.phase, state.phase))
             return
         share = state.received_bytes / state.size if state.size else 0.0
         words = f"{state.received_bytes / 1e6:.1f} of {state.size / 1e6:.1f} MB"
         if state.rate > 0.0:
             words += f", {state.rate / 1e3:.0f} kB/s"
-        self._tell(_FETCH_SHARE * share, words)
+        self._report_progress(_FETCH_SHARE * share, words)

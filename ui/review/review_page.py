@@ -28,9 +28,11 @@ if TYPE_CHECKING:
     from gsapp.flight.flight import Flight
     from gsapp.identification.runs.outcome import RunOutcome
     from gsapp.session.review import Review
+    from ui.review.estimate_page import EstimatePage
+    from ui.review.maneuvers_page import ManeuversPage
 
 
-class ReviewPage(MultiStepPage, JobPage):
+class ReviewPage(MultiStepPage[ReviewStepPage], JobPage):
     """Leads from step to step; long work goes on whatever is on screen.
 
     Pages are made when they are first seen: a window that only flies does without them.
@@ -45,9 +47,9 @@ class ReviewPage(MultiStepPage, JobPage):
         Remembers flights, chapter and settings of the estimate.
     banners : BannerStack
         Tells of work while another place is on screen.
-    faults : ErrorReporter
+    error_reporter : ErrorReporter
         Where errors go.
-    engine : JobRunner, optional
+    job_runner : JobRunner, optional
         What does the work; a process of its own by default.
 
     Attributes
@@ -68,19 +70,21 @@ class ReviewPage(MultiStepPage, JobPage):
         look: DisplayStyle,
         store: SettingsStore,
         banners: BannerStack,
-        faults: ErrorReporter,
-        engine: JobRunner | None = None,
+        error_reporter: ErrorReporter,
+        job_runner: JobRunner | None = None,
     ) -> None:
         super().__init__(tr("Review"), actions, look, store, banners, tr("work"), "review_cancel")
-        self._faults = faults
+        self._error_reporter = error_reporter
         self._review: Review | None = None
+        self._maneuvers_page: ManeuversPage | None = None
+        self._estimate_page: EstimatePage | None = None
         self._open: Path | None = None
         self.outcome: RunOutcome | None = None
         self._former: tuple[RunOutcome, ...] = ()
         self.selection = ReviewSelection(self)
-        self.work = JobQueue(engine or create_review_job_runner(), faults.report, self)
+        self.work = JobQueue(job_runner or create_review_job_runner(), error_reporter.report, self)
         self.onboard = OnboardLogController(
-            look, store, banners, faults.report, self._reviewed, self._opened, self
+            look, store, banners, error_reporter.report, self._reviewed, self._opened, self
         )
         self.onboard.log_applied.connect(self._samples_changed)
         self.onboard.changed.connect(self.changed)
@@ -132,15 +136,17 @@ class ReviewPage(MultiStepPage, JobPage):
 
             maneuvers = ManeuversPage(self._actions, look, store, self.selection, self.review)
             maneuvers.maneuvers_changed.connect(self._maneuvers_changed)
+            self._maneuvers_page = maneuvers
             return maneuvers
         if step_id == "estimate":
             from ui.review.estimate_page import EstimatePage
 
             estimate = EstimatePage(
                 self._actions, look, store, self.selection, self.review, self.work.submit,
-                self._faults.report,
+                self._error_reporter.report,
             )  # fmt: skip
             estimate.estimated.connect(self.show_outcome)
+            self._estimate_page = estimate
             return estimate
         if step_id == "figures":
             from ui.review.figures_page import FiguresPage
@@ -165,9 +171,8 @@ class ReviewPage(MultiStepPage, JobPage):
 
     def _maneuvers_changed(self) -> None:
         """Say on the page of the estimate what a run would take now."""
-        estimate = self.pages.get("estimate")
-        if estimate is not None:
-            estimate.refresh()
+        if self._estimate_page is not None:
+            self._estimate_page.refresh()
 
     def fly_virtual_flight(self) -> None:
         """Let the virtual aircraft fly, and review that flight."""
@@ -180,7 +185,11 @@ class ReviewPage(MultiStepPage, JobPage):
     def add_flights(self, flights: Sequence[Path]) -> None:
         """Take flights under review, too, and show where they stand."""
         self.go_to_step("maneuvers", begin=self.isVisible())
-        self.pages["maneuvers"].opening.open(flights)
+        self._open_flights(flights)
+
+    def _open_flights(self, flights: Sequence[Path]) -> None:
+        if self._maneuvers_page is not None:
+            self._maneuvers_page.opening.open(flights)
 
     def _reviewed(self) -> list[Flight]:
         return [one.flight for one in self._review.flights] if self._review is not None else []
@@ -190,9 +199,8 @@ class ReviewPage(MultiStepPage, JobPage):
 
     def _samples_changed(self, path: Path) -> None:
         """Open a flight anew whose on-board log is another now."""
-        page = self.pages.get("maneuvers")
-        if page is not None and path.resolve() in [one.resolve() for one in self.review.paths]:
-            page.opening.open([path])
+        if path.resolve() in [one.resolve() for one in self.review.paths]:
+            self._open_flights([path])
 
     def set_open_flight(self, path: Path | None) -> None:
         """Say which flight is open in the window."""
@@ -212,9 +220,8 @@ class ReviewPage(MultiStepPage, JobPage):
     def _means_changed(self, outcome: RunOutcome) -> None:
         """Look at other means of the same run, and keep them with it."""
         self.show_outcome(outcome)
-        estimate = self.pages.get("estimate")
-        if estimate is not None:
-            estimate.book.update_means(outcome)
+        if self._estimate_page is not None:
+            self._estimate_page.run_store.update_means(outcome)
 
     # Work
 

@@ -48,8 +48,8 @@ class ReviewJobHandler:
     """
 
     def __init__(self, tell: JobProgressCallback) -> None:
-        self._tell = tell
-        self._shelf: FlightCache | None = None
+        self._report_progress = tell
+        self._flight_cache: FlightCache | None = None
 
     def do(self, job: ReviewJob) -> object:
         """Do one job and return its result."""
@@ -59,22 +59,22 @@ class ReviewJobHandler:
             case RepeatJob():
                 return self._repeat(job)
             case FtrHistoryJob():
-                return self._hear(job)
+                return self._compute_ftr_histories(job)
             case LinearModelsJob():
                 return self._compare(job)
             case RunReportJob():
                 return self._report(job)
             case VirtualFlightJob():
-                return simulate_virtual_flight(job.folder, self._tell, hide="")
+                return simulate_virtual_flight(job.folder, self._report_progress, hide="")
 
     @property
     def flights(self) -> FlightCache:
         """Return the flights that are open."""
-        if self._shelf is None:
+        if self._flight_cache is None:
             from gsapp.identification.runs.flight_cache import FlightCache
 
-            self._shelf = FlightCache()
-        return self._shelf
+            self._flight_cache = FlightCache()
+        return self._flight_cache
 
     def _estimate(self, job: EstimateJob) -> RunOutcome:
         from gsapp.flight.catalog import Catalog
@@ -84,12 +84,12 @@ class ReviewJobHandler:
         outcome = execute_run(
             job.request,
             flights=self.flights,
-            doing=_ReadProgress(self._tell, len(job.request.flights)),
-            progress=self._fitting,
+            doing=_ReadProgress(self._report_progress, len(job.request.flights)),
+            progress=self._report_fit,
         )
         if job.catalog is None:
             return outcome
-        self._tell(_FIT_SHARE, QT_TR_NOOP("saving the run"))
+        self._report_progress(_FIT_SHARE, QT_TR_NOOP("saving the run"))
         try:
             job.catalog.parent.mkdir(parents=True, exist_ok=True)
             with Catalog(job.catalog) as catalog:
@@ -107,18 +107,20 @@ class ReviewJobHandler:
                 catalog,
                 job.number,
                 flights=self.flights,
-                doing=_ReadProgress(self._tell, 1),
-                progress=self._fitting,
+                doing=_ReadProgress(self._report_progress, 1),
+                progress=self._report_fit,
             )
 
-    def _hear(self, job: FtrHistoryJob) -> tuple[FlightEstimateHistory, ...]:
+    def _compute_ftr_histories(self, job: FtrHistoryJob) -> tuple[FlightEstimateHistory, ...]:
         from gsapp.identification.runs.inputs import flight_open_requests
         from gsapp.report.ftr_histories import compute_ftr_histories
 
         openings = flight_open_requests(job.request)
-        reading = _ReadProgress(self._tell, len(openings))
+        reading = _ReadProgress(self._report_progress, len(openings))
         opened = [self.flights.open(one, doing=reading).opened for one in openings]
-        listening = _ReadProgress(self._tell, len(openings), since=_READ_SHARE, until=1.0, each=1)
+        listening = _ReadProgress(
+            self._report_progress, len(openings), since=_READ_SHARE, until=1.0, each=1
+        )
         return compute_ftr_histories(
             [(one.flight, one.aircraft) for one in opened], most=None, doing=listening
         )
@@ -127,7 +129,7 @@ class ReviewJobHandler:
         from gsapp.report.linear_report import compare_linear_models
 
         return compare_linear_models(
-            job.outcome, job.validate, flights=self.flights, progress=self._stepping
+            job.outcome, job.validate, flights=self.flights, progress=self._report_step
         )
 
     def _report(self, job: RunReportJob) -> Path:
@@ -142,20 +144,20 @@ class ReviewJobHandler:
             ftr_histories=job.ftr_histories,
             linear=job.linear,
             flights=self.flights,
-            progress=self._stepping,
+            progress=self._report_step,
         )
         return written[0] if len(written) == 1 else job.path
 
-    def _fitting(self, done: int, total: int, what: str) -> bool:
+    def _report_fit(self, done: int, total: int, what: str) -> bool:
         share = done / total if total else 1.0
-        self._tell(
+        self._report_progress(
             _READ_SHARE + (_FIT_SHARE - _READ_SHARE) * share,
             what or QT_TR_NOOP("computing the summary"),
         )
         return True
 
-    def _stepping(self, done: int, total: int, what: str) -> bool:
-        self._tell(done / total if total else 1.0, what)
+    def _report_step(self, done: int, total: int, what: str) -> bool:
+        self._report_progress(done / total if total else 1.0, what)
         return True
 
 
@@ -181,11 +183,11 @@ class _ReadProgress:
         until: float = _READ_SHARE,
         each: int = 2,
     ) -> None:
-        self._tell = tell
+        self._report_progress = tell
         self._steps = max(flights * each, 1)
         self._from, self._room = since, until - since
         self._done = 0
 
     def __call__(self, words: str) -> None:
-        self._tell(self._from + self._room * min(self._done / self._steps, 1.0), words)
+        self._report_progress(self._from + self._room * min(self._done / self._steps, 1.0), words)
         self._done += 1

@@ -67,7 +67,7 @@ class ReviewedFlights(QWidget):
         self.opening.opened.connect(self._opened)
         self.opening.failed.connect(self._not_opened)
         self.opening.changed.connect(self.status_changed)
-        selection.maneuver_changed.connect(self._follow)
+        selection.maneuver_changed.connect(self._show_flight_of)
 
     def reopen_last_flights(self) -> None:
         """Open the flights that were under review last; those that are gone are named."""
@@ -162,7 +162,7 @@ class ReviewedFlights(QWidget):
                 self._review.campaign_id(flight, first) if first else ""
             )
 
-    def _follow(self, campaign_id: str) -> None:
+    def _show_flight_of(self, campaign_id: str) -> None:
         """Put the flight of the chosen maneuver on screen."""
         place = self._review.find_maneuver(campaign_id)
         if place is not None and place[0] is not self.flight:

@@ -27,7 +27,7 @@ class RunController(QObject):
     ----------
     begin_job : JobSubmitter
         Has a job done.
-    book : RunStore
+    run_store : RunStore
         Knows the kept runs.
 
     Attributes
@@ -45,27 +45,27 @@ class RunController(QObject):
     estimated = Signal(object)
 
     def __init__(
-        self, begin_job: JobSubmitter, book: RunStore, parent: QObject | None = None
+        self, begin_job: JobSubmitter, run_store: RunStore, parent: QObject | None = None
     ) -> None:
         super().__init__(parent)
         self._begin_job = begin_job
-        self._book = book
+        self._run_store = run_store
         self._kept_before: set[int] | None = None
         self.running = False
         self.status_text = ""
-        book.changed.connect(self._runs_read)
+        run_store.changed.connect(self._runs_read)
 
     def estimate(self, request: RunRequest) -> None:
         """Run what is asked for, and keep it."""
         self._begin()
-        job = EstimateJob(request=request, catalog=self._book.catalog)
+        job = EstimateJob(request=request, catalog=self._run_store.catalog)
         self._begin_job(job, self._done, failed=self._failed)
 
     def repeat(self, number: int) -> None:
         """Do a kept run again, exactly."""
         if not self.running:
             self._begin()
-            job = RepeatJob(catalog=self._book.catalog, number=number)
+            job = RepeatJob(catalog=self._run_store.catalog, number=number)
             self._begin_job(job, self._repeated, failed=self._failed)
 
     def _begin(self) -> None:
@@ -75,7 +75,7 @@ class RunController(QObject):
 
     def _done(self, found: object) -> None:
         outcome: RunOutcome = found  # type: ignore[assignment]
-        self._book.reload()
+        self._run_store.reload()
         self._end(_describe_run_end(outcome), outcome)
 
     def _repeated(self, found: object) -> None:
@@ -96,15 +96,15 @@ class RunController(QObject):
         self.status_text = ""
         if isinstance(error, JobCanceledError):
             # Whether it was stopped before it was kept is known when the catalog is read.
-            self._kept_before = {run.number for run in self._book.runs}
-            self._book.reload()
+            self._kept_before = {run.number for run in self._run_store.runs}
+            self._run_store.reload()
         self.changed.emit()
 
     def _runs_read(self) -> None:
         """Say of a run that was stopped whether it was kept all the same."""
         if self._kept_before is None:
             return
-        late = [run.number for run in self._book.runs if run.number not in self._kept_before]
+        late = [run.number for run in self._run_store.runs if run.number not in self._kept_before]
         self._kept_before = None
         self.status_text = (
             tr("Stopped when run {late} was already saved; delete it in the list.").format(

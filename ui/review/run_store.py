@@ -56,7 +56,7 @@ class RunStore(QObject):
         self._catalog = catalog
         self._report_error = report_error
         self._undo_stack = undo_stack
-        self._work: BackgroundJob | None = None
+        self._job: BackgroundJob | None = None
         self._waiting: list[CatalogAction | None] = []
         self._only_reads = True
         self.runs: tuple[StoredRun, ...] = ()
@@ -145,7 +145,7 @@ class RunStore(QObject):
         self._next()
 
     def _next(self) -> None:
-        if self._work is not None or not self._waiting:
+        if self._job is not None or not self._waiting:
             return
         act, path = self._waiting.pop(0), self.catalog
         self._only_reads = act is None
@@ -162,19 +162,19 @@ class RunStore(QObject):
                 return stored_runs(catalog)[::-1]
 
         work = BackgroundJob(tr("Reading the kept runs"), run, self)
-        self._work = work
+        self._job = work
         work.done.connect(self._read)
         work.failed.connect(self._failed)
         work.start()
 
     def _read(self, runs: tuple[StoredRun, ...]) -> None:
-        self._work = None
+        self._job = None
         self.runs, self.read_error = runs, ""
         self.changed.emit()
         self._next()
 
     def _failed(self, error: BaseException) -> None:
-        self._work = None
+        self._job = None
         if self._only_reads:
             self.read_error = str(error)
             self.changed.emit()

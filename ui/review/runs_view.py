@@ -55,7 +55,7 @@ class RunsView(QWidget):
         The commands.
     look : DisplayStyle
         Colors, sizes.
-    book : RunStore
+    run_store : RunStore
         Knows them.
 
     Attributes
@@ -72,12 +72,14 @@ class RunsView(QWidget):
     opened = Signal()
     focused = Signal()
 
-    def __init__(self, actions: Mapping[str, QAction], look: DisplayStyle, book: RunStore) -> None:
+    def __init__(
+        self, actions: Mapping[str, QAction], look: DisplayStyle, run_store: RunStore
+    ) -> None:
         super().__init__()
         self._look = look
-        self._book = book
+        self._run_store = run_store
         self._shown: int | None = None
-        self._wanted: int | None = None
+        self._pending_number: int | None = None
         self.marked: int | None = None
         self._column = QVBoxLayout(self)
         self._column.setContentsMargins(0, 0, 0, 0)
@@ -99,9 +101,9 @@ class RunsView(QWidget):
             ActionButton(actions["review_forget"], tr("Forget"), look),
         )
         self._column.addWidget(self.buttons)
-        self.said = create_label("", wrap=True, remarks_in=look)
-        self.said.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
-        self._column.addWidget(self.said)
+        self.message = create_label("", wrap=True, remarks_in=look)
+        self.message.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
+        self._column.addWidget(self.message)
         self.values = FittedTableView(
             look, tr("Values of the run"), _VALUE_TITLES, stretch=0, widths={1: 164, 2: 164, 3: 96},
             right=frozenset({1, 2, 3}), most=12,
@@ -117,13 +119,13 @@ class RunsView(QWidget):
         )
         self._column.addWidget(self.settings)
         self._column.addStretch(1)
-        self.list.selectionModel().currentRowChanged.connect(lambda *_: self._tell())
+        self.list.selectionModel().currentRowChanged.connect(lambda *_: self._show_run())
         self.list.opened.connect(lambda _key: self.opened.emit())
         self.list.deleted.connect(self._delete)
         self.list.marked.connect(self.toggle_mark)
         self.list.focused.connect(self.focused)
         self.list.row_model.edited.connect(self._renamed)
-        book.changed.connect(self.refresh)
+        run_store.changed.connect(self.refresh)
         look.changed.connect(self._fit)
         self._fit()
         self.refresh()
@@ -135,7 +137,7 @@ class RunsView(QWidget):
     def current_run(self) -> StoredRun | None:
         """Return the run that has the keyboard."""
         key = self.list.current_key()
-        return self._book.find_run(key if isinstance(key, int) else None)
+        return self._run_store.find_run(key if isinstance(key, int) else None)
 
     def show_run(self, number: int | None) -> None:
         """Say which run figures and summary show, and put the keyboard's line there.
@@ -144,32 +146,32 @@ class RunsView(QWidget):
         typed is not left for it.
         """
         self._shown = number
-        self._wanted = number
+        self._pending_number = number
         self.refresh()
 
     def refresh(self) -> None:
         """Show the runs as they are known now."""
-        runs = self._book.runs
-        if self.marked is not None and self._book.find_run(self.marked) is None:
+        runs = self._run_store.runs
+        if self.marked is not None and self._run_store.find_run(self.marked) is None:
             self.marked = None
         self.list.show_rows(build_run_rows(runs, self.marked, self._shown))
-        unread = self._book.read_error
+        unread = self._run_store.read_error
         self.empty.setText(
             tr("They cannot be read: {unread}.").format(unread=unread)
             if unread
             else tr(_NO_RUNS_TEXT)
         )
         self.empty.setVisible(not runs)
-        for part in (self.list, self.buttons, self.said, self.values, self.settings):
+        for part in (self.list, self.buttons, self.message, self.values, self.settings):
             part.setVisible(bool(runs))
         if self.list.is_editing:
-            self._wanted = None
-        if self._book.find_run(self._wanted) is not None:
-            self.list.select_row(self._wanted)
-            self._wanted = None
+            self._pending_number = None
+        if self._run_store.find_run(self._pending_number) is not None:
+            self.list.select_row(self._pending_number)
+            self._pending_number = None
         if runs and self.current_run is None:
             self.list.setCurrentIndex(self.list.row_model.index(0, 0))
-        self._tell()
+        self._show_run()
 
     def toggle_mark(self) -> None:
         """Mark the run with the keyboard, to set others beside it; or take its mark away."""
@@ -189,29 +191,29 @@ class RunsView(QWidget):
         """Leave the run out of the list."""
         run = self.current_run
         if run is not None:
-            self._book.remove(run.number)
+            self._run_store.remove(run.number)
 
     def _delete(self, key: object) -> None:
         if isinstance(key, int):
-            self._book.remove(key)
+            self._run_store.remove(key)
 
     def _renamed(self, key: object, text: str) -> None:
         if isinstance(key, int):
-            self._book.rename(key, text)
+            self._run_store.rename(key, text)
 
     def _comparison(self, run: StoredRun) -> RunComparison | None:
-        marked = self._book.find_run(self.marked)
+        marked = self._run_store.find_run(self.marked)
         if marked is None or marked.number == run.number:
             return None
         from gsapp.identification.runs.run_comparison import compare_runs
 
         return compare_runs(run, marked)
 
-    def _tell(self) -> None:
+    def _show_run(self) -> None:
         run = self.current_run
         if run is not None:
             comparison = self._comparison(run)
-            self.said.setText(describe_run(run, comparison))
+            self.message.setText(describe_run(run, comparison))
             self.values.show_rows(build_run_value_rows(run, comparison))
             self.settings.show_rows(build_setting_rows(run, comparison))
             beside = comparison is not None

@@ -49,7 +49,7 @@ class SummaryExporter(QObject):
         self._store = store
         self._begin_job = begin_job
         self._window = parent
-        self._work: BackgroundJob | None = None
+        self._job: BackgroundJob | None = None
         self.written: Path | None = None
 
     def export_report_as(
@@ -108,7 +108,7 @@ class SummaryExporter(QObject):
         work = BackgroundJob(tr("Writing {name}").format(name=path.name), run, self)
         work.done.connect(self._done)
         work.failed.connect(lambda error: self._failed(path, error))
-        self._work = work
+        self._job = work
         work.start()
 
     def open_written(self) -> None:

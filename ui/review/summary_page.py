@@ -76,7 +76,7 @@ class SummaryPage(ReviewStepPage):
         self._outcome: RunOutcome | None = None
         self.linear = LinearModelsPanel(look, actions, begin_job)
         self.writer = SummaryExporter(store, begin_job, self)
-        self.writer.status_reported.connect(self._told)
+        self.writer.status_reported.connect(self._show_message)
         self._build()
         selection.maneuver_changed.connect(self._maneuver_chosen)
         selection.derivative_changed.connect(self._derivative_chosen)
@@ -101,10 +101,10 @@ class SummaryPage(ReviewStepPage):
         outer.addWidget(self._area)
         self._column = QVBoxLayout(page)
         self.headline = create_label("", "heading", wrap=True, remarks_in=self.display_style)
-        self.trust = create_label("", wrap=True, remarks_in=self.display_style)
-        self.trust.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
+        self.validity = create_label("", wrap=True, remarks_in=self.display_style)
+        self.validity.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
         self._column.addWidget(self.headline)
-        self._column.addWidget(self.trust)
+        self._column.addWidget(self.validity)
         self._pair = StackingColumns(self.display_style, (8, 5))
         self._column.addWidget(self._pair)
         self._column.addStretch(1)
@@ -139,7 +139,9 @@ class SummaryPage(ReviewStepPage):
             1: 120},
             least=2, most=12,
         )  # fmt: skip
-        self.attention.selectionModel().currentRowChanged.connect(lambda *_: self._looked_at())
+        self.attention.selectionModel().currentRowChanged.connect(
+            lambda *_: self._select_attention_item()
+        )
         self.attention.opened.connect(lambda _key: self._actions["review_maneuvers"].trigger())
         self._add(self._pair.right, self.attention_heading)
         self._add(self._pair.right, self.attention)
@@ -163,10 +165,10 @@ class SummaryPage(ReviewStepPage):
         first = ("review_report", "review_everything", "review_copy")
         self._add(right, create_button_row(look, *(self.buttons[name] for name in first)))
         self._add(right, create_button_row(look, self.file, self.buttons["review_file"]))
-        self.told = create_label("", "muted", wrap=True)
-        self.told.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
-        self._add(right, self.told)
-        self.told.hide()
+        self.message = create_label("", "muted", wrap=True)
+        self.message.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
+        self._add(right, self.message)
+        self.message.hide()
         self._add(right, create_button_row(look, self.buttons["review_open_written"]))
         self.buttons["review_open_written"].hide()
 
@@ -248,7 +250,7 @@ class SummaryPage(ReviewStepPage):
         """Put the table on the clipboard, as text with tabs."""
         if self._outcome is not None:
             QGuiApplication.clipboard().setText(format_derivative_table(self._outcome))
-            self._told(tr("The table is on the clipboard."))
+            self._show_message(tr("The table is on the clipboard."))
 
     # Showing
 
@@ -262,7 +264,7 @@ class SummaryPage(ReviewStepPage):
         """Show a run; None where there is none."""
         self._outcome = outcome
         self._pair.setVisible(outcome is not None)
-        self.trust.setVisible(outcome is not None)
+        self.validity.setVisible(outcome is not None)
         if outcome is None:
             self.headline.setText(no_run_text(tr("its results are summarized here.")))
             return
@@ -277,7 +279,7 @@ class SummaryPage(ReviewStepPage):
         kept = "" if outcome.number is None else tr("Run {number}: ").format(number=outcome.number)
         self.headline.setText(f"{kept}{estimate_headline(outcome.summary, outcome.result)}")
         said = (bound_consistency_text(outcome.summary), *residual_text(outcome.result))
-        self.trust.setText(" ".join((*said, *exclusion_text(outcome.summary))))
+        self.validity.setText(" ".join((*said, *exclusion_text(outcome.summary))))
         with QSignalBlocker(self.table.selectionModel()):
             self.table.show_rows(build_derivative_rows(outcome))
         with QSignalBlocker(self.attention.selectionModel()):
@@ -292,12 +294,12 @@ class SummaryPage(ReviewStepPage):
         self.file.set_choices([(name, FILE_TITLES[name]) for name in names], self.file.current_key)
         self._derivative_chosen(self._selection.derivative)
         self._maneuver_chosen(self._selection.maneuver)
-        self._tell_of(self._selection.derivative)
+        self._show_detail(self._selection.derivative)
         self.changed.emit()
 
-    def _told(self, words: str) -> None:
-        self.told.setText(words)
-        self.told.setVisible(bool(words))
+    def _show_message(self, words: str) -> None:
+        self.message.setText(words)
+        self.message.setVisible(bool(words))
         self.buttons["review_open_written"].setVisible(self.writer.written is not None)
         self.changed.emit()
 
@@ -306,15 +308,15 @@ class SummaryPage(ReviewStepPage):
     def _row_chosen(self) -> None:
         key = self.table.current_key()
         if isinstance(key, str):
-            self._tell_of(key)
+            self._show_detail(key)
             self._selection.select_derivative(key)
 
-    def _tell_of(self, derivative: str) -> None:
+    def _show_detail(self, derivative: str) -> None:
         outcome = self._outcome
         words = describe_derivative(outcome, derivative) if outcome and derivative else ""
         self.detail.setText(words or tr("Choose a derivative in the table."))
 
-    def _looked_at(self) -> None:
+    def _select_attention_item(self) -> None:
         key = self.attention.current_key()
         if isinstance(key, AttentionItem):
             self._selection.select_maneuver(key.maneuver)

@@ -229,7 +229,7 @@ class Timeline(TimelineWidget, ArrowKeyNavigation):
             if self.chosen_span is not None:
                 view.zoom_to(self.chosen_span.start, self.chosen_span.stop)
         elif key == Qt.Key.Key_Escape:
-            self._let_go()
+            self._cancel_drag()
         elif key in (Qt.Key.Key_Delete, Qt.Key.Key_Backspace):
             self.deleted.emit()
             return
@@ -238,7 +238,7 @@ class Timeline(TimelineWidget, ArrowKeyNavigation):
             return
         self._redraw()
 
-    def _let_go(self) -> None:
+    def _cancel_drag(self) -> None:
         """Drop what is being dragged or marked."""
         held, self._drag, self._held = self._held, None, None
         self._reads = False

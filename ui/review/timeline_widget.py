@@ -85,11 +85,9 @@ class TimelineWidget(QWidget):
         self._traces = traces
         self._spans, self._name = (), ""
         self.marked_segment, self._held, self.pointer = None, None, None
-        times = None if traces is None else traces.times
-        known = times is not None and times.size > 1
-        self.view = (
-            VisibleTimeRange(float(times[0]), float(times[-1])) if known else VisibleTimeRange()
-        )
+        self.view = VisibleTimeRange()
+        if traces is not None and traces.times.size > 1:
+            self.view = VisibleTimeRange(float(traces.times[0]), float(traces.times[-1]))
         self._overview = None
         self._redraw()
 

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Literal, Protocol
 
-from gsapp.quantities import ChannelSpec, from_si
+from gsapp.quantities import ChannelSpec, Values, from_si
 from ui.translation import tr
 
 SpanKind = Literal["maneuver", "event"]
@@ -132,9 +132,9 @@ class DisplayFormat:
             step=abs(factor) * spec.precision,
         )
 
-    def to_display(self, value: float) -> float:
-        """Return an SI value in the displayed unit."""
-        return self.factor * value + self.offset
+    def to_display(self, values: Values) -> Values:
+        """Return SI values in the displayed unit."""
+        return self.factor * values + self.offset
 
     def to_si(self, shown: float) -> float:
         """Return a displayed value in SI."""

@@ -116,7 +116,7 @@ class SpeechQueue:
             return
         self._said_at = self._clock()
         self.speaking = None
-        self._go_on()
+        self._speak_next()
 
     def set_quiet(self, hushed: bool) -> None:
         """Begin a hush, cutting off all but warnings, or end it and say what waits."""
@@ -131,7 +131,7 @@ class SpeechQueue:
                 # What was cut off may be said again when it is over.
                 self._last = ""
         else:
-            self._go_on()
+            self._speak_next()
 
     def set_muted(self, muted: bool) -> None:
         """Fall silent at once, or be ready to speak again."""
@@ -148,7 +148,7 @@ class SpeechQueue:
             return self.waiting.priority >= priority
         return words == self._last and self._clock() - self._said_at < DISPLAY.repeat_interval
 
-    def _go_on(self) -> None:
+    def _speak_next(self) -> None:
         """Say what waits, if it may be said and nothing else is."""
         waiting = self.waiting
         if (

@@ -50,7 +50,7 @@ class Voice(QObject):
         self._player = player
         self._speaker: Speaker | None = None
         if speaker is not None:
-            self._take(speaker)
+            self._set_speaker(speaker)
         self._spoken: Utterance | None = None
         self._toned = ("", 0.0)
 
@@ -68,12 +68,12 @@ class Voice(QObject):
     ) -> None:
         """Say a sentence now, next or not at all, even in a hush if `through`."""
         self._queue.enqueue(words, priority, through=through)
-        self._follow()
+        self._play_current()
 
     def set_quiet(self, hushed: bool) -> None:
         """Let nothing begin but what is said through it, until it ends; tones go on."""
         self._queue.set_quiet(hushed)
-        self._follow()
+        self._play_current()
 
     def play_tone(self, name: str) -> None:
         """Play a tone of `ui.voice.tones`, at once and beside the words.
@@ -93,7 +93,7 @@ class Voice(QObject):
     def set_muted(self, muted: bool) -> None:
         """Fall silent at once, or be ready to be heard again."""
         self._queue.set_muted(muted)
-        self._follow()
+        self._play_current()
         self._toned = ("", 0.0)
         if muted and self._player is not None:
             self._player.stop()
@@ -111,9 +111,9 @@ class Voice(QObject):
         return self._player
 
     def _voice(self) -> Speaker:
-        return self._speaker or self._take(create_speaker(self._sound, self))
+        return self._speaker or self._set_speaker(create_speaker(self._sound, self))
 
-    def _take(self, speaker: Speaker) -> Speaker:
+    def _set_speaker(self, speaker: Speaker) -> Speaker:
         if self._speaker is not None:
             # Not at once: it may be the one that is telling of its failure.
             self._speaker.deleteLater()
@@ -123,7 +123,7 @@ class Voice(QObject):
         speaker.failed.connect(self._failed)
         return speaker
 
-    def _follow(self) -> None:
+    def _play_current(self) -> None:
         """Let be heard what the queue wants heard."""
         wanted = self._queue.speaking
         if wanted is self._spoken:
@@ -137,11 +137,11 @@ class Voice(QObject):
 
     def _done(self, utterance: Utterance) -> None:
         self._queue.finished(utterance)
-        self._follow()
+        self._play_current()
 
     def _failed(self, utterance: Utterance) -> None:
         """Go on with tones: a voice that failed once is not asked again."""
         log.warning("speech failed; using tones")
-        self._take(ToneSpeaker(self._sound, self))
+        self._set_speaker(ToneSpeaker(self._sound, self))
         if utterance is self._spoken:
             self._voice().speak(utterance)

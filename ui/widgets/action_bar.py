@@ -135,11 +135,11 @@ class ActionBar(QWidget):
         gap = self._row.spacing()
         margins = self._row.contentsMargins()
         room = self.width() - margins.left() - margins.right()
-        wishes = [self._buttons[at].sizeHint().width() for at in range(len(self.offers))]
-        shown = len(wishes)
-        if sum(wishes) + gap * (len(wishes) - 1) > room:
+        widths = [self._buttons[at].sizeHint().width() for at in range(len(self.offers))]
+        shown = len(widths)
+        if sum(widths) + gap * (len(widths) - 1) > room:
             room -= self.more.sizeHint().width() + gap
-            while shown > 1 and sum(wishes[:shown]) + gap * (shown - 1) > room:
+            while shown > 1 and sum(widths[:shown]) + gap * (shown - 1) > room:
                 shown -= 1
         for place, button in enumerate(self._buttons):
             button.setVisible(place < shown)

@@ -30,12 +30,12 @@ class ActionButton(QPushButton):
         self._action = action
         self.setFocusPolicy(Qt.FocusPolicy.TabFocus)
         self.clicked.connect(action.trigger)
-        action.changed.connect(self._follow)
+        action.changed.connect(self._update_from_action)
         look.changed.connect(self._redraw)
-        self._follow()
+        self._update_from_action()
         self._redraw()
 
-    def _follow(self) -> None:
+    def _update_from_action(self) -> None:
         keys = shortcut_text(self._action.shortcut().toString())
         text = self._action.text().rstrip("…")
         self.setToolTip(action_hint(self._action))

@@ -378,7 +378,7 @@ class _PlotArea(ArrowKeyNavigation, pyqtgraph.PlotWidget):
             region.setZValue(-20 if band.is_horizontal else -30)
             item.addItem(region, ignoreBounds=not band.is_horizontal)
         for curve in curves:
-            item.addItem(self._made(curve))
+            item.addItem(self._create_item(curve))
         style = {"color": look.color("text").name(), "font-size": f"{look.sizes.label}px"}
         item.setLabel("bottom", tr(bottom), **style)
         item.setLabel("left", left, **style)
@@ -390,7 +390,7 @@ class _PlotArea(ArrowKeyNavigation, pyqtgraph.PlotWidget):
         )
         self._margin = _MARGIN_OF_POINTS if any(one.symbol for one in curves) else _MARGIN
 
-    def _made(self, curve: PlotCurve) -> pyqtgraph.PlotDataItem:
+    def _create_item(self, curve: PlotCurve) -> pyqtgraph.PlotDataItem:
         look = self._look
         every = max(curve.x.size // _MOST_POINTS, 1)
         if curve.points:

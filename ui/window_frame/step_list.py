@@ -93,13 +93,13 @@ class StepButton(QAbstractButton, ArrowKeyNavigation):
             room -= side + look.px(6)
         painter.setFont(look.font("body"))
         painter.setPen(look.state_color(shown.state))
-        self._words(painter, QRectF(left, top, room, box.height() - top - look.px(4)))
+        self._draw_status_text(painter, QRectF(left, top, room, box.height() - top - look.px(4)))
         if self.hasFocus():
             painter.setPen(look.color("accent"))
             painter.drawRect(box.adjusted(1, 1, -2, -2))
         painter.end()
 
-    def _words(self, painter: QPainter, box: QRectF) -> None:
+    def _draw_status_text(self, painter: QPainter, box: QRectF) -> None:
         """Draw the words in one line, or in two; what does not fit is in the tool tip."""
         metrics = QFontMetricsF(painter.font())
         lines = 1 if self.is_low or box.height() < 2 * metrics.height() else 2

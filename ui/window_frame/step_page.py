@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import Any, ClassVar, Literal
+from typing import Any, ClassVar, Generic, Literal, TypeVar
 
 from PySide6.QtCore import Signal
 from PySide6.QtGui import QAction, QHideEvent, QResizeEvent, QShowEvent
@@ -81,6 +81,9 @@ class AbstractStepPage(QWidget):
 
     def refresh(self) -> None:
         """Show what changed beside this page."""
+
+    def flush(self) -> None:
+        """Write what is still being typed."""
 
 
 class WindowPage(QWidget):
@@ -207,7 +210,10 @@ class JobPage(WindowPage):
         self.changed.emit()
 
 
-class MultiStepPage(WindowPage):
+Step = TypeVar("Step", bound=AbstractStepPage)
+
+
+class MultiStepPage(WindowPage, Generic[Step]):
     """A page that leads from step to step; each is made when it is first seen.
 
     Attributes
@@ -221,7 +227,7 @@ class MultiStepPage(WindowPage):
         Accessible name of the row of steps.
     step_command_prefixes : tuple of str
         Before the ids of the commands that the steps handle.
-    pages : dict of str to QWidget
+    pages : dict of str to AbstractStepPage
         The steps that were seen, by id.
     step : str
         The one on screen; empty before the first.
@@ -235,7 +241,7 @@ class MultiStepPage(WindowPage):
 
     def __init__(self, *args: Any) -> None:
         super().__init__(*args)
-        self.pages: dict[str, Any] = {}
+        self.pages: dict[str, Step] = {}
         self.step = ""
         self.steps = StepList(
             self._actions,
@@ -271,7 +277,7 @@ class MultiStepPage(WindowPage):
     def _handle_in_step(self, command: str) -> None:
         """Run a command in the step on screen, or else in the one that has it."""
         for page in (self.step_page, *self.pages.values()):
-            if isinstance(page, AbstractStepPage) and command in page.handlers:
+            if page is not None and command in page.handlers:
                 page.handlers[command]()
                 return
 
@@ -284,10 +290,9 @@ class MultiStepPage(WindowPage):
         return (self.prefix, *(page.present if page is not None else ()))
 
     @property
-    def step_page(self) -> AbstractStepPage | None:
-        """Return the step on screen; None for one that has changes of its own kind."""
-        page = self.pages.get(self.step)
-        return page if isinstance(page, AbstractStepPage) else None
+    def step_page(self) -> Step | None:
+        """Return the step on screen; None before the first."""
+        return self.pages.get(self.step)
 
     @property
     def undo_history(self) -> UndoHistory | None:
@@ -321,7 +326,7 @@ class MultiStepPage(WindowPage):
             self.begin()
         self.changed.emit()
 
-    def get_page(self, step_id: str) -> Any:
+    def get_page(self, step_id: str) -> Step:
         """Return a step, made if it was not seen yet."""
         if step_id not in self.pages:
             page = self.pages[step_id] = self.make_page(step_id)
@@ -329,7 +334,7 @@ class MultiStepPage(WindowPage):
             self.stack.addWidget(page)
         return self.pages[step_id]
 
-    def make_page(self, step_id: str) -> Any:
+    def make_page(self, step_id: str) -> Step:
         """Make a step; what it is made of is loaded with it."""
         raise NotImplementedError
 

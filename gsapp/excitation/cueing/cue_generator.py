@@ -109,11 +109,11 @@ class CueGenerator:
         self._model = model
         self._rate = rate
         self._stream = FlightRowStream(rate)
-        self._desk = CardSelector(aircraft, model, cards, system)
+        self._card_selector = CardSelector(aircraft, model, cards, system)
         self._trim = TrimMonitor(aircraft, rate)
         self._dangers = AlertMonitor(aircraft, rate, fence=fence or Geofence(), system=system)
         self._doublets = DoubletMonitor(
-            aircraft, rate, model=model, wanted_for=self._desk.target_for, system=system
+            aircraft, rate, model=model, wanted_for=self._card_selector.target_for, system=system
         )
         self._lessons = EstimationProgress(aircraft, model, rate, system)
         self._announcer = Announcer(system)
@@ -127,7 +127,7 @@ class CueGenerator:
         self._time: float | None = None
         self._verdicts: list[InputVerdict] = []
         self._chosen = 0  # how many choices were applied
-        self._heard = 0  # how many events the announcer has heard
+        self._announced_count = 0  # of events
         self._noisy = False  # whether the noise of the day is known
         self._doubted: dict[str, float] = {}  # when each channel was last not believed, s
         self.announcements: list[Announcement] = []
@@ -165,7 +165,7 @@ class CueGenerator:
 
     def reset(self) -> None:
         self._stream.restart()
-        for part in (self._trim, self._dangers, self._doublets, self._desk, self._lessons):
+        for part in (self._trim, self._dangers, self._doublets, self._card_selector, self._lessons):
             part.restart()
         self._announcer.restart()
         self._changes.restart()
@@ -209,18 +209,18 @@ class CueGenerator:
         """Take other test cards; what was flown so far counts for them."""
         self._choices.clear()
         self._chosen = 0
-        self._desk.use_cards(cards)
-        self._desk.update_progress(self._verdicts)
-        self._desk.update_selection(self._lessons.outlook)
+        self._card_selector.use_cards(cards)
+        self._card_selector.update_progress(self._verdicts)
+        self._card_selector.update_selection(self._lessons.outlook)
         self._aim()
 
     def use_units(self, system: str) -> None:
         """Say everything from now on in these units, ``US`` or ``SI``; the log stays as it is."""
         self._changes.system = self._announcer.system = system
         self._doublets.system = self._dangers.system = system
-        self._desk.use_units(system)
+        self._card_selector.use_units(system)
         self._lessons.use_units(system)
-        if self._doublets.input_in_progress is None and self._desk.update_selection(
+        if self._doublets.input_in_progress is None and self._card_selector.update_selection(
             self._lessons.outlook, stay=True
         ):
             self._aim()
@@ -239,12 +239,12 @@ class CueGenerator:
     @property
     def cards(self) -> CardSet | None:
         """Return the test cards."""
-        return self._desk.cards
+        return self._card_selector.cards
 
     @property
     def card_progress(self) -> CardSetProgress | None:
         """Return how the test cards stand; None without cards."""
-        return self._desk.card_progress
+        return self._card_selector.card_progress
 
     def snapshot(self) -> CueSnapshot:
         """Return what is to be told now."""
@@ -256,12 +256,12 @@ class CueGenerator:
             trim=trim,
             input_in_progress=self._doublets.input_in_progress,
             verdict=self._verdicts[-1] if self._verdicts else None,
-            card=self._desk.next_card,
+            card=self._card_selector.next_card,
             outlook=outlook,
             alerts=dangers,
             speed=speed,
             alpha=alpha,
-            guidance=self._desk.guidance_text(speed, alpha),
+            guidance=self._card_selector.guidance_text(speed, alpha),
             judged_by=() if trim is None else trim.judged_by,
             limitations=list_limitations(
                 self._aircraft,
@@ -302,12 +302,12 @@ class CueGenerator:
         self._trim.process_rows(rows)
         self._doublets.process_rows(rows)
         believed = rows.mask_channels(distrusted)
-        self._desk.process_rows(believed)
+        self._card_selector.process_rows(believed)
         if self._lessons.process_rows(believed):
-            self._desk.set_estimates(self._lessons.estimates)
+            self._card_selector.set_estimates(self._lessons.estimates)
         if not self._noisy and (noise := self._doublets.noise):
             self._noisy = True
-            self._desk.set_noise(noise)
+            self._card_selector.set_noise(noise)
         under_way = self._doublets.input_in_progress
         if under_way is not None:
             self._trim.inhibit_go(time + under_way.hands_off_left + CUES.go_delay)
@@ -331,17 +331,17 @@ class CueGenerator:
     def _judge(self, verdict: InputVerdict) -> None:
         """Take in a verdict: its card, what it brought, what the debrief shows of it."""
         self._verdicts.append(verdict)
-        self._desk.update_progress(self._verdicts)
-        if self._desk.card_progress is not None:
-            verdict = assign_card(verdict, self._desk.card_progress)
+        self._card_selector.update_progress(self._verdicts)
+        if self._card_selector.card_progress is not None:
+            verdict = assign_card(verdict, self._card_selector.card_progress)
             self._verdicts[-1] = verdict
         rows = self._recent.segment(verdict.t_start, verdict.t_end)
         go_at = self._trims.go_before(verdict.t_input)
         self.maneuvers.append(
             EvaluatedManeuver(
                 verdict=verdict,
-                target_input=self._desk.target_of(verdict),
-                point=self._desk.point_of(verdict),
+                target_input=self._card_selector.target_of(verdict),
+                point=self._card_selector.point_of(verdict),
                 go_at=go_at,
                 trim_deviations=self._trims.deviations_at(verdict.t_input),
                 curves=extract_curves(rows, verdict.surfaces, self._rate),
@@ -356,29 +356,30 @@ class CueGenerator:
         """Settle which card is to be flown; not while an input is under way."""
         for at, card_id in self._choices[self._chosen :]:
             if at <= time:
-                self._desk.select_card(card_id)
+                self._card_selector.select_card(card_id)
                 self._chosen += 1
         settled = self._lessons.update_outlook(time, self.card_progress)
-        if under_way is None and self._desk.update_selection(
+        if under_way is None and self._card_selector.update_selection(
             self._lessons.outlook, stay=not settled
         ):
             self._aim()
         self._changes.log_card(
             time,
-            self._desk.next_card,
+            self._card_selector.next_card,
             all_done=bool(self.card_progress and self.card_progress.is_complete),
         )
 
     def _aim(self) -> None:
         """Tell the watches what is to be flown."""
-        now = self._desk.next_card
+        now = self._card_selector.next_card
         point, wanted, card = (now.point, now.target_input, now.card) if now else (None, None, None)
         self._trim.set_test_point(point)
         self._trim.require_leg_time(input_duration(wanted))
         self._doublets.expect(wanted, point, card)
 
     def _announce(self, time: float, *, moving: bool) -> None:
-        fresh, self._heard = self._changes.events[self._heard :], len(self._changes.events)
+        events = self._changes.events
+        fresh, self._announced_count = events[self._announced_count :], len(events)
         self.announcements += self._announcer.update(
             time, fresh, self._trim.cue, self._dangers.active_alerts, moving=moving
         )

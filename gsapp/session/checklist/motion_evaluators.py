@@ -192,11 +192,11 @@ class EngineSpeedEvaluator:
         if fault is not None and self._counts(facts):
             return RuleResult(state="red", why=fault)
         if self._seen is not None:
-            return RuleResult(state="green", why=f"seen: {self._words(self._seen)}")
+            return RuleResult(state="green", why=f"seen: {self._speeds_text(self._seen)}")
         if max(self._last) < MONITORS.stopped_ratio * rule.low:
             return RuleResult(state="open", why="the engines are off")
-        wanted = f"{self._one(rule.low)} to {self._one(rule.high)} for {rule.duration:g} s"
-        return RuleResult(state="open", why=f"{self._words(self._last)}; wanted {wanted}")
+        wanted = f"{self._text(rule.low)} to {self._text(rule.high)} for {rule.duration:g} s"
+        return RuleResult(state="open", why=f"{self._speeds_text(self._last)}; wanted {wanted}")
 
     def _counts(self, facts: ChecklistContext) -> bool:
         """Return whether the throttle asks for these bounds, and the engines had time to follow."""
@@ -210,11 +210,11 @@ class EngineSpeedEvaluator:
     def _fault(self, speeds: tuple[float, ...]) -> str | None:
         rule = self._rule
         wrong = [
-            f"{channel_name_text(name)} {self._one(speed)}, "
+            f"{channel_name_text(name)} {self._text(speed)}, "
             + (
-                f"below {self._one(rule.low)}"
+                f"below {self._text(rule.low)}"
                 if speed < rule.low
-                else f"above {self._one(rule.high)}"
+                else f"above {self._text(rule.high)}"
             )
             for name, speed in zip(rule.channels, speeds, strict=True)
             if not rule.low <= speed <= rule.high
@@ -224,17 +224,18 @@ class EngineSpeedEvaluator:
         apart = max(speeds) - min(speeds)
         if rule.apart is not None and apart > rule.apart:
             return (
-                f"{self._words(speeds)}: {self._one(apart)} apart, {self._one(rule.apart)} allowed"
+                f"{self._speeds_text(speeds)}: {self._text(apart)} apart, "
+                f"{self._text(rule.apart)} allowed"
             )
         return None
 
-    def _one(self, speed: float) -> str:
+    def _text(self, speed: float) -> str:
         return format_channel_value(speed, self._rule.channels[0])
 
-    def _words(self, speeds: tuple[float, ...]) -> str:
+    def _speeds_text(self, speeds: tuple[float, ...]) -> str:
         pairs = zip(self._rule.channels, speeds, strict=True)
         return format_list(
-            [f"{channel_name_text(name)} {self._one(speed)}" for name, speed in pairs]
+            [f"{channel_name_text(name)} {self._text(speed)}" for name, speed in pairs]
         )
 
 

@@ -272,9 +272,9 @@ class SensorActivityEvaluator:
             values = block[name]
             there = np.flatnonzero(np.isfinite(values))
             if there.size:
-                self._follow(name, block.times[there], values[there])
+                self._update_value(name, block.times[there], values[there])
 
-    def _follow(self, name: str, times: FloatArray, values: FloatArray) -> None:
+    def _update_value(self, name: str, times: FloatArray, values: FloatArray) -> None:
         before = self._value.get(name, math.nan)
         changes = np.flatnonzero(np.diff(values, prepend=before) != 0.0)
         self._first.setdefault(name, float(times[0]))

@@ -213,12 +213,12 @@ class SessionChecklist:
             If the event cannot be written.
         """
         self.checklist.tick(item_id, who)
-        self._write(TICK_EVENT, self._words(item_id), {"item": item_id, "who": who})
+        self._write(TICK_EVENT, self._item_text(item_id), {"item": item_id, "who": who})
 
     def untick(self, item_id: str) -> None:
         """Take a tick back; see `tick` for the errors."""
         self.checklist.untick(item_id)
-        self._write(UNTICK_EVENT, self._words(item_id), {"item": item_id})
+        self._write(UNTICK_EVENT, self._item_text(item_id), {"item": item_id})
 
     def restart(self) -> None:
         """Begin anew, for the next flight of the day with the same recorder."""
@@ -268,7 +268,7 @@ class SessionChecklist:
             # Its mistakes are told where the card is shown.
             return None
 
-    def _words(self, item_id: str) -> str:
+    def _item_text(self, item_id: str) -> str:
         return next(item.words for item in self.checklist.file.items if item.id == item_id)
 
     def _write(self, kind: str, text: str, data: Mapping[str, Any]) -> Event:

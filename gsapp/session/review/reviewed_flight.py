@@ -102,8 +102,8 @@ class ReviewedFlight:
         self._seen: dict[tuple[float, float], DetectedManeuver] = {}
         self._log = ManeuverEditLog(EventLog(events_path(flight.path)), found.maneuvers)
         self.maneuvers: tuple[DetectedManeuver, ...] = ()
-        self._said: tuple[str, ...] = ()
-        self._settle()
+        self._remarks: tuple[str, ...] = ()
+        self._apply_edits()
 
     # What it is
 
@@ -131,7 +131,7 @@ class ReviewedFlight:
     @property
     def remarks(self) -> tuple[str, ...]:
         """Return what is to be said: of reading the flight, and of changes by hand."""
-        return (*self._opened, *self._said)
+        return (*self._opened, *self._remarks)
 
     @property
     def changes(self) -> tuple[str, ...]:
@@ -327,20 +327,20 @@ class ReviewedFlight:
         """Take in what other windows changed; return whether the maneuvers may be others now."""
         changed = self._log.poll()
         if changed:
-            self._settle()
+            self._apply_edits()
         return changed
 
-    def _record(self, book: EditableManeuverList) -> str:
+    def _record(self, maneuvers: EditableManeuverList) -> str:
         """Write the latest change; return the id of what it put in, empty for nothing."""
         count = len(self._log.maneuver_list.edits)
-        self._log.record(book)
-        self._settle()
+        self._log.record(maneuvers)
+        self._apply_edits()
         edits = self._log.maneuver_list.edits
         added = edits[-1].added if len(edits) > count else ()
         return added[0].id if added else ""
 
-    def _settle(self) -> None:
-        self.maneuvers, self._said = apply_edits(self._log, self.grade_segment)
+    def _apply_edits(self) -> None:
+        self.maneuvers, self._remarks = apply_edits(self._log, self.grade_segment)
 
 
 def open_reviewed_flight(
