@@ -41,8 +41,8 @@ from ui.number_format import (
     percent_text,
     symbol_text,
     value_to_std_digits,
-from ui.translation import tr
 )
+from ui.translation import tr
 from ui.widgets.row_model import CellFormat, TableRow
 
 NO_BREAK_SPACE = "\N{NO-BREAK SPACE}"

@@ -85,7 +85,7 @@ class WizardPage(AbstractStepPage):
         controller: FlightController,
         prompter: Prompter | None = None,
     ) -> None:
-        super().__init__(look, "Calibration")
+        super().__init__(look, tr("Calibration"))
         self._look = look
         self._store = store
         self._controller = controller
@@ -96,7 +96,6 @@ class WizardPage(AbstractStepPage):
         self._in_force = CalibrationController(controller, store, self.practice)
         self.pages_on_paper = CertificatePrinter(controller)
         self.run: WizardController | None = None
-        self.setAccessibleName(tr("Calibration"))
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         column = QVBoxLayout(self)
         column.setContentsMargins(0, 0, 0, 0)

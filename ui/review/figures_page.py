@@ -270,7 +270,7 @@ class FiguresPage(ReviewStepPage):
             from gsapp.report.palette import PRINT_PALETTE
 
             if data is None:
-                raise FlightError(_NO_RUN_FIGURES_TEXT)
+                raise FlightError(no_run_text(tr("the figures of the run appear here.")))
             picture = kind.build(data, PRINT_PALETTE, FigureSize(width=FIGURE_WIDTH, height=0.0))
             if isinstance(picture, str):
                 raise FlightError(picture)
