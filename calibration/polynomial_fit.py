@@ -11,7 +11,8 @@ from calibration.hysteresis_fit import CalibrationReadings, HysteresisFit, fit_w
 from calibration.points import CalibrationError, CalibrationPoint, Direction
 from gsapp.quantities import FloatArray
 
-MAX_DEGREE = 3
+FIT_ORDER_TITLES = {1: "straight line", 2: "quadratic", 3: "cubic"}
+MAX_DEGREE = max(FIT_ORDER_TITLES)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -128,6 +129,7 @@ def invertible_mean_curve(
 
 
 __all__ = [
+    "FIT_ORDER_TITLES",
     "MAX_DEGREE",
     "CalibrationError",
     "CalibrationPoint",

@@ -17,6 +17,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from gsapp.virtual.downlink.flight_settings import FlightSettings
 from ui.background_job import BackgroundJob
 from ui.dialogs.file_fields import RecordingDialog, ShippedFileField
 from ui.dialogs.flight_requests import VirtualFlightRequest
@@ -24,6 +25,14 @@ from ui.dialogs.form_dialog import FieldMessage, IntegerField
 from ui.display_style import DisplayStyle
 
 _SPEEDS = (1.0, 2.0, 5.0, 10.0)
+
+
+def _title(name: str) -> str:
+    return str(FlightSettings.model_fields[name].title)
+
+
+def _help(name: str) -> str:
+    return str(FlightSettings.model_fields[name].description).removesuffix(".")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -64,16 +73,16 @@ class VirtualFlightDialog(RecordingDialog):
         self.plan = ShippedFileField(
             "Plan", choices.plans, choices.plans[0] if choices.plans else ""
         )
-        self.add_row("Plan", self.plan)
+        self.add_row(_title("plan"), self.plan)
         self.speed = QComboBox()
         for speed in _SPEEDS:
             self.speed.addItem("real time" if speed == 1.0 else f"{speed:g} times", speed)
         self.add_row("Speed", self.speed)
         self.seed = IntegerField(0, 999_999, 1)
-        self.seed.setToolTip("The same seed gives the same gusts, noise and pilot")
-        self.add_row("Seed", self.seed)
-        self.thin = QCheckBox("Limited to a 57,600-baud radio")
-        self.add_row("Radio", self.thin)
+        self.seed.setToolTip(_help("seed"))
+        self.add_row(_title("seed"), self.seed)
+        self.thin = QCheckBox(_help("thin"))
+        self.add_row(_title("thin"), self.thin)
         self.search = QLineEdit()
         self.search.setPlaceholderText("Search the effects")
         self.search.setAccessibleName("Search the effects")
@@ -101,7 +110,7 @@ class VirtualFlightDialog(RecordingDialog):
         column.addWidget(self.search)
         column.addWidget(self.effects)
         holder.setFocusProxy(self.search)
-        self.add_row("Hidden effects", holder, self.note)
+        self.add_row(_title("hide"), holder, self.note)
         self.add_folder_field(flights)
         self.fit_to_content()
 
@@ -113,7 +122,7 @@ class VirtualFlightDialog(RecordingDialog):
             item.setFlags(item.flags() | Qt.ItemFlag.ItemIsUserCheckable)
             item.setCheckState(Qt.CheckState.Unchecked)
             self.effects.addItem(item)
-        self.note.set_message("Hidden effects make the aircraft differ from its model.")
+        self.note.set_message(_help("hide").partition(". ")[2] + ".")
         self._narrow(self.search.text())
 
     def _narrow(self, words: str) -> None:
@@ -136,7 +145,7 @@ class VirtualFlightDialog(RecordingDialog):
             plan=self.plan.value,
             seed=self.seed.value,
             speed=float(self.speed.currentData()),
-            hidden=tuple(ticked),
+            hide=tuple(ticked),
             thin=self.thin.isChecked(),
             folder=self.folder_field.folder,
             title=self.folder_field.title.text().strip(),

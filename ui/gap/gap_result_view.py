@@ -217,7 +217,7 @@ class GapResultView(QScrollArea):
         """Show an answer; what was looked at stays where a former one was of the same flights."""
         former = self.answer
         self.answer = answer
-        if former is not None and former.request == answer.request:
+        if former is not None and answer.continues(former):
             self.selection = nearest_valid_selection(answer, self.selection)
         else:
             settings = self._store.current
@@ -226,7 +226,7 @@ class GapResultView(QScrollArea):
             )
             self._moved = self._chose = self._tuned = False
         self._tell()
-        if self.chapter and former is not None and former.request == answer.request:
+        if self.chapter and former is not None and answer.continues(former):
             self.set_selection(self.selection)
         else:
             self.go_to_stage("find", focus=False)

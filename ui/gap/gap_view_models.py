@@ -373,14 +373,14 @@ def list_effect_statuses(answer: SearchResult, step: int) -> tuple[EffectStatus,
         if not place:
             continue
         words = "in the model" if place <= step else "next" if place == step + 1 else "later"
-        if one.added in answer.decisions.forced:
+        if one.added in answer.request.forced:
             words += ", forced"
         states.append(
             EffectStatus(effect=one.added, title=answer.title(one.added), text=words, step=place)
         )
     states += [
         EffectStatus(effect=name, title=answer.title(name), text="refused", step=0)
-        for name in answer.decisions.refused
+        for name in answer.request.refused
     ]
     return tuple(states)
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, NamedTuple
 
+from calibration.polynomial_fit import FIT_ORDER_TITLES
 from calibration.validity import SHIPPED_EXAMPLE, CalibrationInForce, day_text
 from gsapp.quantities import channel, convert_text_units, from_si
 from ui.icons import IndicatorState
@@ -15,7 +16,6 @@ from ui.preflight.wizard_summary_panel import CombinedDeflection, InstrumentOutc
 from ui.preflight.wizard_text import (
     describe_shift,
     error_text,
-    fit_order_text,
     quantity_text,
     signed_error_text,
     volts_text,
@@ -139,7 +139,7 @@ def build_quality_rows(view: WizardView) -> tuple[tuple[str, str], ...]:
     quality = calibration.quality
     chosen = ", set manually" if view.degree else ""
     lines = [
-        ("Curve", f"{fit_order_text(calibration.degree)}{chosen}"),
+        ("Curve", f"{FIT_ORDER_TITLES[calibration.degree]}{chosen}"),
         ("Hysteresis", error_text(quality.hysteresis, instrument)),
         ("Return to zero", error_text(quality.return_to_zero, instrument)),
         ("Linearity", error_text(quality.linearity, instrument)),
@@ -197,7 +197,7 @@ def list_outcomes(view: WizardView, plan: CalibrationPlan) -> tuple[InstrumentOu
             quality = certificate.quality
             width = quality.uncertainty if quality is not None else None
             parts = [
-                fit_order_text(certificate.degree),
+                FIT_ORDER_TITLES[certificate.degree],
                 f"within ±{error_text(width, instrument)}" if width is not None else "",
                 f"hysteresis {error_text(certificate.hysteresis, instrument)}"
                 if certificate.hysteresis

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from calibration.polynomial_fit import FIT_ORDER_TITLES
 from gsapp.quantities import channel
 from ui.icons import IndicatorState
 from ui.number_format import DASH, MINUS, number_text, unit_text
@@ -141,11 +142,6 @@ def volts_text(volts: float | None) -> str:
     return f"{number_text(volts, 3)} V"
 
 
-def fit_order_text(degree: int) -> str:
-    """Return the name of a curve of a degree."""
-    return {1: "straight line", 2: "quadratic", 3: "cubic"}[degree]
-
-
 # The large part
 
 
@@ -249,7 +245,7 @@ def _result_texts(view: WizardView, instrument: InstrumentPlan) -> tuple[str, st
         return "", "Look" if view.problems else "Good", "", False
     width = calibration.quality.uncertainty
     text = "no bound" if width is None else f"±{error_text(width, instrument)}"
-    return "Uncertainty (95 %)", text, fit_order_text(calibration.degree), False
+    return "Uncertainty (95 %)", text, FIT_ORDER_TITLES[calibration.degree], False
 
 
 # Actions

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any, Final
 
-from gsapp.identification.estimate_settings import EstimateSettings, setting_info
+from gsapp.foundation.settings import setting_info
+from gsapp.identification.estimate_settings import EstimateSettings
 from gsapp.identification.methods import estimation_method
 from gsapp.identification.runs.request import RunRequest
 
