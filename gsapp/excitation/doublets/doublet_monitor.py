@@ -26,8 +26,8 @@ from gsapp.excitation.test_points.point import TestPoint
 from gsapp.excitation.test_points.target_input import TargetInput
 from gsapp.excitation.trim.tolerances import DEFAULT_TOLERANCES, TrimTolerances
 from gsapp.flight.cards import TestCard
+from gsapp.flight.maneuvers.input_measures import MIN_FREE_RESPONSE_TIME
 from gsapp.flight.maneuvers.input_shape import SurfaceInput
-from gsapp.flight.maneuvers.maneuver_grade import MIN_FREE_RESPONSE_TIME
 from gsapp.flight.maneuvers.rapid_moves import UNAMBIGUOUS_SHAPES, is_deliberate_input
 from gsapp.flight.maneuvers.signals import SIGNAL_COLUMNS, SIGNALS, SURFACES
 from gsapp.quantities import FloatArray

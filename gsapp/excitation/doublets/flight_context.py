@@ -12,7 +12,7 @@ import numpy as np
 from gsapp.aircraft import Aircraft
 from gsapp.flight.maneuvers.airborne_detection import FRAME_DURATION, AirborneDetector
 from gsapp.flight.maneuvers.detection import TAKEOFF_SETTLING_TIME
-from gsapp.flight.maneuvers.maneuver_grade import GradingContext
+from gsapp.flight.maneuvers.input_measures import GradingContext
 from gsapp.flight.maneuvers.noise_floor import WINDOW_DURATION, NoiseFloor, NoiseFloorEstimator
 from gsapp.flight.maneuvers.rapid_moves import RapidMoveDetector
 from gsapp.flight.maneuvers.signals import SIGNAL_COLUMNS, SURFACES

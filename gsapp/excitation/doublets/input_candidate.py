@@ -6,8 +6,8 @@ import math
 from dataclasses import dataclass, field
 
 from gsapp.excitation.doublets.input_evaluation import InputRequest
+from gsapp.flight.maneuvers.input_measures import MIN_FREE_RESPONSE_TIME
 from gsapp.flight.maneuvers.input_shape import SurfaceInput
-from gsapp.flight.maneuvers.maneuver_grade import MIN_FREE_RESPONSE_TIME
 
 
 @dataclass(slots=True)

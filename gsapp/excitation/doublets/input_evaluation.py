@@ -18,7 +18,7 @@ from gsapp.excitation.trim.tolerances import TrimTolerances
 from gsapp.flight.cards import TestCard
 from gsapp.flight.cards.card_matching import compare_with_card
 from gsapp.flight.maneuvers.detection import build_maneuver
-from gsapp.flight.maneuvers.maneuver_grade import TRIM_TIME, GradingContext
+from gsapp.flight.maneuvers.input_measures import TRIM_TIME, GradingContext
 
 MIN_SYMMETRY: Final = 0.6
 """Smaller over larger half of a doublet, by area, below which it is told; it counts, though."""

@@ -1,10 +1,10 @@
 """The verdict on a measured input: what speaks against it, the worst first, and what to do.
 
-Bands of amplitude and width come from the wanted input. An input that began within
-`TRIM_TOLERANCE_FACTOR` times the tolerances of the trim cue still counts: GO asks for more than an
-estimate needs. The order is that of what makes an input useless: nothing to judge by, a sensor at
-its end, a start out of trim, a second stick, an answer lost in the noise, an answer out of the
-linear range, gusts; last a width that misses the mode.
+The criteria that a grade shares are in `gsapp.flight.maneuvers.input_criteria`. Bands of amplitude
+and width come from the wanted input, the airspeed from the test point. The order is that of what
+makes an input useless: nothing to judge by, a sensor at its end, a start out of trim, a second
+stick, an answer lost in the noise, an answer out of the linear range, gusts; last a width that
+misses the mode.
 """
 
 from __future__ import annotations
@@ -27,17 +27,19 @@ from gsapp.excitation.test_points.stick_text import (
 from gsapp.excitation.test_points.target_input import TargetInput, ToleranceBand
 from gsapp.excitation.trim.tolerances import TrimTolerances
 from gsapp.excitation.trim.trim_cue import TrimDeviation
-from gsapp.flight.maneuvers.input_shape import SurfaceInput
-from gsapp.flight.maneuvers.maneuver_grade import (
+from gsapp.flight.maneuvers.input_criteria import INPUT_CRITERIA
+from gsapp.flight.maneuvers.input_measures import (
     RESPONSE_CHANNELS,
     TRIM_TIME,
     GradingContext,
+    cross_input_ratios,
+    is_out_of_range,
     linear_ranges,
     pre_input_motion_ratio,
 )
+from gsapp.flight.maneuvers.input_shape import SurfaceInput
 from gsapp.quantities import SURFACE_NAMES as SURFACE_WORDS
-from gsapp.quantities import FloatArray, channel, name_in_text
-from gsapp.quantities.constants import DEGREE
+from gsapp.quantities import channel, name_in_text
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -105,32 +107,6 @@ class InputCase:
         return None if self.target_input is None else self.target_input.amplitudes.get(surface)
 
 
-TRIM_TOLERANCE_FACTOR: Final = 2.0
-"""Times the tolerances of GO within which a start still counts."""
-MAX_CROSS_INPUT: Final = 0.35
-"""Share of the main input, both as shares of travel, from which another stick spoils it."""
-MAX_RESIDUAL_DEFLECTION: Final = 0.4
-"""Share of its amplitude that a surface may stay away from its trim."""
-MIN_HANDS_OFF_SHARE: Final = 0.5
-"""Share of the wanted hands-off interval that is enough: one period of the oscillation."""
-MAX_GUST_FRACTION: Final = 0.5
-"""Share of the answer that gusts may make."""
-MIN_TIME_OUT_OF_RANGE: Final = 0.1
-"""Seconds out of the linear range that count."""
-MIN_SAMPLE_SHARE: Final = 0.8
-"""Share of the samples that must be there."""
-
-_LEAST_CROSS: Final = 0.5 * DEGREE
-"""rad; another surface that moves less spoils nothing, however small the main input was."""
-_CLIPPED_FOR: Final = 0.03
-"""Seconds at the end of a sensor's range that count."""
-_ROUGH_BEFORE: Final = 3.0
-"""What the model takes for gusts counts up to so many times the unrest before the input: a model
-that is wrong finds as many in calm air. Gusts are slow, and within two seconds most of them are
-hidden in a straight line."""
-_UNREST: Final = 0.6
-"""Unrest before the input over its answer that counts for gusts where no model tells more; the
-grader calls it a large defect."""
 _SMALLER: Final = 0.75
 """Advice after an answer that was too large, where no band tells better."""
 _AT_LEAST: Final = 1.1
@@ -161,7 +137,11 @@ def list_unevaluated(case: InputCase) -> tuple[str, ...]:
     found += [f"{channel(name).title} saturated" for name in measured.saturated_before]
     if measured.gust_fraction is None:
         found.append("gusts during the input: no model to compare with")
-    elif measured.gust_fraction > MAX_GUST_FRACTION >= _ROUGH_BEFORE * case.pre_input_motion_ratio:
+    elif (
+        measured.gust_fraction
+        > INPUT_CRITERIA.gust_fraction
+        >= INPUT_CRITERIA.gust_factor * case.pre_input_motion_ratio
+    ):
         share = 100.0 * measured.gust_fraction
         found.append(
             f"the model finds gusts of {share:.0f} % of the response in calm air: doubtful"
@@ -182,15 +162,17 @@ def _check_samples(case: InputCase) -> list[InputFinding]:
     total = passage.count(start, passage.t_end)
     for surface in case.measured.surfaces:
         count = passage.samples(surface, start, passage.t_end).size
-        if count < MIN_SAMPLE_SHARE * total:
-            missing = 100.0 * (1.0 - count / max(total, 1))
-            words = f"{SURFACE_WORDS[surface]} signal missing for {missing:.0f} percent"
+        lost = 1.0 - count / max(total, 1)
+        if INPUT_CRITERIA.missing_samples.is_invalid(lost):
+            words = f"{SURFACE_WORDS[surface]} signal missing for {100.0 * lost:.0f} percent"
             found.append(InputFinding(result="unclear", words=words, surface=surface))
         heard = [
             name
             for name in RESPONSE_CHANNELS[surface]
             if name not in case.measured.saturated_before
-            and passage.samples(name, start, passage.t_end).size >= MIN_SAMPLE_SHARE * total
+            and not INPUT_CRITERIA.missing_samples.is_invalid(
+                1.0 - passage.samples(name, start, passage.t_end).size / max(total, 1)
+            )
         ]
         if not heard:
             words = f"no response measured for the {SURFACE_WORDS[surface]}"
@@ -202,13 +184,14 @@ def _check_clipping(case: InputCase) -> list[InputFinding]:
     found = []
     worst = sorted(case.measured.clipped.items(), key=lambda item: -item[1])
     for name, count in worst:
-        if count * case.dt >= _CLIPPED_FOR:
+        if count * case.dt >= INPUT_CRITERIA.clipped_time:
             found.append(_too_large(case, name, f"{_CLIPPED[name]} clipped"))
     return found
 
 
 def _check_trim(case: InputCase) -> list[InputFinding]:
     allowed, trim = case.tolerances, case.measured.trim_values
+    factor = INPUT_CRITERIA.trim_tolerance_factor
     seen = case.measured.bank_is_measured
     bank = allowed.bank if seen else allowed.bank_unmeasured
     checks = [
@@ -227,7 +210,7 @@ def _check_trim(case: InputCase) -> list[InputFinding]:
         TrimDeviation(
             quantity=quantity,
             amount=trim[name] - wanted,
-            tolerance_ratio=abs(trim[name] - wanted) / (TRIM_TOLERANCE_FACTOR * room),
+            tolerance_ratio=abs(trim[name] - wanted) / (factor * room),
             channel=told,
         )
         for name, quantity, told, room, wanted in checks
@@ -246,19 +229,19 @@ def _check_trim(case: InputCase) -> list[InputFinding]:
 
 def _check_cross_input(case: InputCase) -> list[InputFinding]:
     measured, found = case.measured, []
-    travel = case.setting.half_travel
-    whole = max(one.amplitude / travel(one.surface) for one in measured.inputs)
-    for surface, moved in sorted(measured.cross_deflections.items(), key=lambda item: -item[1]):
-        share = moved / travel(surface) / whole
-        if share > MAX_CROSS_INPUT and moved > _LEAST_CROSS:
+    shares = cross_input_ratios(measured.cross_deflections, case.setting, measured.inputs)
+    for surface, share in shares.items():
+        if INPUT_CRITERIA.cross_input.is_invalid(share):
             words = f"spoiled: {SURFACE_WORDS[surface]} moved too"
             found.append(InputFinding(result="spoiled", words=words, surface=surface))
     for surface, share in measured.residual_deflection.items():
-        if share > MAX_RESIDUAL_DEFLECTION:
+        if INPUT_CRITERIA.residual_deflection.is_invalid(share):
             words = f"spoiled: {SURFACE_WORDS[surface]} not returned to neutral"
             found.append(InputFinding(result="spoiled", words=words, surface=surface))
     wanted = case.target_input
-    if wanted is not None and measured.hands_off_time < MIN_HANDS_OFF_SHARE * wanted.hands_off:
+    if wanted is not None and INPUT_CRITERIA.hands_off_lack.is_invalid(
+        1.0 - measured.hands_off_time / wanted.hands_off
+    ):
         words = f"spoiled: hands off for {max(measured.hands_off_time, 0.0):.1f} seconds only"
         found.append(InputFinding(result="spoiled", words=words))
     return found
@@ -289,12 +272,9 @@ def _check_min_amplitude(case: InputCase) -> list[InputFinding]:
 
 def _check_linear_range(case: InputCase) -> list[InputFinding]:
     found = []
-    for name, (low, high) in linear_ranges(case.aircraft).items():
+    for name, limits in linear_ranges(case.aircraft).items():
         values = case.measured.flow.get(name)
-        if (
-            values is not None
-            and _count_outside(values, low, high) * case.dt >= MIN_TIME_OUT_OF_RANGE
-        ):
+        if values is not None and is_out_of_range(values, limits, case.dt):
             found.append(_too_large(case, name, f"{_OUT[name]} left its linear range"))
     if found:
         return found
@@ -308,9 +288,10 @@ def _check_linear_range(case: InputCase) -> list[InputFinding]:
 def _check_gusts(case: InputCase) -> list[InputFinding]:
     gusts = case.measured.gust_fraction
     if gusts is not None:
-        spoiled = min(gusts, _ROUGH_BEFORE * case.pre_input_motion_ratio) > MAX_GUST_FRACTION
+        most = INPUT_CRITERIA.gust_factor * case.pre_input_motion_ratio
+        spoiled = min(gusts, most) > INPUT_CRITERIA.gust_fraction
     else:
-        spoiled = case.pre_input_motion_ratio > _UNREST
+        spoiled = INPUT_CRITERIA.pre_input_motion.is_invalid(case.pre_input_motion_ratio)
     words = "invalid, gusts: wait for calmer air"
     return [InputFinding(result="spoiled", words=words)] if spoiled else []
 
@@ -359,11 +340,6 @@ def step_width(case: InputCase, one: SurfaceInput) -> float:
     """Return the length of one step of an input, s: its steps over their units."""
     lengths = case.measured.steps[one.surface]
     return sum(lengths) / _UNITS.get(one.kind, float(len(lengths)))
-
-
-def _count_outside(values: FloatArray, low: float, high: float) -> int:
-    with np.errstate(invalid="ignore"):
-        return int(((values < low) | (values > high)).sum())
 
 
 def _too_large(case: InputCase, name: str, why: str) -> InputFinding:

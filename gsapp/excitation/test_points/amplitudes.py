@@ -18,11 +18,10 @@ from gsapp.excitation.test_points.perturbation_models import (
 )
 from gsapp.excitation.test_points.target_input import ToleranceBand
 from gsapp.flight.maneuvers.clipping import clipping_ranges
-from gsapp.flight.maneuvers.maneuver_grade import (
-    FAINT_RESPONSE,
+from gsapp.flight.maneuvers.input_criteria import INPUT_CRITERIA
+from gsapp.flight.maneuvers.input_measures import (
     MIN_NOISE,
     RESPONSE_CHANNELS,
-    WEAK_RESPONSE,
 )
 from gsapp.quantities import FloatArray
 from gsapp.quantities.constants import GRAVITY
@@ -296,7 +295,10 @@ def _min_amplitude(
     best = max(swings, key=lambda name: swings[name])
     rate = _OWN_RATE[surface]
     found = _min_by_linkage(getattr(aircraft.controls, surface))
-    for name, wanted in ((best, WEAK_RESPONSE), (rate, FAINT_RESPONSE)):
+    for name, wanted in (
+        (best, INPUT_CRITERIA.weak_response),
+        (rate, INPUT_CRITERIA.faint_response),
+    ):
         if swings[name] > 0.0:
             words = (
                 f"smaller, {_channel_text(name)} does not stand out of its noise {wanted:.0f} times"

@@ -16,7 +16,7 @@ import numpy as np
 
 from gsapp.dynamics.linearization import LinearModel
 from gsapp.excitation.test_points.target_input import ToleranceBand
-from gsapp.flight.maneuvers.maneuver_grade import MIN_FREE_RESPONSE_TIME
+from gsapp.flight.maneuvers.input_measures import MIN_FREE_RESPONSE_TIME
 from gsapp.quantities import FloatArray
 from gsapp.virtual.flight_plan import INPUT_SHAPES
 

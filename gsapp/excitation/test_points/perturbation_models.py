@@ -19,8 +19,8 @@ from gsapp.dynamics.flight_model import FlightModel
 from gsapp.dynamics.linearization import LinearModel
 from gsapp.dynamics.model import Model
 from gsapp.dynamics.trim import Trim, trim
+from gsapp.flight.maneuvers.input_measures import RESPONSE_TIME
 from gsapp.flight.maneuvers.input_shape import smooth_samples
-from gsapp.flight.maneuvers.maneuver_grade import RESPONSE_TIME
 from gsapp.quantities import FloatArray
 from gsapp.virtual.flight_plan import INPUT_SHAPES
 

@@ -30,7 +30,7 @@ from gsapp.excitation.test_points.perturbation_models import (
 from gsapp.excitation.test_points.point import TestPoint
 from gsapp.excitation.test_points.target_input import TargetInput, ToleranceBand
 from gsapp.flight.cards import TestCard
-from gsapp.flight.maneuvers.maneuver_grade import RESPONSE_TIME
+from gsapp.flight.maneuvers.input_measures import RESPONSE_TIME
 from gsapp.foundation import FlightError
 from gsapp.identification.ftr.estimates import LiveEstimate
 from gsapp.virtual.flight_plan import INPUT_SHAPES

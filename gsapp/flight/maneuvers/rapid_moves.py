@@ -14,13 +14,13 @@ from typing import Final
 
 import numpy as np
 
+from gsapp.flight.maneuvers.input_measures import GradingContext
 from gsapp.flight.maneuvers.input_shape import (
     LOOK_BACK,
     SurfaceInput,
     measure_surface_input,
     smooth_samples,
 )
-from gsapp.flight.maneuvers.maneuver_grade import GradingContext
 from gsapp.flight.maneuvers.signals import SIGNAL_COLUMNS, SURFACES
 from gsapp.quantities import FloatArray
 
