@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final
@@ -14,9 +13,11 @@ from gsapp.identification.statistics.correlation import MAX_LAGS
 from gsapp.quantities import FloatArray
 from gsapp.quantities.constants import DEGREE, GRAVITY
 
-_USUAL_ANGLE: Final = 0.1 * DEGREE
-_USUAL_RATE: Final = 1.0 * DEGREE
-_USUAL_ACCELERATION: Final = 0.005 * GRAVITY
+_USUAL_NOISE: Final = {
+    **dict.fromkeys(("alpha", "beta"), 0.1 * DEGREE),
+    **dict.fromkeys(("p", "q", "r"), 1.0 * DEGREE),
+    **dict.fromkeys(("ax", "ay", "an"), 0.005 * GRAVITY),
+}
 """Noise of instruments of which the aircraft file says nothing."""
 
 
@@ -65,22 +66,11 @@ def assumed_noise(aircraft: Aircraft, responses: Sequence[str], rate: float) -> 
     rate : float
         Samples per second.
     """
-    stds = [_instrument_noise(aircraft, name) for name in responses]
+    stated = aircraft.sensors.noise_in_flight
+    stds = [stated[name] or _USUAL_NOISE[name] for name in responses]
     lagged = np.zeros((2 * MAX_LAGS + 1, len(stds), len(stds)))
     lagged[MAX_LAGS] = np.diag(np.square(stds))
     return ResponseNoise(responses=tuple(responses), rate=rate, autocovariance=lagged, duration=0.0)
-
-
-def _instrument_noise(aircraft: Aircraft, name: str) -> float:
-    sensors = aircraft.sensors
-    if name in ("p", "q", "r"):
-        # A sine has an rms of its amplitude over the root of two.
-        found = math.hypot(sensors.gyro.noise, sensors.gyro.vibration / math.sqrt(2.0))
-        return found or _USUAL_RATE
-    if name in ("ax", "ay", "an"):
-        return sensors.accelerometer.noise or _USUAL_ACCELERATION
-    vane = sensors.alpha_vane if name == "alpha" else sensors.beta_vane
-    return vane.noise or _USUAL_ANGLE
 
 
 def pool_noise(heard: Sequence[ResponseNoise]) -> ResponseNoise:

@@ -78,14 +78,7 @@ def channel_noise(aircraft: Aircraft, noise: Mapping[str, float] | None = None) 
     noise : mapping of str to float, optional
         Standard deviations measured, by channel.
     """
-    sensors = aircraft.sensors
-    gyro = math.hypot(sensors.gyro.noise, sensors.gyro.vibration / math.sqrt(2.0))
-    found = {
-        "alpha": sensors.alpha_vane.noise,
-        "beta": sensors.beta_vane.noise,
-        **dict.fromkeys(("p", "q", "r"), gyro),
-        **dict.fromkeys(("ax", "ay", "an"), sensors.accelerometer.noise),
-    }
+    found = aircraft.sensors.noise_in_flight
     given = {} if noise is None else {k: v for k, v in noise.items() if math.isfinite(v)}
     found.update((name, given[name]) for name in found if given.get(name, 0.0) > 0.0)
     return {name: max(value, MIN_NOISE[name]) for name, value in found.items()}
