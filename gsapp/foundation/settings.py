@@ -157,6 +157,16 @@ class SettingsModel(StrictModel):
                 words = f"{where} is {first['input']!r}; it {must[:1].lower()}{must[1:]}"
             raise SettingError(field, words) from error
 
+    @classmethod
+    def title_of(cls, name: str) -> str:
+        """Return the title of a setting."""
+        return str(cls.model_fields[name].title)
+
+    @classmethod
+    def help_of(cls, name: str) -> str:
+        """Return what a setting does, and when to change it."""
+        return str(cls.model_fields[name].description)
+
     def with_changes(self, **changes: Any) -> Self:
         """Return settings with other values."""
         return type(self)(**{**dict(self), **changes})

@@ -27,14 +27,6 @@ from ui.display_style import DisplayStyle
 _SPEEDS = (1.0, 2.0, 5.0, 10.0)
 
 
-def _title(name: str) -> str:
-    return str(FlightSettings.model_fields[name].title)
-
-
-def _help(name: str) -> str:
-    return str(FlightSettings.model_fields[name].description).removesuffix(".")
-
-
 @dataclass(frozen=True, slots=True, kw_only=True)
 class VirtualFlightOptions:
     """What can be chosen for the virtual aircraft.
@@ -73,16 +65,16 @@ class VirtualFlightDialog(RecordingDialog):
         self.plan = ShippedFileField(
             "Plan", choices.plans, choices.plans[0] if choices.plans else ""
         )
-        self.add_row(_title("plan"), self.plan)
+        self.add_row(FlightSettings.title_of("plan"), self.plan)
         self.speed = QComboBox()
         for speed in _SPEEDS:
             self.speed.addItem("real time" if speed == 1.0 else f"{speed:g} times", speed)
         self.add_row("Speed", self.speed)
         self.seed = IntegerField(0, 999_999, 1)
-        self.seed.setToolTip(_help("seed"))
-        self.add_row(_title("seed"), self.seed)
-        self.thin = QCheckBox(_help("thin"))
-        self.add_row(_title("thin"), self.thin)
+        self.seed.setToolTip(FlightSettings.help_of("seed").removesuffix("."))
+        self.add_row(FlightSettings.title_of("seed"), self.seed)
+        self.thin = QCheckBox(FlightSettings.help_of("thin").removesuffix("."))
+        self.add_row(FlightSettings.title_of("thin"), self.thin)
         self.search = QLineEdit()
         self.search.setPlaceholderText("Search the effects")
         self.search.setAccessibleName("Search the effects")
@@ -110,7 +102,7 @@ class VirtualFlightDialog(RecordingDialog):
         column.addWidget(self.search)
         column.addWidget(self.effects)
         holder.setFocusProxy(self.search)
-        self.add_row(_title("hide"), holder, self.note)
+        self.add_row(FlightSettings.title_of("hide"), holder, self.note)
         self.add_folder_field(flights)
         self.fit_to_content()
 
@@ -122,7 +114,7 @@ class VirtualFlightDialog(RecordingDialog):
             item.setFlags(item.flags() | Qt.ItemFlag.ItemIsUserCheckable)
             item.setCheckState(Qt.CheckState.Unchecked)
             self.effects.addItem(item)
-        self.note.set_message(_help("hide").partition(". ")[2] + ".")
+        self.note.set_message(FlightSettings.help_of("hide").partition(". ")[2])
         self._narrow(self.search.text())
 
     def _narrow(self, words: str) -> None:

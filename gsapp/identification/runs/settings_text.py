@@ -18,7 +18,7 @@ _ORIGINS: Final = frozenset({"label", "maneuver_windows", "every_grade", "as_fou
 
 def setting_title(name: str) -> str:
     """Return the title of a setting within a sentence."""
-    return str(EstimateSettings.model_fields[name].title).lower()
+    return EstimateSettings.title_of(name).lower()
 
 
 def describe_settings(request: RunRequest, *, digits: int = _DIGITS) -> dict[str, str]:
