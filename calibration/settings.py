@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Final
 
+FIT_ORDER_TITLES: Final = {1: "straight line", 2: "quadratic", 3: "cubic"}
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CalibrationSettings:
@@ -17,7 +19,7 @@ class CalibrationSettings:
     same_setting_share: float = 0.1  # Of the mean spacing: closer settings are the same one.
     turn_point_significance: float = 0.2  # Below it, turn points do not count as noted.
     prior_degrees_of_freedom: float = 4.0  # Points that a setting error known beforehand is worth.
-    max_degree: int = 3  # Degree of a curve at most.
+    max_degree: int = max(FIT_ORDER_TITLES)  # Degree of a curve at most.
     uncertainty_points: int = 9  # Where along the curve its uncertainty is written down.
     confidence: float = 0.95  # Confidence level of bounds.
     line_points: int = 9  # Points of a straight line in its certificate.

@@ -231,7 +231,7 @@ class FileMenuController(QObject):
     def _fly(self, dialog: VirtualFlightDialog) -> None:
         """Fly what the dialog asks for; the dialog stays where that is refused."""
         if (place := self._choose_recording_folder(dialog)) is not None:
-            request = replace(dialog.request, folder=place[0], append=place[1])
+            request = dialog.request.with_changes(folder=place[0], append=place[1])
             self._controller.flight_opener.fly_virtual(request, refused=dialog.show_error)
 
     def _remember_folder(self, flight: Path, place: FlightFolderField) -> None:

@@ -162,12 +162,4 @@ def prepare_requested_flight(request: ConnectRequest) -> Path:
 
 def launch_virtual_aircraft(request: VirtualFlightRequest, port: int) -> AircraftProcess:
     """Let the virtual aircraft fly as asked for, sending to a UDP port of this machine."""
-    return AircraftProcess(
-        request.folder,
-        port,
-        plan=request.plan,
-        seed=request.seed,
-        speed=request.speed,
-        hidden=request.hidden,
-        thin=request.thin,
-    )
+    return AircraftProcess(request.folder, port, request, speed=request.speed)

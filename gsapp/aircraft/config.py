@@ -215,6 +215,24 @@ class Sensors(StrictModel):
     air_data: AirData = Field(default_factory=AirData)
     surfaces: SurfaceSensors = Field(default_factory=SurfaceSensors)
 
+    @property
+    def by_channel(self) -> dict[str, AlphaVane | Gyro | Accelerometer]:
+        """Return the instrument behind each channel that answers to an input."""
+        return {
+            "alpha": self.alpha_vane,
+            "beta": self.beta_vane,
+            **dict.fromkeys(("p", "q", "r"), self.gyro),
+            **dict.fromkeys(("ax", "ay", "an"), self.accelerometer),
+        }
+
+    @property
+    def noise_in_flight(self) -> dict[str, float]:
+        """Return the standard deviation that each of these channels shows with engines on, SI."""
+        found = {name: one.noise for name, one in self.by_channel.items()}
+        # A sine has an rms of its amplitude over the root of two.
+        shaken = math.hypot(self.gyro.noise, self.gyro.vibration / math.sqrt(2.0))
+        return {**found, **dict.fromkeys(("p", "q", "r"), shaken)}
+
 
 class Control(StrictModel):
     """One control: how it is measured, how it moves, what the pilot's stick does to it."""

@@ -7,8 +7,8 @@ from typing import Annotated, Any, Literal
 
 import typer
 
-from gsapp.cli._commands import takes_settings
-from gsapp.cli._options import CalibrationName, FlightPath, JsonFile, MapName, Units
+from gsapp.cli._commands import ESTIMATE_SETTINGS, MANEUVER_SETTINGS, takes_settings
+from gsapp.cli._options import FlightPath, JsonFile, Units
 
 FlightPaths = Annotated[
     list[Path],
@@ -17,28 +17,6 @@ FlightPaths = Annotated[
         readable=False,
         help="Flight folders, .csv, .tlog, .bin, .ulg, .mat, .parquet",
     ),
-]
-AircraftName = Annotated[
-    str | None,
-    typer.Option(
-        "--aircraft",
-        metavar="FILE",
-        help="Aircraft: a file, or the name of a shipped one; else the copy in the flight folder",
-    ),
-]
-ManeuverList = Annotated[
-    list[str] | None,
-    typer.Option(
-        "--maneuver",
-        metavar="START:STOP",
-        help="Use this time window (s) instead of detected maneuvers; K:START:STOP for the "
-        "K-th flight; repeatable",
-    ),
-]
-AsFound = Annotated[bool, typer.Option("--as-found", help="Ignore manual changes from the review")]
-EveryGrade = Annotated[
-    bool,
-    typer.Option("--every-grade", help="Include maneuvers graded unfit (D)"),
 ]
 Dated = Annotated[
     bool,
@@ -52,15 +30,13 @@ CatalogFile = Annotated[
 ]
 
 
+@takes_settings(MANEUVER_SETTINGS, "aircraft", "as_found", "channel_map", "calibration")
 def maneuvers(
     flight: FlightPath,
-    aircraft: AircraftName = None,
-    channel_map: MapName = None,
-    calibration: CalibrationName = None,
-    as_found: AsFound = False,
     catalog: CatalogFile = None,
     units: Units = "us",  # noqa: ARG001  acts in its callback
     json: JsonFile = None,
+    **settings: Any,
 ) -> None:
     """Find the maneuvers of a flight and grade them.
 
@@ -70,17 +46,10 @@ def maneuvers(
     """
     from gsapp.cli import maneuvers as command
 
-    command.run(
-        flight=flight,
-        aircraft=aircraft,
-        channel_map=channel_map,
-        calibration=calibration,
-        as_found=as_found,
-        json=json,
-        catalog=catalog,
-    )
+    command.run(flight=flight, json=json, catalog=catalog, **settings)
 
 
+@takes_settings(MANEUVER_SETTINGS, "aircraft", "channel_map", "calibration")
 def debrief(
     flights: Annotated[
         list[Path] | None,
@@ -88,7 +57,6 @@ def debrief(
             metavar="FLIGHT", readable=False, help="Without a flight: trends of the catalog"
         ),
     ] = None,
-    aircraft: AircraftName = None,
     model: Annotated[
         str | None,
         typer.Option(
@@ -97,8 +65,6 @@ def debrief(
             "aircraft",
         ),
     ] = None,
-    channel_map: MapName = None,
-    calibration: CalibrationName = None,
     cards: Annotated[
         str | None,
         typer.Option(
@@ -112,6 +78,7 @@ def debrief(
     catalog: CatalogFile = None,
     units: Units = "us",  # noqa: ARG001  acts in its callback
     json: JsonFile = None,
+    **settings: Any,
 ) -> None:
     """Tell what every input of a flight was worth.
 
@@ -128,12 +95,11 @@ def debrief(
     from gsapp.cli import debrief as command
 
     command.run(
-        flights=flights or [], aircraft=aircraft, model=model, channel_map=channel_map,
-        calibration=calibration, cards=cards, catalog=catalog, json=json,
+        flights=flights or [], model=model, cards=cards, catalog=catalog, json=json, **settings
     )  # fmt: skip
 
 
-@takes_settings()
+@takes_settings(ESTIMATE_SETTINGS)
 def estimate(
     flights: FlightPaths,
     euler: Annotated[bool, typer.Option("--euler", hidden=True)] = False,
@@ -162,8 +128,8 @@ def estimate(
 
 
 @takes_settings(
-    "aircraft", "method", "axis", "weights", "model", "joint", "maneuver_windows", "every_grade",
-    "as_found", "channel_map", "calibration",
+    ESTIMATE_SETTINGS, "aircraft", "method", "axis", "weights", "model", "joint",
+    "maneuver_windows", "every_grade", "as_found", "channel_map", "calibration",
 )  # fmt: skip
 def report(
     flights: Annotated[
@@ -212,11 +178,11 @@ def report(
     )  # fmt: skip
 
 
+@takes_settings(
+    MANEUVER_SETTINGS, "aircraft", "maneuver_windows", "as_found", "channel_map", "calibration"
+)
 def compatibility(
     flights: FlightPaths,
-    aircraft: AircraftName = None,
-    maneuver: ManeuverList = None,
-    as_found: AsFound = False,
     error: Annotated[
         list[str] | None,
         typer.Option(
@@ -226,10 +192,9 @@ def compatibility(
         ),
     ] = None,
     free: Annotated[list[str] | None, typer.Option("--free", hidden=True)] = None,
-    channel_map: MapName = None,
-    calibration: CalibrationName = None,
     units: Units = "us",  # noqa: ARG001  acts in its callback
     json: JsonFile = None,
+    **settings: Any,
 ) -> None:
     """Check the instruments against one another.
 
@@ -243,28 +208,24 @@ def compatibility(
     from gsapp.cli import compatibility as command
 
     command.run(
-        flights=flights, aircraft=aircraft, maneuver=maneuver or (), as_found=as_found,
-        free=[*(error or ()), *(free or ())], channel_map=channel_map, calibration=calibration,
-        json=json,
+        flights=flights, free=[*(error or ()), *(free or ())], json=json, **settings
     )  # fmt: skip
 
 
+@takes_settings(MANEUVER_SETTINGS, "aircraft", "maneuver_windows", "channel_map", "calibration")
 def terms(
     flights: FlightPaths,
     coefficient: Annotated[
         list[str] | None,
         typer.Option(metavar="NAME", help="CN, CA, CY, Cl, Cm or Cn; repeatable; all by default"),
     ] = None,
-    aircraft: AircraftName = None,
     model: Annotated[
         str | None,
         typer.Option(metavar="FILE", help="Model whose effects are known"),
     ] = None,
-    maneuver: ManeuverList = None,
-    channel_map: MapName = None,
-    calibration: CalibrationName = None,
     units: Units = "us",  # noqa: ARG001  acts in its callback
     json: JsonFile = None,
+    **settings: Any,
 ) -> None:
     """Choose the terms that each coefficient needs.
 
@@ -278,8 +239,7 @@ def terms(
     from gsapp.cli import terms as command
 
     command.run(
-        flights=flights, coefficient=coefficient or (), aircraft=aircraft, model=model,
-        maneuver=maneuver or (), channel_map=channel_map, calibration=calibration, json=json,
+        flights=flights, coefficient=coefficient or (), model=model, json=json, **settings
     )  # fmt: skip
 
 
@@ -387,13 +347,13 @@ def runs(
     )
 
 
+@takes_settings(MANEUVER_SETTINGS, "aircraft", "as_found", "channel_map", "calibration")
 def linear_models(
     flights: FlightPaths,
     validate: Annotated[
         Path,
         typer.Option(readable=False, metavar="FLIGHT", help="Flight to validate the models on"),
     ],
-    aircraft: AircraftName = None,
     model: Annotated[
         str | None,
         typer.Option(metavar="FILE", help="Model whose effects are known"),
@@ -404,9 +364,6 @@ def linear_models(
     order_lat: Annotated[
         str, typer.Option(metavar="N|auto", help="Order of the lateral-directional subspace model")
     ] = "4",
-    channel_map: MapName = None,
-    calibration: CalibrationName = None,
-    as_found: AsFound = False,
     out: Annotated[
         Path | None,
         typer.Option(
@@ -415,6 +372,7 @@ def linear_models(
     ] = None,
     units: Units = "us",  # noqa: ARG001  acts in its callback
     json: JsonFile = None,
+    **settings: Any,
 ) -> None:
     """Fit three linear models, and judge them on another flight.
 
@@ -426,12 +384,12 @@ def linear_models(
     from gsapp.cli import linear_models as command
 
     command.run(
-        flights=flights, validate=validate, aircraft=aircraft, model=model,
-        order_lon=order_lon, order_lat=order_lat, channel_map=channel_map,
-        calibration=calibration, as_found=as_found, out=out, json=json,
+        flights=flights, validate=validate, model=model, order_lon=order_lon, order_lat=order_lat,
+        out=out, json=json, **settings,
     )  # fmt: skip
 
 
+@takes_settings("gsapp.discrepancy.settings:DiscrepancySettings")
 def discrepancy(
     flights: Annotated[
         list[Path] | None,
@@ -449,38 +407,8 @@ def discrepancy(
             help="Folder for the revised model, report.html, report.pdf, figures, discrepancy.json",
         ),
     ] = None,
-    aircraft: AircraftName = None,
-    model: Annotated[
-        str | None,
-        typer.Option(
-            metavar="FILE",
-            help="Model to test: a file, or the name of a shipped one; default: fitted linear "
-            "build-up",
-        ),
-    ] = None,
     list_: Annotated[bool, typer.Option("--list", help="List the effects and exit")] = False,
     catalog: Annotated[bool, typer.Option("--catalog", hidden=True)] = False,
-    maneuver: ManeuverList = None,
-    every_grade: EveryGrade = False,
-    as_found: AsFound = False,
-    refuse: Annotated[
-        list[str] | None,
-        typer.Option(metavar="ID", help="Never name this effect; repeatable"),
-    ] = None,
-    force: Annotated[
-        list[str] | None,
-        typer.Option(metavar="ID", help="Add this effect regardless of evidence; repeatable"),
-    ] = None,
-    held_out: Annotated[
-        list[str] | None,
-        typer.Option(
-            metavar="MANEUVER",
-            help="Hold out this maneuver; repeatable; default: one of each kind, about a quarter",
-        ),
-    ] = None,
-    most_effects: Annotated[
-        int, typer.Option(metavar="N", min=0, help="Maximum number of effects")
-    ] = 4,
     draw: Annotated[
         list[str] | None,
         typer.Option(
@@ -490,9 +418,8 @@ def discrepancy(
         ),
     ] = None,
     units: Units = "us",  # noqa: ARG001  acts in its callback
-    channel_map: MapName = None,
-    calibration: CalibrationName = None,
     json: JsonFile = None,
+    **settings: Any,
 ) -> None:
     """Name and add the effect that a model lacks.
 
@@ -514,9 +441,4 @@ def discrepancy(
         raise typer.BadParameter("give FLIGHT... and --out DIR, or --list")
     from gsapp.cli import discrepancy as command
 
-    command.run(
-        flights=flights, out=out, aircraft=aircraft, model=model, maneuver=maneuver or (),
-        every_grade=every_grade, as_found=as_found, refuse=refuse or (), force=force or (),
-        held_out=held_out or (), most_effects=most_effects, draw=draw or (),
-        channel_map=channel_map, calibration=calibration, json=json,
-    )  # fmt: skip
+    command.run(flights=flights, out=out, draw=draw or (), json=json, **settings)

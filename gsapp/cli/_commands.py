@@ -121,18 +121,27 @@ class _SettingsCommand(_Command):
         self._params = params
 
 
-def takes_settings(*names: str) -> Callable[[Callable[..., None]], Callable[..., None]]:
-    """Mark a function that takes settings of an estimation as further keywords.
+MANEUVER_SETTINGS = "gsapp.flight.maneuver_settings:ManeuverSettings"
+ESTIMATE_SETTINGS = "gsapp.identification.estimate_settings:EstimateSettings"
+
+
+def takes_settings(
+    settings: str, *names: str
+) -> Callable[[Callable[..., None]], Callable[..., None]]:
+    """Mark a function that takes settings as further keywords.
 
     Parameters
     ----------
+    settings : str
+        A `gsapp.foundation.settings.SettingsModel`, ``module:class``.
     *names : str
-        Fields of `gsapp.identification.estimate_settings.EstimateSettings`; all by default.
+        Its fields; all by default.
     """
 
     def mark(function: Callable[..., None]) -> Callable[..., None]:
         signature = inspect.signature(function, eval_str=True)
         own = [one for one in signature.parameters.values() if one.kind is not one.VAR_KEYWORD]
+        function.settings_path = settings  # type: ignore[attr-defined]
         function.setting_names = names  # type: ignore[attr-defined]
         function.__signature__ = signature.replace(parameters=own)  # type: ignore[attr-defined]
         return function

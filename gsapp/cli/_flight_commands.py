@@ -3,11 +3,18 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 import typer
 
-from gsapp.cli._options import CalibrationName, FileUnits, FlightPath, JsonFile, MapName, Units
+from gsapp.cli._commands import MANEUVER_SETTINGS, takes_settings
+from gsapp.cli._options import FileUnits, FlightPath, JsonFile, Units
+
+_FLIGHT_OPTIONS = (
+    "--plan", "--hide", "--model", "--turbulence", "--position", "--onboard", "--truth",
+    "--sticks", "--airborne", "--json",
+)  # fmt: skip
+"""What the bench has no use for."""
 
 
 def demo(
@@ -34,6 +41,7 @@ def demo(
     command.run(headless=headless, out=out, seed=seed, speed=speed, json=json)
 
 
+@takes_settings("gsapp.virtual.downlink.flight_settings:FlightSettings")
 def fly(
     to: Annotated[
         str | None,
@@ -43,38 +51,7 @@ def fly(
         Path | None,
         typer.Option(readable=False, metavar="FLIGHT", help="Write a flight folder at full speed"),
     ] = None,
-    plan: Annotated[
-        str, typer.Option(metavar="FILE", help="Plan: a file, or the name of a shipped one")
-    ] = ("default"),
-    hide: Annotated[
-        list[str] | None,
-        typer.Option(metavar="ID[:PARAM=VALUE,..]", help="Add a hidden effect; repeatable"),
-    ] = None,
-    fault: Annotated[
-        list[str] | None,
-        typer.Option(
-            metavar="CHANNEL:KIND[:PARAM=VALUE,..]",
-            help="Instrument fault: dropout, stuck or clip; on the bench dead, reversed, "
-            "swapped:with=CHANNEL, noisy or clipped; repeatable",
-        ),
-    ] = None,
-    seed: Annotated[int, typer.Option(min=0, help="Same seed, same flight")] = 0,
     speed: Annotated[float, typer.Option(metavar="X", help="Times real time")] = 1.0,
-    thin: Annotated[
-        bool, typer.Option("--thin", help="Limit the data to a 57,600-baud radio")
-    ] = False,
-    aircraft: Annotated[
-        str, typer.Option(metavar="FILE", help="Aircraft: a file, or the name of a shipped one")
-    ] = "b777",
-    model: Annotated[
-        str, typer.Option(metavar="FILE", help="Model: a file, or the name of a shipped one")
-    ] = "b777",
-    turbulence: Annotated[
-        float | None,
-        typer.Option(metavar="M/S", min=0.0, help="Standard deviation of the gusts"),
-    ] = None,
-    attitude: Annotated[bool, typer.Option(help="Send attitude")] = True,
-    position: Annotated[bool, typer.Option(help="Send position")] = False,
     onboard: Annotated[
         Path | None,
         typer.Option(
@@ -109,10 +86,8 @@ def fly(
             "pilot flies whenever you do not",
         ),
     ] = False,
-    airborne: Annotated[
-        bool, typer.Option("--airborne", help="With --sticks, begin in the air, in the pattern")
-    ] = False,
     json: JsonFile = None,
+    **settings: Any,
 ) -> None:
     """Fly the virtual aircraft, or calibrate it on the ground.
 
@@ -122,52 +97,51 @@ def fly(
 
     Example: gsapp fly --bench --to udpout:127.0.0.1:14550 --control - --fault rudder:reversed
     """
+    from gsapp.cli._usage_errors import as_usage_error
+    from gsapp.foundation.settings import command_arguments
+    from gsapp.virtual.downlink.flight_settings import FlightSettings
+
+    with as_usage_error():
+        chosen = FlightSettings(**settings)
     if bench:
         if to is None or out is not None:
             raise typer.BadParameter("the bench sends over a link; give --to LINK, no --out")
         given = {
-            "--plan": plan != "default", "--hide": hide, "--model": model != "b777",
-            "--turbulence": turbulence is not None, "--position": position,
-            "--onboard": onboard is not None, "--truth": truth is not None,
-            "--sticks": sticks, "--airborne": airborne, "--json": json is not None,
+            **dict.fromkeys(command_arguments(chosen), True), "--onboard": onboard is not None,
+            "--truth": truth is not None, "--sticks": sticks, "--json": json is not None,
         }  # fmt: skip
-        if needless := [option for option, is_given in given.items() if is_given]:
+        if needless := [one for one in _FLIGHT_OPTIONS if given.get(one)]:
             raise typer.BadParameter(f"the bench does not fly; leave out {', '.join(needless)}")
         from gsapp.cli import fly_bench as on_the_ground
 
-        on_the_ground.run(
-            to=to, seed=seed, faults=tuple(fault or ()), speed=speed, thin=thin,
-            aircraft=aircraft, control=control,
-        )  # fmt: skip
+        on_the_ground.run(to=to, speed=speed, control=control, settings=chosen)
         return
     if (to is None) == (out is None):
         raise typer.BadParameter("give either --to LINK or --out FLIGHT")
     if control is not None:
         raise typer.BadParameter("--control belongs to --bench")
-    if onboard is not None and (to is None or not thin):
+    if onboard is not None and (to is None or not chosen.thin):
         raise typer.BadParameter(
             "--onboard belongs to --thin --to LINK; the folder of --out holds its record itself"
         )
     if sticks and (to is None or onboard is not None):
         raise typer.BadParameter("--sticks fly over a link; give --to LINK, no --onboard")
-    if airborne and not sticks:
+    if chosen.airborne and not sticks:
         raise typer.BadParameter("--airborne belongs to --sticks")
     from gsapp.cli import fly as command
 
     command.run(
-        to=to, out=out, plan=plan, hide=tuple(hide or ()), faults=tuple(fault or ()),
-        seed=seed, speed=speed, thin=thin, aircraft=aircraft, model=model,
-        turbulence=turbulence, attitude=attitude, position=position, onboard=onboard, truth=truth,
-        sticks=sticks, airborne=airborne, json=json,
+        to=to, out=out, speed=speed, onboard=onboard, truth=truth, sticks=sticks, json=json,
+        **settings,
     )  # fmt: skip
 
 
+@takes_settings(MANEUVER_SETTINGS, "channel_map")
 def record(
     link: Annotated[str, typer.Argument(metavar="LINK")],
     out: Annotated[
         Path, typer.Option(readable=False, metavar="FLIGHT", help="Flight folder to write")
     ],
-    channel_map: MapName = None,
     aircraft: Annotated[
         str | None,
         typer.Option(metavar="FILE", help="Aircraft: a file, or the name of a shipped one"),
@@ -188,6 +162,7 @@ def record(
         bool, typer.Option("--continue", help="Append to a flight that is already finished")
     ] = False,
     json: JsonFile = None,
+    **settings: Any,
 ) -> None:
     """Record all that comes over a link, until Ctrl-C.
 
@@ -198,11 +173,12 @@ def record(
     from gsapp.cli import record as command
 
     command.run(
-        link=link, out=out, channel_map=channel_map, aircraft=aircraft, calibration=calibration,
-        heartbeat=heartbeat, speed=speed, append=append, json=json,
+        link=link, out=out, aircraft=aircraft, calibration=calibration, heartbeat=heartbeat,
+        speed=speed, append=append, json=json, **settings,
     )  # fmt: skip
 
 
+@takes_settings(MANEUVER_SETTINGS, "channel_map", "calibration")
 def replay(
     flight: FlightPath,
     speed: Annotated[
@@ -212,8 +188,7 @@ def replay(
     headless: Annotated[bool, typer.Option("--headless", help="Print a summary instead")] = False,
     units: Units = "us",  # noqa: ARG001  acts in its callback
     json: JsonFile = None,
-    channel_map: MapName = None,
-    calibration: CalibrationName = None,
+    **settings: Any,
 ) -> None:
     """Replay a flight in the window, or sum it up without one.
 
@@ -231,22 +206,13 @@ def replay(
             parse_speed(speed or "1")
         check_flight_exists(flight)
 
-        raise typer.Exit(
-            run_window(
-                flight=flight, speed=speed or "1", channel_map=channel_map, calibration=calibration
-            )
-        )
+        raise typer.Exit(run_window(flight=flight, speed=speed or "1", **settings))
     from gsapp.cli import replay as command
 
-    command.run(
-        flight=flight,
-        speed=speed or "max",
-        json=json,
-        channel_map=channel_map,
-        calibration=calibration,
-    )
+    command.run(flight=flight, speed=speed or "max", json=json, **settings)
 
 
+@takes_settings(MANEUVER_SETTINGS, "channel_map")
 def import_(
     file: Annotated[
         Path,
@@ -257,9 +223,9 @@ def import_(
     out: Annotated[
         Path, typer.Option(readable=False, metavar="FLIGHT", help="Flight folder to write")
     ],
-    channel_map: MapName = None,
     units: Units = "us",  # noqa: ARG001  acts in its callback
     json: JsonFile = None,
+    **settings: Any,
 ) -> None:
     """Make a flight folder from the log of another program.
 
@@ -267,7 +233,7 @@ def import_(
     """
     from gsapp.cli import import_ as command
 
-    command.run(file=file, channel_map=channel_map, out=out, json=json)
+    command.run(file=file, out=out, json=json, **settings)
 
 
 def onboard(
@@ -331,14 +297,14 @@ def onboard(
         command.run(flight=flight, log=log, use=use, json=json)
 
 
+@takes_settings(MANEUVER_SETTINGS, "channel_map", "calibration")
 def export(
     flight: FlightPath,
     to: Annotated[Literal["csv", "mat", "parquet"], typer.Option(help="Format")],
     out: Annotated[Path, typer.Option(readable=False, metavar="FILE", help="File to write")],
-    channel_map: MapName = None,
-    calibration: CalibrationName = None,
     units: FileUnits = "us",
     json: JsonFile = None,
+    **settings: Any,
 ) -> None:
     """Write a flight for other programs.
 
@@ -346,12 +312,4 @@ def export(
     """
     from gsapp.cli import export as command
 
-    command.run(
-        flight=flight,
-        to=to,
-        out=out,
-        channel_map=channel_map,
-        calibration=calibration,
-        units=units,
-        json=json,
-    )
+    command.run(flight=flight, to=to, out=out, units=units, json=json, **settings)

@@ -29,18 +29,6 @@ JsonFile = Annotated[
         help="Write the result as JSON; - for standard output",
     ),
 ]
-MapName = Annotated[
-    str | None,
-    typer.Option("--map", metavar="MAP", help="Channel map: a file, or the name of a shipped one"),
-]
-CalibrationName = Annotated[
-    str | None,
-    typer.Option(
-        "--calibration",
-        metavar="FOLDER|NAME",
-        help="Certificates to use instead of those of the flight: a folder, or a shipped set",
-    ),
-]
 DISPLAY_UNITS: Final[ContextVar[Literal["US", "SI"]]] = ContextVar("units", default="US")
 """System of units of all that a command prints."""
 

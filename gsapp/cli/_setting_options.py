@@ -1,16 +1,20 @@
-"""Options of commands from the settings of an estimation."""
+"""Options of commands from a class of settings."""
 
 from __future__ import annotations
 
 import inspect
 from collections.abc import Callable, Iterator
+from importlib import import_module
 from typing import Annotated, Any, Literal, get_origin
 
 import typer
 from pydantic.fields import FieldInfo
 
-from gsapp.identification.estimate_settings import EstimateSettings, FitSettings, setting_info
+from gsapp.foundation.settings import SettingsModel, setting_info
 from gsapp.identification.methods import estimation_methods
+
+_LAST = ("catalog", "units", "dated", "json")
+"""Where the results go, of every command the last of its options."""
 
 
 def with_setting_options(function: Callable[..., None]) -> Callable[..., None]:
@@ -23,10 +27,12 @@ def with_setting_options(function: Callable[..., None]) -> Callable[..., None]:
         typed as further keywords.
     """
     own = inspect.signature(function, eval_str=True).parameters.values()
-    options = list(_options(function.setting_names))  # type: ignore[attr-defined]
+    module, _, name = function.settings_path.partition(":")  # type: ignore[attr-defined]
+    settings: type[SettingsModel] = getattr(import_module(module), name)
+    options = list(_options(settings, function.setting_names))  # type: ignore[attr-defined]
     names = {one.name for one in options}
-    required = [one for one in own if one.default is one.empty]
-    optional = [one for one in own if one not in required]
+    first = [one for one in own if one.name not in _LAST]
+    last = [one for one in own if one.name in _LAST]
 
     def command(**values: Any) -> None:
         function(
@@ -34,16 +40,17 @@ def with_setting_options(function: Callable[..., None]) -> Callable[..., None]:
         )
 
     command.__signature__ = inspect.Signature(  # type: ignore[attr-defined]
-        [one.replace(kind=one.KEYWORD_ONLY) for one in (*required, *options, *optional)]
+        [one.replace(kind=one.KEYWORD_ONLY) for one in (*first, *options, *last)]
     )
     command.__name__, command.__doc__ = function.__name__, function.__doc__
     return command
 
 
-def _options(names: tuple[str, ...]) -> Iterator[inspect.Parameter]:
-    fields = EstimateSettings.model_fields
-    for name in sorted(fields, key=lambda one: one in FitSettings.model_fields):
-        field = fields[name]
+def _options(settings: type[SettingsModel], names: tuple[str, ...]) -> Iterator[inspect.Parameter]:
+    """Return the options, those of a class before those of the classes that it extends."""
+    own = [name for base in settings.__mro__ for name in inspect.get_annotations(base)]
+    for name in (one for one in own if one in settings.model_fields):
+        field = settings.model_fields[name]
         info = setting_info(field)
         if not info.option or (names and name not in names):
             continue
@@ -53,7 +60,8 @@ def _options(names: tuple[str, ...]) -> Iterator[inspect.Parameter]:
             text = ", ".join(f"{one.id}: {one.title}" for one in estimation_methods().values())
         if info.is_repeatable:
             text += "; repeatable"
-        option = typer.Option(info.option, metavar=info.metavar or None, help=text)
+        least = next((one.ge for one in field.metadata if hasattr(one, "ge")), None)
+        option = typer.Option(info.option, metavar=info.metavar or None, help=text, min=least)
         yield inspect.Parameter(
             name,
             inspect.Parameter.KEYWORD_ONLY,
@@ -66,8 +74,10 @@ def _type(name: str, field: FieldInfo) -> tuple[Any, Any]:
     """Return the type of an option, and its default; settings read typed text themselves."""
     if name == "method":
         return Literal[tuple(estimation_methods())], field.default
-    if field.annotation is bool or get_origin(field.annotation) is Literal:
+    if field.annotation in (bool, int) or get_origin(field.annotation) is Literal:
         return field.annotation, field.default
     if setting_info(field).is_repeatable:
         return list[str] | None, None
-    return (float if field.annotation == float | None else str) | None, None
+    if field.annotation == float | None:
+        return float | None, None
+    return str | None, field.default or None

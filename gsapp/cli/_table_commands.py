@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 import typer
 
-from gsapp.cli._options import CalibrationName, FileUnits, FlightPath, JsonFile, MapName
+from gsapp.cli._commands import MANEUVER_SETTINGS, takes_settings
+from gsapp.cli._options import FileUnits, FlightPath, JsonFile
 
 TableFile = Annotated[
     Path,
@@ -29,6 +30,7 @@ RenameList = Annotated[
 ]
 
 
+@takes_settings(MANEUVER_SETTINGS, "channel_map", "calibration")
 def cut(
     flight: FlightPath,
     out: TableFile,
@@ -45,9 +47,8 @@ def cut(
     rename: RenameList = None,
     from_zero: Annotated[bool, typer.Option("--from-zero", help="Start times at 0")] = False,
     units: FileUnits = "us",
-    channel_map: MapName = None,
-    calibration: CalibrationName = None,
     json: JsonFile = None,
+    **settings: Any,
 ) -> None:
     """Cut windows of time, or channels, from a flight.
 
@@ -63,11 +64,11 @@ def cut(
 
     command.run(
         flight=flight, windows=window or (), out=out, channels=channels, without=without,
-        rename=rename or (), from_zero=from_zero, units=units, channel_map=channel_map,
-        calibration=calibration, json=json,
+        rename=rename or (), from_zero=from_zero, units=units, json=json, **settings,
     )  # fmt: skip
 
 
+@takes_settings(MANEUVER_SETTINGS, "channel_map", "calibration")
 def merge(
     flights: Annotated[
         list[Path], typer.Argument(metavar="FLIGHT", readable=False, help="Two or more")
@@ -94,9 +95,8 @@ def merge(
         typer.Option(metavar="HZ", help="Sample rate of the result; default: the fastest"),
     ] = None,
     units: FileUnits = "us",
-    channel_map: MapName = None,
-    calibration: CalibrationName = None,
     json: JsonFile = None,
+    **settings: Any,
 ) -> None:
     """Merge records by time, or one after the other.
 
@@ -110,11 +110,11 @@ def merge(
 
     command.run(
         flights=flights, out=out, append=append, pause=pause, shift=shift or (), align=align,
-        conflict=conflict, rate=rate, units=units, channel_map=channel_map,
-        calibration=calibration, json=json,
+        conflict=conflict, rate=rate, units=units, json=json, **settings,
     )  # fmt: skip
 
 
+@takes_settings(MANEUVER_SETTINGS, "channel_map", "calibration")
 def resample(
     flight: FlightPath,
     out: TableFile,
@@ -139,9 +139,8 @@ def resample(
     without: WithoutList = None,
     rename: RenameList = None,
     units: FileUnits = "us",
-    channel_map: MapName = None,
-    calibration: CalibrationName = None,
     json: JsonFile = None,
+    **settings: Any,
 ) -> None:
     """Lay a flight on another rate, or filter it.
 
@@ -159,6 +158,5 @@ def resample(
 
     command.run(
         flight=flight, out=out, rate=rate, low_pass=low_pass, kind=kind or interpolation,
-        channels=channels, without=without, rename=rename or (), units=units,
-        channel_map=channel_map, calibration=calibration, json=json,
+        channels=channels, without=without, rename=rename or (), units=units, json=json, **settings,
     )  # fmt: skip

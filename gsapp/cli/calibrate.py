@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from rich.table import Table
 
+from calibration.settings import FIT_ORDER_TITLES
 from gsapp.cli._calibration_text import drift_json, quality_json, si_converters
 from gsapp.cli._console import PlainConsole, print_sentence
 from gsapp.cli._options import DISPLAY_UNITS
@@ -19,8 +20,6 @@ if TYPE_CHECKING:
     from calibration.drift import Drift
     from calibration.points_file import PointsFile
     from calibration.quality import Calibration
-
-_DEGREES = {1: "straight line", 2: "quadratic", 3: "cubic"}
 
 
 def run(
@@ -208,13 +207,13 @@ def _print(
     console = PlainConsole()
     unit = certificate.unit
     print_unwrapped(console, _points_table(made, taken))
-    table = Table("", unit, title=f"{certificate.channel}, {_DEGREES[made.degree]}")
+    table = Table("", unit, title=f"{certificate.channel}, {FIT_ORDER_TITLES[made.degree]}")
     for title, value in _rows(made):
         table.add_row(title, value)
     print_unwrapped(console, table)
     if made.losses:
         losses = ", ".join(
-            f"{_DEGREES[degree]} {loss:z.3f}" for degree, loss in made.losses.items()
+            f"{FIT_ORDER_TITLES[degree]} {loss:z.3f}" for degree, loss in made.losses.items()
         )
         print_sentence(console, f"cross-validation residual, rms {unit}: {losses}")
     if made.quality.coverage is not None:

@@ -19,31 +19,21 @@ if TYPE_CHECKING:
 def run(
     *,
     flights: Sequence[Path],
-    aircraft: str | None = None,
-    maneuver: Sequence[str] = (),
-    as_found: bool = False,
     free: Sequence[str] = (),
-    channel_map: str | None = None,
-    calibration: str | None = None,
     json: Path | None = None,
+    **settings: Any,
 ) -> None:
     """Check the instruments over the maneuvers of some flights, all taken together.
 
     Parameters
     ----------
     flights : sequence of Path
-    aircraft, channel_map : str, optional
-        Names or paths.
-    calibration : str, optional
-        Certificates in place of those kept with the flights: a folder, or a shipped set.
-    maneuver : sequence of str
-        ``START:STOP`` or ``K:START:STOP`` in place of what would be found.
-    as_found : bool
-        Whether to leave out what was changed by hand.
     free : sequence of str
         Errors to be estimated beside the usual ones: ``q.scale``.
     json : Path, optional
         Where the result for programs goes.
+    **settings
+        Fields of `gsapp.flight.maneuver_settings.ManeuverSettings`.
 
     Raises
     ------
@@ -55,6 +45,7 @@ def run(
     from gsapp.cli._flown_flights import load_flown_flights
     from gsapp.cli._json_output import format_json, is_stdout, write_json
     from gsapp.cli._usage_errors import as_usage_error, check_windows
+    from gsapp.flight.maneuver_settings import ManeuverSettings
     from gsapp.flight.maneuvers import uncalibrated_text
     from gsapp.foundation import FlightError
     from gsapp.identification.compatibility import (
@@ -65,13 +56,11 @@ def run(
     from gsapp.identification.maneuver_extraction import no_maneuvers_text
 
     console = PlainConsole(stderr=is_stdout(json))
-    check_windows(maneuver, flights)
+    given = ManeuverSettings(every_grade=True, **settings)
+    check_windows(given.maneuver_windows, flights)
     with as_usage_error():
-        settings = CompatibilitySettings(free=tuple(dict.fromkeys((*DEFAULT_FREE_ERRORS, *free))))
-    flown = load_flown_flights(
-        flights, aircraft=aircraft, channel_map=channel_map, calibration=calibration,
-        given=maneuver, every_grade=True, as_found=as_found, console=console,
-    )  # fmt: skip
+        checked = CompatibilitySettings(free=tuple(dict.fromkeys((*DEFAULT_FREE_ERRORS, *free))))
+    flown = load_flown_flights(flights, given, console)
     maneuvers = [one for flight in flown for one in flight.maneuvers]
     if not maneuvers:
         raise FlightError(
@@ -79,7 +68,7 @@ def run(
             "the flight with --maneuver START:STOP"
         )
     with console.status("comparing instruments"):
-        result = check_compatibility(maneuvers, settings=settings)
+        result = check_compatibility(maneuvers, settings=checked)
     if json is not None:
         content = _content(result)
         content["calibration"] = calibration_json(one.flight for one in flown)
@@ -87,7 +76,7 @@ def run(
     print_calibration(console, (one.flight for one in flown))
     _describe(console, result)
     for one in flown:
-        for words in one.remarks if maneuver else ():
+        for words in one.remarks if given.maneuver_windows else ():
             if words not in one.flight.remarks:  # told already
                 print_sentence(console, words, "yellow")
     for one in () if result.parameters else flown:

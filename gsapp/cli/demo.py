@@ -71,6 +71,7 @@ def run(
         AircraftProcess,
         find_free_udp_port,
     )
+    from gsapp.virtual.downlink.flight_settings import FlightSettings
     from ui.display_check import NoDisplayError, require_display
     from ui.settings import SettingsStore, settings_path
 
@@ -93,7 +94,9 @@ def run(
         speed = _HEADLESS_SPEED if headless else 1.0
     aircraft = None
     try:
-        aircraft = AircraftProcess(folder, port, plan="short", seed=seed, speed=speed)
+        aircraft = AircraftProcess(
+            folder, port, FlightSettings(plan="short", seed=seed), speed=speed
+        )
         console.print(f"2. The virtual aircraft flies the short plan at {speed:g} times real time.")
         if headless:
             live = _follow_live(folder, aircraft, console)

@@ -8,7 +8,7 @@ import tempfile
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from gsapp.cli._console import print_sentence
 from gsapp.cli._options import DISPLAY_UNITS
@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from rich.console import Console
 
     from gsapp.aircraft import Aircraft
+    from gsapp.discrepancy.investigation import Investigation
     from gsapp.discrepancy.results import DiscrepancyResult
     from gsapp.discrepancy.settings import DiscrepancySettings
     from gsapp.identification.maneuver import Maneuver
@@ -30,19 +31,9 @@ def run(
     *,
     flights: Sequence[Path],
     out: Path,
-    aircraft: str | None = None,
-    model: str | None = None,
-    maneuver: Sequence[str] = (),
-    every_grade: bool = False,
-    as_found: bool = False,
-    refuse: Sequence[str] = (),
-    force: Sequence[str] = (),
-    held_out: Sequence[str] = (),
-    most_effects: int = 4,
     draw: Sequence[str] = (),
-    channel_map: str | None = None,
-    calibration: str | None = None,
     json: Path | None = None,
+    **settings: Any,
 ) -> None:
     """Search for what a model lacks and write the answer.
 
@@ -52,26 +43,12 @@ def run(
     out : Path
         Folder for the revised model, the report, its figures and the JSON. Of what stands there
         already only files of the same names are replaced, all at once when everything is done.
-    aircraft, model, channel_map : str, optional
-        Names or paths.
-    calibration : str, optional
-        Certificates in place of those kept with the flights: a folder, or a shipped set.
-    maneuver : sequence of str
-        ``START:STOP`` or ``K:START:STOP`` in place of what would be found.
-    as_found : bool
-        Whether to leave out what was changed by hand.
-    every_grade : bool
-        Keep maneuvers that were graded unfit.
-    refuse, force : sequence of str
-        Effects that shall not, or shall, be in the model.
-    held_out : sequence of str
-        Ids of the maneuvers kept out of naming and fitting; by default about a quarter.
-    most_effects : int
-        Stop after so many.
     draw : sequence of str
         Ids of the maneuvers that the report draws in full; by default the worst of those kept out.
     json : Path, optional
         Where the answer for programs goes, besides the folder.
+    **settings
+        Fields of `gsapp.discrepancy.settings.DiscrepancySettings`.
 
     Raises
     ------
@@ -85,6 +62,7 @@ def run(
     from gsapp.cli._flown_flights import load_flown_flights
     from gsapp.cli._json_output import format_json, is_stdout, write_json
     from gsapp.cli._usage_errors import as_usage_error, check_windows
+    from gsapp.discrepancy.investigation import Investigation
     from gsapp.discrepancy.model_match import check_model_match
     from gsapp.discrepancy.remarks import record_remarks
     from gsapp.discrepancy.result_json import discrepancy_json
@@ -97,21 +75,12 @@ def run(
 
     console = PlainConsole(stderr=is_stdout(json))
     _check_output_folder(out)
-    check_windows(maneuver, flights)
     with as_usage_error():
-        _check_effects((*refuse, *force))
-    settings = DiscrepancySettings(
-        model=None if model is None else load_model(model),
-        held_out=tuple(held_out) or None,
-        refused=tuple(refuse),
-        forced=tuple(force),
-        most_effects=most_effects,
-        check_instruments=True,
-    )
-    flown = load_flown_flights(
-        flights, aircraft=aircraft, channel_map=channel_map, calibration=calibration,
-        given=maneuver, every_grade=every_grade, as_found=as_found, console=console,
-    )  # fmt: skip
+        request = DiscrepancySettings(check_instruments=True, **settings)
+        _check_effects((*request.refused, *request.forced))
+    check_windows(request.maneuver_windows, flights)
+    model = load_model(request.model) if request.model else None
+    flown = load_flown_flights(flights, request, console)
     own = flown[0].aircraft
     maneuvers = [one for flight in flown for one in flight.maneuvers]
     if not maneuvers:
@@ -119,11 +88,11 @@ def run(
             f"no maneuver to compare model and flight by: {no_maneuvers_text(flown)}; name windows "
             "of the flight with --maneuver START:STOP, or fly doublets"
         )
-    _check_maneuvers(maneuvers, held_out, draw)
-    if settings.model is not None:
-        check_model_match(settings.model, maneuvers)
+    _check_maneuvers(maneuvers, request.held_out or (), draw)
+    if model is not None:
+        check_model_match(model, maneuvers)
     try:
-        found = _search(console, maneuvers, own, settings)
+        found = _search(console, Investigation(maneuvers, own, model), request)
     except FlightError as error:
         causes = (words for one in flown for words in uncalibrated_text(one.flight))
         raise FlightError("; ".join(dict.fromkeys((str(error), *causes)))) from error
@@ -132,10 +101,7 @@ def run(
         *record_remarks(maneuvers, own),
     )
     found = replace(found, warnings=tuple(dict.fromkeys((*found.warnings, *remarks))))
-    provenance = search_provenance(
-        flights, settings, aircraft=aircraft, model=model, channel_map=channel_map,
-        calibration=calibration, maneuvers=maneuver, as_found=as_found,
-    )  # fmt: skip
+    provenance = search_provenance(flights, request)
     with console.status("writing the report"), _atomic_folder(out) as part:
         _fill(part, found, out, own, provenance, draw)
     if json is not None:
@@ -200,16 +166,12 @@ def _check_maneuvers(
 
 
 def _search(
-    console: Console,
-    maneuvers: Sequence[Maneuver],
-    aircraft: Aircraft,
-    settings: DiscrepancySettings,
+    console: Console, investigation: Investigation, settings: DiscrepancySettings
 ) -> DiscrepancyResult:
     from rich.progress import BarColumn, Progress, TaskProgressColumn
     from rich.progress import TimeRemainingColumn as TimeLeft
 
     from gsapp.cli._console import description_column
-    from gsapp.discrepancy.investigation import Investigation
     from gsapp.discrepancy.settings import SearchProgress as Done
 
     columns = (description_column(), BarColumn(), TaskProgressColumn(), TimeLeft())
@@ -220,7 +182,6 @@ def _search(
         def show(done: Done) -> None:
             bar.update(task, completed=done.share, description=done.activity)
 
-        investigation = Investigation(maneuvers, aircraft, settings.model)
         return investigation.run(settings, progress=show)
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import time
-from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -26,22 +25,12 @@ def run(
     *,
     to: str | None = None,
     out: Path | None = None,
-    plan: str = "default",
-    hide: tuple[str, ...] = (),
-    faults: tuple[str, ...] = (),
-    seed: int = 0,
     speed: float = 1.0,
-    thin: bool = False,
-    aircraft: str = "b777",
-    model: str = "b777",
-    attitude: bool = True,
-    position: bool = False,
-    turbulence: float | None = None,
     onboard: Path | None = None,
     truth: Path | None = None,
     sticks: bool = False,
-    airborne: bool = False,
     json: Path | None = None,
+    **settings: Any,
 ) -> None:
     """Fly the virtual aircraft.
 
@@ -51,33 +40,18 @@ def run(
         LINK over which the box sends.
     out : Path or None
         Flight folder to write instead, as fast as it goes.
-    plan, aircraft, model : str
-        Files, or names of shipped ones.
-    hide : tuple of str
-        Effects that the aircraft has and the model lacks, ``ID[:PARAM=VALUE,..]``.
-    faults : tuple of str
-        What goes wrong with the instruments besides what the plan says,
-        ``CHANNEL:KIND[:PARAM=VALUE,..]``.
-    seed : int
-        Same seed, same flight.
     speed : float
         Times real time; counts for `to`.
-    thin : bool
-        For a 57,600-baud radio, with the full record kept on board.
-    attitude, position : bool
-        Whether the board knows and sends them.
-    turbulence : float or None
-        Standard deviation of the gusts, m/s; None leaves it to the plan.
     onboard : Path or None
         Where the on-board log of a thin flight goes; a file beside the work by default.
     truth : Path or None
         Where the true motion goes, as a Flight CSV.
     sticks : bool
         Whether lines of the standard input move the sticks; counts for `to`.
-    airborne : bool
-        Whether such a flight begins in the pattern.
     json : Path or None
         Where what was flown goes, for programs; ``-`` for the screen.
+    **settings
+        Fields of `gsapp.virtual.downlink.flight_settings.FlightSettings`.
 
     Raises
     ------
@@ -96,49 +70,36 @@ def run(
 
     console = PlainConsole(stderr=True)
     check_speed(speed)
-    flown, believed = load_aircraft(aircraft), load_model(model)
     with as_usage_error():
-        for text in faults:
+        chosen = FlightSettings(**settings)
+    flown, believed = load_aircraft(chosen.aircraft), load_model(chosen.model)
+    with as_usage_error():
+        for text in chosen.faults:
             parse_sensor_fault(text)
-        add_hidden_effects(flown, believed, hide)
-    settings = FlightSettings(
-        plan=plan,
-        aircraft=aircraft,
-        model=model,
-        hide=hide,
-        faults=faults,
-        seed=seed,
-        turbulence=turbulence,
-        thin=thin,
-        attitude=attitude,
-        position=position,
-        airborne=airborne,
-    )
+        add_hidden_effects(flown, believed, chosen.hide)
     print_aircraft_warnings(console, [flown])
     if out is not None:
-        reached = write_folder(settings, out, truth=truth, console=console)
+        reached = write_folder(chosen, out, truth=truth, console=console)
     elif to is not None and sticks:
         from gsapp.cli import fly_sticks
 
-        reached = fly_sticks.fly_with_sticks(
-            settings, to, speed=speed, truth=truth, console=console
-        )
+        reached = fly_sticks.fly_with_sticks(chosen, to, speed=speed, truth=truth, console=console)
     elif to is not None:
         reached = transmit_flight(
-            settings, to, speed=speed, onboard=onboard, truth=truth, console=console
+            chosen, to, speed=speed, onboard=onboard, truth=truth, console=console
         )
     else:
         raise CommandUsageError("no destination; give a link or a flight folder")
     if json is not None:
         content = {"flight": None if out is None else str(out), "link": to}
         content |= {"truth": None if truth is None else str(truth)}
-        write_json(json, format_json(content | _flight_json(settings, reached)))
+        write_json(json, format_json(content | _flight_json(chosen, reached)))
 
 
 def _flight_json(settings: FlightSettings, reached: TransmitProgress | None) -> dict[str, Any]:
     """Return what was flown, and how far; nulls where it was left to the plan."""
     return {
-        **asdict(settings),
+        **dict(settings),
         "duration": None if reached is None else reached.time,
         "sent_bytes": 0 if reached is None else reached.sent_bytes,
     }

@@ -12,17 +12,11 @@ if TYPE_CHECKING:
 
     from gsapp.telemetry.clock import Clock
     from gsapp.virtual.downlink.bench_downlink import CommandConsole
+    from gsapp.virtual.downlink.flight_settings import FlightSettings
 
 
 def run(
-    *,
-    to: str,
-    seed: int = 0,
-    faults: tuple[str, ...] = (),
-    speed: float = 1.0,
-    thin: bool = False,
-    aircraft: str = "b777",
-    control: str | None = None,
+    *, to: str, settings: FlightSettings, speed: float = 1.0, control: str | None = None
 ) -> None:
     """Send the volts of a virtual aircraft on the ground until it is switched off.
 
@@ -30,16 +24,10 @@ def run(
     ----------
     to : str
         LINK over which the box sends.
-    seed : int
-        Same seed, same aircraft.
-    faults : tuple of str
-        What is wrong with it, ``CHANNEL:KIND``.
+    settings : FlightSettings
+        Its seed, faults, radio and aircraft count.
     speed : float
         Times real time.
-    thin : bool
-        For a 57,600-baud radio.
-    aircraft : str
-        File, or name of a shipped one.
     control : str or None
         Where lines to obey come from: ``udpin:HOST:PORT``, or ``-`` for what is typed; then the
         end of what is typed switches the box off.
@@ -61,10 +49,11 @@ def run(
     console = PlainConsole(stderr=True)
     clock = HostClock()
     with as_usage_error():
-        broken = [parse_bench_fault(fault) for fault in faults]
+        broken = [parse_bench_fault(fault) for fault in settings.faults]
         if control not in (None, "-"):
             parse_link(control)
-    bench = VirtualBench(seed, faults=broken, aircraft=aircraft)
+    thin = settings.thin
+    bench = VirtualBench(settings.seed, faults=broken, aircraft=settings.aircraft)
     with open_link(to, clock, speed) as line, _open_control(control, clock, console) as heard:
         downlink = BenchDownlink(bench, heard, thin=thin, unix_us=clock.now_us())
         transmitter = DownlinkTransmitter(downlink, line, clock=clock, speed=speed, thin=thin)

@@ -30,15 +30,12 @@ def run(
     *,
     flights: Sequence[Path],
     validate: Path,
-    aircraft: str | None = None,
     model: str | None = None,
     order_lon: str = "2",
     order_lat: str = "4",
-    channel_map: str | None = None,
-    calibration: str | None = None,
-    as_found: bool = False,
     out: Path | None = None,
     json: Path | None = None,
+    **settings: Any,
 ) -> None:
     """Fit the three models on some flights and judge them on another.
 
@@ -47,20 +44,16 @@ def run(
     flights : sequence of Path
     validate : Path
         The flight they are judged on.
-    aircraft, channel_map : str, optional
-        Names or paths.
     model : str, optional
         Name or path; its effects are taken as known, those on instruments undone in the record.
-    calibration : str, optional
-        Certificates in place of those kept with the flights: a folder, or a shipped set.
-    as_found : bool
-        Whether to leave out what was changed by hand.
     order_lon, order_lat : str
         Of the subspace model: a number, or ``auto``.
     out : Path, optional
         Folder for the models, one TOML file each.
     json : Path, optional
         Where the result for programs goes.
+    **settings
+        Fields of `gsapp.flight.maneuver_settings.ManeuverSettings`.
 
     Raises
     ------
@@ -75,6 +68,7 @@ def run(
     from gsapp.cli._output_paths import is_same_path
     from gsapp.cli._usage_errors import CommandUsageError
     from gsapp.dynamics.model import load_model
+    from gsapp.flight.maneuver_settings import ManeuverSettings
     from gsapp.foundation import FlightError
     from gsapp.identification.campaign import CampaignSettings, run_campaign
     from gsapp.identification.instrument_effects import effective_records
@@ -93,14 +87,7 @@ def run(
     orders: dict[LinearAxis, int | None] = {"lon": _order(order_lon), "lat": _order(order_lat)}
     console = PlainConsole(stderr=is_stdout(json))
     known = None if model is None else load_model(model)
-    every = load_flown_flights(
-        [*flights, validate],
-        aircraft=aircraft,
-        channel_map=channel_map,
-        calibration=calibration,
-        as_found=as_found,
-        console=console,
-    )
+    every = load_flown_flights([*flights, validate], ManeuverSettings(**settings), console)
     fitted = [one for flown in every[:-1] for one in flown.maneuvers]
     other = every[-1]
     if not other.maneuvers:

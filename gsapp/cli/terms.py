@@ -24,12 +24,9 @@ def run(
     *,
     flights: Sequence[Path],
     coefficient: Sequence[str] = (),
-    aircraft: str | None = None,
     model: str | None = None,
-    maneuver: Sequence[str] = (),
-    channel_map: str | None = None,
-    calibration: str | None = None,
     json: Path | None = None,
+    **settings: Any,
 ) -> None:
     """Choose the terms of coefficients, stepwise, over the maneuvers of some flights together.
 
@@ -38,14 +35,12 @@ def run(
     flights : sequence of Path
     coefficient : sequence of str
         Of CN, CA, CY, Cl, Cm, Cn; all that were excited where none is named.
-    aircraft, model, channel_map : str, optional
-        Names or paths; a model's effects are taken as known.
-    maneuver : sequence of str
-        ``START:STOP`` or ``K:START:STOP`` in place of what would be found.
-    calibration : str, optional
-        Certificates in place of those kept with the flights: a folder, or a shipped set.
+    model : str, optional
+        Name or path; its effects are taken as known.
     json : Path, optional
         Where the result for programs goes.
+    **settings
+        Fields of `gsapp.flight.maneuver_settings.ManeuverSettings`.
 
     Raises
     ------
@@ -58,6 +53,7 @@ def run(
     from gsapp.cli._json_output import format_json, is_stdout, write_json
     from gsapp.cli._usage_errors import CommandUsageError, check_windows
     from gsapp.dynamics.model import load_model
+    from gsapp.flight.maneuver_settings import ManeuverSettings
     from gsapp.foundation import FlightError
     from gsapp.foundation.name_suggestions import did_you_mean
     from gsapp.identification.equation_error.stepwise_regression import select_terms
@@ -67,13 +63,11 @@ def run(
     if unknown:
         hint = did_you_mean(unknown[0], _AXES, f"there are {', '.join(_AXES)}")
         raise CommandUsageError(f"there is no coefficient '{unknown[0]}'; {hint}")
-    check_windows(maneuver, flights)
+    given = ManeuverSettings(**settings)
+    check_windows(given.maneuver_windows, flights)
     console = PlainConsole(stderr=is_stdout(json))
     known = None if model is None else load_model(model)
-    flown = load_flown_flights(
-        flights, aircraft=aircraft, channel_map=channel_map, calibration=calibration,
-        given=maneuver, console=console,
-    )  # fmt: skip
+    flown = load_flown_flights(flights, given, console)
     every = [one for flight in flown for one in flight.maneuvers]
     if not every:
         raise FlightError(f"no maneuver to choose terms by: {no_maneuvers_text(flown)}")

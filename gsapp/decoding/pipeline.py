@@ -493,10 +493,7 @@ def _ranges(aircraft: Aircraft) -> dict[str, tuple[float, float]]:
     """Return what each instrument can show, SI."""
     sensors = aircraft.sensors
     return {
-        "alpha": sensors.alpha_vane.range,
-        "beta": sensors.beta_vane.range,
-        **dict.fromkeys(("p", "q", "r"), sensors.gyro.range),
-        **dict.fromkeys(("ax", "ay", "an"), sensors.accelerometer.range),
+        **{name: one.range for name, one in sensors.by_channel.items()},
         # Zero is where the pressure transducers rest, not where they clip.
         "dynamic_pressure": (-np.inf, sensors.air_data.range[1]),
         "static_pressure": (-np.inf, sensors.air_data.static_range[1]),

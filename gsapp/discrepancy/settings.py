@@ -1,4 +1,4 @@
-"""What the search for a missing effect is told."""
+"""Settings of a search for a missing effect: options of ``gsapp discrepancy``, form, report."""
 
 from __future__ import annotations
 
@@ -6,8 +6,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Final
 
-from gsapp.dynamics.model import Model
+from gsapp.flight.maneuver_settings import ManeuverSettings
 from gsapp.foundation import GroundStationError
+from gsapp.foundation.settings import Names, OptionalNames, setting
 from gsapp.quantities.constants import DEGREE
 
 
@@ -15,38 +16,37 @@ class SearchStoppedError(GroundStationError):
     """The user stopped the search; nothing was written."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class DiscrepancySettings:
-    """Settings of one search.
+class DiscrepancySettings(ManeuverSettings):
+    """What a user can choose of one search."""
 
-    Attributes
-    ----------
-    model : Model, optional
-        The current model, whose values are trusted. Without it the linear build-up is fitted on
-        the naming maneuvers.
-    held_out : tuple of str, optional
-        Ids of maneuvers kept out of naming and fitting; by default one of each kind, about a
-        quarter.
-    refused : tuple of str
-        Effects that the user does not want.
-    forced : tuple of str
-        Effects put into the model first, in this order, whatever the evidence.
-    check_instruments : bool
-        Whether instruments are compared by kinematics for the answer, even where the model
-        explains the flights: seconds, ten of them with colored noise.
-    most_effects : int
-        Stops after so many.
-    false_alarm : float
-        Chance of naming anything where nothing is missing, over all places and candidates.
-    """
-
-    model: Model | None = None
-    held_out: tuple[str, ...] | None = None
-    refused: tuple[str, ...] = ()
-    forced: tuple[str, ...] = ()
-    check_instruments: bool = False
-    most_effects: int = 4
-    false_alarm: float = 0.001
+    # fmt: off
+    model: str = setting(
+        "", "Current model",
+        "Model to test: a file, or the name of a shipped one; default: fitted linear build-up. "
+        "Its values are trusted.",
+        option="--model", metavar="FILE")
+    refused: Names = setting(
+        (), "Refused", "Never name this effect.",
+        option="--refuse", metavar="ID", is_repeatable=True)
+    forced: Names = setting(
+        (), "Forced", "Add this effect regardless of evidence. Several: in this order.",
+        option="--force", metavar="ID", is_repeatable=True)
+    held_out: OptionalNames = setting(
+        None, "Held out",
+        "Hold out this maneuver; default: one of each kind, about a quarter. It takes no part in "
+        "naming and fitting.",
+        option="--held-out", metavar="MANEUVER", is_repeatable=True)
+    most_effects: int = setting(
+        4, "Most effects", "Maximum number of effects.",
+        option="--most-effects", metavar="N", ge=0)
+    check_instruments: bool = setting(
+        False, "Check instruments",
+        "Compare instruments by kinematics, even where the model explains the flights: seconds, "
+        "ten of them with colored noise.")
+    false_alarm: float = setting(
+        0.001, "Chance of a false name",
+        "Chance of naming anything where nothing is missing, over all places and candidates.")
+    # fmt: on
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -9,6 +9,7 @@ from pathlib import Path
 from gsapp.aircraft import Aircraft, load_aircraft
 from gsapp.flight import Flight, load_flight
 from gsapp.flight.flown_aircraft import FlownAircraft, apply_flight_info
+from gsapp.flight.maneuver_settings import ManeuverSettings
 from gsapp.flight.maneuvers import (
     DetectedManeuver,
     collect_maneuvers,
@@ -131,13 +132,8 @@ class FlightWithManeuvers:
 
 def open_flights_with_maneuvers(
     paths: Sequence[Path],
+    settings: ManeuverSettings | None = None,
     *,
-    aircraft: str | None,
-    channel_map: str | None = None,
-    calibration: str | None = None,
-    given: Sequence[str] = (),
-    every_grade: bool = False,
-    as_found: bool = False,
     doing: Callable[[str], object] | None = None,
 ) -> tuple[FlightWithManeuvers, ...]:
     """Open flights and cut their maneuvers.
@@ -145,17 +141,7 @@ def open_flights_with_maneuvers(
     Parameters
     ----------
     paths : sequence of Path
-    aircraft : str or None
-        Name or path; None takes the copy in each flight folder, else ``b777``.
-    channel_map : str, optional
-    calibration : str, optional
-        Certificates in place of those kept with the flights: a folder, or a shipped set.
-    given : sequence of str
-        ``START:STOP`` or ``K:START:STOP`` in place of what would be found.
-    every_grade : bool
-        Whether maneuvers graded unfit (D) stay in.
-    as_found : bool
-        Whether to leave out what was changed by hand.
+    settings : ManeuverSettings, optional
     doing : callable, optional
         Told what is being done, in words, before each step.
 
@@ -164,7 +150,8 @@ def open_flights_with_maneuvers(
     GroundStationError
         If a flight or file cannot be read, or a window cannot.
     """
-    count = len(paths)
+    chosen = settings or ManeuverSettings()
+    given, count = chosen.maneuver_windows, len(paths)
     # A window that names no flight of these is told before anything is read.
     windows = parse_maneuver_windows(given, count)
     flown: list[FlightWithManeuvers] = []
@@ -172,19 +159,20 @@ def open_flights_with_maneuvers(
         if doing is not None:
             doing(f"reading {path.name}")
         opened = open_flight(
-            path, aircraft=aircraft, channel_map=channel_map, calibration=calibration
+            path,
+            aircraft=chosen.aircraft or None,
+            channel_map=chosen.channel_map or None,
+            calibration=chosen.calibration or None,
         )
         if doing is not None:
             doing(f"looking for maneuvers in {path.name}")
         surveyed = collect_maneuvers(
             opened.flight, opened.aircraft, given=given, number=number, flights=count,
-            as_found=as_found,
+            as_found=chosen.as_found,
         )  # fmt: skip
-        named = any(window.flight == number for window in windows)
+        every_grade = chosen.every_grade or any(window.flight == number for window in windows)
         prefix = f"{number}:" if count > 1 else ""
-        flown.append(
-            cut_flight_maneuvers(opened, surveyed, prefix=prefix, every_grade=named or every_grade)
-        )
+        flown.append(cut_flight_maneuvers(opened, surveyed, prefix=prefix, every_grade=every_grade))
     return tuple(flown)
 
 

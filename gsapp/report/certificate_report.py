@@ -14,6 +14,7 @@ from calibration import Certificate
 from calibration.certificate_overview import CertificateStatus
 from calibration.polynomial_fit import evaluate_polynomial
 from calibration.quality import CalibrationQuality
+from calibration.settings import FIT_ORDER_TITLES
 from gsapp.flight.info import current_versions
 from gsapp.flight.provenance import hash_input_file
 from gsapp.foundation import GroundStationError, write_atomically
@@ -31,7 +32,6 @@ from gsapp.report.document import (
 from gsapp.report.html_writer import render_html
 from gsapp.report.pdf_writer import render_pdf
 
-_DEGREES = {1: "straight line", 2: "quadratic", 3: "cubic"}
 _MOST_ROWS = 7
 """Settings one below the other in the table of points, so that all of it fits on one page."""
 
@@ -132,7 +132,7 @@ def _facts(certificate: Certificate, units: str) -> tuple[tuple[str, str], ...]:
         "Taken": f"{certificate.stamp:%Y-%m-%d %H:%M:%S} by {certificate.who or 'nobody named'}"
         + _ambient_conditions(certificate.temperature, units),
         "Supply": "" if supply is None else f"{supply:.3f} V, {follows}",
-        "Curve": f"{_DEGREES.get(certificate.degree, '')}, {_formula(certificate)}",
+        "Curve": f"{FIT_ORDER_TITLES.get(certificate.degree, '')}, {_formula(certificate)}",
         "Range": f"{certificate.range[0]:.4f} to {certificate.range[1]:.4f} V, "
         f"{low} to {high} {unit}".rstrip(),
         "Notes": certificate.notes,

@@ -16,31 +16,8 @@ from gsapp.flight.provenance import hash_input_file
 from gsapp.report.provenance import Provenance
 
 
-def search_provenance(
-    flights: Sequence[Path],
-    settings: DiscrepancySettings,
-    *,
-    aircraft: str | None = None,
-    model: str | None = None,
-    channel_map: str | None = None,
-    calibration: str | None = None,
-    maneuvers: Sequence[str] = (),
-    as_found: bool = False,
-) -> Provenance:
+def search_provenance(flights: Sequence[Path], settings: DiscrepancySettings) -> Provenance:
     """Return the files of a search with their sums, its settings, and the versions.
-
-    Parameters
-    ----------
-    flights : sequence of Path
-    settings : DiscrepancySettings
-    aircraft, model, channel_map : str, optional
-        Names or paths, where they were given.
-    calibration : str, optional
-        Certificates given in place of those kept with the flights: a folder, or a shipped set.
-    maneuvers : sequence of str
-        Windows that were named in place of what would be found.
-    as_found : bool
-        Whether changes by hand were left out.
 
     Raises
     ------
@@ -49,10 +26,11 @@ def search_provenance(
     OSError
         If one cannot be read.
     """
+    calibration, as_found = settings.calibration, settings.as_found
     named = (
-        ("aircraft", aircraft, AIRCRAFT_FILES),
-        ("model", model, MODELS),
-        ("channel map", channel_map, MAPS),
+        ("aircraft", settings.aircraft, AIRCRAFT_FILES),
+        ("model", settings.model, MODELS),
+        ("channel map", settings.channel_map, MAPS),
     )
     return Provenance(
         inputs=(
@@ -73,12 +51,12 @@ def search_provenance(
             ),
         ),
         settings={
-            "maneuvers": ", ".join(maneuvers)
+            "maneuvers": ", ".join(settings.maneuver_windows)
             or f"found by the program{'' if as_found else ', with manual changes'}",
             "certificates": f"those of '{calibration}' in place of the flights' own"
             if calibration
             else "certificates of the flights",
-            "model before": model or "fitted on these flights",
+            "model before": settings.model or "fitted on these flights",
             "held out": ", ".join(settings.held_out or ()) or "automatic",
             "refused": ", ".join(settings.refused) or "none",
             "forced": ", ".join(settings.forced) or "none",

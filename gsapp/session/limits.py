@@ -391,15 +391,9 @@ class LimitSet:
 def instrument_range_ends(aircraft: Aircraft) -> Mapping[str, tuple[float, float]]:
     """Return the ends of the instruments' ranges by channel, SI."""
     sensors = aircraft.sensors
-    ranges: dict[str, tuple[float, float]] = {
-        "alpha": sensors.alpha_vane.range,
-        "beta": sensors.beta_vane.range,
+    return {
+        **{name: one.range for name, one in sensors.by_channel.items()},
         "static_pressure": sensors.air_data.static_range,
+        # A differential pressure of nothing is a standstill and no stop.
+        "dynamic_pressure": (-math.inf, sensors.air_data.range[1]),
     }
-    # A differential pressure of nothing is a standstill and no stop.
-    ranges["dynamic_pressure"] = (-math.inf, sensors.air_data.range[1])
-    for name in ("p", "q", "r"):
-        ranges[name] = sensors.gyro.range
-    for name in ("ax", "ay", "an"):
-        ranges[name] = sensors.accelerometer.range
-    return ranges

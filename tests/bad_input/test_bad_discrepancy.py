@@ -14,6 +14,7 @@ from gsapp.cli.discrepancy import run
 from gsapp.discrepancy.model_match import check_model_match
 from gsapp.discrepancy.remarks import record_remarks
 from gsapp.dynamics.model import load_model
+from gsapp.flight.maneuver_settings import ManeuverSettings
 from gsapp.flight.writers import write_block
 from gsapp.foundation import GroundStationError
 from gsapp.identification.maneuver_extraction import open_flights_with_maneuvers
@@ -23,6 +24,7 @@ from tests.bad_input.bad_input_kit import everything_in, refused
 
 WINDOWS = ("30:38", "40:45", "50:58", "63.5:68.5", "70:76")
 """Stretches of the flight, two of them doublets."""
+SETTINGS = ManeuverSettings(aircraft="b777", maneuver_windows=WINDOWS)
 Write = Callable[..., Path]
 
 
@@ -57,7 +59,7 @@ def told(
             flights=[path],
             out=path.parent / "answer",
             aircraft=aircraft,
-            maneuver=windows,
+            maneuver_windows=windows,
             **options,
         )
     assert everything_in(path.parent) == there
@@ -82,14 +84,14 @@ def test_all_kept_out_leaves_nothing_to_learn_from(write: Write) -> None:
 
 def test_propulsion_without_a_throttle(write: Write) -> None:
     path = write(without=("throttle", "thrust", "throttle_left", "throttle_right"))
-    sentence = told(path, force=("propulsion.Cm.throttle",))
+    sentence = told(path, forced=("propulsion.Cm.throttle",))
     for words in ("propulsion.Cm.throttle", "needs throttle, which is not recorded", "steps"):
         assert words in sentence
 
 
 def test_throttle_that_never_moved(write: Write) -> None:
     path = write(changed=lambda name, s: np.full_like(s, 0.6) if "throttle" in name else s)
-    sentence = told(path, force=("propulsion.Cm.throttle",))
+    sentence = told(path, forced=("propulsion.Cm.throttle",))
     assert "needs throttle" in sentence
 
 
@@ -105,8 +107,8 @@ def test_a_lost_vane_is_not_the_fault_of_the_model(write: Write) -> None:
 
 def test_names_that_do_not_exist(write: Write) -> None:
     path = write()
-    assert "'propulsion.Cm.throttle'" in told(path, force=("propulsion.Cm.throtle",))
-    assert ", 'aero.Cm.alpha2' or" in told(path, refuse=("aero.Cm.alpha7",))
+    assert "'propulsion.Cm.throttle'" in told(path, forced=("propulsion.Cm.throtle",))
+    assert ", 'aero.Cm.alpha2' or" in told(path, refused=("aero.Cm.alpha7",))
     assert "no maneuver '9'" in told(path, held_out=("9",))
     assert "no maneuver '1:1'" in told(path, draw=("1:1",))
 
@@ -124,7 +126,7 @@ def test_the_model_of_another_aircraft(write: Write, tmp_path: Path) -> None:
     sentence = told(write(), model=str(tmp_path / "heavy.toml"))
     assert "model 'heavy'" in sentence
     assert "aircraft file" in sentence
-    flown = open_flights_with_maneuvers([write()], aircraft="b777", given=WINDOWS)[0].maneuvers
+    flown = open_flights_with_maneuvers([write()], SETTINGS)[0].maneuvers
     model = load_model("b777")
     for factor in (0.8, 1.0, 1.2):
         scaled = {name: factor * value for name, value in model.derivatives.items()}
@@ -148,7 +150,7 @@ def test_what_is_clipped_or_lacks_is_told_with_the_answer(write: Write) -> None:
 
     aircraft = load_aircraft("b777")
     path = write(without=("throttle", "thrust", "throttle_left", "throttle_right"), changed=clip)
-    flown = open_flights_with_maneuvers([path], aircraft="b777", given=WINDOWS)[0].maneuvers
+    flown = open_flights_with_maneuvers([path], SETTINGS)[0].maneuvers
     ends = [replace(one, clipped={"q": np.abs(one.block["q"]) >= limit}) for one in flown]
     clipped, *lacking = record_remarks(ends, aircraft)
     assert clipped.startswith("q is clipped")
@@ -158,7 +160,7 @@ def test_what_is_clipped_or_lacks_is_told_with_the_answer(write: Write) -> None:
     assert throttle.startswith("propulsion.")
     assert "not recorded" in throttle
     # As it was flown q is not clipped, and throttle was recorded and moved.
-    whole = open_flights_with_maneuvers([write()], aircraft="b777", given=WINDOWS)[0].maneuvers
+    whole = open_flights_with_maneuvers([write()], SETTINGS)[0].maneuvers
     said = " ".join(record_remarks(whole, aircraft))
     assert "q is clipped" not in said
     assert "needs throttle" not in said

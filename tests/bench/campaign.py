@@ -73,7 +73,7 @@ def estimate(paths: Sequence[Path], folder: Path) -> None:
         np.loadtxt(table)
         read += time.perf_counter() - started
     started = time.perf_counter()
-    flown = open_flights_with_maneuvers(paths, aircraft=None)
+    flown = open_flights_with_maneuvers(paths)
     found = time.perf_counter() - started
     maneuvers = [one for flight in flown for one in flight.maneuvers]
     started, spent = time.perf_counter(), time.process_time()

@@ -44,7 +44,7 @@ def searched(flown: FlownCase) -> tuple[dict[str, float], str]:
         marks.append((progress.activity, time.process_time()))
 
     investigation = Investigation(flown.maneuvers, flown.aircraft, flown.model)
-    found = investigation.run(DiscrepancySettings(model=flown.model), progress=told)
+    found = investigation.run(DiscrepancySettings(), progress=told)
     phases: dict[str, float] = {}
     for (doing, start), (_, end) in pairwise(marks):
         phases[doing] = phases.get(doing, 0.0) + end - start

@@ -112,7 +112,7 @@ def test_the_story_is_told_and_everything_written(
         "q was clipped",
     ):
         assert words in said, words
-    asked_for = DiscrepancySettings(model=load_model("b777"), check_instruments=True)
+    asked_for = DiscrepancySettings(aircraft="b777", model="b777", check_instruments=True)
     assert asked[0].settings == asked_for
     assert [one.id for one in asked[0].maneuvers] == ["1", "2"]
     names = {path.name for path in out.iterdir()}
@@ -137,7 +137,7 @@ def test_options_reach_the_search(flight: Path, search: Install, tmp_path: Path)
     )  # fmt: skip
     assert code == 0, said
     settings = asked[0].settings
-    assert settings.model is None
+    assert not settings.model
     assert settings.refused == ("aero.Cm.speed", "unnamed.Cm.alpha_de2")
     assert settings.forced == ("propulsion.Cm.throttle",)
     assert settings.held_out == ("2",)

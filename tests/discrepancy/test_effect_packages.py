@@ -26,7 +26,7 @@ case = Case(id="own", group="outside", kind="outside.Cl.da_abs_beta", plan=SEED,
             effects={"outside.Cl.da_abs_beta": 2.0}, rate=50, verdicts=())
 flown = fly_case(case, [one for one in PLAN if one.id in MANEUVERS])
 search = Investigation(flown.maneuvers, flown.aircraft, flown.model)
-found = search.run(DiscrepancySettings(model=flown.model))
+found = search.run(DiscrepancySettings())
 print(json.dumps([found.verdict, [[one.effect, one.parameters] for one in found.effects]]))
 """
 

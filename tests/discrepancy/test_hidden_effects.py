@@ -32,7 +32,7 @@ def prepared(case: Case) -> tuple[FlownCase, Investigation]:
 
 def answered(case: Case) -> tuple[FlownCase, DiscrepancyResult]:
     flown, search = prepared(case)
-    return flown, search.run(DiscrepancySettings(model=flown.model))
+    return flown, search.run(DiscrepancySettings())
 
 
 def nothing(kind: str, **how: object) -> Case:
@@ -88,7 +88,7 @@ def test_a_hidden_effect_is_named_sized_and_closes_the_gap() -> None:
     """
     case = one("aero.Cm.alpha2", -2.0)
     flown, search = prepared(case)
-    found = search.run(DiscrepancySettings(model=flown.model))
+    found = search.run(DiscrepancySettings())
     assert found.verdict == "effects-found"
     (effect,) = found.effects
     assert effect.effect == case.kind

@@ -21,7 +21,7 @@ from tests.discrepancy.core_kit import AIRCRAFT, TRUTH, maneuver
 
 EFFECT, SIZE = "aero.Cm.alpha2", -3.0
 HELD_OUT = ("2", "5")
-SETTINGS = DiscrepancySettings(model=TRUTH, held_out=HELD_OUT)
+SETTINGS = DiscrepancySettings(held_out=HELD_OUT)
 
 
 def flown(model: Model, *, quiet: tuple[str, ...] = ()) -> list[Maneuver]:
@@ -222,7 +222,7 @@ def test_the_order_of_maneuvers_does_not_matter(answer: DiscrepancyResult) -> No
 
 
 def test_what_is_refused_is_neither_named_nor_ranked(search: Investigation) -> None:
-    found = search.run(DiscrepancySettings(model=TRUTH, held_out=HELD_OUT, refused=(EFFECT,)))
+    found = search.run(DiscrepancySettings(held_out=HELD_OUT, refused=(EFFECT,)))
     assert EFFECT not in [one.effect for one in found.effects]
     assert all(EFFECT not in [one.effect for one in step.ranking] for step in found.steps)
     assert found.verdict in ("unexplained", "ambiguous")
@@ -231,7 +231,7 @@ def test_what_is_refused_is_neither_named_nor_ranked(search: Investigation) -> N
 
 def test_what_is_forced_comes_first(search: Investigation) -> None:
     forced = "aero.Cn.beta3"
-    found = search.run(DiscrepancySettings(model=TRUTH, held_out=HELD_OUT, forced=(forced,)))
+    found = search.run(DiscrepancySettings(held_out=HELD_OUT, forced=(forced,)))
     assert [one.effect for one in found.effects] == [forced, EFFECT]
     assert [one.forced for one in found.effects] == [True, False]
     ((value, std),) = found.effects[0].parameters.values()
@@ -242,7 +242,7 @@ def test_what_is_forced_comes_first(search: Investigation) -> None:
 
 
 def test_as_many_effects_as_allowed(search: Investigation) -> None:
-    found = search.run(DiscrepancySettings(model=TRUTH, held_out=HELD_OUT, most_effects=0))
+    found = search.run(DiscrepancySettings(held_out=HELD_OUT, most_effects=0))
     assert found.effects == ()
     assert len(found.steps) == 1
     assert found.ranking[0].effect == EFFECT
@@ -263,7 +263,7 @@ def test_wrong_values_are_told_from_missing_effects() -> None:
     Fitted on the same flights instead, the model is adequate.
     """
     wrong = TRUTH.with_derivatives({"Cm_alpha": 1.15 * TRUTH.derivative("Cm_alpha")})
-    settings = DiscrepancySettings(model=wrong, held_out=HELD_OUT)
+    settings = DiscrepancySettings(held_out=HELD_OUT)
     found = Investigation(flown(TRUTH), AIRCRAFT, wrong).run(settings)
     assert found.verdict == "values-wrong"
     assert found.effects == ()
@@ -277,7 +277,7 @@ def test_wrong_values_are_told_from_missing_effects() -> None:
 
 
 def test_nothing_hidden_is_adequate() -> None:
-    settings = DiscrepancySettings(model=TRUTH, held_out=HELD_OUT)
+    settings = DiscrepancySettings(held_out=HELD_OUT)
     found = Investigation(flown(TRUTH), AIRCRAFT, TRUTH).run(settings)
     assert found.verdict == "model-adequate"
     assert found.effects == ()
@@ -293,7 +293,7 @@ def test_flights_that_show_nothing_do_not_make_a_model_adequate() -> None:
         maneuver(seed, ("lon", "lat")[seed % 2], duration=3.0, model=TRUTH, noise=30.0)
         for seed in range(1, 5)
     ]
-    found = Investigation(noisy, AIRCRAFT, TRUTH).run(DiscrepancySettings(model=TRUTH))
+    found = Investigation(noisy, AIRCRAFT, TRUTH).run(DiscrepancySettings())
     assert found.verdict == "not-observable"
     assert not found.effects
     assert "larger doublets" in found.why

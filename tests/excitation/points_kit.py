@@ -13,8 +13,9 @@ from gsapp.dynamics.simulation import ControlCommands, Simulator
 from gsapp.dynamics.trim import Trim, trim
 from gsapp.excitation.test_points.amplitudes import channel_noise
 from gsapp.excitation.test_points.point import TestPoint
+from gsapp.flight.maneuvers.input_criteria import INPUT_CRITERIA
+from gsapp.flight.maneuvers.input_measures import RESPONSE_CHANNELS
 from gsapp.flight.maneuvers.input_shape import smooth_samples
-from gsapp.flight.maneuvers.maneuver_grade import RESPONSE_CHANNELS
 from gsapp.flight.maneuvers.settings import DETECTION
 from gsapp.quantities import FloatArray
 from gsapp.quantities.constants import FOOT
@@ -131,8 +132,8 @@ def signal_to_noise(
 def standing_out(motion: Mapping[str, FloatArray], surface: str, width: float) -> float:
     found = signal_to_noise(motion, surface, width)
     return min(
-        found[RATE_OF[surface]] / DETECTION.faint_response,
-        max(found.values()) / DETECTION.weak_response,
+        found[RATE_OF[surface]] / INPUT_CRITERIA.faint_response,
+        max(found.values()) / INPUT_CRITERIA.weak_response,
     )
 
 

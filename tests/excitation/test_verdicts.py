@@ -4,6 +4,7 @@ import itertools
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 import pytest
@@ -17,8 +18,11 @@ from gsapp.excitation.doublets.gust_analysis import GustAnalyzer
 from gsapp.excitation.doublets.verdict import InputVerdict
 from gsapp.excitation.flight_rows import FlightRowStream
 from gsapp.excitation.test_points.target_input import TargetInput, ToleranceBand
+from gsapp.excitation.trim.tolerances import DEFAULT_TOLERANCES
 from gsapp.flight.cards import TestCard
-from gsapp.flight.maneuvers import NoiseFloor, detect_maneuvers
+from gsapp.flight.maneuvers import DetectedManeuver, NoiseFloor, detect_maneuvers
+from gsapp.flight.maneuvers.detection import build_maneuver
+from gsapp.flight.maneuvers.input_criteria import INPUT_CRITERIA, Criterion
 from gsapp.quantities import Block
 from gsapp.quantities.constants import DEGREE
 from tests.excitation.verdict_kit import (
@@ -443,6 +447,57 @@ def test_grade_and_verdict_never_contradict_each_other(
         assert verdict.grade in ("A", "B")
     if verdict.grade == "A":
         assert verdict.result == "good"
+
+
+@pytest.mark.parametrize(
+    "flaw",
+    [
+        {"left_over": 0.8},
+        {"meddling": (Meddling(surface="da", size=6.0 * DEGREE, at=0.6, length=0.8),)},
+        {"amplitudes": {"de": 12.0 * DEGREE}},
+    ],
+    ids=["left over", "second stick", "out of the linear range"],
+)
+def test_what_samples_alone_make_invalid_is_no_a_without_a_verdict(
+    flaw: dict[str, object], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    grades: list[str] = []
+
+    def build(*arguments: Any) -> DetectedManeuver:
+        grades.append((found := build_maneuver(*arguments)).grade)
+        return found
+
+    monkeypatch.setattr("gsapp.excitation.doublets.input_evaluation.build_maneuver", build)
+    flown = fly_input(5103, **{**CLEAN, **flaw})
+    watch = DoubletMonitor(load_aircraft("b777"), RATE)
+    for rows in rows_in_ticks(flown.measured):
+        watch.process_rows(rows)
+    watch.finish()
+    assert watch.verdicts[0].findings
+    assert watch.verdicts[0].result != "unclear"
+    assert grades[0] != "A"
+
+
+def test_criteria_of_verdict_and_grade_are_in_order() -> None:
+    with pytest.raises(ValueError, match="small <= invalid <= large"):
+        Criterion(small=0.3, invalid=0.2)
+    with pytest.raises(ValueError, match="small <= invalid <= large"):
+        Criterion(small=0.1, invalid=0.5, large=0.4)
+    found = Criterion(small=0.1, invalid=0.2, large=0.3)
+    assert [found.severity(value) for value in (0.1, 0.15, 0.3, 0.4)] == [
+        None, "small", "small", "large",
+    ]  # fmt: skip
+    assert [found.is_invalid(value) for value in (0.2, 0.25)] == [False, True]
+    rates = (
+        INPUT_CRITERIA.trim_tolerance_factor * rate
+        for rate in (
+            DEFAULT_TOLERANCES.roll_rate,
+            DEFAULT_TOLERANCES.pitch_rate,
+            DEFAULT_TOLERANCES.yaw_rate,
+        )
+    )
+    trim = INPUT_CRITERIA.trim_rate
+    assert all(trim.small <= rate * (1.0 + 1e-9) <= trim.large for rate in rates)
 
 
 def test_twice_what_was_asked_is_too_large_though_nothing_left_its_linear_range() -> None:

@@ -16,8 +16,9 @@ from gsapp.excitation.test_points.model_update import update_model
 from gsapp.excitation.test_points.target_input import TargetInput, ToleranceBand
 from gsapp.excitation.test_points.target_selection import DEFAULT_STEP_WIDTH, select_target_input
 from gsapp.flight.cards import TestCard, load_cards
+from gsapp.flight.maneuvers.input_measures import GradingContext, ManeuverSamples
 from gsapp.flight.maneuvers.input_shape import measure_surface_input
-from gsapp.flight.maneuvers.maneuver_grade import GradingContext, ManeuverSamples, grade_maneuver
+from gsapp.flight.maneuvers.maneuver_grade import grade_maneuver
 from gsapp.flight.maneuvers.noise_floor import NoiseFloor
 from gsapp.flight.maneuvers.signals import SIGNAL_COLUMNS, SIGNALS
 from gsapp.identification.ftr.estimates import LiveEstimate

@@ -13,6 +13,7 @@ from gsapp.flight.flown_aircraft import apply_flight_info
 from gsapp.flight.folder import FlightFolder
 from gsapp.flight.info import FlightInfo
 from gsapp.flight.info_checks import check_flight_info
+from gsapp.flight.maneuver_settings import ManeuverSettings
 from gsapp.foundation import FileProblemsError, FlightError
 from gsapp.foundation.toml import validate_content
 from gsapp.identification.maneuver_extraction import (
@@ -272,7 +273,9 @@ def test_the_card_reaches_every_analysis(tmp_path) -> None:
     folder.store_aircraft(SHIPPED_AIRCRAFT.find("b777"))
 
     def cut() -> FlightWithManeuvers:
-        return open_flights_with_maneuvers([folder.path], aircraft=None, given=["10.5:12.5"])[0]
+        return open_flights_with_maneuvers(
+            [folder.path], ManeuverSettings(maneuver_windows=("10.5:12.5",))
+        )[0]
 
     (plain,) = cut().maneuvers
     assert plain.cg_shift == (0.0, 0.0, 0.0)

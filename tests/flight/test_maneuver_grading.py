@@ -8,7 +8,8 @@ import pytest
 from gsapp.aircraft import load_aircraft
 from gsapp.flight import Flight
 from gsapp.flight.maneuvers import DetectedManeuver, detect_maneuvers, run_detector
-from gsapp.flight.maneuvers.maneuver_grade import GradingContext, ManeuverSamples, grade_maneuver
+from gsapp.flight.maneuvers.input_measures import GradingContext, ManeuverSamples
+from gsapp.flight.maneuvers.maneuver_grade import grade_maneuver
 from gsapp.flight.maneuvers.noise_floor import window_noise
 from gsapp.flight.maneuvers.signals import SIGNALS
 from gsapp.quantities import Block
@@ -82,7 +83,7 @@ def test_where_nothing_moved_there_is_nothing_to_learn():
     assert (grade, len(reasons)) == ("D", 1)
 
 
-@pytest.mark.parametrize(("size", "grade"), [(1.6, "A"), (3.0, "B"), (7.0, "C")])
+@pytest.mark.parametrize(("size", "grade"), [(1.2, "A"), (3.0, "B"), (7.0, "C")])
 def test_another_stick_counts_by_its_share_of_the_travel(size: float, grade: str):
     flight = made(size=5.0)
     ramp = np.clip(flight.block.times - AT, 0.0, 1.0)

@@ -6,6 +6,7 @@ import pytest
 
 from gsapp.cli import maneuvers as maneuvers_command
 from gsapp.flight.info import FlightInfo
+from gsapp.flight.maneuver_settings import ManeuverSettings
 from gsapp.flight.read_settings import assumed_aircraft_text
 from gsapp.identification.maneuver_extraction import open_flights_with_maneuvers
 
@@ -21,8 +22,10 @@ def table(tmp_path: Path) -> Path:
     return path
 
 
-def words_of(flight: Path, aircraft: str | None = None) -> list[str]:
-    (flown,) = open_flights_with_maneuvers([flight], aircraft=aircraft, given=["1:5"])
+def words_of(flight: Path, aircraft: str = "") -> list[str]:
+    (flown,) = open_flights_with_maneuvers(
+        [flight], ManeuverSettings(aircraft=aircraft, maneuver_windows=("1:5",))
+    )
     return [one for one in flown.remarks if "no aircraft file" in one]
 
 

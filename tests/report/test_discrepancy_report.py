@@ -299,8 +299,11 @@ def test_a_hash_tells_content_and_not_caches(tmp_path: Path) -> None:
 
 def test_the_last_page_says_what_went_in(tmp_path: Path) -> None:
     (tmp_path / "day.csv").write_bytes(b"abc")
-    settings = DiscrepancySettings(refused=("aero.Cm.speed",), forced=("propulsion.Cm.throttle",))
-    made = search_provenance([tmp_path / "day.csv"], settings, model="b777", maneuvers=["2:12"])
+    settings = DiscrepancySettings(
+        model="b777", maneuver_windows=("2:12",), refused=("aero.Cm.speed",),
+        forced=("propulsion.Cm.throttle",),
+    )  # fmt: skip
+    made = search_provenance([tmp_path / "day.csv"], settings)
     assert [(one.role, one.name) for one in made.inputs] == [
         ("flight", str(tmp_path / "day.csv")), ("model", "b777"),
     ]  # fmt: skip

@@ -104,7 +104,6 @@ def save_live_screenshot(out: Path, guise: WindowAppearance) -> Path:
                 plan="short",
                 seed=1,
                 speed=1.0,
-                hidden=(),
                 thin=False,
                 folder=desk.flight_opener.next_flight_folder(),
             )

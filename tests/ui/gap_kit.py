@@ -27,7 +27,7 @@ from gsapp.discrepancy.results import (
 )
 from gsapp.dynamics.model import Model
 from ui.gap.gap_worker import GapJob, GapReportJob
-from ui.gap.search_request import EffectDecisions, EffectInfo, GapRequest, SearchResult
+from ui.gap.search_request import EffectInfo, GapRequest, SearchResult
 from ui.job_process.job_server import JobProgressCallback
 
 COEFFICIENTS = ("CX", "CY", "CZ", "Cl", "Cm", "Cn")
@@ -226,7 +226,7 @@ class FakeEngine:
         if isinstance(job, GapReportJob):
             job.path.write_text("report", encoding="utf-8")
             return job.path
-        return make_answer(job.request, job.decisions, self.effects)
+        return make_answer(job, self.effects)
 
     def close(self) -> None:
         self.closed = True
@@ -234,18 +234,16 @@ class FakeEngine:
 
 def make_answer(
     request: GapRequest | None = None,
-    decisions: EffectDecisions | None = None,
     effects: tuple[str, ...] = (THROTTLE, BACKLASH),
 ) -> SearchResult:
-    decisions = decisions or EffectDecisions()
-    proven = tuple(e for e in effects if e not in (*decisions.refused, *decisions.forced))
+    request = request or GapRequest(flights=(Path("trial"),), model="b777")
+    proven = tuple(e for e in effects if e not in (*request.refused, *request.forced))
     return SearchResult(
-        request=request or GapRequest(flights=(Path("trial"),), model="b777"),
-        decisions=decisions,
+        request=request,
         discrepancy=make_discrepancy(
-            (*decisions.forced, *proven),
-            forced=decisions.forced,
-            verdict="effects-found" if proven or decisions.forced else "model-adequate",
+            (*request.forced, *proven),
+            forced=request.forced,
+            verdict="effects-found" if proven or request.forced else "model-adequate",
         ),
         effect_infos=NOTES,
         kinds={str(place + 1): kind for place, kind in enumerate(_KINDS)},

@@ -36,7 +36,7 @@ from tests.ui.window_kit import (
     write_flight,
 )
 from ui.gap.force_effect_dialog import ForceEffectDialog
-from ui.gap.gap_worker import GapReportJob, SearchJob
+from ui.gap.gap_worker import GapReportJob
 from ui.gap.search_request import GapRequest
 from ui.main_window import MainWindow
 from ui.theme import THEMES
@@ -188,8 +188,8 @@ def test_a_search_runs_behind_and_the_open_flight_is_searched(
     assert "2 flights, searched together" in window.gap_page.setup.sentence.text()
     assert not strip.isVisible()
     job = engine.jobs[0]
-    assert isinstance(job, SearchJob)
-    assert (job.request.flights, job.request.model) == ((flight,), "b777")
+    assert isinstance(job, GapRequest)
+    assert (job.flights, job.model) == ((flight,), "b777")
 
 
 def test_stop_stops_and_what_was_known_stays(
@@ -481,7 +481,7 @@ def test_an_effect_is_refused_and_that_is_taken_back(
     assert view.selected_effect == THROTTLE
     press(qtbot, Qt.Key.Key_Backspace, CONTROL)
     until(qtbot, lambda: len(engine.jobs) == 2 and not story.gap_page.busy)
-    assert engine.jobs[1].decisions.refused == (THROTTLE,)
+    assert engine.jobs[1].refused == (THROTTLE,)
     rows = [line.cells for line in view.effects.row_model.rows]
     assert rows == [("1", TITLES[BACKLASH], "next"), ("–", TITLES[THROTTLE], "refused")]
     press(qtbot, Qt.Key.Key_Z, CONTROL)
@@ -513,7 +513,7 @@ def test_another_effect_is_forced_from_a_list_that_can_be_searched(
     answer_dialog(ForceEffectDialog, fill)
     press(qtbot, Qt.Key.Key_F, CONTROL | SHIFT)
     until(qtbot, lambda: len(engine.jobs) == 2 and not story.gap_page.busy)
-    assert engine.jobs[1].decisions.forced == (ALPHA2,)
+    assert engine.jobs[1].forced == (ALPHA2,)
     view = story.gap_page.result_view.stages["add"]
     assert view.effects.row_model.rows[0].cells[2] == "next, forced"
 

@@ -37,8 +37,8 @@ from ui.gap.gap_text import (
     verdict_text,
 )
 from ui.gap.gap_view_models import build_observability_rows
-from ui.gap.gap_worker import GapReportJob, SearchJob, serve_gap_jobs
-from ui.gap.search_request import EffectDecisions, GapRequest, SearchResult
+from ui.gap.gap_worker import GapReportJob, serve_gap_jobs
+from ui.gap.search_request import GapRequest, SearchResult
 from ui.job_process.job_runner import JobError, ProcessJobRunner
 from ui.job_process.job_server import JobProgressCallback, JobReport, StopEvent, serve_jobs
 from ui.number_format import value_with_std_text
@@ -88,7 +88,7 @@ class Bench:
         self.thread.start()
 
     def _flown(
-        self, paths: tuple[Path, ...], *, doing: Callable[[str], object], **_: object
+        self, paths: tuple[Path, ...], _: object, *, doing: Callable[[str], object]
     ) -> tuple[object, ...]:
         self.read.append(paths)
         doing("reading flight 3")
@@ -107,7 +107,7 @@ class Bench:
         self.prepared.append(parts)
         return self.search
 
-    def do(self, job: SearchJob | GapReportJob) -> list[JobReport]:
+    def do(self, job: GapRequest | GapReportJob) -> list[JobReport]:
         self.connection.send(job)
         told = []
         while not told or told[-1].kind == "doing":
@@ -127,11 +127,8 @@ def bench(monkeypatch: pytest.MonkeyPatch) -> Iterator[Bench]:
     made.close()
 
 
-def job(*, flight: str = "flight 3", decisions: EffectDecisions | None = None) -> SearchJob:
-    return SearchJob(
-        request=GapRequest(flights=(Path(flight),), model="b777"),
-        decisions=decisions or EffectDecisions(),
-    )
+def job(*, flight: str = "flight 3") -> GapRequest:
+    return GapRequest(flights=(Path(flight),), model="b777")
 
 
 def test_flights_are_read_once_and_decisions_reach_the_search(bench: Bench) -> None:
@@ -145,7 +142,7 @@ def test_flights_are_read_once_and_decisions_reach_the_search(bench: Bench) -> N
     assert shares == sorted(shares)
     assert 0.0 <= shares[0] < shares[-1] <= 1.0
     assert "reading flight 3" in [one.text for one in told]
-    bench.do(job(decisions=EffectDecisions().refuse(THROTTLE).force(ALPHA2)))
+    bench.do(job().refuse(THROTTLE).force(ALPHA2))
     assert len(bench.read) == len(bench.prepared) == 1
     assert (bench.search.settings[1].refused, bench.search.settings[1].forced) == (
         (THROTTLE,),

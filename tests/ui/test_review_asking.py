@@ -8,8 +8,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from gsapp.foundation.settings import SettingError
 from gsapp.identification.axes import AXIS_RESPONSES, axis_derivatives
-from gsapp.identification.estimate_settings import SettingError
 from ui.estimate_form import DerivativeEntry, EstimateForm
 from ui.review.estimate_form_from_run import find_unrestored_settings, form_from_request
 from ui.review.estimate_request import build_run_request, find_form_error

@@ -14,6 +14,7 @@ from typing import Literal
 from gsapp.foundation import GroundStationError
 from gsapp.telemetry.link_address import LinkAddress
 from gsapp.telemetry.link_registry import kind_of
+from gsapp.virtual.downlink.flight_settings import FlightSettings
 from ui.disk_checks import path_kind
 from ui.number_format import bytes_text, sanitize_file_name
 from ui.settings import unwritable_reason
@@ -68,22 +69,13 @@ class ConnectRequest:
     title: str = ""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class VirtualFlightRequest:
+class VirtualFlightRequest(FlightSettings):
     """A flight of the virtual aircraft.
 
     Attributes
     ----------
-    plan : str
-        Flight plan; empty for the usual one.
-    seed : int
-        Seed of gusts, noise and the pilot's hand.
     speed : float
         Times real time.
-    hidden : tuple of str
-        Effects that its model lacks.
-    thin : bool
-        Only what a 57,600-baud radio carries.
     folder : Path
         Flight folder to record into.
     append : bool
@@ -92,11 +84,7 @@ class VirtualFlightRequest:
         What the crew calls the flight; empty for the name of its folder.
     """
 
-    plan: str
-    seed: int
-    speed: float
-    hidden: tuple[str, ...]
-    thin: bool
+    speed: float = 1.0
     folder: Path
     append: bool = False
     title: str = ""

@@ -17,6 +17,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from gsapp.virtual.downlink.flight_settings import FlightSettings
 from ui.background_job import BackgroundJob
 from ui.dialogs.file_fields import RecordingDialog, ShippedFileField
 from ui.dialogs.flight_requests import VirtualFlightRequest
@@ -67,7 +68,7 @@ class VirtualFlightDialog(RecordingDialog):
         self.plan = ShippedFileField(
             tr("Plan"), choices.plans, choices.plans[0] if choices.plans else ""
         )
-        self.add_row(tr("Plan"), self.plan)
+        self.add_row(FlightSettings.title_of("plan"), self.plan)
         self.speed = QComboBox()
         for speed in _SPEEDS:
             self.speed.addItem(
@@ -76,10 +77,10 @@ class VirtualFlightDialog(RecordingDialog):
             )
         self.add_row(tr("Speed"), self.speed)
         self.seed = IntegerField(0, 999_999, 1)
-        self.seed.setToolTip(tr("The same seed gives the same gusts, noise and pilot"))
-        self.add_row(tr("Seed"), self.seed)
-        self.thin = QCheckBox(tr("Limited to a 57,600-baud radio"))
-        self.add_row(tr("Radio"), self.thin)
+        self.seed.setToolTip(FlightSettings.help_of("seed").removesuffix("."))
+        self.add_row(FlightSettings.title_of("seed"), self.seed)
+        self.thin = QCheckBox(FlightSettings.help_of("thin").removesuffix("."))
+        self.add_row(FlightSettings.title_of("thin"), self.thin)
         self.search = QLineEdit()
         self.search.setPlaceholderText(tr("Search the effects"))
         self.search.setAccessibleName(tr("Search the effects"))
@@ -109,7 +110,7 @@ class VirtualFlightDialog(RecordingDialog):
         column.addWidget(self.search)
         column.addWidget(self.effects)
         holder.setFocusProxy(self.search)
-        self.add_row(tr("Hidden effects"), holder, self.note)
+        self.add_row(FlightSettings.title_of("hide"), holder, self.note)
         self.add_folder_field(flights)
         self.fit_to_content()
 
@@ -121,7 +122,7 @@ class VirtualFlightDialog(RecordingDialog):
             item.setFlags(item.flags() | Qt.ItemFlag.ItemIsUserCheckable)
             item.setCheckState(Qt.CheckState.Unchecked)
             self.effects.addItem(item)
-        self.note.set_message(tr("Hidden effects make the aircraft differ from its model."))
+        self.note.set_message(FlightSettings.help_of("hide").partition(". ")[2])
         self._filter(self.search.text())
 
     def _filter(self, words: str) -> None:
@@ -144,7 +145,7 @@ class VirtualFlightDialog(RecordingDialog):
             plan=self.plan.value,
             seed=self.seed.value,
             speed=float(self.speed.currentData()),
-            hidden=tuple(ticked),
+            hide=tuple(ticked),
             thin=self.thin.isChecked(),
             folder=self.folder_field.folder,
             title=self.folder_field.title.text().strip(),

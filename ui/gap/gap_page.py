@@ -154,7 +154,7 @@ class GapPage(JobPage):
 
     def _is_refused(self, effect: str) -> bool:
         answer = self.search.answer
-        return answer is not None and effect in answer.decisions.refused
+        return answer is not None and effect in answer.request.refused
 
     # Pages
 

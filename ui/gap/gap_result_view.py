@@ -223,7 +223,7 @@ class GapResultView(QScrollArea):
         """Show an answer; what was looked at stays where a former one was of the same flights."""
         former = self.answer
         self.answer = answer
-        if former is not None and former.request == answer.request:
+        if former is not None and answer.continues(former):
             self.selection = nearest_valid_selection(answer, self.selection)
         else:
             settings = self._store.current
@@ -232,7 +232,7 @@ class GapResultView(QScrollArea):
             )
             self._moved = self._chose = self._tuned = False
         self._show_verdict()
-        if self.stage and former is not None and former.request == answer.request:
+        if self.stage and former is not None and answer.continues(former):
             self.set_selection(self.selection)
         else:
             self.go_to_stage("find", focus=False)

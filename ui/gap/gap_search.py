@@ -8,8 +8,8 @@ from pathlib import Path
 from PySide6.QtCore import QObject, Signal
 
 from ui.background_job import BackgroundJob, JobProgress
-from ui.gap.gap_worker import GapJob, GapReportJob, SearchJob, serve_gap_jobs
-from ui.gap.search_request import EffectDecisions, GapRequest, SearchResult
+from ui.gap.gap_worker import GapJob, GapReportJob, serve_gap_jobs
+from ui.gap.search_request import GapRequest, SearchResult
 from ui.job_process.job_runner import JobRunner, ProcessJobRunner
 from ui.translation import tr
 from ui.undo import UndoCommand, UndoStack
@@ -78,15 +78,13 @@ class GapSearch(QObject):
 
     def search(self, request: GapRequest) -> None:
         """Search flights from the beginning."""
-        self._look(request, EffectDecisions(), tr("Searching for missing effects"), tr("search"))
+        self._look(request, tr("Searching for missing effects"), tr("search"))
 
     def refuse(self, effect: str, title: str) -> None:
         """Search again without an effect."""
         if self.answer is not None:
-            decisions = self.answer.decisions.refuse(effect)
             self._look(
-                self.answer.request,
-                decisions,
+                self.answer.request.refuse(effect),
                 tr("Searching without “{title}”").format(title=title),
                 tr("refuse {title}").format(title=title),
             )
@@ -94,10 +92,8 @@ class GapSearch(QObject):
     def force(self, effect: str, title: str) -> None:
         """Search again with an effect in the model, whatever its evidence."""
         if self.answer is not None:
-            decisions = self.answer.decisions.force(effect)
             self._look(
-                self.answer.request,
-                decisions,
+                self.answer.request.force(effect),
                 tr("Searching with “{title}”").format(title=title),
                 tr("force {title}").format(title=title),
             )
@@ -124,13 +120,11 @@ class GapSearch(QObject):
         self.cancel()
         self._job_runner.close()
 
-    def _look(
-        self, request: GapRequest, decisions: EffectDecisions, title: str, decision: str
-    ) -> None:
+    def _look(self, request: GapRequest, title: str, decision: str) -> None:
         if self.running:
             return
         self._decision = decision
-        self._start(title, SearchJob(request=request, decisions=decisions), self._found)
+        self._start(title, request, self._found)
 
     def _start(self, title: str, job: GapJob, done: Callable[[object], None]) -> None:
         def run(progress: JobProgress) -> object:
@@ -149,7 +143,7 @@ class GapSearch(QObject):
         if not isinstance(answer, SearchResult):
             return
         former = self.answer
-        if former is not None and former.request == answer.request:
+        if former is not None and answer.continues(former):
             command = UndoCommand(
                 self._decision,
                 lambda: self._show_answer(former),

@@ -407,14 +407,14 @@ def list_effect_statuses(answer: SearchResult, step: int) -> tuple[EffectStatus,
             if place == step + 1
             else tr("later")
         )
-        if one.added in answer.decisions.forced:
+        if one.added in answer.request.forced:
             words += tr(", forced")
         states.append(
             EffectStatus(effect=one.added, title=answer.title(one.added), text=words, step=place)
         )
     states += [
         EffectStatus(effect=name, title=answer.title(name), text=tr("refused"), step=0)
-        for name in answer.decisions.refused
+        for name in answer.request.refused
     ]
     return tuple(states)
 

@@ -8,15 +8,20 @@ from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import TYPE_CHECKING, Protocol
 
+from gsapp.discrepancy.settings import (
+    DiscrepancySettings,
+    SearchProgress,
+    SearchProgressCallback,
+    SearchStoppedError,
+)
 from gsapp.foundation import GroundStationError
-from ui.gap.search_request import EffectDecisions, EffectInfo, GapRequest, SearchResult
+from ui.gap.search_request import EffectInfo, GapRequest, SearchResult
 from ui.job_process.job_server import JobProgressCallback, JobStoppedError, StopEvent, serve_jobs
 from ui.translation import QT_TR_NOOP
 
 if TYPE_CHECKING:
     from gsapp.aircraft import Aircraft
     from gsapp.discrepancy.results import DiscrepancyResult
-    from gsapp.discrepancy.settings import DiscrepancySettings, SearchProgressCallback
     from gsapp.dynamics.model import Model
     from gsapp.identification.maneuver import Maneuver
 
@@ -37,14 +42,6 @@ PrepareSearch = Callable[[Sequence["Maneuver"], "Aircraft", "Model | None"], Pre
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class SearchJob:
-    """Search these flights with these decisions."""
-
-    request: GapRequest
-    decisions: EffectDecisions
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
 class GapReportJob:
     """Write the report of an answer, its channels in ``US`` or ``SI`` units."""
 
@@ -53,7 +50,7 @@ class GapReportJob:
     units: str = "US"
 
 
-GapJob = SearchJob | GapReportJob
+GapJob = GapRequest | GapReportJob
 
 
 def serve_gap_jobs(
@@ -111,17 +108,11 @@ class GapJobHandler:
             return self._write(job)
         return self._look(job)
 
-    def _look(self, job: SearchJob) -> SearchResult:
-        from gsapp.discrepancy.settings import (
-            DiscrepancySettings,
-            SearchProgress,
-            SearchStoppedError,
-        )
-
-        if self._search is None or self._request != job.request:
+    def _look(self, request: GapRequest) -> SearchResult:
+        if self._search is None or self._request != request.undecided:
             self._search = None
-            self._search = self._read(job.request)
-            self._request = job.request
+            self._search = self._read(request)
+            self._request = request.undecided
 
         def step(progress: SearchProgress) -> bool:
             self._report_progress(
@@ -129,19 +120,12 @@ class GapJobHandler:
             )
             return True
 
-        settings = DiscrepancySettings(
-            model=None if not job.request.model else _load_model(job.request.model),
-            refused=job.decisions.refused,
-            forced=job.decisions.forced,
-            check_instruments=True,
-        )
         try:
-            found = self._search.run(settings, progress=step)
+            found = self._search.run(request, progress=step)
         except SearchStoppedError as error:
             raise JobStoppedError from error
         return SearchResult(
-            request=job.request,
-            decisions=job.decisions,
+            request=request,
             discrepancy=found,
             effect_infos=self._notes,
             remarks=self._remarks,
@@ -162,12 +146,7 @@ class GapJobHandler:
             done += 1
 
         doing(QT_TR_NOOP("starting"))
-        flown = open_flights_with_maneuvers(
-            request.flights,
-            aircraft=request.aircraft or None,
-            channel_map=request.channel_map or None,
-            doing=doing,
-        )
+        flown = open_flights_with_maneuvers(request.flights, request, doing=doing)
         maneuvers = [one for flight in flown for one in flight.maneuvers]
         if not maneuvers:
             names = ", ".join(path.name for path in request.flights)
@@ -212,19 +191,12 @@ def write_gap_report(job: GapReportJob) -> Path:
     OSError
         If the file cannot be written.
     """
-    from gsapp.discrepancy.settings import DiscrepancySettings
     from gsapp.flight.info import local_timestamp
     from gsapp.report import discrepancy_report
     from gsapp.report.discrepancy_provenance import search_provenance
 
     answer, request = job.answer, job.answer.request
-    provenance = search_provenance(
-        request.flights,
-        DiscrepancySettings(refused=answer.decisions.refused, forced=answer.decisions.forced),
-        aircraft=request.aircraft or None,
-        model=request.model or None,
-        channel_map=request.channel_map or None,
-    )
+    provenance = search_provenance(request.flights, request)
     written = discrepancy_report.write_discrepancy_report(
         answer.discrepancy,
         job.path,

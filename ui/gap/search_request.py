@@ -1,12 +1,13 @@
-"""What a search is asked for, what the crew decided since, and what comes back. No Qt."""
+"""What a search is asked for, and what comes back. No Qt."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from gsapp.discrepancy.settings import DiscrepancySettings
 from ui.translation import tr
 
 if TYPE_CHECKING:
@@ -14,26 +15,11 @@ if TYPE_CHECKING:
     from gsapp.discrepancy.results import DiscrepancyResult
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class GapRequest:
-    """Flights to search, and what they are compared with.
-
-    Attributes
-    ----------
-    flights : tuple of Path
-        Flight folders or files.
-    aircraft : str
-        Name or path; empty takes the copy in each flight folder.
-    model : str
-        Name or path of the current model; empty fits the baseline from these flights.
-    channel_map : str
-        Name or path; empty where the flights say it themselves.
-    """
+class GapRequest(DiscrepancySettings):
+    """Flights to search, and the settings, with what the crew decided about effects."""
 
     flights: tuple[Path, ...]
-    aircraft: str = ""
-    model: str = ""
-    channel_map: str = ""
+    check_instruments: bool = True
 
     @property
     def text(self) -> str:
@@ -47,31 +33,22 @@ class GapRequest:
         )
         return f"{names[0]}{more} · {model}" if names else model
 
+    @property
+    def undecided(self) -> GapRequest:
+        """Return the request before anything was decided."""
+        return self.with_changes(refused=(), forced=())
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class EffectDecisions:
-    """What the crew decided about effects.
-
-    Attributes
-    ----------
-    refused, forced : tuple of str
-        Ids of effects, in the order of the decisions.
-    """
-
-    refused: tuple[str, ...] = ()
-    forced: tuple[str, ...] = ()
-
-    def refuse(self, effect: str) -> EffectDecisions:
-        """Return the decisions with that effect refused, and no longer forced."""
+    def refuse(self, effect: str) -> GapRequest:
+        """Return the request with that effect refused, and no longer forced."""
         kept = tuple(known for known in self.forced if known != effect)
         others = tuple(known for known in self.refused if known != effect)
-        return replace(self, refused=(*others, effect), forced=kept)
+        return self.with_changes(refused=(*others, effect), forced=kept)
 
-    def force(self, effect: str) -> EffectDecisions:
-        """Return the decisions with that effect forced, and no longer refused."""
+    def force(self, effect: str) -> GapRequest:
+        """Return the request with that effect forced, and no longer refused."""
         kept = tuple(known for known in self.refused if known != effect)
         others = tuple(known for known in self.forced if known != effect)
-        return replace(self, refused=kept, forced=(*others, effect))
+        return self.with_changes(refused=kept, forced=(*others, effect))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -107,7 +84,6 @@ class SearchResult:
     Attributes
     ----------
     request : GapRequest
-    decisions : EffectDecisions
     discrepancy : DiscrepancyResult
     effect_infos : mapping of str to EffectInfo
         The catalog, by id.
@@ -120,12 +96,15 @@ class SearchResult:
     """
 
     request: GapRequest
-    decisions: EffectDecisions
     discrepancy: DiscrepancyResult
     effect_infos: Mapping[str, EffectInfo]
     remarks: tuple[str, ...] = ()
     kinds: Mapping[str, str] = field(default_factory=dict)
     aircraft: str = ""
+
+    def continues(self, former: SearchResult) -> bool:
+        """Return whether only decisions lie between a former answer and this one."""
+        return self.request.undecided == former.request.undecided
 
     def title(self, effect: str) -> str:
         """Return an effect in a field engineer's words; its id where nobody knows any."""

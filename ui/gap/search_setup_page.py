@@ -108,10 +108,8 @@ class SearchSetupPage(CenteredPage):
             tr("Current model"), tuple(filter(None, (settings.gap_model,))), settings.gap_model,
             none=tr("None: fit the baseline from these flights"),
         )  # fmt: skip
-        for row, (name, field) in enumerate(
-            ((tr("Aircraft"), self.aircraft), (tr("Current model"), self.model))
-        ):
-            grid.addWidget(create_label(name, "strong"), row, 0)
+        for row, (name, field) in enumerate((("aircraft", self.aircraft), ("model", self.model))):
+            grid.addWidget(create_label(GapRequest.title_of(name), "strong"), row, 0)
             grid.addWidget(field, row, 1)
         self.column.addWidget(form)
         self.column.addSpacing(look.px(8))

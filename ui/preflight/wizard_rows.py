@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, NamedTuple
 
+from calibration.settings import FIT_ORDER_TITLES
 from calibration.validity import SHIPPED_EXAMPLE, CalibrationInForce, day_text
 from gsapp.quantities import channel, convert_text_units, from_si
 from ui.display_limits import DISPLAY
@@ -16,7 +17,6 @@ from ui.preflight.wizard_summary_panel import CombinedDeflection, InstrumentOutc
 from ui.preflight.wizard_text import (
     describe_shift,
     error_text,
-    fit_order_text,
     quantity_text,
     signed_error_text,
     volts_text,
@@ -138,7 +138,7 @@ def build_quality_rows(view: WizardView) -> tuple[tuple[str, str], ...]:
     quality = calibration.quality
     chosen = tr(", set manually") if view.degree else ""
     lines = [
-        (tr("Curve"), f"{fit_order_text(calibration.degree)}{chosen}"),
+        (tr("Curve"), f"{FIT_ORDER_TITLES[calibration.degree]}{chosen}"),
         (tr("Hysteresis"), error_text(quality.hysteresis, instrument)),
         (tr("Return to zero"), error_text(quality.return_to_zero, instrument)),
         (tr("Linearity"), error_text(quality.linearity, instrument)),
@@ -196,7 +196,7 @@ def list_outcomes(view: WizardView, plan: CalibrationPlan) -> tuple[InstrumentOu
             quality = certificate.quality
             width = quality.uncertainty if quality is not None else None
             parts = [
-                fit_order_text(certificate.degree),
+                FIT_ORDER_TITLES[certificate.degree],
                 tr("within ±{error}").format(error=error_text(width, instrument))
                 if width is not None
                 else "",

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from calibration.settings import FIT_ORDER_TITLES
 from gsapp.quantities import channel
 from ui.icons import IndicatorState
 from ui.number_format import DASH, MINUS, number_text, unit_text
@@ -142,11 +143,6 @@ def volts_text(volts: float | None) -> str:
     return f"{number_text(volts, 3)} V"
 
 
-def fit_order_text(degree: int) -> str:
-    """Return the name of a curve of a degree."""
-    return {1: tr("straight line"), 2: tr("quadratic"), 3: tr("cubic")}[degree]
-
-
 # The large part
 
 
@@ -265,7 +261,7 @@ def _result_texts(view: WizardView, instrument: InstrumentPlan) -> tuple[str, st
         return "", tr("Look") if view.problems else tr("Good"), "", False
     width = calibration.quality.uncertainty
     text = tr("no bound") if width is None else f"±{error_text(width, instrument)}"
-    return tr("Uncertainty (95 %)"), text, fit_order_text(calibration.degree), False
+    return tr("Uncertainty (95 %)"), text, FIT_ORDER_TITLES[calibration.degree], False
 
 
 # Actions

@@ -10,7 +10,7 @@ from PySide6.QtGui import QAction, QShowEvent
 from PySide6.QtWidgets import QApplication, QFrame, QScrollArea, QVBoxLayout, QWidget
 
 from gsapp.foundation import GroundStationError
-from gsapp.identification.estimate_settings import SettingError
+from gsapp.foundation.settings import SettingError
 from ui.commands import CommandRequirement, shortcut_text
 from ui.display_style import DisplayStyle
 from ui.estimate_form import EstimateForm

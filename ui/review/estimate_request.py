@@ -7,8 +7,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from gsapp.foundation import GroundStationError
+from gsapp.foundation.settings import SettingError
 from gsapp.identification.axes import axis_derivatives
-from gsapp.identification.estimate_settings import EstimateSettings, FitSettings, SettingError
+from gsapp.identification.estimate_settings import EstimateSettings, FitSettings
 from gsapp.identification.methods import estimation_method
 from ui.estimate_form import DerivativeEntry, EstimateForm
 from ui.number_format import parse_number

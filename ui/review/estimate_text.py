@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from gsapp.identification.estimate_settings import EstimateSettings, setting_info
+from gsapp.foundation.settings import setting_info
+from gsapp.identification.estimate_settings import EstimateSettings
 from gsapp.identification.methods import estimation_methods
 from ui.number_format import count_text
 from ui.translation import QT_TR_NOOP, tr

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from PySide6.QtCore import QObject, Signal
 
 from gsapp.foundation import GroundStationError
-from gsapp.identification.estimate_settings import SettingError
+from gsapp.foundation.settings import SettingError
 from ui.background_job import BackgroundJob, JobProgress
 from ui.estimate_form import EstimateForm
 from ui.review.estimate_request import find_form_error, load_effect_parameters

@@ -53,10 +53,8 @@ class SensorActivityMonitor:
             self._ranges = {name: ranges[name] for name in MONITORED_SENSORS if name in ranges}
             self._ranges["V"] = sensors.air_data.range
             self._noise = {
-                "alpha": sensors.alpha_vane.noise,
-                "beta": sensors.beta_vane.noise,
+                **{name: one.noise for name, one in sensors.by_channel.items()},
                 "V": sensors.air_data.noise,
-                **dict.fromkeys(("p", "q", "r"), sensors.gyro.noise),
             }
         self.restart()
 

@@ -11,7 +11,7 @@ import numpy as np
 from gsapp.aircraft import Aircraft
 from gsapp.excitation.doublets.settings import DOUBLETS
 from gsapp.flight.maneuvers.airborne_detection import AirborneDetector
-from gsapp.flight.maneuvers.maneuver_grade import GradingContext
+from gsapp.flight.maneuvers.input_measures import GradingContext
 from gsapp.flight.maneuvers.noise_floor import NoiseFloor, NoiseFloorEstimator
 from gsapp.flight.maneuvers.rapid_moves import RapidMoveDetector
 from gsapp.flight.maneuvers.settings import DETECTION

@@ -23,7 +23,7 @@ from gsapp.excitation.test_points.perturbation_models import (
     PerturbationModels,
     linearize_level_flight,
 )
-from gsapp.flight.maneuvers.maneuver_grade import RESPONSE_CHANNELS
+from gsapp.flight.maneuvers.input_measures import RESPONSE_CHANNELS
 from gsapp.flight.maneuvers.noise_floor import NoiseFloor
 from gsapp.foundation import FlightError
 from gsapp.quantities import FloatArray

@@ -18,7 +18,7 @@ from gsapp.excitation.trim.tolerances import TrimTolerances
 from gsapp.flight.cards import TestCard
 from gsapp.flight.cards.card_matching import compare_with_card
 from gsapp.flight.maneuvers.detection import build_maneuver
-from gsapp.flight.maneuvers.maneuver_grade import GradingContext
+from gsapp.flight.maneuvers.input_measures import GradingContext
 from gsapp.flight.maneuvers.settings import DETECTION
 
 

@@ -12,15 +12,22 @@ import numpy as np
 from gsapp.aircraft import Aircraft
 from gsapp.decoding import air_data
 from gsapp.dynamics.atmosphere import SEA_LEVEL_DENSITY
-from gsapp.dynamics.sensors import flow_at_cg
 from gsapp.excitation.doublets.gust_analysis import GUST_ANALYSIS_CHANNELS, GustAnalyzer
 from gsapp.excitation.doublets.settings import DOUBLETS
 from gsapp.excitation.doublets.signal_history import SignalHistory
 from gsapp.excitation.settings import CUES
 from gsapp.excitation.trim.bank_observer import BankObserver
 from gsapp.flight.maneuvers.airborne_detection import flying_speed
+from gsapp.flight.maneuvers.input_criteria import INPUT_CRITERIA
+from gsapp.flight.maneuvers.input_measures import (
+    GradingContext,
+    ManeuverSamples,
+    clipped_samples,
+    cross_deflections,
+    flow_history,
+    residual_deflection,
+)
 from gsapp.flight.maneuvers.input_shape import SurfaceInput, smooth_samples
-from gsapp.flight.maneuvers.maneuver_grade import GradingContext, ManeuverSamples, clipped_samples
 from gsapp.flight.maneuvers.settings import DETECTION
 from gsapp.flight.maneuvers.signals import SIGNAL_COLUMNS, SURFACES
 from gsapp.quantities import FloatArray
@@ -176,7 +183,7 @@ def measure_input(
         t_end=max(t_end, t_input_end),
     )
     clipped, stuck = _clipped(passage, setting)
-    flow = _flow(passage, setting.aircraft)
+    flow = flow_history(passage, setting.aircraft)
     trim = {
         name: value
         for name in ("p", "q", "r", "V")
@@ -189,14 +196,14 @@ def measure_input(
     bank, bank_seen = _bank(history, t_input, setting.aircraft)
     if bank is not None:
         trim["bank"] = bank
-    cross = _cross_deflections(passage, ordered)
+    cross = cross_deflections(passage, ordered)
     switch = history.extra_channel("rate_switch", t_input - 1.0, t_end)
     return MeasuredInput(
         passage=passage,
         inputs=ordered,
         steps={one.surface: measure_step_durations(passage, one) for one in ordered},
         symmetry={one.surface: _symmetry(passage, one) for one in ordered},
-        residual_deflection={one.surface: _left_over(passage, one) for one in ordered},
+        residual_deflection={one.surface: residual_deflection(passage, one) for one in ordered},
         cross_deflections=cross,
         trim_values=trim,
         bank_is_measured=bank_seen,
@@ -212,63 +219,11 @@ def measure_input(
     )
 
 
-def _level(passage: ManeuverSamples, surface: str, start: float, stop: float) -> float:
-    samples = passage.samples(surface, start, stop)
-    return float(np.median(samples)) if samples.size else math.nan
-
-
 def _symmetry(passage: ManeuverSamples, one: SurfaceInput) -> float:
     """Return the smaller over the larger side by area, about the trim before."""
     samples = passage.samples(one.surface, one.t_start, one.t_end) - one.trim_before
     sides = sorted((float(samples[samples > 0.0].sum()), float(-samples[samples < 0.0].sum())))
     return sides[0] / sides[1] if sides[1] > 0.0 else 0.0
-
-
-def _left_over(passage: ManeuverSamples, one: SurfaceInput) -> float:
-    start, stop = (one.t_end + wait for wait in DOUBLETS.rest_after_input)
-    after = _level(passage, one.surface, start, min(stop, passage.t_end))
-    if not math.isfinite(after):
-        after = one.trim_after
-    return abs(after - one.trim_before) / max(one.amplitude, 1e-9)
-
-
-def _cross_deflections(
-    passage: ManeuverSamples, inputs: Sequence[SurfaceInput]
-) -> dict[str, float]:
-    """Return how far each surface that should rest went from where it was, rad."""
-    found = {}
-    dt = float(np.median(np.diff(passage.times)))
-    moved = {one.surface for one in inputs}
-    for surface in SURFACES:
-        if surface in moved:
-            continue
-        level = _level(passage, surface, passage.t_input - DETECTION.trim_time, passage.t_input)
-        samples = passage.samples(surface, passage.t_input, passage.t_end)
-        if samples.size >= 5 and math.isfinite(level):
-            found[surface] = float(np.max(np.abs(smooth_samples(samples, dt) - level)))
-    return found
-
-
-def _flow(passage: ManeuverSamples, aircraft: Aircraft) -> dict[str, FloatArray]:
-    """Return alpha and beta at the CG, and a_n, of the whole passage, slower than 0.05 s."""
-    column = {
-        name: passage.rows[:, SIGNAL_COLUMNS[name]] for name in ("V", "alpha", "beta", *"pqr", "an")
-    }
-    speed = column["V"]
-    alpha, beta = column["alpha"], column["beta"]
-    if np.isfinite(speed).any():
-        # What is missing beside the vane itself makes a small correction smaller.
-        steady = np.where(np.isfinite(speed), speed, np.nanmedian(speed))
-        rates = [np.nan_to_num(column[name]) for name in "pqr"]
-        vanes = [np.nan_to_num(column[name]) for name in ("alpha", "beta")]
-        _, attack, slip = flow_at_cg(
-            aircraft, np.maximum(steady, 1.0), vanes[0], vanes[1], (rates[0], rates[1], rates[2])
-        )
-        alpha = np.where(np.isfinite(alpha), attack, np.nan)
-        beta = np.where(np.isfinite(beta), slip, np.nan)
-    dt = float(np.median(np.diff(passage.times)))
-    found = {"alpha": alpha, "beta": beta, "an": column["an"]}
-    return {name: smooth_samples(np.asarray(values), dt) for name, values in found.items()}
 
 
 def _bank(history: SignalHistory, t_input: float, aircraft: Aircraft) -> tuple[float | None, bool]:
@@ -326,7 +281,7 @@ def _gusts(
         if name not in stuck
     ]
     moved = {one.surface for one in inputs}
-    moved |= {name for name, size in cross.items() if size > DOUBLETS.min_secondary_movement}
+    moved |= {name for name, size in cross.items() if size > INPUT_CRITERIA.least_cross_input}
     return explainer.gust_fraction(
         {
             name: _fill_gaps(passage.rows[low:, SIGNAL_COLUMNS[name]])

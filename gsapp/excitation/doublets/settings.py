@@ -47,11 +47,8 @@ class DoubletSettings:
     edge_search: float = 0.3  # Seconds before and after an input in which its edges are looked for.
     pre_input_time: float = 2.5  # s before an input that are examined, trim included.
     bank_history: float = 12.0  # s of bank followed where no attitude is measured.
-    min_secondary_movement: float = 0.5 * DEGREE  # rad, of another surface that matters.
     initial_state_time: float = 0.15  # Seconds that tell in which state the input began.
     default_gusts: float = 0.3  # Gusts assumed where none were measured, m/s.
-    rest_after_input: tuple[float, float] = (0.1, 0.6)
-    """s after an input: where it left its surface."""
 
     # Parting an answer into what the sticks and what gusts did.
     gust_step: float = 0.05  # s: averaging of samples, and one step of the gust.
@@ -70,22 +67,6 @@ class DoubletSettings:
 
     # The verdict.
     min_symmetry: float = 0.6  # Of a doublet's halves by area; reported, yet it counts.
-    trim_tolerance_factor: float = 2.0  # On the tolerances of GO, for a valid start.
-    max_cross_input: float = 0.35  # Of the main input, both as shares of travel.
-    max_residual_deflection: float = 0.4  # Of the amplitude, from trim at the end.
-    min_hands_off_share: float = 0.5  # Of the wanted time: one period of the oscillation.
-    max_gust_fraction: float = 0.5  # Share of the answer that gusts may make.
-    min_time_out_of_range: float = 0.1  # Seconds out of the linear range that count.
-    min_sample_share: float = 0.8  # Share of the samples that must be there.
-    min_cross_input: float = 0.5 * DEGREE  # rad; less of another surface spoils nothing.
-    min_clipped_time: float = 0.03  # Seconds at the end of a sensor's range that count.
-    max_gust_ratio: float = 3.0
-    """Gusts by the model count up to so many times the motion before the input: a wrong model
-    finds as many in calm air. Gusts are slow, and within two seconds most of them are hidden in
-    a straight line."""
-    max_unrest: float = 0.6
-    """Motion before the input over its response that counts as gusts where no model tells more;
-    the grader calls it a large defect."""
     reduction: float = 0.75  # Advised after a response that was too large without a band.
     min_change: float = 1.1
     """Least factor by which a wrong size is to change: *the same* is no advice, even where the

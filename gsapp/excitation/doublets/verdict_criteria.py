@@ -1,10 +1,10 @@
 """The verdict on a measured input: what speaks against it, the worst first, and what to do.
 
-Bands of amplitude and width come from the wanted input. An input that began within
-`DOUBLETS.trim_tolerance_factor` times the tolerances of the trim cue still counts: GO asks for more
-than an estimate needs. The order is that of what makes an input useless: nothing to judge by, a
-sensor at its end, a start out of trim, a second stick, an answer lost in the noise, an answer out
-of the linear range, gusts; last a width that misses the mode.
+The criteria that a grade shares are in `gsapp.flight.maneuvers.input_criteria`. Bands of amplitude
+and width come from the wanted input, the airspeed from the test point. The order is that of what
+makes an input useless: nothing to judge by, a sensor at its end, a start out of trim, a second
+stick, an answer lost in the noise, an answer out of the linear range, gusts; last a width that
+misses the mode.
 """
 
 from __future__ import annotations
@@ -28,16 +28,19 @@ from gsapp.excitation.test_points.stick_text import (
 from gsapp.excitation.test_points.target_input import TargetInput, ToleranceBand
 from gsapp.excitation.trim.tolerances import TrimTolerances
 from gsapp.excitation.trim.trim_cue import TrimDeviation
-from gsapp.flight.maneuvers.input_shape import SurfaceInput
-from gsapp.flight.maneuvers.maneuver_grade import (
+from gsapp.flight.maneuvers.input_criteria import INPUT_CRITERIA
+from gsapp.flight.maneuvers.input_measures import (
     RESPONSE_CHANNELS,
     GradingContext,
+    cross_input_ratios,
+    is_out_of_range,
     linear_ranges,
     pre_input_motion_ratio,
 )
+from gsapp.flight.maneuvers.input_shape import SurfaceInput
 from gsapp.flight.maneuvers.settings import DETECTION
 from gsapp.quantities import SURFACE_NAMES as SURFACE_WORDS
-from gsapp.quantities import FloatArray, channel, name_in_text
+from gsapp.quantities import channel, name_in_text
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -131,8 +134,8 @@ def list_unevaluated(case: InputCase) -> tuple[str, ...]:
         found.append("gusts during the input: no model to compare with")
     elif (
         measured.gust_fraction
-        > DOUBLETS.max_gust_fraction
-        >= DOUBLETS.max_gust_ratio * case.pre_input_motion_ratio
+        > INPUT_CRITERIA.gust_fraction
+        >= INPUT_CRITERIA.gust_factor * case.pre_input_motion_ratio
     ):
         share = 100.0 * measured.gust_fraction
         found.append(
@@ -154,16 +157,17 @@ def _check_samples(case: InputCase) -> list[InputFinding]:
     total = passage.count(start, passage.t_end)
     for surface in case.measured.surfaces:
         count = passage.samples(surface, start, passage.t_end).size
-        if count < DOUBLETS.min_sample_share * total:
-            missing = 100.0 * (1.0 - count / max(total, 1))
-            words = f"{SURFACE_WORDS[surface]} signal missing for {missing:.0f} percent"
+        lost = 1.0 - count / max(total, 1)
+        if INPUT_CRITERIA.missing_samples.is_invalid(lost):
+            words = f"{SURFACE_WORDS[surface]} signal missing for {100.0 * lost:.0f} percent"
             found.append(InputFinding(result="unclear", words=words, surface=surface))
         heard = [
             name
             for name in RESPONSE_CHANNELS[surface]
             if name not in case.measured.saturated_before
-            and passage.samples(name, start, passage.t_end).size
-            >= DOUBLETS.min_sample_share * total
+            and not INPUT_CRITERIA.missing_samples.is_invalid(
+                1.0 - passage.samples(name, start, passage.t_end).size / max(total, 1)
+            )
         ]
         if not heard:
             words = f"no response measured for the {SURFACE_WORDS[surface]}"
@@ -175,13 +179,14 @@ def _check_clipping(case: InputCase) -> list[InputFinding]:
     found = []
     worst = sorted(case.measured.clipped.items(), key=lambda item: -item[1])
     for name, count in worst:
-        if count * case.dt >= DOUBLETS.min_clipped_time:
+        if count * case.dt >= INPUT_CRITERIA.clipped_time:
             found.append(_too_large(case, name, f"{_CLIPPED[name]} clipped"))
     return found
 
 
 def _check_trim(case: InputCase) -> list[InputFinding]:
     allowed, trim = case.tolerances, case.measured.trim_values
+    factor = INPUT_CRITERIA.trim_tolerance_factor
     seen = case.measured.bank_is_measured
     bank = allowed.bank if seen else allowed.bank_unmeasured
     checks = [
@@ -200,7 +205,7 @@ def _check_trim(case: InputCase) -> list[InputFinding]:
         TrimDeviation(
             quantity=quantity,
             amount=trim[name] - wanted,
-            tolerance_ratio=abs(trim[name] - wanted) / (DOUBLETS.trim_tolerance_factor * room),
+            tolerance_ratio=abs(trim[name] - wanted) / (factor * room),
             channel=told,
         )
         for name, quantity, told, room, wanted in checks
@@ -219,21 +224,18 @@ def _check_trim(case: InputCase) -> list[InputFinding]:
 
 def _check_cross_input(case: InputCase) -> list[InputFinding]:
     measured, found = case.measured, []
-    travel = case.setting.half_travel
-    whole = max(one.amplitude / travel(one.surface) for one in measured.inputs)
-    for surface, moved in sorted(measured.cross_deflections.items(), key=lambda item: -item[1]):
-        share = moved / travel(surface) / whole
-        if share > DOUBLETS.max_cross_input and moved > DOUBLETS.min_cross_input:
+    shares = cross_input_ratios(measured.cross_deflections, case.setting, measured.inputs)
+    for surface, share in shares.items():
+        if INPUT_CRITERIA.cross_input.is_invalid(share):
             words = f"spoiled: {SURFACE_WORDS[surface]} moved too"
             found.append(InputFinding(result="spoiled", words=words, surface=surface))
     for surface, share in measured.residual_deflection.items():
-        if share > DOUBLETS.max_residual_deflection:
+        if INPUT_CRITERIA.residual_deflection.is_invalid(share):
             words = f"spoiled: {SURFACE_WORDS[surface]} not returned to neutral"
             found.append(InputFinding(result="spoiled", words=words, surface=surface))
     wanted = case.target_input
-    if (
-        wanted is not None
-        and measured.hands_off_time < DOUBLETS.min_hands_off_share * wanted.hands_off
+    if wanted is not None and INPUT_CRITERIA.hands_off_lack.is_invalid(
+        1.0 - measured.hands_off_time / wanted.hands_off
     ):
         words = f"spoiled: hands off for {max(measured.hands_off_time, 0.0):.1f} seconds only"
         found.append(InputFinding(result="spoiled", words=words))
@@ -265,12 +267,9 @@ def _check_min_amplitude(case: InputCase) -> list[InputFinding]:
 
 def _check_linear_range(case: InputCase) -> list[InputFinding]:
     found = []
-    for name, (low, high) in linear_ranges(case.aircraft).items():
+    for name, limits in linear_ranges(case.aircraft).items():
         values = case.measured.flow.get(name)
-        if (
-            values is not None
-            and _count_outside(values, low, high) * case.dt >= DOUBLETS.min_time_out_of_range
-        ):
+        if values is not None and is_out_of_range(values, limits, case.dt):
             found.append(_too_large(case, name, f"{_OUT[name]} left its linear range"))
     if found:
         return found
@@ -284,12 +283,10 @@ def _check_linear_range(case: InputCase) -> list[InputFinding]:
 def _check_gusts(case: InputCase) -> list[InputFinding]:
     gusts = case.measured.gust_fraction
     if gusts is not None:
-        spoiled = (
-            min(gusts, DOUBLETS.max_gust_ratio * case.pre_input_motion_ratio)
-            > DOUBLETS.max_gust_fraction
-        )
+        most = INPUT_CRITERIA.gust_factor * case.pre_input_motion_ratio
+        spoiled = min(gusts, most) > INPUT_CRITERIA.gust_fraction
     else:
-        spoiled = case.pre_input_motion_ratio > DOUBLETS.max_unrest
+        spoiled = INPUT_CRITERIA.pre_input_motion.is_invalid(case.pre_input_motion_ratio)
     words = "invalid, gusts: wait for calmer air"
     return [InputFinding(result="spoiled", words=words)] if spoiled else []
 
@@ -338,11 +335,6 @@ def step_width(case: InputCase, one: SurfaceInput) -> float:
     """Return the length of one step of an input, s: its steps over their units."""
     lengths = case.measured.steps[one.surface]
     return sum(lengths) / _UNITS.get(one.kind, float(len(lengths)))
-
-
-def _count_outside(values: FloatArray, low: float, high: float) -> int:
-    with np.errstate(invalid="ignore"):
-        return int(((values < low) | (values > high)).sum())
 
 
 def _too_large(case: InputCase, name: str, why: str) -> InputFinding:

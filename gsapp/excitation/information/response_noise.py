@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
 
@@ -12,6 +12,13 @@ from gsapp.aircraft import Aircraft
 from gsapp.excitation.information.settings import INFORMATION
 from gsapp.identification.statistics.settings import STATISTICS
 from gsapp.quantities import FloatArray
+
+_USUAL_NOISE: Final = {
+    **dict.fromkeys(("alpha", "beta"), INFORMATION.vane_noise),
+    **dict.fromkeys(("p", "q", "r"), INFORMATION.gyro_noise),
+    **dict.fromkeys(("ax", "ay", "an"), INFORMATION.accelerometer_noise),
+}
+"""Noise of instruments of which the aircraft file says nothing."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -59,22 +66,11 @@ def assumed_noise(aircraft: Aircraft, responses: Sequence[str], rate: float) -> 
     rate : float
         Samples per second.
     """
-    stds = [_instrument_noise(aircraft, name) for name in responses]
+    stated = aircraft.sensors.noise_in_flight
+    stds = [stated[name] or _USUAL_NOISE[name] for name in responses]
     lagged = np.zeros((2 * STATISTICS.max_lags + 1, len(stds), len(stds)))
     lagged[STATISTICS.max_lags] = np.diag(np.square(stds))
     return ResponseNoise(responses=tuple(responses), rate=rate, autocovariance=lagged, duration=0.0)
-
-
-def _instrument_noise(aircraft: Aircraft, name: str) -> float:
-    sensors = aircraft.sensors
-    if name in ("p", "q", "r"):
-        # A sine has an rms of its amplitude over the root of two.
-        found = math.hypot(sensors.gyro.noise, sensors.gyro.vibration / math.sqrt(2.0))
-        return found or INFORMATION.gyro_noise
-    if name in ("ax", "ay", "an"):
-        return sensors.accelerometer.noise or INFORMATION.accelerometer_noise
-    vane = sensors.alpha_vane if name == "alpha" else sensors.beta_vane
-    return vane.noise or INFORMATION.vane_noise
 
 
 def pool_noise(heard: Sequence[ResponseNoise]) -> ResponseNoise:

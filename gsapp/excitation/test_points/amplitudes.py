@@ -15,8 +15,8 @@ from gsapp.excitation.test_points.perturbation_models import InputResponse, Pert
 from gsapp.excitation.test_points.settings import INPUTS
 from gsapp.excitation.test_points.target_input import ToleranceBand
 from gsapp.flight.maneuvers.clipping import clipping_ranges
-from gsapp.flight.maneuvers.maneuver_grade import MIN_NOISE, RESPONSE_CHANNELS
-from gsapp.flight.maneuvers.settings import DETECTION
+from gsapp.flight.maneuvers.input_criteria import INPUT_CRITERIA
+from gsapp.flight.maneuvers.input_measures import MIN_NOISE, RESPONSE_CHANNELS
 from gsapp.quantities import FloatArray
 from gsapp.quantities.constants import GRAVITY
 
@@ -49,14 +49,7 @@ def channel_noise(aircraft: Aircraft, noise: Mapping[str, float] | None = None) 
     noise : mapping of str to float, optional
         Standard deviations measured, by channel.
     """
-    sensors = aircraft.sensors
-    gyro = math.hypot(sensors.gyro.noise, sensors.gyro.vibration / math.sqrt(2.0))
-    found = {
-        "alpha": sensors.alpha_vane.noise,
-        "beta": sensors.beta_vane.noise,
-        **dict.fromkeys(("p", "q", "r"), gyro),
-        **dict.fromkeys(("ax", "ay", "an"), sensors.accelerometer.noise),
-    }
+    found = aircraft.sensors.noise_in_flight
     given = {} if noise is None else {k: v for k, v in noise.items() if math.isfinite(v)}
     found.update((name, given[name]) for name in found if given.get(name, 0.0) > 0.0)
     return {name: max(value, MIN_NOISE[name]) for name, value in found.items()}
@@ -267,7 +260,10 @@ def _min_amplitude(
     best = max(swings, key=lambda name: swings[name])
     rate = _OWN_RATE[surface]
     found = _min_by_linkage(getattr(aircraft.controls, surface))
-    for name, wanted in ((best, DETECTION.weak_response), (rate, DETECTION.faint_response)):
+    for name, wanted in (
+        (best, INPUT_CRITERIA.weak_response),
+        (rate, INPUT_CRITERIA.faint_response),
+    ):
         if swings[name] > 0.0:
             words = (
                 f"smaller, {_channel_text(name)} does not stand out of its noise {wanted:.0f} times"

@@ -14,13 +14,7 @@ BoolArray = npt.NDArray[np.bool_]
 
 def clipping_ranges(aircraft: Aircraft) -> dict[str, tuple[float, float]]:
     """Return the range (SI) of the instrument behind each channel that may clip."""
-    sensors = aircraft.sensors
-    return {
-        "alpha": sensors.alpha_vane.range,
-        "beta": sensors.beta_vane.range,
-        **dict.fromkeys(("p", "q", "r"), sensors.gyro.range),
-        **dict.fromkeys(("ax", "ay", "an"), sensors.accelerometer.range),
-    }
+    return {name: one.range for name, one in aircraft.sensors.by_channel.items()}
 
 
 def is_at_range_limit(samples: FloatArray, limits: tuple[float, float]) -> BoolArray:

@@ -22,13 +22,13 @@ from gsapp.flight.flight import Flight
 from gsapp.flight.maneuvers.airborne_detection import AirborneDetector
 from gsapp.flight.maneuvers.dead_instruments import dead_instruments_text, find_dead_instruments
 from gsapp.flight.maneuvers.detected_maneuver import DetectedManeuver
-from gsapp.flight.maneuvers.input_shape import SurfaceInput
-from gsapp.flight.maneuvers.maneuver_grade import (
+from gsapp.flight.maneuvers.input_measures import (
     GradingContext,
     ManeuverSamples,
-    grade_maneuver,
     measure_response,
 )
+from gsapp.flight.maneuvers.input_shape import SurfaceInput
+from gsapp.flight.maneuvers.maneuver_grade import grade_maneuver
 from gsapp.flight.maneuvers.noise_floor import NoiseFloor, NoiseFloorEstimator
 from gsapp.flight.maneuvers.rapid_moves import (
     RapidMoveDetector,

@@ -14,8 +14,8 @@ from typing import Final
 
 import numpy as np
 
+from gsapp.flight.maneuvers.input_measures import GradingContext
 from gsapp.flight.maneuvers.input_shape import SurfaceInput, measure_surface_input, smooth_samples
-from gsapp.flight.maneuvers.maneuver_grade import GradingContext
 from gsapp.flight.maneuvers.settings import DETECTION
 from gsapp.flight.maneuvers.signals import SIGNAL_COLUMNS, SURFACES
 from gsapp.quantities import FloatArray

@@ -94,10 +94,7 @@ class ManeuverDetectionSettings:
     response_time: float = 1.0  # How long after an input its answer is looked for, s.
     trim_time: float = 1.0  # Length of the stretch before an input that belongs to the maneuver, s.
     min_free_response_time: float = 2.0  # Length of the free answer that an estimate lives from, s.
-    faint_response: float = 12.0  # Peak to peak over noise: nothing to be learned ...
-    weak_response: float = 25.0  # ... and below which little can be.
-    max_trim_rate: float = 6.0 * DEGREE  # Mean rate before an input in trim, rad/s.
-    max_rate_before_input: float = 15.0 * DEGREE  # The same from which it was maneuvering.
+    rest_after_input: tuple[float, float] = (0.1, 0.6)  # s after it: the surface is at rest.
     min_graded_samples: int = 50  # Samples that a grade takes.
 
 

@@ -27,9 +27,7 @@ def sensor_noise(aircraft: Aircraft) -> dict[str, float]:
         *(half for pair in SURFACE_HALVES.values() for half in pair),
     )
     return {
-        "alpha": sensors.alpha_vane.noise,
-        "beta": sensors.beta_vane.noise,
-        **dict.fromkeys(("p", "q", "r"), sensors.gyro.noise),
+        **{name: sensors.by_channel[name].noise for name in ("alpha", "beta", "p", "q", "r")},
         **dict.fromkeys(surfaces, sensors.surfaces.noise),
     }
 

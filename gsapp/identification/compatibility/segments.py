@@ -259,13 +259,7 @@ def _white_noise_levels(
     absent: frozenset[str],
     aircraft: Aircraft,
 ) -> dict[str, float]:
-    sensors = aircraft.sensors
-    stated = {
-        **dict.fromkeys(("p", "q", "r"), sensors.gyro.noise),
-        **dict.fromkeys(("ax", "ay", "an"), sensors.accelerometer.noise),
-        "alpha": sensors.alpha_vane.noise,
-        "beta": sensors.beta_vane.noise,
-    }
+    stated = {name: one.noise for name, one in aircraft.sensors.by_channel.items()}
     smallest = {"V": 0.01, **dict.fromkeys(("ax", "ay", "an"), 1e-3)}
     noise = {}
     for name, samples in {**driving, **shown}.items():

@@ -152,7 +152,9 @@ def initial_noise(records: Sequence[ManeuverRecord]) -> NoiseModel:
 def _from_differences(record: ManeuverRecord, name: str) -> float:
     """Return the variance of a channel's white noise from its third differences.
 
-    Robust, so that the corners of an input do not count.
+    Robust, so that the corners of an input do not count. Tones of the engines count, as the filter
+    meets them: two to eight times the noise of the gyros that
+    `gsapp.identification.compatibility.segments.estimate_white_noise` finds beside the tones.
     """
     column = record.channels.index(name)
     samples = np.where(record.valid[:, column], record.measured[:, column], np.nan)

@@ -374,16 +374,10 @@ class RegressionEquations:
 
 def _instrument_limits(aircraft: Aircraft) -> tuple[FloatArray, FloatArray]:
     """Return, by channel, where an instrument counts as clipped (1 % from the ends)."""
-    sensors = aircraft.sensors
-    ranges = {
-        "alpha": sensors.alpha_vane.range,
-        "beta": sensors.beta_vane.range,
-        **dict.fromkeys(("p", "q", "r"), sensors.gyro.range),
-        **dict.fromkeys(("ax", "ay", "an"), sensors.accelerometer.range),
-    }
     low = np.full(len(FTR_CHANNELS), -np.inf)
     high = np.full(len(FTR_CHANNELS), np.inf)
-    for name, (bottom, top) in ranges.items():
+    for name, instrument in aircraft.sensors.by_channel.items():
+        bottom, top = instrument.range
         margin = 0.01 * (top - bottom)
         low[CHANNEL_INDEX[name]], high[CHANNEL_INDEX[name]] = bottom + margin, top - margin
     return low, high

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any, Final
 
-from gsapp.identification.estimate_settings import EstimateSettings, setting_info
+from gsapp.foundation.settings import setting_info
+from gsapp.identification.estimate_settings import EstimateSettings
 from gsapp.identification.methods import estimation_method
 from gsapp.identification.runs.request import RunRequest
 
@@ -17,7 +18,7 @@ _ORIGINS: Final = frozenset({"label", "maneuver_windows", "every_grade", "as_fou
 
 def setting_title(name: str) -> str:
     """Return the title of a setting within a sentence."""
-    return str(EstimateSettings.model_fields[name].title).lower()
+    return EstimateSettings.title_of(name).lower()
 
 
 def describe_settings(request: RunRequest, *, digits: int = _DIGITS) -> dict[str, str]:

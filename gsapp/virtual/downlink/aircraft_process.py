@@ -11,7 +11,9 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from gsapp.foundation import LinkError
+from gsapp.foundation.settings import command_arguments
 from gsapp.telemetry.detached_process import start_detached_process
+from gsapp.virtual.downlink.flight_settings import FlightSettings
 
 
 def find_free_udp_port() -> int:
@@ -110,6 +112,12 @@ class BackgroundCommand:
                 self._process.stdin.close()
 
 
+def fly_command(port: int, settings: FlightSettings, speed: float = 1.0) -> list[str]:
+    """Return the arguments of ``gsapp`` that send to a UDP port of this machine."""
+    link = f"udpout:127.0.0.1:{port}"
+    return ["fly", "--to", link, "--speed", f"{speed:g}", *command_arguments(settings)]
+
+
 class AircraftProcess(BackgroundCommand):
     """``gsapp fly`` in the background; its words go to ``virtual-aircraft.log``.
 
@@ -119,16 +127,9 @@ class AircraftProcess(BackgroundCommand):
         Where the log of its words goes.
     port : int
         UDP port of this machine that it sends to.
-    plan : str
-        Flight plan; empty takes the default one.
-    seed : int
-        Same seed, same flight.
+    settings : FlightSettings
     speed : float
         Times real time.
-    hidden : sequence of str
-        Effects, ``ID[:PARAM=VALUE,..]``.
-    thin : bool
-        For a 57,600-baud radio.
 
     Raises
     ------
@@ -137,28 +138,9 @@ class AircraftProcess(BackgroundCommand):
     """
 
     def __init__(
-        self,
-        folder: Path,
-        port: int,
-        *,
-        plan: str = "",
-        seed: int = 0,
-        speed: float = 1.0,
-        hidden: Sequence[str] = (),
-        thin: bool = False,
+        self, folder: Path, port: int, settings: FlightSettings, *, speed: float = 1.0
     ) -> None:
-        command = [
-            "fly",
-            "--to", f"udpout:127.0.0.1:{port}",
-            "--seed", str(seed),
-            "--speed", f"{speed:g}",
-        ]  # fmt: skip
-        if plan:
-            command += ["--plan", plan]
-        if thin:
-            command.append("--thin")
-        for effect in hidden:
-            command += ["--hide", effect]
+        command = fly_command(port, settings, speed)
         super().__init__("the virtual aircraft", command, folder, "virtual-aircraft.log")
 
 
@@ -197,14 +179,9 @@ class BenchProcess(BackgroundCommand):
         speed: float = 1.0,
     ) -> None:
         command = [
-            "fly", "--bench",
-            "--to", f"udpout:127.0.0.1:{port}",
-            "--control", "-",
-            "--seed", str(seed),
-            "--speed", f"{speed:g}",
+            *fly_command(port, FlightSettings(seed=seed, faults=tuple(faults)), speed),
+            "--bench", "--control", "-",
         ]  # fmt: skip
-        for fault in faults:
-            command += ["--fault", fault]
         super().__init__("the virtual bench", command, folder, "virtual-bench.log", listens=True)
 
     def set_angle(self, channel: str, angle: float) -> bool:
@@ -237,13 +214,8 @@ class TrainingProcess(BackgroundCommand):
     """
 
     def __init__(self, folder: Path, port: int, *, seed: int, turbulence: float) -> None:
-        command = [
-            "fly", "--sticks",
-            "--to", f"udpout:127.0.0.1:{port}",
-            "--seed", str(seed),
-            "--turbulence", f"{turbulence:g}",
-            "--position", "--airborne",
-        ]  # fmt: skip
+        settings = FlightSettings(seed=seed, turbulence=turbulence, position=True, airborne=True)
+        command = [*fly_command(port, settings), "--sticks"]
         super().__init__(
             "the virtual aircraft", command, folder, "virtual-training.log", listens=True
         )

@@ -1,55 +1,59 @@
-"""What is flown and how the box is set: everything that another process needs to start."""
+"""Settings of a virtual flight: options of ``gsapp fly``, form, and what its process is given."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from gsapp.aircraft import load_aircraft
-from gsapp.virtual.downlink.flight_downlink import FlightDownlink
-from gsapp.virtual.downlink.log_server import LogServer
-from gsapp.virtual.downlink.onboard_log import OnboardLog
-from gsapp.virtual.flight_plan import load_flight_plan
-from gsapp.virtual.virtual_flight import FlightSimulation, StickSourceFactory
+from gsapp.foundation.settings import Names, SettingsModel, setting
+
+if TYPE_CHECKING:
+    # The window starts without the numerics behind a flight.
+    from gsapp.virtual.downlink.flight_downlink import FlightDownlink
+    from gsapp.virtual.downlink.log_server import LogServer
+    from gsapp.virtual.downlink.onboard_log import OnboardLog
+    from gsapp.virtual.virtual_flight import FlightSimulation, StickSourceFactory
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class FlightSettings:
-    """Settings of one virtual flight, all by name or as plain numbers.
+class FlightSettings(SettingsModel):
+    """Settings of one virtual flight, all by name or as plain numbers."""
 
-    Attributes
-    ----------
-    plan, aircraft, model, certificates : str
-        Files, or names of shipped ones.
-    hide : tuple of str
-        Effects that the aircraft has and the model lacks, each ``ID[:PARAM=VALUE,..]``.
-    faults : tuple of str
-        What goes wrong with the instruments besides what the plan says, each
-        ``CHANNEL:KIND[:PARAM=VALUE,..]``.
-    seed : int
-        Same seed, same flight.
-    turbulence : float or None
-        Standard deviation of the gusts, m/s; None leaves it to the plan.
-    thin : bool
-        For a 57,600-baud radio, with the full record on board.
-    attitude, position : bool
-        Whether the board knows and sends them.
-    airborne : bool
-        Begin in the pattern; for whoever knows to fly on from there.
-    """
-
-    plan: str = "default"
-    aircraft: str = "b777"
-    model: str = "b777"
-    certificates: str = "b777"
-    hide: tuple[str, ...] = ()
-    faults: tuple[str, ...] = ()
-    seed: int = 0
-    turbulence: float | None = None
-    thin: bool = False
-    attitude: bool = True
-    position: bool = False
-    airborne: bool = False
+    # fmt: off
+    plan: str = setting(
+        "default", "Plan", "Plan: a file, or the name of a shipped one.",
+        option="--plan", metavar="FILE")
+    aircraft: str = setting(
+        "b777", "Aircraft", "Aircraft: a file, or the name of a shipped one.",
+        option="--aircraft", metavar="FILE")
+    model: str = setting(
+        "b777", "Model", "Model: a file, or the name of a shipped one.",
+        option="--model", metavar="FILE")
+    certificates: str = setting("b777", "Certificates", "A folder, or the name of a shipped set.")
+    hide: Names = setting(
+        (), "Hidden effects",
+        "Add a hidden effect. Hidden effects make the aircraft differ from its model.",
+        option="--hide", metavar="ID[:PARAM=VALUE,..]", is_repeatable=True)
+    faults: Names = setting(
+        (), "Instrument faults",
+        "Instrument fault: dropout, stuck or clip; on the bench dead, reversed, "
+        "swapped:with=CHANNEL, noisy or clipped.",
+        option="--fault", metavar="CHANNEL:KIND[:PARAM=VALUE,..]", is_repeatable=True)
+    seed: int = setting(
+        0, "Seed", "The same seed gives the same gusts, noise and pilot.",
+        option="--seed", metavar="N", ge=0)
+    turbulence: float | None = setting(
+        None, "Turbulence", "Standard deviation of the gusts.",
+        option="--turbulence", metavar="M/S", unit="m/s", default_text="that of the plan", ge=0.0)
+    thin: bool = setting(
+        False, "Radio", "Limit the data to a 57,600-baud radio.", option="--thin")
+    attitude: bool = setting(
+        True, "Attitude", "Send attitude.", option="--attitude/--no-attitude")
+    position: bool = setting(
+        False, "Position", "Send position.", option="--position/--no-position")
+    airborne: bool = setting(
+        False, "Airborne", "With --sticks, begin in the air, in the pattern.",
+        option="--airborne")
+    # fmt: on
 
     def check(self) -> None:
         """Raise the error that `create_flight` would, quickly.
@@ -63,6 +67,10 @@ class FlightSettings:
 
     def create_flight(self, hands: StickSourceFactory | None = None) -> FlightSimulation:
         """Return the flight, about to begin, flown by the human pilot or by other hands."""
+        from gsapp.aircraft import load_aircraft
+        from gsapp.virtual.flight_plan import load_flight_plan
+        from gsapp.virtual.virtual_flight import FlightSimulation
+
         return FlightSimulation(
             load_flight_plan(self.plan),
             aircraft=load_aircraft(self.aircraft),
@@ -80,6 +88,8 @@ class FlightSettings:
         self, unix_us: int, hands: StickSourceFactory | None = None
     ) -> FlightDownlink:
         """Return the flight as a stream; the box is switched on at that time of day."""
+        from gsapp.virtual.downlink.flight_downlink import FlightDownlink
+
         return FlightDownlink(
             self.create_flight(hands),
             thin=self.thin,
@@ -92,6 +102,9 @@ class FlightSettings:
         self, path: Path, unix_us: int
     ) -> tuple[OnboardLog | None, LogServer | None]:
         """Return the on-board log and what hands it out; none where all goes over the link."""
+        from gsapp.virtual.downlink.log_server import LogServer
+        from gsapp.virtual.downlink.onboard_log import OnboardLog
+
         if not self.thin:
             return None, None
         return OnboardLog(path), LogServer(path, started=unix_us // 1_000_000)

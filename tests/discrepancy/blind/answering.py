@@ -37,7 +37,7 @@ def answer(case: Case) -> Outcome:
     started = time.process_time()
     try:
         search = Investigation(flown.maneuvers, flown.aircraft, flown.model)
-        found = search.run(DiscrepancySettings(model=flown.model))
+        found = search.run(DiscrepancySettings())
     except (GroundStationError, ValueError, ArithmeticError, np.linalg.LinAlgError) as error:
         spent = time.process_time() - started
         words = f"{type(error).__name__}: {error}"

@@ -57,7 +57,7 @@ def test_a_correction_stands_for_every_command(flight, tmp_path):
     assert found[0]["t_start"] == pytest.approx(first.t_start + 0.5)
     assert (found[2]["grade"], found[2]["reasons"]) == ("D", ["a gust"])
     assert (found[3]["t_start"], found[3]["inputs"]) == (third.t_start, ["da", "dr"])
-    (flown,) = open_flights_with_maneuvers([flight.path], aircraft=None)
+    (flown,) = open_flights_with_maneuvers([flight.path])
     # What a person graded unfit stays out of a fit, as does what shows no input.
     assert [one.id for one in flown.maneuvers] == [
         one.id for one in flight.maneuvers if one.grade != "D"
@@ -155,7 +155,7 @@ def test_a_campaign_numbers_its_flights_and_chooses_its_maneuvers(flight, tmp_pa
     review.add(again)
     assert len(review.flights) == 2
     assert not again.in_use(again["wild"])
-    flown = open_flights_with_maneuvers([second.path], aircraft=None)[0]
+    flown = open_flights_with_maneuvers([second.path])[0]
     assert [one.id for one in flown.maneuvers] == ["1", "2", "4", "5"]
     assert any("wild" in remark for remark in flown.remarks)
     again.set_in_use("wild", True)
