@@ -58,7 +58,7 @@ SILENT_MODULES = {
 """Of terminals, of other programs, and of processes that have no language."""
 SILENT_TEXTS = {
     " model gap.html", " report.html", "test cards.toml", " trial ", "next flight", " min",
-    ", | and ", "the run is not kept", "wrong side", "no data", "no aircraft", "not read",
+    ", | and ", "the run is not saved", "wrong side", "no data", "no aircraft", "not read",
     "catching up", "Sans Serif", "roll rate", "yaw rate",
 }  # fmt: skip
 """Names of files, units, and words of `gsapp`."""
