@@ -27,6 +27,7 @@ class FlightDataSettings:
     max_repeats: int = 50  # Of a card.
 
     # Records.
+    catalog_timeout: float = 15.0  # s to wait for another program that writes the catalog.
     same_clock_tolerance: float = 0.1  # s between readings of one clock.
     max_filled_gap: float = 60.0
     """Seconds without samples that are filled with missing rows. A longer pause, such as the

@@ -26,7 +26,6 @@ T = TypeVar("T")
 
 _PIECE, _MOST_AHEAD = 1024, 8192
 """Records read at a time, and at most before somebody takes them."""
-_EVENTS_EVERY = _REREAD_EVERY = 0.1
 
 log = logging.getLogger(__name__)
 
@@ -180,7 +179,7 @@ class RecordBuffer:
         worker.repeat(self._read_news)
         if has_grown is not None:
             # A file may fail without a change of its size.
-            worker.repeat(self._read, _REREAD_EVERY)
+            worker.repeat(self._read, MONITORS.file_reread)
 
     def _read_news(self) -> None:
         if not self._at_end or (self._grew is not None and self._grew()):
@@ -240,7 +239,7 @@ class BackgroundEventLog(EventLog):
         self._own: list[Event] = []  # late, and still to be given back
         self._error: FlightError | None = None
         self._read()
-        worker.repeat(self._read, _EVENTS_EVERY)
+        worker.repeat(self._read, MONITORS.file_reread)
 
     def _read(self) -> None:
         try:

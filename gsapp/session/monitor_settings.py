@@ -19,6 +19,7 @@ class SessionMonitorSettings:
     disk_timeout: float = 2.0  # After which a disk that does not respond is told.
     info_interval: float = 1.0  # Seconds between looks at the flight card on the disk.
     file_interval: float = 0.002  # Seconds between two looks at the record: three sizes of files.
+    file_reread: float = 0.1  # Interval at which small files are read again.
     file_wait: float = 0.2  # Seconds that who asks for something waits for the disk.
     file_retry: float = 1.0  # Interval at which reading a record that failed is tried again.
     consumer_retry: float = 1.0  # Seconds after which what failed in a live flight is tried again.

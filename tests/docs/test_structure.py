@@ -35,6 +35,46 @@ def test_the_length_of_a_class_is_counted_with_its_docstring_and_methods() -> No
     assert class_lengths(source) == {"A": 5}
 
 
+METHOD_PACKAGES = (
+    "calibration", "gsapp/identification", "gsapp/excitation", "gsapp/discrepancy", "gsapp/flight",
+    "gsapp/decoding", "gsapp/session", "gsapp/telemetry",
+)  # fmt: skip
+FIXED_NUMBERS = {
+    "_CUTOFF_TIMES_WIDTH", "_MEDIAN_OF_NORMAL", "_PER_MILLION", "ADC_FULL_SCALE",
+    "DEFAULT_GRID_RATE",
+}  # fmt: skip
+"""Numbers of mathematics and of hardware, and the default of a field that a user sets."""
+
+
+def module_numbers(source: str) -> set[str]:
+    """Return the names of module constants that are a number times constants, and no integer."""
+    return {
+        target.id
+        for node in ast.parse(source).body
+        if isinstance(node, ast.Assign | ast.AnnAssign)
+        for target in (node.targets if isinstance(node, ast.Assign) else [node.target])
+        if isinstance(target, ast.Name)
+        if isinstance(value := node.value, ast.BinOp | ast.Constant | ast.UnaryOp)
+        if all(not isinstance(part, ast.Call | ast.Attribute) for part in ast.walk(value))
+        if any(isinstance(getattr(part, "value", 0), float) for part in ast.walk(value))
+    }
+
+
+def test_numbers_of_a_method_are_in_its_settings() -> None:
+    strays = {
+        name
+        for package in METHOD_PACKAGES
+        for path in (ROOT / package).rglob("*.py")
+        for name in module_numbers(path.read_text(encoding="utf-8"))
+    }
+    assert strays == FIXED_NUMBERS
+
+
+def test_a_number_of_a_module_is_found() -> None:
+    source = "A = 1.5\n_B: Final = 0.1 * DEGREE\nC = 3\nD = f(1.0)\nE = 2.0 * math.pi\n"
+    assert module_numbers(source) == {"A", "_B"}
+
+
 def find_import_cycle(imports: dict[str, set[str]]) -> list[str]:
     """Return modules that import one another in a circle; none if there is none."""
     done: set[str] = set()

@@ -10,10 +10,9 @@ from types import TracebackType
 from typing import Any, Final, Self
 
 from gsapp.flight.catalog import schema
+from gsapp.flight.settings import FLIGHT_DATA
 from gsapp.foundation import FlightError
 
-LOCK_TIMEOUT: Final = 15.0
-"""Seconds to wait for another program that is writing."""
 _PRIMARY: Final = 0xFF
 """Bits of an error's code that tell its kind."""
 
@@ -63,7 +62,11 @@ class Catalog:
         """Connect to the file; without files beside it, it is taken as one that never changes."""
         name = self.path if beside else f"{self.path.absolute().as_uri()}?mode=ro&immutable=1"
         return sqlite3.connect(
-            name, timeout=LOCK_TIMEOUT, isolation_level=None, check_same_thread=True, uri=not beside
+            name,
+            timeout=FLIGHT_DATA.catalog_timeout,
+            isolation_level=None,
+            check_same_thread=True,
+            uri=not beside,
         )
 
     def _may_be_read(self) -> bool:
@@ -186,7 +189,7 @@ class Catalog:
             if "locked" in str(error) or "busy" in str(error):
                 raise FlightError(
                     f"another program has been writing to the catalog {self.path} for more than "
-                    f"{LOCK_TIMEOUT:.0f} s; close it, or try again"
+                    f"{FLIGHT_DATA.catalog_timeout:.0f} s; close it, or try again"
                 ) from error
             todo = "check the path, the permissions and the space on the disk"
             if getattr(error, "sqlite_errorcode", 0) == sqlite3.SQLITE_FULL:

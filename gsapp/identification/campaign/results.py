@@ -5,17 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Final
 
 import numpy as np
 
 from gsapp.identification.campaign.settings import CampaignSettings
 from gsapp.identification.maneuver import Maneuver
 from gsapp.identification.results import Estimate
+from gsapp.identification.statistics.settings import STATISTICS
 from gsapp.quantities import FloatArray
-
-_MIN_INDEPENDENT_SHARE: Final = 1e-8
-"""Share of a variance that is a value's own at least: two squares are subtracted."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -106,7 +103,7 @@ def weighted_mean(values: FloatArray, stds: FloatArray, offsets: FloatArray) -> 
     values, stds, offsets : ndarray, shape (n,)
         With their bounds, and the part of each bound that all have in common.
     """
-    own = np.maximum(stds**2 - offsets**2, _MIN_INDEPENDENT_SHARE * stds**2)
+    own = np.maximum(stds**2 - offsets**2, STATISTICS.min_own_variance_share * stds**2)
     weights = 1.0 / own
     weights /= weights.sum()
     return CampaignValue(

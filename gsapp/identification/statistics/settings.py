@@ -11,6 +11,7 @@ class ResidualStatisticsSettings:
     """Engineering choices unless a source is named."""
 
     singular_tolerance: float = 1e-11  # Of the largest eigenvalue: smaller is rounding.
+    min_own_variance_share: float = 1e-8  # Of a variance less that of a common offset.
     max_lags: int = 100  # Notes, section 7: 50 to 100 give bounds within 10 %.
     strong_correlation: float = 0.95  # Two parameters cannot be told apart beyond.
 
