@@ -8,12 +8,9 @@ from ui.translation import QT_TR_NOOP, tr
 from ui.widgets.row_model import TableRow
 
 LINK_COLUMN_TITLES = (
-    QT_TR_NOOP("Message"),
-    QT_TR_NOOP("Frames"),
-    QT_TR_NOOP("Per s"),
-    QT_TR_NOOP("Age"),
+    QT_TR_NOOP("Message"), QT_TR_NOOP("Frames"), QT_TR_NOOP("Per s"), QT_TR_NOOP("Age"),
     QT_TR_NOOP("Delay"),
-)
+)  # fmt: skip
 LIVE_ONLY_COLUMNS = (2, 3)
 """Columns that mean nothing once the record has ended."""
 

@@ -32,13 +32,9 @@ _PANEL_WIDTH = 344
 """Points of the side panel, if the words of its tabs are not longer."""
 _ALARMS = QT_TR_NOOP("Alarms")
 _TAB_NAMES = (
-    QT_TR_NOOP("Channels"),
-    QT_TR_NOOP("Values"),
-    QT_TR_NOOP("Marks"),
-    _ALARMS,
-    QT_TR_NOOP("Messages"),
-    QT_TR_NOOP("Derivatives"),
-)
+    QT_TR_NOOP("Channels"), QT_TR_NOOP("Values"), QT_TR_NOOP("Marks"), _ALARMS,
+    QT_TR_NOOP("Messages"), QT_TR_NOOP("Derivatives"),
+)  # fmt: skip
 _PANEL_MIN_WIDTH = 1000
 _CHARTS_MIN_WIDTH = 420
 _RESIZE_SAVE_MS = 300

@@ -128,16 +128,12 @@ STICKS = (
     ("rudder", QT_TR_NOOP("Rudder")),
 )
 TRANSMITTER_CONTROLS = (
-    *STICKS,
-    ("throttle", QT_TR_NOOP("Throttle")),
-    ("flap", QT_TR_NOOP("Flap")),
+    *STICKS, ("throttle", QT_TR_NOOP("Throttle")), ("flap", QT_TR_NOOP("Flap")),
     ("gear", QT_TR_NOOP("Gear")),
-)
+)  # fmt: skip
 THROW_COLUMNS = (
-    ("high", QT_TR_NOOP("High")),
-    ("low", QT_TR_NOOP("Low")),
-    ("expo", QT_TR_NOOP("Expo")),
-)
+    ("high", QT_TR_NOOP("High")), ("low", QT_TR_NOOP("Low")), ("expo", QT_TR_NOOP("Expo")),
+)  # fmt: skip
 
 
 def create_throw_field(stick: str, column: str) -> CardField:

@@ -19,14 +19,9 @@ from ui.widgets.row_model import CellFormat, ModelIndex, TableRow, TableRowModel
 from ui.widgets.table_view import TableRowView
 
 ESTIMATE_COLUMN_TITLES: Final = (
-    "",
-    QT_TR_NOOP("Treated"),
-    QT_TR_NOOP("Last run"),
-    QT_TR_NOOP("Held at"),
-    QT_TR_NOOP("Start"),
-    QT_TR_NOOP("Known"),
-    "±",
-)
+    "", QT_TR_NOOP("Treated"), QT_TR_NOOP("Last run"), QT_TR_NOOP("Held at"), QT_TR_NOOP("Start"),
+    QT_TR_NOOP("Known"), "±",
+)  # fmt: skip
 (
     NAME_COLUMN,
     TREATMENT_COLUMN,

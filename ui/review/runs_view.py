@@ -29,21 +29,14 @@ if TYPE_CHECKING:
     from gsapp.identification.runs.run_store import StoredRun
 
 _RUN_TITLES = (
-    QT_TR_NOOP("No."),
-    QT_TR_NOOP("Name"),
-    QT_TR_NOOP("Method"),
-    QT_TR_NOOP("Of"),
-    QT_TR_NOOP("When"),
-    "",
-)
+    QT_TR_NOOP("No."), QT_TR_NOOP("Name"), QT_TR_NOOP("Method"), QT_TR_NOOP("Of"),
+    QT_TR_NOOP("When"), "",
+)  # fmt: skip
 _SETTING_TITLES = (QT_TR_NOOP("Setting"), QT_TR_NOOP("This run"), QT_TR_NOOP("Marked run"))
 _NO_RUNS_TEXT = QT_TR_NOOP("No runs yet. Each run is saved here with its settings.")
 _VALUE_TITLES = (
-    QT_TR_NOOP("Derivative"),
-    QT_TR_NOOP("This run"),
-    QT_TR_NOOP("Marked run"),
-    QT_TR_NOOP("Apart"),
-)
+    QT_TR_NOOP("Derivative"), QT_TR_NOOP("This run"), QT_TR_NOOP("Marked run"), QT_TR_NOOP("Apart"),
+)  # fmt: skip
 
 
 class RunsView(QWidget):

@@ -288,11 +288,9 @@ def _build_gust_rows(outcome: RunOutcome) -> list[TableRow]:
 
 
 MODE_TITLES: Final = (
-    QT_TR_NOOP("Mode"),
-    QT_TR_NOOP("ω, rad/s"),
-    QT_TR_NOOP("Damping"),
+    QT_TR_NOOP("Mode"), QT_TR_NOOP("ω, rad/s"), QT_TR_NOOP("Damping"),
     QT_TR_NOOP("Time constant, s"),
-)
+)  # fmt: skip
 
 
 def build_mode_rows(outcome: RunOutcome) -> tuple[TableRow, ...]:
@@ -311,11 +309,9 @@ def build_mode_rows(outcome: RunOutcome) -> tuple[TableRow, ...]:
 
 
 ERROR_TITLES: Final = (
-    QT_TR_NOOP("RMS error over range, %"),
-    QT_TR_NOOP("Least squares"),
-    QT_TR_NOOP("Subspace"),
+    QT_TR_NOOP("RMS error over range, %"), QT_TR_NOOP("Least squares"), QT_TR_NOOP("Subspace"),
     QT_TR_NOOP("Derivatives"),
-)
+)  # fmt: skip
 
 
 def build_error_rows(comparison: LinearModelValidation) -> tuple[TableRow, ...]:
