@@ -52,8 +52,8 @@ class CertificatesDialog(FormDialog):
             none="Certificates of the flight",
             folder=True,
         )
-        self.sentence = FieldMessage()
-        self.add_row("Certificates", self.certificates, self.sentence)
+        self.message = FieldMessage()
+        self.add_row("Certificates", self.certificates, self.message)
         self.certificates.currentIndexChanged.connect(self._validate)
         self._validate()
         self.fit_to_content(560)
@@ -64,21 +64,21 @@ class CertificatesDialog(FormDialog):
         if not given:
             kept = len(self._own or {})
             words = f"{count_text(kept, 'certificate')} in the flight folder."
-            self.sentence.set_message(
+            self.message.set_message(
                 words if kept else "Certificates named by the channel map.", "good"
             )
         elif may_block(given):
             usable = False
-            self.sentence.set_message(f"{given} does not respond.", "warning")
+            self.message.set_message(f"{given} does not respond.", "warning")
         else:
             try:
                 chosen = load_certificates(given)
             except GroundStationError as error:
                 usable = False
-                self.sentence.set_message(str(error), "warning")
+                self.message.set_message(str(error), "warning")
             else:
                 said = AppliedCertificates(
                     applied=chosen, override_source=given, recorded=self._own
                 ).override_text
-                self.sentence.set_message(f"{said[:1].upper()}{said[1:]}.", "caution")
+                self.message.set_message(f"{said[:1].upper()}{said[1:]}.", "caution")
         self.button.setEnabled(usable)

@@ -49,8 +49,8 @@ class SettingsDialog(FormDialog):
         self.speech = self._choice(_SPEECH)
         self.add_row("Spoken cues", self.speech)
         self.flights = PathField("Flights folder", look)
-        self.sentence = FieldMessage()
-        self.add_row("Flights folder", self.flights, self.sentence)
+        self.message = FieldMessage()
+        self.add_row("Flights folder", self.flights, self.message)
         self.aircraft = ShippedFileField("Aircraft", choices.aircraft, settings.aircraft)
         self.add_row("Aircraft", self.aircraft)
         self.channel_map = ShippedFileField(
@@ -99,7 +99,7 @@ class SettingsDialog(FormDialog):
     def _validate(self) -> None:
         text = self.flights.edit.text().strip()
         why = unwritable_reason(self.flights.path) if text else "Name a folder."
-        self.sentence.set_message(
+        self.message.set_message(
             why or "New flights are recorded here.", "warning" if why else "good"
         )
         self.button.setEnabled(not why)

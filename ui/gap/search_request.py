@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    # The window starts without the numerics behind an answer.
+    # The window starts without the numerics behind a result.
     from gsapp.discrepancy.results import DiscrepancyResult
 
 

@@ -153,9 +153,9 @@ class WizardStartPanel(CenteredPage):
         super().__init__(look, 860)
         self.setAccessibleName("Calibration")
         self.column.addWidget(create_label("Calibration", "title"))
-        self.sentence = FieldMessage()
-        self.sentence.setProperty("role", "")
-        self.column.addWidget(self.sentence)
+        self.message = FieldMessage()
+        self.message.setProperty("role", "")
+        self.column.addWidget(self.message)
         self.resume = FieldMessage()
         self.resume.setProperty("role", "strong")
         self.column.addWidget(self.resume)
@@ -174,10 +174,10 @@ class WizardStartPanel(CenteredPage):
         holder = QWidget()
         grid = QGridLayout(holder)
         grid.setContentsMargins(0, look.px(4), 0, look.px(4))
-        self.who = QLineEdit()
+        self.operator = QLineEdit()
         self.temperature = QLineEdit()
         for column, (name, field) in enumerate(
-            (("Calibrated by", self.who), ("Ground temperature", self.temperature))
+            (("Calibrated by", self.operator), ("Ground temperature", self.temperature))
         ):
             title = create_label(name, "label")
             grid.addWidget(title, 0, column)
@@ -242,8 +242,8 @@ class WizardStartPanel(CenteredPage):
 
     def suggest_operator(self, who: str) -> None:
         """Put the one who calibrated last into the field, if nobody is there yet."""
-        if not self.who.text():
-            self.who.setText(who)
+        if not self.operator.text():
+            self.operator.setText(who)
 
     def show_statuses(self, standings: Sequence[InstrumentStatus]) -> None:
         """Show how every instrument stands."""
@@ -257,12 +257,12 @@ class WizardStartPanel(CenteredPage):
         """Say what to do, or what is missing for it."""
         connects = f"{shortcut_text('Ctrl+L')} connects one."
         if session is None:
-            self.sentence.set_message(f"No aircraft is connected: {connects}", "caution")
+            self.message.set_message(f"No aircraft is connected: {connects}", "caution")
         elif session.replay_feed is not None:
             words = f"This is a replay: no aircraft to calibrate. {connects}"
-            self.sentence.set_message(words, "caution")
+            self.message.set_message(words, "caution")
         else:
-            self.sentence.set_message(
+            self.message.set_message(
                 "Put the protractor on the surface shown, move it to each angle and hold it: "
                 "points are recorded automatically."
             )
