@@ -16,6 +16,7 @@ import time
 from pathlib import Path
 
 from PySide6.QtWidgets import QFileDialog, QLineEdit, QMessageBox, QPushButton
+from shiboken6 import isValid
 
 from gsapp.telemetry.recorder_control import find_recorders
 from tests.ui.window_kit import Aircraft, free_port
@@ -96,12 +97,14 @@ class Day:
         field = dialog.link.text.lineEdit()
         person.fill(field, f"serial:{os.ttyname(port)}:57600")
         person.click(dialog.test.button)
-        person.until(lambda: "No data" in dialog.test.sentence.text(), "the port is named", 20.0)
-        person.note(wrong_port=dialog.test.sentence.text(), port=os.ttyname(port))
+        person.until(lambda: "No data" in dialog.test.message.text(), "the port is named", 20.0)
+        person.note(wrong_port=dialog.test.message.text(), port=os.ttyname(port))
         person.picture("02-wrong-port")
         person.fill(field, f"udpin:127.0.0.1:{self.port}")
         person.click(dialog.button)
-        person.until(lambda: not dialog.isVisible(), "the dialog has closed", 60.0)
+        person.until(
+            lambda: not isValid(dialog) or not dialog.isVisible(), "the dialog has closed", 60.0
+        )
         os.close(controller)
         os.close(port)
         person.picture("03-connected")

@@ -31,7 +31,7 @@ def test_a_failed_connection_leaves_all_that_was_typed_and_no_recent_link(
             dialog.folder_field.name.setText("typed by hand")
             dialog.folder_field.parent_folder.edit.setText(str(tmp_path / "elsewhere"))
             qtbot.mouseClick(dialog.button, Qt.MouseButton.LeftButton)
-            until(qtbot, lambda: "in use" in dialog.link.sentence.text())
+            until(qtbot, lambda: "in use" in dialog.link.message.text())
             seen.append((
                 dialog.isVisible(), dialog.link.value, dialog.folder_field.name.text(),
                 window.store.current.flights,
@@ -64,7 +64,7 @@ def test_a_recent_link_that_fails_opens_the_dialog_with_its_reason(
         seen: list[tuple[str, bool, bool]] = []
 
         def read(dialog: ConnectDialog) -> None:
-            reason = "in use" in dialog.link.sentence.text()
+            reason = "in use" in dialog.link.message.text()
             seen.append((dialog.link.value, reason, dialog.button.isEnabled()))
 
         answer_dialog(ConnectDialog, read)
@@ -90,7 +90,7 @@ def test_a_link_is_tested_in_the_dialog_and_the_flown_system_chosen_among_those_
     test = dialog.test
     assert dialog.request.system is None
     qtbot.mouseClick(test.button, Qt.MouseButton.LeftButton)
-    until(qtbot, lambda: f"No data on UDP port {port}" in test.sentence.text())
+    until(qtbot, lambda: f"No data on UDP port {port}" in test.message.text())
     beat = dialect().MAVLink_heartbeat_message(1, 3, 0, 0, 4, 3)
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sender:
         for system in (1, 7):

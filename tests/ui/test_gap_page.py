@@ -59,7 +59,7 @@ def window(made: MainWindow, qtbot: QtBot) -> Iterator[MainWindow]:
     """Return the window as it was when it was opened."""
     gap = made.gap_page
     gap.search._job_runner = FakeEngine()
-    gap.search.answer = None
+    gap.search.result = None
     gap.search.undo_stack.clear()
     gap.set_open_flight(None)
     if gap.setup is not None:
@@ -67,7 +67,7 @@ def window(made: MainWindow, qtbot: QtBot) -> Iterator[MainWindow]:
         gap.setup._update_state()
         gap.stack.setCurrentWidget(gap.setup)
     if gap.result_view is not None:
-        gap.result_view.answer = None
+        gap.result_view.result = None
     made.display_style.set_theme("daylight")
     made.display_style.set_scale(100)
     made.display_style.set_units("US")
@@ -123,7 +123,7 @@ def test_the_empty_page_says_what_to_do_and_offers_it(window: MainWindow, qtbot:
     qtbot.keyClick(window, Qt.Key.Key_F5)
     setup = window.gap_page.setup
     assert not setup.search.isEnabled()
-    assert "No flight." in setup.sentence.text()
+    assert "No flight." in setup.message.text()
     # The keyboard stands where one goes on.
     assert setup.trial.hasFocus()
     asked = []
@@ -157,7 +157,7 @@ def test_flights_are_listed_taken_out_and_remembered(
     assert window.store.current.gap_flights == (str(other),)
     other.unlink()
     setup._update_state()
-    assert "no longer exists" in setup.sentence.text()
+    assert "no longer exists" in setup.message.text()
 
 
 def test_a_search_runs_behind_and_the_open_flight_is_searched(
@@ -182,10 +182,10 @@ def test_a_search_runs_behind_and_the_open_flight_is_searched(
     assert window.display_style.units == "SI"
     # What is listed meanwhile is not in what runs, and is not called so.
     window.gap_page.setup.add_flight(write_flight(tmp_path / "another"))
-    assert "next search" in window.gap_page.setup.sentence.text()
+    assert "next search" in window.gap_page.setup.message.text()
     engine.hold.set()
     until(qtbot, lambda: window.gap_page.is_result_shown)
-    assert "2 flights, searched together" in window.gap_page.setup.sentence.text()
+    assert "2 flights, searched together" in window.gap_page.setup.message.text()
     assert not strip.isVisible()
     job = engine.jobs[0]
     assert isinstance(job, GapRequest)
@@ -195,14 +195,14 @@ def test_a_search_runs_behind_and_the_open_flight_is_searched(
 def test_stop_stops_and_what_was_known_stays(
     story: MainWindow, qtbot: QtBot, engine: FakeEngine
 ) -> None:
-    before = story.gap_page.search.answer
+    before = story.gap_page.search.result
     engine.hold.clear()
     press(qtbot, Qt.Key.Key_3, ALT)
     press(qtbot, Qt.Key.Key_Backspace, CONTROL)
     until(qtbot, story.gap_page.strip.isVisible)
     press(qtbot, Qt.Key.Key_Period, CONTROL)
     until(qtbot, lambda: not story.gap_page.search.running)
-    assert story.gap_page.search.answer is before
+    assert story.gap_page.search.result is before
     assert story.gap_page.is_result_shown
     assert any("stopped" in text for text in story.banners.texts())
     # The button beside the progress does the same.
@@ -223,7 +223,7 @@ def test_a_search_goes_on_behind_other_places_and_its_result_is_kept(
     qtbot.keyClick(window, Qt.Key.Key_F2)
     until(qtbot, lambda: any("weighing" in text for text in window.banners.texts()))
     engine.hold.set()
-    until(qtbot, lambda: window.gap_page.search.answer is not None)
+    until(qtbot, lambda: window.gap_page.search.result is not None)
     assert window.pages.currentWidget() is not window.gap_page
     until(qtbot, lambda: any("grows with throttle" in text for text in window.banners.texts()))
     window.banners.banners[0].buttons[0].click()
@@ -357,7 +357,7 @@ def test_a_disagreement_in_words_leads_to_its_cell(story: MainWindow, qtbot: QtB
     view.lines.setFocus()
     press(qtbot, Qt.Key.Key_Down, times=3)
     key = view.lines.current_key()
-    one = story.gap_page.search.answer.discrepancy.disagreements[key]
+    one = story.gap_page.search.result.discrepancy.disagreements[key]
     assert story.gap_page.result_view.selection.maneuver == one.maneuver
     assert "below 1 in a million" in view.detail.text()
 
@@ -416,7 +416,7 @@ def test_the_ranking_shows_evidence_and_what_is_known_of_each(
 
 
 def test_what_stands_for_a_set_names_the_others(story: MainWindow, qtbot: QtBot) -> None:
-    answer = story.gap_page.result_view.answer
+    answer = story.gap_page.result_view.result
     first, *rest = answer.discrepancy.effects
     first = replace(first, one_of=(THROTTLE, "aero.Cm.speed"))
     found = replace(answer.discrepancy, effects=(first, *rest))
@@ -540,14 +540,14 @@ def test_a_name_is_proposed_for_the_model_that_every_disk_takes(
         asked.append(Path(start).name)
         return "", ""
 
-    answer = story.gap_page.search.answer
+    answer = story.gap_page.search.result
     steps = tuple(
         replace(one, model=one.model.model_copy(update={"name": "B777: day 3/4"}))
         for one in answer.discrepancy.steps
     )
     named = replace(answer, discrepancy=replace(answer.discrepancy, steps=steps))
     monkeypatch.setattr(QFileDialog, "getSaveFileName", ask)
-    monkeypatch.setattr(story.gap_page.search, "answer", named)
+    monkeypatch.setattr(story.gap_page.search, "result", named)
     press(qtbot, Qt.Key.Key_3, ALT)
     press(qtbot, Qt.Key.Key_S, CONTROL)
     assert asked == ["B777- day 3-4.toml"]
@@ -642,12 +642,12 @@ def test_a_model_without_a_gap_is_told_so(
     until(qtbot, lambda: window.gap_page.is_result_shown)
     story = window.gap_page.result_view
     assert "No effect is missing" in story.verdict.text()
-    assert "residuals are at" in story.stages["find"].none.text()
+    assert "residuals are at" in story.stages["find"].empty_label.text()
     for number, chapter in enumerate(("find", "name", "add", "show"), start=1):
         press(qtbot, getattr(Qt.Key, f"Key_{number}"), ALT)
         assert story.stage == chapter
     assert "No gap" in story.stages["show"].closed.text()
-    assert "No effect" in story.stages["add"].none.text()
+    assert "No effect" in story.stages["add"].empty_label.text()
 
 
 # All of it

@@ -185,7 +185,7 @@ def test_the_report_is_written_with_the_files_it_came_from(bench: Bench, tmp_pat
     flight = tmp_path / "flight.csv"
     flight.write_text("time [s],alpha [deg]\n0,1\n", encoding="utf-8")
     answer = make_answer(GapRequest(flights=(flight,), model="b777"))
-    told = bench.do(GapReportJob(answer=answer, path=tmp_path / "gap.html", units="SI"))
+    told = bench.do(GapReportJob(result=answer, path=tmp_path / "gap.html", units="SI"))
     assert told[-1].result == tmp_path / "gap.html", told[-1].text
     text = (tmp_path / "gap.html").read_text(encoding="utf-8")
     assert "flight.csv" in text

@@ -230,7 +230,7 @@ def test_a_gray_button_of_a_dialog_says_why(qtbot: QtBot) -> None:
     assert not dialog.button.isEnabled()
     place = QPoint(2, 2)
     QApplication.sendEvent(dialog.button, QHelpEvent(QEvent.Type.ToolTip, place, place))
-    assert dialog.button.toolTip() == dialog.sentence.text()
+    assert dialog.button.toolTip() == dialog.message.text()
 
 
 def text_contrast(image: QImage) -> float:

@@ -73,7 +73,7 @@ def choose(monkeypatch: pytest.MonkeyPatch, value: str) -> list[str]:
             dialog.certificates.insertItem(0, value, value)
             place = 0
         dialog.certificates.setCurrentIndex(place)
-        said.append(dialog.sentence.text())
+        said.append(dialog.message.text())
         return dialog.button.isEnabled()
 
     monkeypatch.setattr(CertificatesDialog, "exec", answer)
@@ -182,6 +182,6 @@ def test_the_dialog_refuses_a_folder_without_certificates(qtbot: QtBot, tmp_path
     )
     qtbot.addWidget(dialog)
     assert not dialog.button.isEnabled()
-    assert "calibration certificate" in dialog.sentence.text()
+    assert "calibration certificate" in dialog.message.text()
     dialog.certificates.setCurrentIndex(dialog.certificates.findData("b777"))
     assert dialog.button.isEnabled()

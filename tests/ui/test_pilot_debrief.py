@@ -74,7 +74,7 @@ def test_keys_go_through_the_maneuvers(page: DebriefPage, qtbot: QtBot) -> None:
     assert page.headline.text().startswith("2026-05-12 flight 2")
     press(qtbot, Qt.Key.Key_Down)
     assert page.title.text() == "M2  aileron and rudder doublet: too small"
-    assert "half again" in page.why.text()
+    assert "half again" in page.reasons.text()
     press(qtbot, Qt.Key.Key_Return)
     assert page.scroll_area.hasFocus()
     press(qtbot, Qt.Key.Key_PageDown)
@@ -149,7 +149,7 @@ def test_a_flight_without_inputs_says_so(
     window.pilot_page.refresh()
     assert "are flown" in page.title.text()
     assert not page.charts.isVisible()
-    assert "no test cards" in page.cards.none.text()
+    assert "no test cards" in page.cards.empty_label.text()
 
 
 LOOKS = (((1280, 800), 100, "daylight"), ((1280, 800), 200, "dark"),

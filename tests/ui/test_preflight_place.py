@@ -270,23 +270,23 @@ def test_what_will_not_do_is_told_in_words_and_is_not_on_the_card(
     page = go(window, qtbot, 1)
     field = page.fields["fuel"][1]
     type_into(qtbot, field, "2.7 ft")
-    assert "unit of mass" in field.sentence.text()
+    assert "unit of mass" in field.message.text()
     assert window.preflight_page.steps.buttons["card"].state.text == "1 value wrong"
-    assert count(field.sentence, window.display_style.theme.warning) > 20
+    assert count(field.message, window.display_style.theme.warning) > 20
     press(qtbot, Qt.Key.Key_Tab)
     assert (field.text, info(window).fuel) == ("2.7 ft", None)
     assert "marked" in page.saved.text()
     type_into(qtbot, field, "2.7")
-    assert not field.sentence.isVisible()
+    assert not field.message.isVisible()
 
 
 def test_a_slip_is_doubted_beside_the_value(window: MainWindow, qtbot: QtBot) -> None:
     page = go(window, qtbot, 1)
     field = page.fields["takeoff_weight"][1]
     type_into(qtbot, field, "21.1")
-    assert field.sentence.isVisible()
-    assert "kg" in field.sentence.text()
-    assert count(field.sentence, window.display_style.theme.caution) > 20
+    assert field.message.isVisible()
+    assert "kg" in field.message.text()
+    assert count(field.message, window.display_style.theme.caution) > 20
 
 
 def test_undo_takes_back_field_by_field_and_redo_makes_it_again(
@@ -317,14 +317,14 @@ def test_scales_say_weight_and_center_of_gravity_as_they_are_typed(
     fields = {name: field for name, (_value, field) in form.fields.items()}
     assert not fields["main"].isVisible()
     type_into(qtbot, fields["nose"], "4.6")
-    assert "other scales" in fields["nose"].sentence.text()
+    assert "other scales" in fields["nose"].message.text()
     type_into(qtbot, fields["left"], "20.8")
     type_into(qtbot, fields["right"], "20.9")
     assert form.weight.text().startswith("46.30 ± ")
     # Nose wheel and main wheels at the places of the aircraft file.
     ahead = (4.6 * 2.62 - 41.7 * 0.26) / 46.3 * 12.0
-    assert f"CG {ahead:.2f} ± " in form.words.text()
-    assert "ahead of" in form.words.text()
+    assert f"CG {ahead:.2f} ± " in form.summary.text()
+    assert "ahead of" in form.summary.text()
     form.take.setFocus()
     press(qtbot, Qt.Key.Key_Return)
     assert page.fields["takeoff_weight"][1].text == "46.30"
@@ -348,13 +348,13 @@ def test_the_transmitter_is_noted_with_its_mixers(window: MainWindow, qtbot: QtB
     source, target, share = form.mixers.cells[0]
     source.setFocus()
     press(qtbot, Qt.Key.Key_Down, times=2)
-    assert "from, to and share" in form.mixers.sentence.text()
+    assert "from, to and share" in form.mixers.message.text()
     target.setFocus()
     press(qtbot, Qt.Key.Key_Down, times=3)
     type_into(qtbot, share, "15")
     # Another row for the next mixer.
     assert len(form.mixers.cells) == 2
-    assert not form.mixers.sentence.isVisible()
+    assert not form.mixers.message.isVisible()
     page.flush()
     set_up = info(window).transmitter
     throw = set_up.dual_rates["elevator"]
@@ -364,7 +364,7 @@ def test_the_transmitter_is_noted_with_its_mixers(window: MainWindow, qtbot: QtB
         ("aileron", "rudder", pytest.approx(0.15))
     ]
     type_into(qtbot, form.throws.cells[0][1], "160")
-    assert "150 %" in form.throws.sentence.text()
+    assert "150 %" in form.throws.message.text()
 
 
 def test_a_flight_folder_has_its_own_card_also_after_landing(
@@ -495,7 +495,7 @@ def test_space_ticks_item_after_item_and_undo_takes_back(window: MainWindow, qtb
     press(qtbot, Qt.Key.Key_Space, times=2)
     assert len(book.ticks) == 2
     assert first in book.ticks
-    assert page.summary.words == f"{begun - 2} not green"
+    assert page.summary.text == f"{begun - 2} not green"
     assert page.list.current_key not in book.ticks
     assert len(read_events(waiting(window) / "events.jsonl").events) == 2
     press(qtbot, Qt.Key.Key_Z, CONTROL)
@@ -560,7 +560,7 @@ def test_the_crews_own_list_is_opened_and_counts_as_soon_as_it_is_saved(
     own.write_text(short + '[[items]]\nid = "sky"\nwords = "Sky clear"\n', encoding="utf-8")
     until(qtbot, lambda: len(page.model.items) == 2)
     assert state_of(window, "airframe") == "green"
-    assert page.summary.words == "1 not green"
+    assert page.summary.text == "1 not green"
     own.write_text(short + "[[items]]\nid = 3\n", encoding="utf-8")
     until(qtbot, lambda: "items[1]" in page.message.text())
     assert len(page.model.items) == 2
@@ -686,10 +686,10 @@ def test_a_card_says_what_will_not_do(window: MainWindow, qtbot: QtBot) -> None:
         ("speed", "900", "not a plausible speed"),
     ):
         type_into(qtbot, fields[name], text)
-        assert words in fields[name].sentence.text()
-        assert count(fields[name].sentence, window.display_style.theme.warning) > 20
+        assert words in fields[name].message.text()
+        assert count(fields[name].message, window.display_style.theme.warning) > 20
         press(qtbot, Qt.Key.Key_Z, CONTROL)
-        assert not fields[name].sentence.isVisible()
+        assert not fields[name].message.isVisible()
     assert window.preflight_page.steps.buttons["cards"].state.state != "warning"
 
 

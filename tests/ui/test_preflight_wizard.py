@@ -93,7 +93,7 @@ def test_a_crew_calibrates_by_one_key_and_checks_it(at_bench: Open) -> None:
 
     # Skipping takes out of force, everywhere.
     window.press(KEY.Key_X)
-    assert window.page.actions_bar.isHidden()
+    assert window.page.action_bar.isHidden()
     window.type("wire broken")
     window.press(KEY.Key_Return)
     assert window.view.phase == "done"
@@ -107,9 +107,9 @@ def test_a_crew_calibrates_by_one_key_and_checks_it(at_bench: Open) -> None:
     # Before its first volts come an instrument is waited for: nothing is wrong with its signal.
     window.press(KEY.Key_C)
     window.press(KEY.Key_PageDown)
-    assert window.page.work.cue.cue.state_text == "Waiting"
+    assert window.page.work.prompt_view.prompt.state_text == "Waiting"
     window.desk.pass_time(3.0)
-    assert window.page.work.cue.cue.state_text == "Steady"
+    assert window.page.work.prompt_view.prompt.state_text == "Steady"
     window.press(KEY.Key_Escape)
     window.press(KEY.Key_Return)
     window.press(KEY.Key_Space)
@@ -120,7 +120,7 @@ def test_a_crew_calibrates_by_one_key_and_checks_it(at_bench: Open) -> None:
     work_through(window, "fit")
     assert window.bench.time - began < 60.0
     assert window.view.check_result.passed
-    cue = window.page.work.cue.cue
+    cue = window.page.work.prompt_view.prompt
     assert cue.side_text == "certificate valid"
 
     # Broken off: what was in force stays in force.
@@ -131,9 +131,9 @@ def test_a_crew_calibrates_by_one_key_and_checks_it(at_bench: Open) -> None:
     assert window.page.pages.currentWidget() is window.page.start
     # Left out of a check is not out of force, and nothing says so.
     begin(window, KEY.Key_C)
-    assert "Skip: not checked" in [offer.text for offer in window.page.actions_bar.offers]
+    assert "Skip: not checked" in [offer.text for offer in window.page.action_bar.offers]
     window.press(KEY.Key_X)
-    assert "unchecked" in window.page.ask.question.text()
+    assert "unchecked" in window.page.question_bar.question.text()
     window.type("no time")
     window.press(KEY.Key_Return)
     assert window.page.summary.title.text() == "Check done"
@@ -158,10 +158,10 @@ def test_a_crew_calibrates_by_one_key_and_checks_it(at_bench: Open) -> None:
 
 def test_certificates_are_printed_by_a_key(qtbot: QtBot, at_bench: Open) -> None:
     window = at_bench("rudder")
-    assert "paper" not in [one.id for one in window.page.actions_bar.offers]
+    assert "paper" not in [one.id for one in window.page.action_bar.offers]
     begin(window)
     work_through(window)
-    assert [one.id for one in window.page.actions_bar.offers][:2] == ["leave", "paper"]
+    assert [one.id for one in window.page.action_bar.offers][:2] == ["leave", "paper"]
     with qtbot.waitSignal(window.desk.message_posted, timeout=30_000) as said:
         window.press(KEY.Key_W)
     assert said.args[1].startswith("1 page is written")
@@ -169,25 +169,25 @@ def test_certificates_are_printed_by_a_key(qtbot: QtBot, at_bench: Open) -> None
     assert page.read_bytes().startswith(b"%PDF-")
     assert window.desk.complaints == []
     window.press(KEY.Key_Space)
-    assert "paper" in [one.id for one in window.page.actions_bar.offers]
+    assert "paper" in [one.id for one in window.page.action_bar.offers]
 
 
 def test_a_plan_with_a_mistake_is_told_on_the_page(at_bench: Open) -> None:
     window = at_bench("rudder")
-    page, offers = window.page, [one.id for one in window.page.actions_bar.offers]
+    page, offers = window.page, [one.id for one in window.page.action_bar.offers]
     own = page.folder.folder / "plans" / f"{page.folder.aircraft}.toml"
     plan = own.read_bytes()
     own.write_bytes(plan.replace(b"channel", b"chanel", 1))
     page.hide()
     page.show()
-    assert own.name in page.start.sentence.text()
-    assert "chanel" in page.start.sentence.text()
-    assert [one.id for one in page.actions_bar.offers] == ["practice"]
+    assert own.name in page.start.message.text()
+    assert "chanel" in page.start.message.text()
+    assert [one.id for one in page.action_bar.offers] == ["practice"]
     own.write_bytes(plan)
     page.hide()
     page.show()
-    assert [one.id for one in page.actions_bar.offers] == offers
-    assert "chanel" not in page.start.sentence.text()
+    assert [one.id for one in page.action_bar.offers] == offers
+    assert "chanel" not in page.start.message.text()
 
 
 def test_a_certificate_goes_into_the_flight_that_is_open(tmp_path: Path, at_bench: Open) -> None:
@@ -212,22 +212,22 @@ def test_the_large_number_and_the_aircraft_follow_the_hand(at_bench: Open) -> No
     window = at_bench("elevator_left")
     begin(window)
     work, look = window.page.work, window.display_style
-    assert count(work.cue, look.theme.target) > 300  # what is wanted
-    assert count(work.cue, look.theme.good_fill) > 2000
-    assert work.cue.cue.state_text == "Steady"
+    assert count(work.prompt_view, look.theme.target) > 300  # what is wanted
+    assert count(work.prompt_view, look.theme.good_fill) > 2000
+    assert work.prompt_view.prompt.state_text == "Steady"
 
     def ink_row() -> float:
-        shown = pixels(work.picture)[: work.picture.height() // 2]
+        shown = pixels(work.motion_view)[: work.motion_view.height() // 2]
         rows = np.nonzero(shown == int(look.theme.text[1:], 16))[0]
         return float(rows.mean())
 
     neutral = ink_row()
     window.desk.pass_time(0.6 * window.bench.set_angle("elevator_left", 20.0))
-    assert work.cue.cue.state_text == "Moving"
-    assert count(work.cue, look.theme.caution_fill) > 2000
+    assert work.prompt_view.prompt.state_text == "Moving"
+    assert count(work.prompt_view, look.theme.caution_fill) > 2000
     window.desk.pass_time(2.0)
     assert ink_row() > neutral + 5.0, "trailing edge down is down on the screen"
-    assert "Left elevator" in work.picture.accessibleName()
+    assert "Left elevator" in work.motion_view.accessibleName()
 
 
 @pytest.mark.parametrize("way", ["space", "enter", "double click", "menu", "button"])
@@ -249,8 +249,8 @@ def test_one_instrument_is_calibrated_again_by_itself(at_bench: Open, way: str) 
         (action,) = (one for one in rows.actions() if one.text() == "Calibrate again")
         action.trigger()
     else:
-        assert window.page.actions_bar.offers[0].id == "again"
-        window.page.actions_bar.triggered.emit("again")
+        assert window.page.action_bar.offers[0].id == "again"
+        window.page.action_bar.triggered.emit("again")
     assert window.page.run is not None
     window.desk.pass_time(4.0)
     assert (window.view.instrument.channel, window.view.count) == ("rudder", 1)
@@ -326,7 +326,7 @@ def test_points_are_repeated_deleted_added_and_taken_back_by_keys(
     window.press(KEY.Key_A)
     window.type("six")
     window.press(KEY.Key_Return)
-    assert window.page.ask.question.text().startswith("'six'")
+    assert window.page.question_bar.question.text().startswith("'six'")
     window.type("6")  # in place of what is no answer
     window.press(KEY.Key_Return)
     assert any(slot.value == 6.0 for slot in window.view.remaining)
@@ -351,7 +351,7 @@ def test_a_temperature_that_is_none_begins_nothing(at_bench: Open) -> None:
 
 def test_a_window_that_was_killed_goes_on_at_the_same_point(at_bench: Open) -> None:
     window = at_bench("alpha")
-    window.page.start.who.setText("E. Meyer")
+    window.page.start.operator.setText("E. Meyer")
     begin(window)
     with pytest.raises(AssertionError):
         work_through(window, most=6)
@@ -411,20 +411,20 @@ def test_volts_that_stop_are_not_left_standing(
 ) -> None:
     window = at_bench("elevator_left")
     begin(window)
-    assert window.page.work.cue.cue.volts_text != "– V"
+    assert window.page.work.prompt_view.prompt.volts_text != "– V"
     monkeypatch.setattr(
         "ui.preflight.wizard_controller.DISPLAY", replace(DISPLAY, no_volts_time=-1.0)
     )
     window.desk.refreshed.emit()
-    cue = window.page.work.cue.cue
+    cue = window.page.work.prompt_view.prompt
     assert (cue.state, cue.state_text) == ("warning", "No signal")
     assert not cue.value_text
     assert not cue.volts_text
-    assert window.page.work.picture.figure.angle is None
+    assert window.page.work.motion_view.figure.angle is None
     # Where the flight is only being read anew nothing is wrong with the signal.
     window.desk.session.feed.is_up_to_date = False
     window.desk.refreshed.emit()
-    cue = window.page.work.cue.cue
+    cue = window.page.work.prompt_view.prompt
     assert (cue.state, cue.state_text) == ("unknown", "Catching up")
 
 
@@ -470,7 +470,7 @@ def test_nothing_is_calibrated_by_a_replay(at_bench: Open) -> None:
     window = at_bench("elevator_left")
     window.desk.session.replay_feed = object()
     window.desk.changed.emit()
-    assert "This is a replay" in window.page.start.sentence.text()
+    assert "This is a replay" in window.page.start.message.text()
     begin(window)
     window.set_surface("elevator_left", 20.0)
     window.desk.pass_time(3.0)
@@ -545,7 +545,7 @@ def test_the_others_are_led_through_with_a_picture_for_each(at_bench: Open) -> N
     window = at_bench("p", "ax", "ay", "an", "dynamic_pressure", "static_pressure")
     begin(window, KEY.Key_G)
     bench, desk = window.bench, window.desk
-    figure = window.page.work.picture
+    figure = window.page.work.motion_view
     assert window.view.phase == "gyro_still"
     desk.pass_time(7.0)
     assert window.view.phase == "gyro_turn"
@@ -594,7 +594,7 @@ def test_controls_are_for_gloves_and_the_cue_is_never_cut(
     for _ in range(3):  # layouts settle one after the other
         QApplication.processEvents()
     assert (window.width(), window.height()) == size, "the page asks for more room than there is"
-    bar, cue = window.page.actions_bar, window.page.work.cue
+    bar, cue = window.page.action_bar, window.page.work.prompt_view
     buttons = [one for one in bar.findChildren(QPushButton) if one.isVisible()]
     assert any(one.text().startswith("Direction correct") for one in buttons)
     for button in buttons:

@@ -82,12 +82,12 @@ def test_enter_alone_runs_and_the_run_is_kept(
     """
     assert page.button.hasFocus()
     count = len(page.selected_maneuvers)
-    assert f"{count} maneuvers of 2 flights" in page.sentence.text()
+    assert f"{count} maneuvers of 2 flights" in page.message.text()
     press(qtbot, Qt.Key.Key_Return)
     until(qtbot, lambda: bool(page.run_store.runs), 30000)
     outcome = made.review_page.outcome
     assert outcome.number == 1
-    assert "Run 1:" in page.sentence.text()
+    assert "Run 1:" in page.message.text()
     table = page.panel.derivatives
     shown = table.row_model.index(table.names.index("Cm_de"), LAST_COLUMN).data()
     mean = outcome.summary.derivatives["Cm_de"].value.mean
@@ -136,7 +136,7 @@ def test_a_derivative_is_held_by_keys_taken_back_and_explained(
         qtbot.keyClicks(QApplication.focusWidget(), letter)
     press(qtbot, Qt.Key.Key_Return)
     until(qtbot, lambda: page._form.derivative("Cm_q").treated == "held")
-    assert "'-2x' is not a number" in page.sentence.text()
+    assert "'-2x' is not a number" in page.message.text()
     assert not page.can_run
     assert not made.commands.actions["review_run"].isEnabled()
     table.setFocus()
@@ -217,10 +217,10 @@ def test_runs_are_compared_named_repeated_forgotten_and_their_settings_used_agai
     runs.select_row(before)
     press(qtbot, Qt.Key.Key_U, CONTROL | SHIFT)
     assert page._form == QUICK
-    assert f"those of run {before}" in page.sentence.text()
+    assert f"those of run {before}" in page.message.text()
     runs.setFocus()
     press(qtbot, Qt.Key.Key_Return)
-    until(qtbot, lambda: "dentical to the last bit" in page.sentence.text(), 30000)
+    until(qtbot, lambda: "dentical to the last bit" in page.message.text(), 30000)
     count = len(page.run_store.runs)
     runs.select_row(newest)
     press(qtbot, Qt.Key.Key_Delete)
@@ -242,7 +242,7 @@ def test_a_copy_of_a_flight_is_told_beside_the_button(
         until(qtbot, lambda: page.can_run)
         page.begin()
         run(page, qtbot)
-        assert "flights 1 and 3" in page.sentence.text()
+        assert "flights 1 and 3" in page.message.text()
     finally:
         flights = maneuvers.flights
         flights.select_flight(made.review_page.review.flights[2])
@@ -328,12 +328,12 @@ def test_a_run_that_is_stopped_leaves_nothing(
     engine = made.review_page.work._job_runner
     engine.hold.clear()
     press(qtbot, Qt.Key.Key_Return, CONTROL)
-    until(qtbot, lambda: made.review_page.strip.isVisible() and "left" not in page.sentence.text())
+    until(qtbot, lambda: made.review_page.strip.isVisible() and "left" not in page.message.text())
     assert not made.commands.actions["review_run"].isEnabled()
     press(qtbot, Qt.Key.Key_Period, CONTROL)
     until(qtbot, lambda: not made.review_page.work.running)
     assert not made.review_page.strip.isVisible()
-    until(qtbot, lambda: "Stopped; nothing was saved." in page.sentence.text())
+    until(qtbot, lambda: "Stopped; nothing was saved." in page.message.text())
     assert made.review_page.outcome is before
     assert len(page.run_store.runs) == count
     engine.hold.set()
@@ -354,7 +354,7 @@ def test_a_run_that_cannot_be_kept_is_shown_and_says_so(
     until(qtbot, lambda: made.review_page.outcome is not before, 30000)
     outcome = made.review_page.outcome
     assert outcome.number is None
-    assert "not saved" in page.sentence.text()
+    assert "not saved" in page.message.text()
     assert page.state.text.startswith("not saved")
     monkeypatch.undo()
     page.run_store.reload()

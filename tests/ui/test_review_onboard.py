@@ -121,7 +121,7 @@ def test_no_log_is_asked_for_where_nobody_can_be_asked(tmp_path, qtbot, monkeypa
     qtbot.addWidget(dialog)
     dialog.origin.setCurrentIndex(1)
     assert not dialog.button.isEnabled()
-    assert "log can be requested" in dialog.link.sentence.text()
+    assert "log can be requested" in dialog.link.message.text()
 
 
 def test_a_log_is_fetched_stopped_killed_and_taken_back(reviewed, qtbot, tmp_path):

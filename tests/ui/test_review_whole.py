@@ -72,7 +72,7 @@ def test_a_whole_review_by_keys(
     until(qtbot, window.review_page.strip.isVisible)
     press(qtbot, Qt.Key.Key_Period, CONTROL)
     until(qtbot, lambda: not window.review_page.work.running)
-    until(qtbot, lambda: "Stopped; nothing was saved." in page.sentence.text())
+    until(qtbot, lambda: "Stopped; nothing was saved." in page.message.text())
     assert kept(page) == []
     press(qtbot, Qt.Key.Key_Return)
     until(qtbot, lambda: window.review_page.outcome is not None, 120000)

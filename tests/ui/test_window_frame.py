@@ -766,7 +766,7 @@ def test_a_bad_link_cannot_be_connected(qtbot: QtBot, tmp_path: Path) -> None:
     assert dialog.button.isEnabled()
     dialog.link.text.setEditText("udp:14550")
     assert not dialog.button.isEnabled()
-    assert "is not a link" in dialog.link.sentence.text()
+    assert "is not a link" in dialog.link.message.text()
     dialog.link.kind.setCurrentIndex(dialog.link.kind.findData("udpin"))
     dialog.link.port.set_value(14551)
     assert dialog.request.link == "udpin:127.0.0.1:14551"
@@ -785,7 +785,7 @@ def test_a_serial_link_that_was_typed_stays_what_it_is(qtbot: QtBot, tmp_path: P
     link = dialog.link
     named = tmp_path / "telemetry"
     link.text.setEditText(f"serial:{named}:500000")
-    assert "is not connected" in link.sentence.text()
+    assert "is not connected" in link.message.text()
     assert (link.device.currentText(), link.baud.currentText()) == (str(named), "500,000")
     # A name for a port, as rules of the system give it, is in no list of ports.
     named.touch()
@@ -1117,7 +1117,7 @@ def test_the_limits_of_a_chart_are_typed_kept_and_reset(
         for _ in range(2):
             qtbot.keyClick(QApplication.focusWidget(), Qt.Key.Key_Tab)
         qtbot.keyClicks(dialog.edits["caution_low"], "5")
-        assert "must become smaller" in dialog.sentence.text()
+        assert "must become smaller" in dialog.message.text()
         assert not dialog.button.isEnabled()
         dialog.edits["caution_low"].setText("−30")
         qtbot.keyClick(dialog.edits["caution_low"], Qt.Key.Key_Return)

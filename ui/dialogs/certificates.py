@@ -55,8 +55,8 @@ class CertificatesDialog(FormDialog):
             none=tr("Certificates of the flight"),
             folder=True,
         )
-        self.sentence = FieldMessage()
-        self.add_row(tr("Certificates"), self.certificates, self.sentence)
+        self.message = FieldMessage()
+        self.add_row(tr("Certificates"), self.certificates, self.message)
         self.certificates.currentIndexChanged.connect(self._validate)
         self._validate()
         self.fit_to_content(560)
@@ -69,23 +69,21 @@ class CertificatesDialog(FormDialog):
             words = tr("{certificates} in the flight folder.").format(
                 certificates=count_text(kept, "certificate")
             )
-            self.sentence.set_message(
+            self.message.set_message(
                 words if kept else tr("Certificates named by the channel map."), "good"
             )
         elif may_block(given):
             usable = False
-            self.sentence.set_message(
-                tr("{given} does not respond.").format(given=given), "warning"
-            )
+            self.message.set_message(tr("{given} does not respond.").format(given=given), "warning")
         else:
             try:
                 chosen = load_certificates(given)
             except GroundStationError as error:
                 usable = False
-                self.sentence.set_message(str(error), "warning")
+                self.message.set_message(str(error), "warning")
             else:
                 said = AppliedCertificates(
                     applied=chosen, override_source=given, recorded=self._own
                 ).override_text
-                self.sentence.set_message(f"{said[:1].upper()}{said[1:]}.", "caution")
+                self.message.set_message(f"{said[:1].upper()}{said[1:]}.", "caution")
         self.button.setEnabled(usable)

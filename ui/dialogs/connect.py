@@ -63,7 +63,7 @@ class LinkTestField(QWidget):
         Begins and ends the test.
     systems : QComboBox
         The first autopilot heard, or one of those heard.
-    sentence : FieldMessage
+    message : FieldMessage
         What has come, or what to try.
     """
 
@@ -88,11 +88,11 @@ class LinkTestField(QWidget):
         row.addWidget(self.systems, 1)
         row.addWidget(self.button)
         column.addLayout(row)
-        self.sentence = FieldMessage()
+        self.message = FieldMessage()
         # Room for three lines, so that nothing moves while it listens.
-        self.sentence.setMinimumHeight(look.px(48))
-        self.sentence.setAlignment(Qt.AlignmentFlag.AlignTop)
-        column.addWidget(self.sentence)
+        self.message.setMinimumHeight(look.px(48))
+        self.message.setAlignment(Qt.AlignmentFlag.AlignTop)
+        column.addWidget(self.message)
         self._timer = QTimer(self)
         self._timer.setInterval(_TEST_POLL_MS)
         self._timer.timeout.connect(self._look)
@@ -109,7 +109,7 @@ class LinkTestField(QWidget):
         if link != self._link:
             self.stop()
             self._link = link
-            self.sentence.set_message("")
+            self.message.set_message("")
             while self.systems.count() > 1:
                 self.systems.removeItem(1)
         listed = {kind.name for kind in link_kinds() if kind.title}
@@ -129,7 +129,7 @@ class LinkTestField(QWidget):
             return
         self._test = LinkTest(self._link)
         self.button.setText(tr("Stop test"))
-        self.sentence.set_message(tr("Listening…"))
+        self.message.set_message(tr("Listening…"))
         self._timer.start()
 
     def _look(self) -> None:
@@ -148,14 +148,14 @@ class LinkTestField(QWidget):
             heard = ", ".join(
                 tr("system {system}").format(system=vehicle.system) for vehicle in report.vehicles
             )
-            self.sentence.set_message(tr("MAVLink received: {heard}.").format(heard=heard), "good")
+            self.message.set_message(tr("MAVLink received: {heard}.").format(heard=heard), "good")
         elif diagnosis is None:
             lines = tr("{lines} lines of text received.").format(lines=report.lines)
-            self.sentence.set_message(
+            self.message.set_message(
                 lines if report.lines else tr("Listening…"), "good" * bool(report.lines)
             )
         elif test.open_error or test.seconds >= _TEST_TIMEOUT:
-            self.sentence.set_message(str(diagnosis), "warning" if test.open_error else "caution")
+            self.message.set_message(str(diagnosis), "warning" if test.open_error else "caution")
         if test.open_error:
             self.stop()
 
@@ -226,7 +226,7 @@ class ConnectDialog(RecordingDialog):
     def _sentence_of(self, error: Exception) -> FieldMessage:
         found = super()._sentence_of(error)
         at_link = isinstance(error, LinkError) and found is not self.folder_field.message
-        return self.link.sentence if at_link else found
+        return self.link.message if at_link else found
 
     @property
     def request(self) -> ConnectRequest:

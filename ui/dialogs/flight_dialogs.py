@@ -41,8 +41,8 @@ class GoToDialog(FormDialog):
         self._span = (first, last)
         self.edit = QLineEdit(clock_text(now, decimals=1))
         self.edit.selectAll()
-        self.sentence = FieldMessage()
-        self.add_row(tr("Flight time"), self.edit, self.sentence)
+        self.message = FieldMessage()
+        self.add_row(tr("Flight time"), self.edit, self.message)
         self.edit.textChanged.connect(self._validate)
         self._validate()
         self.edit.setFocus()
@@ -52,18 +52,18 @@ class GoToDialog(FormDialog):
         time = self.time
         first, last = self._span
         if time is None:
-            self.sentence.set_message(
+            self.message.set_message(
                 tr("Write minutes and seconds, such as 4:07.5, or seconds."), "warning"
             )
         elif not first <= time <= last:
-            self.sentence.set_message(
+            self.message.set_message(
                 tr("Outside the flight; the nearest is {time}.").format(
                     time=clock_text(self.clamped_time, decimals=1)
                 ),
                 "caution",
             )
         else:
-            self.sentence.set_message(clock_text(time, decimals=1), "good")
+            self.message.set_message(clock_text(time, decimals=1), "good")
         self.button.setEnabled(time is not None)
 
     @property
@@ -109,9 +109,9 @@ class RangeDialog(FormDialog):
             parent,
         )
         self.high, self.low = QLineEdit(f"{high:g}"), QLineEdit(f"{low:g}")
-        self.sentence = FieldMessage()
+        self.message = FieldMessage()
         self.add_row(tr("Highest"), self.high)
-        self.add_row(tr("Lowest"), self.low, self.sentence)
+        self.add_row(tr("Lowest"), self.low, self.message)
         for edit in (self.high, self.low):
             edit.textChanged.connect(self._validate)
         self.high.selectAll()
@@ -122,13 +122,13 @@ class RangeDialog(FormDialog):
         texts = self.high.text().strip(), self.low.text().strip()
         usable = self.range is not None or not any(texts)
         if not any(texts):
-            self.sentence.set_message(tr("The range follows the trace."), "good")
+            self.message.set_message(tr("The range follows the trace."), "good")
         elif usable:
-            self.sentence.set_message(tr("The range stays fixed. Y returns to automatic."), "good")
+            self.message.set_message(tr("The range stays fixed. Y returns to automatic."), "good")
         elif any(parse_number(text) is None for text in texts):
-            self.sentence.set_message(tr("Write two numbers, such as 5 and -2.5."), "warning")
+            self.message.set_message(tr("Write two numbers, such as 5 and -2.5."), "warning")
         else:
-            self.sentence.set_message(tr("The maximum must be above the minimum."), "warning")
+            self.message.set_message(tr("The maximum must be above the minimum."), "warning")
         self.button.setEnabled(usable)
 
     @property
@@ -161,8 +161,8 @@ class ExportDialog(FormDialog):
         self.add_row(tr("Format"), self.kind)
         self.path = PathField(tr("File"), look, folder=False)
         self.path.edit.setText(str(start.with_suffix(".csv")))
-        self.sentence = FieldMessage()
-        self.add_row(tr("File"), self.path, self.sentence)
+        self.message = FieldMessage()
+        self.add_row(tr("File"), self.path, self.message)
         self.kind.activated.connect(self._update_suffix)
         self.path.edit.textChanged.connect(self._validate)
         self._validate()
@@ -178,15 +178,15 @@ class ExportDialog(FormDialog):
         file = Path(text).expanduser()
         usable = bool(text) and path_kind(file.parent) == "folder"
         if not text:
-            self.sentence.set_message(tr("Name the file."), "warning")
+            self.message.set_message(tr("Name the file."), "warning")
         elif not usable:
-            self.sentence.set_message(
+            self.message.set_message(
                 tr("There is no folder {parent}.").format(parent=file.parent), "warning"
             )
         elif path_kind(file) != "missing":
-            self.sentence.set_message(tr("This file exists and will be replaced."), "caution")
+            self.message.set_message(tr("This file exists and will be replaced."), "caution")
         else:
-            self.sentence.set_message(tr("A new file."), "good")
+            self.message.set_message(tr("A new file."), "good")
         self.button.setEnabled(usable)
 
     @property

@@ -62,9 +62,9 @@ class LimitsDialog(FormDialog):
         self._before = {name: self._text(getattr(bands, name)) for name, _words in _FIELDS}
         self._bands = bands
         self.edits = {name: QLineEdit(self._before[name]) for name, _words in _FIELDS}
-        self.sentence = FieldMessage()
+        self.message = FieldMessage()
         for name, words in _FIELDS:
-            below = self.sentence if name == _FIELDS[-1][0] else None
+            below = self.message if name == _FIELDS[-1][0] else None
             self.add_row(tr(words), self.edits[name], below)
             self.edits[name].textChanged.connect(self._validate)
         self.reset = self.buttons.addButton(
@@ -92,7 +92,7 @@ class LimitsDialog(FormDialog):
             self._spec.limits,
             lambda value: to_si(value, self._unit, self._spec.quantity),
         )
-        self.sentence.set_message(verdict.message, verdict.state)
+        self.message.set_message(verdict.message, verdict.state)
         self.button.setEnabled(verdict.is_valid)
 
     def _value(self, name: str) -> float | None:

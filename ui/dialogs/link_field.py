@@ -75,10 +75,10 @@ class LinkField(QWidget):
         self.text.editTextChanged.connect(self._typed)
         column.addWidget(self.text)
         # Room for two lines, so that nothing moves while typing.
-        self.sentence = FieldMessage()
-        self.sentence.setMinimumHeight(look.px(32))
-        self.sentence.setAlignment(Qt.AlignmentFlag.AlignTop)
-        column.addWidget(self.sentence)
+        self.message = FieldMessage()
+        self.message.setMinimumHeight(look.px(32))
+        self.message.setAlignment(Qt.AlignmentFlag.AlignTop)
+        column.addWidget(self.message)
         self.input_check = InputCheck(message="", state="warning")
         self._show_kind()
         self.refresh_ports()
@@ -235,7 +235,7 @@ class LinkField(QWidget):
     def _validate(self) -> None:
         ports = [path for path, _words in self._ports]
         self.input_check = check_link(self.text.currentText(), self._parse, ports)
-        self.sentence.set_message(self.input_check.message, self.input_check.state)
+        self.message.set_message(self.input_check.message, self.input_check.state)
         line = self.text.lineEdit()
         state = "" if self.input_check.is_valid else "warning"
         if line is not None and line.property("state") != state:

@@ -51,8 +51,8 @@ class SettingsDialog(FormDialog):
         self.speech = self._choice(_SPEECH)
         self.add_row(tr("Spoken cues"), self.speech)
         self.flights = PathField(tr("Flights folder"), look)
-        self.sentence = FieldMessage()
-        self.add_row(tr("Flights folder"), self.flights, self.sentence)
+        self.message = FieldMessage()
+        self.add_row(tr("Flights folder"), self.flights, self.message)
         self.aircraft = ShippedFileField(tr("Aircraft"), choices.aircraft, settings.aircraft)
         self.add_row(tr("Aircraft"), self.aircraft)
         self.channel_map = ShippedFileField(
@@ -103,7 +103,7 @@ class SettingsDialog(FormDialog):
     def _validate(self) -> None:
         text = self.flights.edit.text().strip()
         why = unwritable_reason(self.flights.path) if text else tr("Name a folder.")
-        self.sentence.set_message(
+        self.message.set_message(
             why or tr("New flights are recorded here."), "warning" if why else "good"
         )
         self.button.setEnabled(not why)

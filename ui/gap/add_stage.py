@@ -49,8 +49,8 @@ class AddStage(StageView):
             (tr("Step"), tr("Effect"), tr("State")), stretch=1, widths={0: 52, 2: 150}, least=3,
         )  # fmt: skip
         pair.left.addWidget(self.effects, 30)
-        self.none = create_label("", "muted", wrap=True)
-        pair.left.addWidget(self.none)
+        self.empty_label = create_label("", "muted", wrap=True)
+        pair.left.addWidget(self.empty_label)
         pair.left.addWidget(create_button_row(look, *self.buttons.values()))
         pair.left.addSpacing(look.px(8))
         self.values_heading = create_label(tr("Values that moved beyond their bounds"), "heading")
@@ -88,28 +88,28 @@ class AddStage(StageView):
 
     def refresh(self) -> None:
         """Show effects and values."""
-        answer, step = self.answer, self.selection.step
-        if answer is None:
+        result, step = self.result, self.selection.step
+        if result is None:
             return
-        states = list_effect_statuses(answer, step)
+        states = list_effect_statuses(result, step)
         former = self.selected_effect
         self.effects.show_rows(build_effect_status_rows(states))
         ids = [one.effect for one in states]
         if ids and former not in ids:
             self.effects.select_row(ids[min(step, len(ids) - 1)])
         self.effects.setVisible(bool(states))
-        last = step == len(answer.discrepancy.steps) - 1
-        self.none.setVisible(last)
-        self.none.setText(
+        last = step == len(result.discrepancy.steps) - 1
+        self.empty_label.setVisible(last)
+        self.empty_label.setText(
             tr("All proven effects are in the model. Force another to see its effect.")
             if any(one.step for one in states)
             else tr("No effect is proven. Force one to see its effect.")
         )
-        values = build_changed_value_rows(answer)
+        values = build_changed_value_rows(result)
         self.values.show_rows(values)
         self.values.setVisible(bool(values))
         self.values_heading.setVisible(bool(values))
-        gust = answer.discrepancy.disturbance.get("gust")
+        gust = result.discrepancy.disturbance.get("gust")
         sentences = [] if values else [tr("All other values stay within their bounds.")]
         if gust:
             sentences.append(
@@ -119,30 +119,30 @@ class AddStage(StageView):
             )
         self.settled.setText(" ".join(sentences))
         self.settled.setVisible(bool(sentences))
-        self.remarks.setText("\n".join((*answer.discrepancy.warnings, *answer.remarks)))
+        self.remarks.setText("\n".join((*result.discrepancy.warnings, *result.remarks)))
         self._show_effect()
 
     def _show_effect(self) -> None:
-        answer, effect = self.answer, self.selected_effect
-        if answer is None:
+        result, effect = self.result, self.selected_effect
+        if result is None:
             return
-        found = next((one for one in answer.discrepancy.effects if one.effect == effect), None)
-        note = answer.effect_infos.get(effect)
-        self.title.setText(answer.title(effect) if effect else "")
+        found = next((one for one in result.discrepancy.effects if one.effect == effect), None)
+        note = result.effect_infos.get(effect)
+        self.title.setText(result.title(effect) if effect else "")
         equation = found.equation if found else note.equation if note else ""
         self.equation.setText(equation)
         self.equation.setVisible(bool(equation))
-        self.parameters.show_rows(build_parameter_rows(answer, effect, self.look.units))
+        self.parameters.show_rows(build_parameter_rows(result, effect, self.look.units))
         if found is None:
             self.sentences.setText(tr("Rejected: excluded from the search.") if effect else "")
             return
         said = [
             tr("Forced by the crew.")
             if found.forced
-            else f"{effect_confidence_text(answer, found)}."
+            else f"{effect_confidence_text(result, found)}."
         ]
         said[0] = said[0][:1].upper() + said[0][1:]
-        said.append(describe_runner_up(answer, found))
+        said.append(describe_runner_up(result, found))
         said.append(
             tr("Log-likelihood gain on the held-out maneuvers: {held_out}.").format(
                 held_out=signed_number_text(found.held_out, 1)

@@ -48,8 +48,8 @@ class FindStage(StageView):
             (tr("Maneuver"), tr("What and where")), stretch=1, widths={0: 76}, least=3,
         )  # fmt: skip
         pair.left.addWidget(self.lines, 20)
-        self.none = create_label("", "muted", wrap=True)
-        pair.left.addWidget(self.none)
+        self.empty_label = create_label("", "muted", wrap=True)
+        pair.left.addWidget(self.empty_label)
         self.detail = create_label("", "hint", wrap=True)
         pair.left.addWidget(self.detail)
         pair.left.addStretch(1)
@@ -74,27 +74,27 @@ class FindStage(StageView):
 
     def refresh(self) -> None:
         """Draw map, list and charts."""
-        answer, selection = self.answer, self.selection
-        if answer is None:
+        result, selection = self.result, self.selection
+        if result is None:
             return
         self.map.show_map(
-            answer.discrepancy.coefficients,
-            build_map_rows(answer, selection.step),
+            result.discrepancy.coefficients,
+            build_map_rows(result, selection.step),
             selection.maneuver,
             selection.coefficient,
         )
-        lines = build_disagreement_rows(answer, self.look.units)
+        lines = build_disagreement_rows(result, self.look.units)
         self.lines.show_rows(lines)
         self.lines.setVisible(bool(lines))
         self._show_detail()
-        instruments = list_instrument_texts(answer)
+        instruments = list_instrument_texts(result)
         sentences = (
             [] if lines else [tr("None: residuals are at the noise floor in all maneuvers.")]
         )
         sentences += [tr("Instruments: {words}").format(words=words) for words in instruments]
-        self.none.setText("\n".join(sentences))
-        self.none.setVisible(bool(sentences))
-        view = find_maneuver_view(answer, selection.maneuver)
+        self.empty_label.setText("\n".join(sentences))
+        self.empty_label.setVisible(bool(sentences))
+        view = find_maneuver_view(result, selection.maneuver)
         if view is not None:
             choices = [(name, channel_text(name)) for name in list_plot_variables(view)]
             self.variable.set_choices(choices, selection.variable)
@@ -102,10 +102,10 @@ class FindStage(StageView):
         self._draw_cloud()
 
     def _draw_trace(self) -> None:
-        if self.answer is None:
+        if self.result is None:
             return
-        found, chosen = self.answer.discrepancy, self.selection
-        view = find_maneuver_view(self.answer, chosen.maneuver)
+        found, chosen = self.result.discrepancy, self.selection
+        view = find_maneuver_view(self.result, chosen.maneuver)
         if view is None or chosen.coefficient not in view.coefficients:
             return
         picture = missing_history(found, view, chosen.coefficient, chosen.step)
@@ -142,9 +142,9 @@ class FindStage(StageView):
         )
 
     def _draw_cloud(self) -> None:
-        if self.answer is None:
+        if self.result is None:
             return
-        picture = build_missing_scatter(self.answer, self.selection, self.look.units)
+        picture = build_missing_scatter(self.result, self.selection, self.look.units)
         self.cloud.setVisible(picture is not None)
         if picture is None:
             return
@@ -194,9 +194,9 @@ class FindStage(StageView):
 
     def _open(self, key: object) -> None:
         """Look at a disagreement."""
-        if self.answer is None or not isinstance(key, int):
+        if self.result is None or not isinstance(key, int):
             return
-        one = self.answer.discrepancy.disagreements[key]
+        one = self.result.discrepancy.disagreements[key]
         wish = replace(self.selection, maneuver=one.maneuver, channel=one.channel)
         if one.coefficient:
             wish = replace(wish, coefficient=one.coefficient)

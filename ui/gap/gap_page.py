@@ -1,4 +1,4 @@
-"""The place Model gap: what to search, the search that runs, and its answer."""
+"""The place Model gap: what to search, the search that runs, and its result."""
 
 from __future__ import annotations
 
@@ -107,12 +107,12 @@ class GapPage(JobPage):
         }
 
     def _with_result_view(self, act: Callable[[GapResultView], object]) -> None:
-        if self.result_view is not None and self.search.answer is not None:
+        if self.result_view is not None and self.search.result is not None:
             act(self.result_view)
 
     @property
     def is_result_shown(self) -> bool:
-        """Return whether an answer is on screen, so that its keys are meant."""
+        """Return whether a result is on screen, so that its keys are meant."""
         return (
             self.shown
             and self.result_view is not None
@@ -153,8 +153,8 @@ class GapPage(JobPage):
         return tuple(found)
 
     def _is_refused(self, effect: str) -> bool:
-        answer = self.search.answer
-        return answer is not None and effect in answer.request.refused
+        result = self.search.result
+        return result is not None and effect in result.request.refused
 
     # Pages
 
@@ -200,10 +200,10 @@ class GapPage(JobPage):
             self.result_view.begin()
 
     def show_setup(self) -> None:
-        """Ask what to search; the answer there is stays."""
+        """Ask what to search; the result there is stays."""
         self.show_requested.emit()
         page = self._setup_page()
-        page.show_state(busy=self.busy, answered=self.search.answer is not None)
+        page.show_state(busy=self.busy, answered=self.search.result is not None)
         self.stack.setCurrentWidget(page)
         page.begin()
         self.changed.emit()
@@ -215,7 +215,7 @@ class GapPage(JobPage):
             self._setup_page().add_flight(path)
 
     def _show_result_view(self) -> None:
-        if self.result_view is not None and self.search.answer is not None:
+        if self.result_view is not None and self.search.result is not None:
             self.stack.setCurrentWidget(self.result_view)
             self.result_view.begin()
             self.changed.emit()
@@ -223,7 +223,7 @@ class GapPage(JobPage):
     # The search
 
     def _load(self) -> None:
-        """Load in a thread what the answer will be drawn with, once: it takes a second."""
+        """Load in a thread what the result will be drawn with, once: it takes a second."""
         if self.result_view is None and self._loading is None:
             self._loading = BackgroundJob(
                 tr("Loading the page"),
@@ -236,26 +236,26 @@ class GapPage(JobPage):
     def _show_began(self, title: str) -> None:
         self._load()
         if self.setup is not None:
-            self.setup.show_state(busy=True, answered=self.search.answer is not None)
+            self.setup.show_state(busy=True, answered=self.search.result is not None)
         super()._show_began(title)
 
     def _ended(self, how: str) -> None:
         if self.setup is not None:
-            self.setup.show_state(busy=False, answered=self.search.answer is not None)
+            self.setup.show_state(busy=False, answered=self.search.result is not None)
         self._show_ended(self.search.title, how)
 
     def _show_search_result(self) -> None:
-        answer = self.search.answer
-        if answer is None:
+        result = self.search.result
+        if result is None:
             return
         result_view = self._get_result_view()
-        result_view.show_result(answer)
+        result_view.show_result(result)
         had_focus = self.isVisible()
         self.stack.setCurrentWidget(result_view)
         if had_focus:
             result_view.begin()
         else:
-            words = answer.discrepancy.why or tr("The search has ended.")
+            words = result.discrepancy.why or tr("The search has ended.")
             self._banner.show_result(words, tr("Look (F5)"), self.show_requested.emit)
         self.changed.emit()
 
@@ -313,22 +313,22 @@ class GapPage(JobPage):
 
     def refuse_effect(self) -> None:
         """Search again without the effect that is looked at."""
-        answer = self.search.answer
-        if self.result_view is None or answer is None:
+        result = self.search.result
+        if self.result_view is None or result is None:
             return
         effect = self.result_view.chosen_effect
         if effect:
-            self.search.refuse(effect, answer.title(effect))
+            self.search.refuse(effect, result.title(effect))
 
     def force_effect(self) -> None:
         """Ask for an effect and search again with it in the model."""
-        answer = self.search.answer
-        if self.result_view is None or answer is None:
+        result = self.search.result
+        if self.result_view is None or result is None:
             return
         from ui.gap.force_effect_dialog import ForceEffectDialog
         from ui.gap.gap_view_models import list_forceable_effects
 
-        choices = list_forceable_effects(answer, self.result_view.selection.step)
+        choices = list_forceable_effects(result, self.result_view.selection.step)
         dialog = ForceEffectDialog(self._look, choices, self)
         if dialog.exec() and dialog.selected_effect is not None:
             self.search.force(dialog.selected_effect.effect, dialog.selected_effect.title)
@@ -337,12 +337,12 @@ class GapPage(JobPage):
 
     def save_model(self) -> None:
         """Ask for a file and save the model of the step that is looked at."""
-        answer, result_view = self.search.answer, self.result_view
-        if answer is None or result_view is None:
+        result, result_view = self.search.result, self.result_view
+        if result is None or result_view is None:
             return
         from gsapp.dynamics.model import save_model
 
-        model = answer.discrepancy.steps[result_view.selection.step].model
+        model = result.discrepancy.steps[result_view.selection.step].model
         start = (
             initial_dialog_folder(self._store.current)
             / f"{sanitize_file_name(model.name) or 'model'}.toml"
@@ -356,10 +356,10 @@ class GapPage(JobPage):
 
     def write_report(self) -> None:
         """Ask for a file and write the report in the background."""
-        answer = self.search.answer
-        if answer is None:
+        result = self.search.result
+        if result is None:
             return
-        name = answer.request.flights[0].stem if answer.request.flights else "flight"
+        name = result.request.flights[0].stem if result.request.flights else "flight"
         start = initial_dialog_folder(self._store.current) / f"{name} model gap.html"
         path = ask_save_file(self, tr("Write the report"), start, tr(_REPORT_FILTER))
         if path is not None:

@@ -1,4 +1,4 @@
-"""The answer of a search, told in four steps."""
+"""The result of a search, told in four steps."""
 
 from __future__ import annotations
 
@@ -116,7 +116,7 @@ class GapResultView(QScrollArea):
         self._look = look
         self._store = store
         self._actions = actions
-        self.answer: SearchResult | None = None
+        self.result: SearchResult | None = None
         self.selection = GapSelection()
         self._moved = self._chose = self._tuned = False
         self.setFrameShape(QFrame.Shape.NoFrame)
@@ -148,12 +148,14 @@ class GapResultView(QScrollArea):
         policy.setHeightForWidth(True)
         self.verdict.setSizePolicy(policy)
         row.addWidget(self.verdict, 1)
-        self.again = ActionButton(self._actions["gap_search"], tr("New search…"), self._look)
-        row.addWidget(self.again, 0, Qt.AlignmentFlag.AlignTop)
+        self.search_button = ActionButton(
+            self._actions["gap_search"], tr("New search…"), self._look
+        )
+        row.addWidget(self.search_button, 0, Qt.AlignmentFlag.AlignTop)
         head.addLayout(row)
-        self.why = create_label("", wrap=True, remarks_in=self._look)
-        self.why.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
-        head.addWidget(self.why)
+        self.reason = create_label("", wrap=True, remarks_in=self._look)
+        self.reason.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
+        head.addWidget(self.reason)
         self.about = create_label("", "hint", wrap=True)
         head.addWidget(self.about)
         return head
@@ -219,32 +221,32 @@ class GapResultView(QScrollArea):
 
     # What is shown
 
-    def show_result(self, answer: SearchResult) -> None:
-        """Show an answer; what was looked at stays where a former one was of the same flights."""
-        former = self.answer
-        self.answer = answer
-        if former is not None and answer.continues(former):
-            self.selection = nearest_valid_selection(answer, self.selection)
+    def show_result(self, result: SearchResult) -> None:
+        """Show a result; what was looked at stays where a former one was of the same flights."""
+        former = self.result
+        self.result = result
+        if former is not None and result.continues(former):
+            self.selection = nearest_valid_selection(result, self.selection)
         else:
             settings = self._store.current
             self.selection = initial_selection(
-                answer, variable=settings.gap_variable, channel=settings.gap_channel
+                result, variable=settings.gap_variable, channel=settings.gap_channel
             )
             self._moved = self._chose = self._tuned = False
         self._show_verdict()
-        if self.stage and former is not None and answer.continues(former):
+        if self.stage and former is not None and result.continues(former):
             self.set_selection(self.selection)
         else:
             self.go_to_stage("find", focus=False)
 
     def _show_verdict(self) -> None:
-        answer = self.answer
-        if answer is None:
+        result = self.result
+        if result is None:
             return
-        self.verdict.setText(verdict_text(answer))
-        self._sign.show_state(verdict_state(answer.discrepancy))
-        self.why.setText(answer.discrepancy.why)
-        self.about.setText(answer.request.text)
+        self.verdict.setText(verdict_text(result))
+        self._sign.show_state(verdict_state(result.discrepancy))
+        self.reason.setText(result.discrepancy.why)
+        self.about.setText(result.request.text)
 
     def _choose(self, selection: GapSelection) -> None:
         """Look at what the crew chose."""
@@ -259,25 +261,25 @@ class GapResultView(QScrollArea):
 
     def set_selection(self, selection: GapSelection) -> None:
         """Look at something else."""
-        if self.answer is None:
+        if self.result is None:
             return
-        self.selection = nearest_valid_selection(self.answer, selection)
-        self.track.show_steps(list_model_names(self.answer), self.selection.step)
-        self.stages[self.stage].show_result(self.answer, self.selection)
+        self.selection = nearest_valid_selection(self.result, selection)
+        self.track.show_steps(list_model_names(self.result), self.selection.step)
+        self.stages[self.stage].show_result(self.result, self.selection)
         self.step_changed.emit()
 
     def go_to_stage(self, stage: str, *, focus: bool = True) -> None:
         """Go to one of the four steps."""
-        if self.answer is None:
+        if self.result is None:
             return
-        last = len(self.answer.discrepancy.steps) - 1
+        last = len(self.result.discrepancy.steps) - 1
         if stage == "show":
             # The story's end shows what was won, unless the crew chose something itself.
             if not self._moved and self.selection.step == 0:
                 self.selection = replace(self.selection, step=last)
-            if not self._chose and (kept := find_worst_held_out(self.answer, self.selection)):
+            if not self._chose and (kept := find_worst_held_out(self.result, self.selection)):
                 self.selection = replace(self.selection, maneuver=kept)
-            if not self._tuned and (name := find_most_closed_channel(self.answer)):
+            if not self._tuned and (name := find_most_closed_channel(self.result)):
                 self.selection = replace(self.selection, channel=name)
         self.stage = stage
         self._get_stage(stage)
@@ -308,9 +310,9 @@ class GapResultView(QScrollArea):
 
     def next_maneuver(self, steps: int) -> None:
         """Look at another maneuver."""
-        if self.answer is None or not self.answer.discrepancy.maneuvers:
+        if self.result is None or not self.result.discrepancy.maneuvers:
             return
-        ids = [view.id for view in self.answer.discrepancy.maneuvers]
+        ids = [view.id for view in self.result.discrepancy.maneuvers]
         self._chose = True
         place = ids.index(self.selection.maneuver) + steps
         self.set_selection(replace(self.selection, maneuver=ids[min(max(place, 0), len(ids) - 1)]))
@@ -318,14 +320,14 @@ class GapResultView(QScrollArea):
     @property
     def can_accept(self) -> bool:
         """Return whether a proven effect waits."""
-        if self.answer is None:
+        if self.result is None:
             return False
-        return find_step_effect(self.answer, self.selection.step + 1) is not None
+        return find_step_effect(self.result, self.selection.step + 1) is not None
 
     @property
     def chosen_effect(self) -> str:
         """Return the effect that a decision would be about; empty for none."""
-        if self.answer is None:
+        if self.result is None:
             return ""
         view = self.stages.get(self.stage)
         if isinstance(view, NameStage) and view.candidate:
@@ -333,7 +335,7 @@ class GapResultView(QScrollArea):
         if isinstance(view, AddStage) and view.selected_effect:
             return view.selected_effect
         for step in (self.selection.step + 1, self.selection.step):
-            if (effect := find_step_effect(self.answer, step)) is not None:
+            if (effect := find_step_effect(self.result, step)) is not None:
                 return effect.effect
         return ""
 
@@ -359,5 +361,5 @@ class GapResultView(QScrollArea):
             button.setMinimumHeight(look.px(36))
         self._fit()
         self._show_verdict()
-        if self.answer is not None:
+        if self.result is not None:
             self.set_selection(self.selection)

@@ -24,7 +24,7 @@ def create_search_job_runner() -> ProcessJobRunner:
 
 
 class GapSearch(QObject):
-    """The search of the window: at most one runs; the answer stays until another one comes.
+    """The search of the window: at most one runs; the result stays until another one comes.
 
     Parameters
     ----------
@@ -40,7 +40,7 @@ class GapSearch(QObject):
     ended : Signal(str)
         The work ended: ``found``, ``written``, ``cancelled`` or ``failed``.
     changed : Signal
-        There is another answer.
+        There is another result.
     written : Signal(object)
         The path of a report.
     """
@@ -61,7 +61,7 @@ class GapSearch(QObject):
         self._job_runner = job_runner
         self._report_error = report_error
         self._job: BackgroundJob | None = None
-        self.answer: SearchResult | None = None
+        self.result: SearchResult | None = None
         self._decision = ""
         self.undo_stack = UndoStack(self)
         self.undo_stack.setUndoLimit(_RESULT_CACHE_SIZE)
@@ -82,32 +82,32 @@ class GapSearch(QObject):
 
     def refuse(self, effect: str, title: str) -> None:
         """Search again without an effect."""
-        if self.answer is not None:
+        if self.result is not None:
             self._look(
-                self.answer.request.refuse(effect),
+                self.result.request.refuse(effect),
                 tr("Searching without “{title}”").format(title=title),
                 tr("refuse {title}").format(title=title),
             )
 
     def force(self, effect: str, title: str) -> None:
         """Search again with an effect in the model, whatever its evidence."""
-        if self.answer is not None:
+        if self.result is not None:
             self._look(
-                self.answer.request.force(effect),
+                self.result.request.force(effect),
                 tr("Searching with “{title}”").format(title=title),
                 tr("force {title}").format(title=title),
             )
 
-    def _show_answer(self, answer: SearchResult) -> None:
-        self.answer = answer
+    def _show_answer(self, result: SearchResult) -> None:
+        self.result = result
         self.changed.emit()
 
     def write_report(self, path: Path, units: str) -> None:
-        """Write the report of the answer in the background, in ``US`` or ``SI`` units."""
-        answer = self.answer
-        if answer is None or self.running:
+        """Write the report of the result in the background, in ``US`` or ``SI`` units."""
+        result = self.result
+        if result is None or self.running:
             return
-        job = GapReportJob(answer=answer, path=path, units=units)
+        job = GapReportJob(result=result, path=path, units=units)
         self._start(tr("Writing {name}").format(name=path.name), job, self._report_done)
 
     def cancel(self) -> None:
@@ -139,21 +139,21 @@ class GapSearch(QObject):
         work.start()
         self.began.emit(work)
 
-    def _found(self, answer: object) -> None:
-        if not isinstance(answer, SearchResult):
+    def _found(self, result: object) -> None:
+        if not isinstance(result, SearchResult):
             return
-        former = self.answer
-        if former is not None and answer.continues(former):
+        former = self.result
+        if former is not None and result.continues(former):
             command = UndoCommand(
                 self._decision,
                 lambda: self._show_answer(former),
-                lambda: self._show_answer(answer),
+                lambda: self._show_answer(result),
             )
             self.undo_stack.push(command)
         else:
             self.undo_stack.clear()
         self.ended.emit("found")
-        self._show_answer(answer)
+        self._show_answer(result)
 
     def _report_done(self, path: object) -> None:
         self.ended.emit("written")

@@ -1,4 +1,4 @@
-"""What the crew looks at: maneuver, coefficient, variable, channel and step of an answer."""
+"""What the crew looks at: maneuver, coefficient, variable, channel and step of a result."""
 
 from __future__ import annotations
 
@@ -28,16 +28,16 @@ class GapSelection:
     channel: str = ""
 
 
-def initial_selection(answer: SearchResult, *, variable: str, channel: str) -> GapSelection:
+def initial_selection(result: SearchResult, *, variable: str, channel: str) -> GapSelection:
     """Return what to look at first: where model and flight disagree most.
 
     Parameters
     ----------
-    answer : SearchResult
+    result : SearchResult
     variable, channel : str
-        Looked at last, kept where this answer has them.
+        Looked at last, kept where this result has them.
     """
-    found = answer.discrepancy
+    found = result.discrepancy
     worst = next((one for one in found.disagreements if one.coefficient), None)
     selection = GapSelection(step=0)
     if worst is not None:
@@ -45,17 +45,17 @@ def initial_selection(answer: SearchResult, *, variable: str, channel: str) -> G
             variable = worst.region.variable
         channel = worst.channel if worst.channel in found.channels else channel
         selection = replace(selection, maneuver=worst.maneuver, coefficient=worst.coefficient)
-    return nearest_valid_selection(answer, replace(selection, variable=variable, channel=channel))
+    return nearest_valid_selection(result, replace(selection, variable=variable, channel=channel))
 
 
-def nearest_valid_selection(answer: SearchResult, wish: GapSelection) -> GapSelection:
-    """Return the nearest to a wish that the answer can show."""
-    found = answer.discrepancy
+def nearest_valid_selection(result: SearchResult, wish: GapSelection) -> GapSelection:
+    """Return the nearest to a wish that the result can show."""
+    found = result.discrepancy
     ids = [view.id for view in found.maneuvers]
     maneuver = wish.maneuver if wish.maneuver in ids else (ids[0] if ids else "")
     known = found.coefficients
     coefficient = wish.coefficient if wish.coefficient in known else (known[0] if known else "")
-    view = find_maneuver_view(answer, maneuver)
+    view = find_maneuver_view(result, maneuver)
     there = list_plot_variables(view) if view is not None else ()
     variable = wish.variable if wish.variable in there else (there[0] if there else "")
     channels = found.channels
@@ -70,9 +70,9 @@ def nearest_valid_selection(answer: SearchResult, wish: GapSelection) -> GapSele
     )
 
 
-def find_worst_held_out(answer: SearchResult, selection: GapSelection) -> str:
+def find_worst_held_out(result: SearchResult, selection: GapSelection) -> str:
     """Return the maneuver kept out in which the baseline lacks most; empty if there is none."""
-    found = answer.discrepancy
+    found = result.discrepancy
     if not found.steps or selection.coefficient not in found.coefficients:
         return ""
     column = found.coefficients.index(selection.coefficient)
@@ -84,9 +84,9 @@ def find_worst_held_out(answer: SearchResult, selection: GapSelection) -> str:
     return max(kept)[1] if kept else ""
 
 
-def find_most_closed_channel(answer: SearchResult) -> str:
+def find_most_closed_channel(result: SearchResult) -> str:
     """Return the channel whose gap shrank most from the baseline to the last effect."""
-    steps = answer.discrepancy.steps
+    steps = result.discrepancy.steps
     if len(steps) < 2:
         return ""
     shrunk = {
@@ -95,9 +95,9 @@ def find_most_closed_channel(answer: SearchResult) -> str:
     return max(shrunk, key=lambda name: shrunk[name]) if shrunk else ""
 
 
-def find_maneuver_view(answer: SearchResult, maneuver: str) -> ManeuverHistories | None:
+def find_maneuver_view(result: SearchResult, maneuver: str) -> ManeuverHistories | None:
     """Return the histories of a maneuver."""
-    return next((one for one in answer.discrepancy.maneuvers if one.id == maneuver), None)
+    return next((one for one in result.discrepancy.maneuvers if one.id == maneuver), None)
 
 
 def list_plot_variables(view: ManeuverHistories) -> tuple[str, ...]:
@@ -106,9 +106,9 @@ def list_plot_variables(view: ManeuverHistories) -> tuple[str, ...]:
     return (*known, *(name for name in view.conditions if name not in known))
 
 
-def list_model_names(answer: SearchResult) -> tuple[str, ...]:
+def list_model_names(result: SearchResult) -> tuple[str, ...]:
     """Return the names of the models from the baseline on."""
-    steps = answer.discrepancy.steps
+    steps = result.discrepancy.steps
     return tuple(
-        f"+ {answer.title(step.added)}" if step.added else tr("Baseline") for step in steps
+        f"+ {result.title(step.added)}" if step.added else tr("Baseline") for step in steps
     )

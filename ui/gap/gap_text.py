@@ -69,9 +69,9 @@ def verdict_state(found: DiscrepancyResult) -> IndicatorState:
     return _VERDICT_STATES.get(found.verdict, "plain")
 
 
-def verdict_text(answer: SearchResult) -> str:
+def verdict_text(result: SearchResult) -> str:
     """Return the verdict as a headline."""
-    found = answer.discrepancy
+    found = result.discrepancy
     titles = [effect.title for effect in found.effects]
     if found.verdict == "effects-found" and len(titles) == 1:
         return tr("One effect is missing: {title}").format(title=titles[0])
@@ -103,9 +103,9 @@ def confidence_text(probability: float) -> str:
     return tr("{words}: right in {share} of 100 such cases").format(words=words, share=share)
 
 
-def effect_confidence_text(answer: SearchResult, effect: FoundEffect) -> str:
+def effect_confidence_text(result: SearchResult, effect: FoundEffect) -> str:
     """Return how sure an effect is, or what it cannot be told from."""
-    others = [f"“{answer.title(name)}”" for name in effect.one_of if name != effect.effect]
+    others = [f"“{result.title(name)}”" for name in effect.one_of if name != effect.effect]
     if others:
         return tr("these flights cannot tell it from {others}").format(others=", ".join(others))
     return confidence_text(effect.confidence)
@@ -185,9 +185,9 @@ def maneuver_kind_text(kind: str) -> str:
     return "".join(SURFACE_NAMES.get(word, word) for word in words) or tr("maneuver")
 
 
-def maneuver_text(answer: SearchResult, view: ManeuverHistories, *, clock: bool = True) -> str:
+def maneuver_text(result: SearchResult, view: ManeuverHistories, *, clock: bool = True) -> str:
     """Return one maneuver in a list: ``3 · elevator doublet · 02:18.4 · kept out``."""
-    parts = [view.id, maneuver_kind_text(answer.kinds.get(view.id, view.kind))]
+    parts = [view.id, maneuver_kind_text(result.kinds.get(view.id, view.kind))]
     if clock and view.times.size:
         parts.append(clock_text(float(view.times[0]), decimals=1))
     if view.held_out:

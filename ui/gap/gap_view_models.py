@@ -1,4 +1,4 @@
-"""What each of the four steps shows, taken from an answer. Frozen; no Qt widgets, no numerics."""
+"""What each of the four steps shows, taken from a result. Frozen; no Qt widgets, no numerics."""
 
 from __future__ import annotations
 
@@ -77,15 +77,15 @@ def find_map_level(ratio: float) -> int:
     return sum(ratio >= bound for bound in DISPLAY.map_levels)
 
 
-def build_map_rows(answer: SearchResult, step: int) -> tuple[TableRow, ...]:
+def build_map_rows(result: SearchResult, step: int) -> tuple[TableRow, ...]:
     """Return the map of one model: a row for each maneuver, a `MapCell` for each coefficient."""
-    found = answer.discrepancy
+    found = result.discrepancy
     if not found.steps:
         return ()
     proven = {(one.maneuver, one.coefficient) for one in found.disagreements} if step == 0 else ()
     rows = []
     for view, ratios in zip(found.maneuvers, found.steps[step].coefficient_map, strict=True):
-        heading = maneuver_text(answer, view, clock=False)
+        heading = maneuver_text(result, view, clock=False)
         cells = [
             MapCell(
                 ratio=float(ratio),
@@ -140,23 +140,23 @@ class MissingCoefficientScatter:
 
 
 def build_missing_scatter(
-    answer: SearchResult, selection: GapSelection, system: str
+    result: SearchResult, selection: GapSelection, system: str
 ) -> MissingCoefficientScatter | None:
     """Return the chosen coefficient against the chosen variable."""
-    view = find_maneuver_view(answer, selection.maneuver)
+    view = find_maneuver_view(result, selection.maneuver)
     name, coefficient = selection.variable, selection.coefficient
     if view is None or name not in view.conditions or coefficient not in view.coefficients:
         return None
 
     pairs = {
         one.id: pair
-        for one in answer.discrepancy.maneuvers
+        for one in result.discrepancy.maneuvers
         if (pair := missing_by_condition(one, coefficient, name, selection.step, system))
     }
     region = next(
         (
             one.region
-            for one in answer.discrepancy.disagreements
+            for one in result.discrepancy.disagreements
             if one.coefficient == coefficient
             and one.region is not None
             and one.region.variable == name
@@ -189,10 +189,10 @@ def describe_disagreement(one: Disagreement, system: str) -> str:
     return tr("{what}: {ratio} times the noise{grows}").format(what=what, ratio=ratio, grows=grows)
 
 
-def build_disagreement_rows(answer: SearchResult, system: str) -> tuple[TableRow, ...]:
+def build_disagreement_rows(result: SearchResult, system: str) -> tuple[TableRow, ...]:
     """Return the list of disagreements, most significant first; keys are their places."""
     lines = []
-    for place, one in enumerate(answer.discrepancy.disagreements):
+    for place, one in enumerate(result.discrepancy.disagreements):
         when = tr("{start} to {end}").format(
             start=clock_text(one.t_start, decimals=1), end=clock_text(one.t_end, decimals=1)
         )
@@ -212,23 +212,23 @@ def build_disagreement_rows(answer: SearchResult, system: str) -> tuple[TableRow
     return tuple(lines)
 
 
-def list_instrument_texts(answer: SearchResult) -> tuple[str, ...]:
+def list_instrument_texts(result: SearchResult) -> tuple[str, ...]:
     """Return what is said of instruments that disagree with the others."""
-    return tuple(one.words for one in answer.discrepancy.instruments if not one.consistent)
+    return tuple(one.words for one in result.discrepancy.instruments if not one.consistent)
 
 
 # --- Name ---------------------------------------------------------------------------------------
 
 
-def build_ranking_rows(answer: SearchResult, step: int) -> tuple[TableRow, ...]:
+def build_ranking_rows(result: SearchResult, step: int) -> tuple[TableRow, ...]:
     """Return the competition that a step's model faced; the evidence is the value of a row."""
-    found = answer.discrepancy
+    found = result.discrepancy
     if not found.steps:
         return ()
     following = found.steps[step + 1].added if step + 1 < len(found.steps) else ""
     rows = []
     for one in found.steps[step].ranking:
-        title = one.title or answer.title(one.effect)
+        title = one.title or result.title(one.effect)
         cells = (
             title,
             percent_text(one.evidence),
@@ -248,39 +248,39 @@ def build_ranking_rows(answer: SearchResult, step: int) -> tuple[TableRow, ...]:
     return tuple(rows)
 
 
-def describe_ranking(answer: SearchResult, step: int) -> str:
+def describe_ranking(result: SearchResult, step: int) -> str:
     """Return who won the competition, over whom, and by how much."""
-    found = answer.discrepancy
+    found = result.discrepancy
     rows = found.steps[step].ranking if found.steps else ()
     if not rows:
         return tr("No candidate: this model leaves no gap for an effect to close.")
-    effect = find_step_effect(answer, step + 1)
+    effect = find_step_effect(result, step + 1)
     if effect is None:
         best = rows[0]
         return tr(
             "No further effect is proven. Best remaining candidate: “{title}”, with "
             "{evidence} of the evidence."
         ).format(title=best.title, evidence=percent_text(best.evidence))
-    return f"“{effect.title}” – {effect_confidence_text(answer, effect)}."
+    return f"“{effect.title}” – {effect_confidence_text(result, effect)}."
 
 
-def describe_runner_up(answer: SearchResult, effect: FoundEffect) -> str:
+def describe_runner_up(result: SearchResult, effect: FoundEffect) -> str:
     """Return the runner-up of an effect and the margin over it."""
     if not effect.runner_up:
         return tr("No other candidate is close.")
     margin = number_text(effect.margin, 1)
     return tr("Second: “{title}”, behind by {margin}.").format(
-        title=answer.title(effect.runner_up), margin=margin
+        title=result.title(effect.runner_up), margin=margin
     )
 
 
-def find_step_effect(answer: SearchResult, step: int) -> FoundEffect | None:
+def find_step_effect(result: SearchResult, step: int) -> FoundEffect | None:
     """Return the effect that a step added."""
-    steps = answer.discrepancy.steps
+    steps = result.discrepancy.steps
     if not 0 < step < len(steps):
         return None
     added = steps[step].added
-    return next((one for one in answer.discrepancy.effects if one.effect == added), None)
+    return next((one for one in result.discrepancy.effects if one.effect == added), None)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -292,18 +292,18 @@ class EffectDescription:
     paragraphs: tuple[tuple[str, str], ...]
 
 
-def describe_effect(answer: SearchResult, effect: str) -> EffectDescription:
+def describe_effect(result: SearchResult, effect: str) -> EffectDescription:
     """Return what an effect is, what it is mistaken for, and what would tell it apart."""
-    note = answer.effect_infos.get(effect)
-    seen = next((one for one in answer.discrepancy.observability if one.effect == effect), None)
+    note = result.effect_infos.get(effect)
+    seen = next((one for one in result.discrepancy.observability if one.effect == effect), None)
     paragraphs: list[tuple[str, str]] = []
     alike = [tr("{title} ({percent} alike here)").format(
-                 title=answer.title(name), percent=percent_text(abs(cosine)))
+                 title=result.title(name), percent=percent_text(abs(cosine)))
              for name, cosine in (seen.aliases if seen is not None else ())]  # fmt: skip
     if alike:
         paragraphs.append((tr("Looks the same in these flights as"), join_with_and(alike)))
     if note is not None and note.mistaken_for:
-        others = join_with_and(answer.title(name) for name in note.mistaken_for)
+        others = join_with_and(result.title(name) for name in note.mistaken_for)
         paragraphs.append((tr("Mistaken for"), others))
     told = seen.fly if seen is not None and seen.fly else ""
     if note is not None and note.distinguished_by and note.distinguished_by != told:
@@ -321,32 +321,32 @@ def describe_effect(answer: SearchResult, effect: str) -> EffectDescription:
                 ),
             )
         )
-    found = next((one for one in answer.discrepancy.effects if one.effect == effect), None)
+    found = next((one for one in result.discrepancy.effects if one.effect == effect), None)
     equation = found.equation if found is not None else (note.equation if note is not None else "")
     return EffectDescription(
-        title=answer.title(effect), equation=equation, paragraphs=tuple(paragraphs)
+        title=result.title(effect), equation=equation, paragraphs=tuple(paragraphs)
     )
 
 
-def build_observability_rows(answer: SearchResult, *, hidden_only: bool) -> tuple[TableRow, ...]:
+def build_observability_rows(result: SearchResult, *, hidden_only: bool) -> tuple[TableRow, ...]:
     """Return what these flights could show, the least visible first."""
-    table = sorted(answer.discrepancy.observability, key=lambda one: one.sigma)
+    table = sorted(result.discrepancy.observability, key=lambda one: one.sigma)
     return tuple(
         TableRow(
             key=one.effect,
             cells=(
-                answer.title(one.effect),
+                result.title(one.effect),
                 # What merely rescales coefficients no maneuver shows.
                 tr("on the ground only")
                 if one.effect_class == "C"
                 else observability_text(one.sigma),
-                one.fly or _alias_text(answer, one),
+                one.fly or _alias_text(result, one),
             ),
             state="caution" if one.sigma < DISPLAY.min_observable_sigmas else "plain",
             colored=frozenset({1}),
             detail=tr("{effect}, class {effect_class}. {alias}")
             .format(
-                effect=one.effect, effect_class=one.effect_class, alias=_alias_text(answer, one)
+                effect=one.effect, effect_class=one.effect_class, alias=_alias_text(result, one)
             )
             .strip(),
         )
@@ -355,20 +355,20 @@ def build_observability_rows(answer: SearchResult, *, hidden_only: bool) -> tupl
     )
 
 
-def _alias_text(answer: SearchResult, one: Observability) -> str:
+def _alias_text(result: SearchResult, one: Observability) -> str:
     if not one.aliases:
         return ""
     name, cosine = one.aliases[0]
     return tr("looks like {title} ({percent})").format(
-        title=answer.title(name), percent=percent_text(abs(cosine))
+        title=result.title(name), percent=percent_text(abs(cosine))
     )
 
 
-def build_alternative_rows(answer: SearchResult, system: str) -> tuple[tuple[str, str, str], ...]:
+def build_alternative_rows(result: SearchResult, system: str) -> tuple[tuple[str, str, str], ...]:
     """Return title, reason and remedy of what these flights would look the same with."""
     return tuple(
         (one.title, convert_text_units(one.why, system), convert_text_units(one.fly, system))
-        for one in answer.discrepancy.alternatives
+        for one in result.discrepancy.alternatives
     )
 
 
@@ -394,10 +394,10 @@ class EffectStatus:
     step: int
 
 
-def list_effect_statuses(answer: SearchResult, step: int) -> tuple[EffectStatus, ...]:
+def list_effect_statuses(result: SearchResult, step: int) -> tuple[EffectStatus, ...]:
     """Return the effects on the way, then those that were refused."""
     states = []
-    for place, one in enumerate(answer.discrepancy.steps):
+    for place, one in enumerate(result.discrepancy.steps):
         if not place:
             continue
         words = (
@@ -407,14 +407,14 @@ def list_effect_statuses(answer: SearchResult, step: int) -> tuple[EffectStatus,
             if place == step + 1
             else tr("later")
         )
-        if one.added in answer.request.forced:
+        if one.added in result.request.forced:
             words += tr(", forced")
         states.append(
-            EffectStatus(effect=one.added, title=answer.title(one.added), text=words, step=place)
+            EffectStatus(effect=one.added, title=result.title(one.added), text=words, step=place)
         )
     states += [
-        EffectStatus(effect=name, title=answer.title(name), text=tr("refused"), step=0)
-        for name in answer.request.refused
+        EffectStatus(effect=name, title=result.title(name), text=tr("refused"), step=0)
+        for name in result.request.refused
     ]
     return tuple(states)
 
@@ -434,11 +434,11 @@ def build_effect_status_rows(states: tuple[EffectStatus, ...]) -> tuple[TableRow
 
 
 def build_parameter_rows(
-    answer: SearchResult, effect: str, system: str
+    result: SearchResult, effect: str, system: str
 ) -> tuple[tuple[str, str], ...]:
     """Return name and value of each parameter of a found effect."""
-    found = next((one for one in answer.discrepancy.effects if one.effect == effect), None)
-    note = answer.effect_infos.get(effect)
+    found = next((one for one in result.discrepancy.effects if one.effect == effect), None)
+    note = result.effect_infos.get(effect)
     if found is None:
         return ()
     units = note.units if note is not None else {}
@@ -448,10 +448,10 @@ def build_parameter_rows(
     )
 
 
-def build_changed_value_rows(answer: SearchResult) -> tuple[TableRow, ...]:
+def build_changed_value_rows(result: SearchResult) -> tuple[TableRow, ...]:
     """Return the derivatives that moved beyond their bounds."""
     lines = []
-    for name, one in answer.discrepancy.values.items():
+    for name, one in result.discrepancy.values.items():
         moved = (one.after - one.before) / one.std if one.std > 0 else float("nan")
         lines.append(
             TableRow(
@@ -471,11 +471,11 @@ def build_changed_value_rows(answer: SearchResult) -> tuple[TableRow, ...]:
 # --- Show ---------------------------------------------------------------------------------------
 
 
-def build_gap_rows(answer: SearchResult, system: str) -> tuple[TableRow, ...]:
+def build_gap_rows(result: SearchResult, system: str) -> tuple[TableRow, ...]:
     """Return the numbers of each channel: RMS, percent of range, Theil, share in tolerance."""
     return tuple(
         TableRow(key=name, cells=(channel_symbol(name), *_format_gap_cells(name, one, system)))
-        for name, one in answer.discrepancy.gap.channels.items()
+        for name, one in result.discrepancy.gap.channels.items()
     )
 
 
@@ -512,9 +512,9 @@ class ForceableEffect:
     reason: str = field(default="")
 
 
-def list_forceable_effects(answer: SearchResult, step: int) -> tuple[ForceableEffect, ...]:
+def list_forceable_effects(result: SearchResult, step: int) -> tuple[ForceableEffect, ...]:
     """Return the effects that are not in the model, the best candidates first, then the catalog."""
-    found = answer.discrepancy
+    found = result.discrepancy
     there = {one.added for one in found.steps}
     ranked = found.steps[step].ranking if found.steps else ()
     choices = {
@@ -528,7 +528,7 @@ def list_forceable_effects(answer: SearchResult, step: int) -> tuple[ForceableEf
         for one in ranked
         if one.effect not in there
     }
-    for name, note in answer.effect_infos.items():
+    for name, note in result.effect_infos.items():
         if name not in there and name not in choices:
             choices[name] = ForceableEffect(effect=name, title=note.title)
     return tuple(choices.values())

@@ -35,7 +35,7 @@ class PreparedSearch(Protocol):
     def run(
         self, settings: DiscrepancySettings, *, progress: SearchProgressCallback | None = None
     ) -> DiscrepancyResult:
-        """Search, and return the answer."""
+        """Search, and return the result."""
 
 
 PrepareSearch = Callable[[Sequence["Maneuver"], "Aircraft", "Model | None"], PreparedSearch]
@@ -43,9 +43,9 @@ PrepareSearch = Callable[[Sequence["Maneuver"], "Aircraft", "Model | None"], Pre
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class GapReportJob:
-    """Write the report of an answer, its channels in ``US`` or ``SI`` units."""
+    """Write the report of a result, its channels in ``US`` or ``SI`` units."""
 
-    answer: SearchResult
+    result: SearchResult
     path: Path
     units: str = "US"
 
@@ -182,7 +182,7 @@ def _load_model(name: str) -> Model:
 
 
 def write_gap_report(job: GapReportJob) -> Path:
-    """Write the report of an answer, with the files that it was made from.
+    """Write the report of a result, with the files that it was made from.
 
     Raises
     ------
@@ -195,12 +195,12 @@ def write_gap_report(job: GapReportJob) -> Path:
     from gsapp.report import discrepancy_report
     from gsapp.report.discrepancy_provenance import search_provenance
 
-    answer, request = job.answer, job.answer.request
+    result, request = job.result, job.result.request
     provenance = search_provenance(request.flights, request)
     written = discrepancy_report.write_discrepancy_report(
-        answer.discrepancy,
+        result.discrepancy,
         job.path,
-        aircraft=answer.aircraft,
+        aircraft=result.aircraft,
         provenance=provenance,
         units="SI" if job.units == "SI" else "US",
         written=local_timestamp(),

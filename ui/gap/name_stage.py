@@ -74,20 +74,20 @@ class NameStage(StageView):
 
     def refresh(self) -> None:
         """Show the competition of the chosen model."""
-        answer, step = self.answer, self.selection.step
-        if answer is None:
+        result, step = self.result, self.selection.step
+        if result is None:
             return
-        self.winner.setText(describe_ranking(answer, step))
-        found = find_step_effect(answer, step + 1)
-        self.margin.setText(describe_runner_up(answer, found) if found is not None else "")
+        self.winner.setText(describe_ranking(result, step))
+        found = find_step_effect(result, step + 1)
+        self.margin.setText(describe_runner_up(result, found) if found is not None else "")
         self.margin.setVisible(found is not None)
-        rows = build_ranking_rows(answer, step)
+        rows = build_ranking_rows(result, step)
         self.ranking.show_rows(rows)
         self.ranking.setVisible(bool(rows))
         self._show_observability()
         current = self.ranking.current_key() or (found.effect if found is not None else "")
         self._show_effect(str(current))
-        same = build_alternative_rows(answer, self.look.units)
+        same = build_alternative_rows(result, self.look.units)
         self.same.setVisible(bool(same))
         self.alternatives.show_paragraphs(
             [(title, " ".join((why, tr("To tell: {fly}.").format(fly=fly))) if fly else why)
@@ -95,9 +95,9 @@ class NameStage(StageView):
         )  # fmt: skip
 
     def _show_observability(self) -> None:
-        if self.answer is not None:
+        if self.result is not None:
             self.observability.show_rows(
-                build_observability_rows(self.answer, hidden_only=self.hidden_only.isChecked())
+                build_observability_rows(self.result, hidden_only=self.hidden_only.isChecked())
             )
 
     def _seen(self) -> None:
@@ -107,12 +107,12 @@ class NameStage(StageView):
 
     def _show_effect(self, effect: str) -> None:
         self._candidate = effect
-        if self.answer is None or not effect:
+        if self.result is None or not effect:
             for part in (self.effect, self.equation):
                 part.hide()
             self.about.show_paragraphs(())
             return
-        picture = describe_effect(self.answer, effect)
+        picture = describe_effect(self.result, effect)
         self.effect.setText(picture.title)
         self.effect.show()
         self.equation.setText(picture.equation)

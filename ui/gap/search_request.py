@@ -11,7 +11,7 @@ from gsapp.discrepancy.settings import DiscrepancySettings
 from ui.translation import tr
 
 if TYPE_CHECKING:
-    # The window starts without the numerics behind an answer.
+    # The window starts without the numerics behind a result.
     from gsapp.discrepancy.results import DiscrepancyResult
 
 

@@ -49,7 +49,7 @@ class SearchSetupPage(CenteredPage):
     virtual_flight_requested : Signal
         Fly the virtual aircraft with a hidden effect and search that flight.
     back_requested : Signal
-        Back to the answer that is there.
+        Back to the result that is there.
     command_requested : Signal(str)
         A command of the window to run.
     """
@@ -85,8 +85,8 @@ class SearchSetupPage(CenteredPage):
             look, tr("Flights to search"), elide=Qt.TextElideMode.ElideMiddle
         )
         self.column.addWidget(self.flights)
-        self.sentence = FieldMessage()
-        self.column.addWidget(self.sentence)
+        self.message = FieldMessage()
+        self.column.addWidget(self.message)
         self.add_open = self._button(tr("Add the open flight"), self._add_open)
         self.add_file = self._button(tr("Add a file…"), self._add_file)
         self.add_folder = self._button(tr("Add a folder…"), self._add_folder)
@@ -182,7 +182,7 @@ class SearchSetupPage(CenteredPage):
         work = BackgroundJob(tr("Reading the models"), names, self)
         work.done.connect(self._offer_models)
         work.failed.connect(
-            lambda error: self.sentence.set_message(
+            lambda error: self.message.set_message(
                 tr("The models cannot be read: {error}").format(error=error), "warning"
             )
         )
@@ -209,7 +209,7 @@ class SearchSetupPage(CenteredPage):
         self._update_state()
 
     def show_state(self, *, busy: bool, answered: bool) -> None:
-        """Say whether a search runs, and whether there is an answer to go back to."""
+        """Say whether a search runs, and whether there is a result to go back to."""
         if busy and not self._busy and self.search.hasFocus():
             # Not to the next button, where a second Enter would do something else.
             self.flights.setFocus()
@@ -263,11 +263,11 @@ class SearchSetupPage(CenteredPage):
         self.trial.setToolTip(busy)
         gone = [path.name for path in paths if path_kind(path) == "missing"]
         if gone:
-            self.sentence.set_message(
+            self.message.set_message(
                 tr("{gone} no longer exists; remove it.").format(gone=gone[0]), "warning"
             )
         elif not paths:
-            self.sentence.set_message(
+            self.message.set_message(
                 tr(
                     "No flight. Add one with doublets of every surface, or try a flight with a "
                     "hidden effect below."
@@ -275,13 +275,13 @@ class SearchSetupPage(CenteredPage):
                 "caution",
             )
         elif self._busy:
-            self.sentence.set_message(tr("Changes apply to the next search."))
+            self.message.set_message(tr("Changes apply to the next search."))
         elif len(paths) == 1:
-            self.sentence.set_message(
+            self.message.set_message(
                 tr("One flight. Several flights with the same maneuvers give more certain names.")
             )
         else:
-            self.sentence.set_message(
+            self.message.set_message(
                 tr("{count} flights, searched together.").format(count=len(paths)), "good"
             )
 

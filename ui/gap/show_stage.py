@@ -91,12 +91,12 @@ class ShowStage(StageView):
 
     def refresh(self) -> None:
         """Draw everything."""
-        answer, selection = self.answer, self.selection
-        if answer is None:
+        result, selection = self.result, self.selection
+        if result is None:
             return
-        found = answer.discrepancy
+        found = result.discrepancy
         self.maneuver.set_choices(
-            [(view.id, maneuver_text(answer, view)) for view in found.maneuvers], selection.maneuver
+            [(view.id, maneuver_text(result, view)) for view in found.maneuvers], selection.maneuver
         )
         self.channel.set_choices(
             [(name, channel_text(name)) for name in found.channels], selection.channel
@@ -111,8 +111,8 @@ class ShowStage(StageView):
             )
         self.on.setText(tr("From the baseline to the last effect. {kept}").format(kept=kept))
         self.bars.show_pairs(channel_gaps(found, selection.step))
-        self.waterfall.show_steps(waterfall_steps(found), list_model_names(answer), selection.step)
-        lines = build_gap_rows(answer, self.look.units)
+        self.waterfall.show_steps(waterfall_steps(found), list_model_names(result), selection.step)
+        lines = build_gap_rows(result, self.look.units)
         self.numbers.setMaximumWidth(self.look.px(760))
         self.numbers.show_rows(lines)
         self.numbers.setVisible(bool(lines))
@@ -120,15 +120,15 @@ class ShowStage(StageView):
         self.numbers_heading.setVisible(bool(lines))
 
     def _draw_overlay(self) -> None:
-        answer, selection = self.answer, self.selection
-        view = find_maneuver_view(answer, selection.maneuver) if answer else None
+        result, selection = self.result, self.selection
+        view = find_maneuver_view(result, selection.maneuver) if result else None
         shown = view is not None and selection.channel in view.channels
         for chart in (self.overlay, self.rest):
             chart.setVisible(shown)
-        if answer is None or view is None or not shown:
+        if result is None or view is None or not shown:
             return
         picture = channel_overlay(view, selection.channel, self.look.units, selection.step)
-        name = list_model_names(answer)[selection.step]
+        name = list_model_names(result)[selection.step]
         axis, unit = channel_text(selection.channel), axis_unit(selection.channel, self.look.units)
         left = f"{axis.split(', ')[0]}{f', {unit}' if unit else ''}"
         kept = tr("held out") if view.held_out else tr("used in the search")

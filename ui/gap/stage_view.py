@@ -29,14 +29,14 @@ class StageView(QWidget):
     def __init__(self, look: DisplayStyle) -> None:
         super().__init__()
         self.look = look
-        self.answer: SearchResult | None = None
+        self.result: SearchResult | None = None
         self.selection = GapSelection()
         self.column = QVBoxLayout(self)
         self.column.setContentsMargins(0, 0, 0, 0)
 
-    def show_result(self, answer: SearchResult, selection: GapSelection) -> None:
-        """Show an answer, or another part of it."""
-        self.answer, self.selection = answer, selection
+    def show_result(self, result: SearchResult, selection: GapSelection) -> None:
+        """Show a result, or another part of it."""
+        self.result, self.selection = result, selection
         self.refresh()
 
     def refresh(self) -> None:

@@ -1,4 +1,4 @@
-"""A maneuver as small charts: what its surfaces did, within what was wanted, and the answer."""
+"""A maneuver as small charts: what its surfaces did, within what was wanted, and the response."""
 
 from __future__ import annotations
 
@@ -40,10 +40,10 @@ class ManeuverCharts(QWidget):
             )
             for place in range(_MAX_SURFACES)
         ]
-        self.answer = AnalysisPlot(look, tr("Response"), high=_MIN_CHART_HEIGHT)
+        self.response = AnalysisPlot(look, tr("Response"), high=_MIN_CHART_HEIGHT)
         for place, chart in enumerate(self.surfaces):
             self._grid.addWidget(chart, 0, place)
-        self._grid.addWidget(self.answer, 1, 0, 1, _MAX_SURFACES)
+        self._grid.addWidget(self.response, 1, 0, 1, _MAX_SURFACES)
 
     def show_maneuver(self, judged: EvaluatedManeuver) -> None:
         """Draw another maneuver."""
@@ -53,7 +53,7 @@ class ManeuverCharts(QWidget):
             chart.setVisible(bool(name))
             if name:
                 self._draw_surface(chart, judged, name)
-        self._draw_answer(judged)
+        self._draw_response(judged)
 
     def _draw_surface(self, chart: AnalysisPlot, judged: EvaluatedManeuver, name: str) -> None:
         values = judged.curves.series[name]
@@ -77,7 +77,7 @@ class ManeuverCharts(QWidget):
             words=tr("{title} of {id}").format(title=title, id=judged.verdict.id),
         )
 
-    def _draw_answer(self, judged: EvaluatedManeuver) -> None:
+    def _draw_response(self, judged: EvaluatedManeuver) -> None:
         names = [name for name in _RATE_CHANNELS if name in judged.curves.series]
         curves = [
             PlotCurve(
@@ -89,7 +89,7 @@ class ManeuverCharts(QWidget):
             for name in names
         ]
         unit = self._unit("q")
-        self.answer.draw(
+        self.response.draw(
             curves,
             [self._hands_off(judged)],
             title=tr("Response") if curves else tr("Response not measured"),

@@ -82,11 +82,11 @@ class DebriefPage(QWidget):
         body.setObjectName("page")
         self._column = QVBoxLayout(body)
         self.title = create_label("", "title", wrap=True)
-        self.why = create_label("", wrap=True, remarks_in=look)
+        self.reasons = create_label("", wrap=True, remarks_in=look)
         self.charts = ManeuverCharts(look)
         self.cards = TextTable(look, tr("Score by card"), CARD_COLUMN_TITLES, 1)
         self.trends = TextTable(look, tr("From flight to flight"), TREND_COLUMN_TITLES, 3)
-        for part in (self.title, self.why, self.charts, self.cards, self.trends):
+        for part in (self.title, self.reasons, self.charts, self.cards, self.trends):
             self._column.addWidget(part)
         self._column.addStretch(1)
         self.scroll_area.setWidget(body)
@@ -142,13 +142,13 @@ class DebriefPage(QWidget):
     def _show_maneuver(self) -> None:
         judged = self.current_maneuver
         self.charts.setVisible(judged is not None)
-        self.why.setVisible(judged is not None)
+        self.reasons.setVisible(judged is not None)
         if judged is None:
             self.title.setText(tr("Inputs are listed here as they are flown"))
             return
         line = build_maneuver_item(judged, self._look.units)
         self.title.setText(f"{line.text}: {line.state_text}")
-        self.why.setText(
+        self.reasons.setText(
             "\n".join(f"· {words}" for words in list_verdict_reasons(judged, self._look.units))
         )
         self.charts.show_maneuver(judged)

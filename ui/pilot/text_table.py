@@ -38,8 +38,8 @@ class TextTable(QWidget):
         self._column = column = QVBoxLayout(self)
         column.setContentsMargins(0, 0, 0, 0)
         column.addWidget(create_label(title, "heading", wrap=True))
-        self.none = create_label("", "muted", wrap=True)
-        column.addWidget(self.none)
+        self.empty_label = create_label("", "muted", wrap=True)
+        column.addWidget(self.empty_label)
         self._holder = QWidget()
         column.addWidget(self._holder)
         self.addActions(create_table_actions(self, lambda: (self._heads, *(self._rows or ()))))
@@ -49,8 +49,8 @@ class TextTable(QWidget):
         """Show other rows, or say why there are none."""
         units = self._look.units
         made = tuple(tuple(convert_text_units(cell, units) for cell in row) for row in rows)
-        self.none.setText(none)
-        self.none.setVisible(not made)
+        self.empty_label.setText(none)
+        self.empty_label.setVisible(not made)
         if made == self._rows:
             return
         self._rows = made

@@ -41,13 +41,13 @@ class WeighingForm(FormPart[FlightInfo]):
         for value in (*create_scale_fields(), *WEIGHING_CONDITION_FIELDS):
             self._add(value.key[-1], value)
         self.weight = create_label("", "title")
-        self.words = create_label("", wrap=True)
+        self.summary = create_label("", wrap=True)
         self.take = QPushButton(tr("Use as take-off weight"))
         self.take.setAccessibleName(tr("Use the measured weight as take-off weight"))
         set_touch_height(self.take)
         self.take.clicked.connect(self._apply_weighing)
         self.doubts = FieldMessage()
-        for widget in (self.weight, self.words, self.doubts, self.take):
+        for widget in (self.weight, self.summary, self.doubts, self.take):
             self._column.addWidget(widget)
         look.changed.connect(self._fit)
         self._fit()
@@ -97,9 +97,9 @@ class WeighingForm(FormPart[FlightInfo]):
         said = describe_weighing(editor.file.model, self._aircraft, self._look.units)
         waits = any(key[:1] == _TABLE for key in editor.problems)
         self.weight.setText("" if waits else said.weight)
-        self.words.setText("" if waits else said.problem or "\n".join(said.lines))
+        self.summary.setText("" if waits else said.problem or "\n".join(said.lines))
         self.weight.setVisible(bool(self.weight.text()))
-        self.words.setVisible(bool(self.words.text()))
+        self.summary.setVisible(bool(self.summary.text()))
         self.take.setVisible(bool(self.weight.text()))
 
     def _remark(self, value: CardField) -> tuple[str, str]:

@@ -39,7 +39,7 @@ class _Summary(QWidget):
         super().__init__()
         self._look = look
         self._state: IndicatorState = "unknown"
-        self.words = ""
+        self.text = ""
         look.changed.connect(self._fit)
         self._fit()
 
@@ -50,8 +50,8 @@ class _Summary(QWidget):
 
     def show_words(self, words: str, state: IndicatorState) -> None:
         """Show other words."""
-        if (words, state) != (self.words, self._state):
-            self.words, self._state = words, state
+        if (words, state) != (self.text, self._state):
+            self.text, self._state = words, state
             self.setAccessibleName(words)
             self.update()
 
@@ -69,7 +69,7 @@ class _Summary(QWidget):
         painter.drawText(
             QRectF(side + look.px(12), 0, self.width(), self.height()),
             Qt.AlignmentFlag.AlignVCenter,
-            self.words,
+            self.text,
         )
         painter.end()
 
@@ -125,9 +125,9 @@ class ChecklistPage(PreflightStepPage):
         self._top.addWidget(self.summary, 1)
         self.start = ActionButton(actions["preflight_start"], tr("Start the flight"), look)
         self.start.setProperty("role", "primary")
-        self.anew = ActionButton(actions["checklist_reset"], tr("Reset"), look)
+        self.reset_button = ActionButton(actions["checklist_reset"], tr("Reset"), look)
         self.change = ActionButton(actions["checklist_edit"], tr("Edit the list…"), look)
-        for button in (self.start, self.anew, self.change):
+        for button in (self.start, self.reset_button, self.change):
             set_touch_height(button)
             self._top.addWidget(button)
         self._column.addLayout(self._top)
@@ -158,7 +158,7 @@ class ChecklistPage(PreflightStepPage):
     def _fit(self) -> None:
         px = self.display_style.px
         roomy = self.width() >= px(_ROOMY_SIZE[0]) and self.window().height() >= px(_ROOMY_SIZE[1])
-        for button in (self.anew, self.change):
+        for button in (self.reset_button, self.change):
             button.setVisible(roomy)
         self.red.setMaximumHeight(px(1000 if roomy else 0))
         self._column.setContentsMargins(px(16), px(12), px(16), 0)

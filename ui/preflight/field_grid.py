@@ -64,8 +64,8 @@ class FieldGrid(QWidget):
         for place, (title, column) in enumerate(zip(self.titles, columns, strict=True)):
             self._grid.addWidget(title, 0, place + self._named)
             self._grid.setColumnStretch(place + self._named, column.share)
-        self.sentence = FieldMessage()
-        self.sentence.hide()
+        self.message = FieldMessage()
+        self.message.hide()
         for name in names:
             self.add_row(name)
         look.changed.connect(self._fit)
@@ -81,7 +81,7 @@ class FieldGrid(QWidget):
         for place, cell in enumerate(cells):
             set_touch_height(cell)
             self._grid.addWidget(cell, row + 1, place + self._named)
-        self._grid.addWidget(self.sentence, row + 2, 0, 1, -1)
+        self._grid.addWidget(self.message, row + 2, 0, 1, -1)
         self._fit()
 
     def remove_row(self) -> None:
@@ -130,8 +130,8 @@ class FieldGrid(QWidget):
 
     def show_message(self, words: str, state: str = "") -> None:
         """Say something below, or nothing."""
-        self.sentence.set_message(words, state)
-        self.sentence.setVisible(bool(words))
+        self.message.set_message(words, state)
+        self.message.setVisible(bool(words))
 
     def _fit(self) -> None:
         px = self._look.px

@@ -137,8 +137,8 @@ class FormField(QWidget):
         self._rows = rows
         self.name = create_label(tr(name), wrap=True)
         self.unit = create_label("", "muted")
-        self.sentence = FieldMessage()
-        self.sentence.hide()
+        self.message = FieldMessage()
+        self.message.hide()
         self.edit = self._create_edit(rows, choices)
         self.edit.setAccessibleName(tr(name))
         set_touch_height(self.edit)
@@ -153,7 +153,7 @@ class FormField(QWidget):
         else:
             self._grid.addWidget(self.name, 0, 0, 1, 3)
             self._grid.addWidget(self.edit, 1, 0, 1, 3)
-        self._grid.addWidget(self.sentence, 2, 0 if rows > 1 else 1, 1, -1)
+        self._grid.addWidget(self.message, 2, 0 if rows > 1 else 1, 1, -1)
         look.changed.connect(self._fit)
         self._fit()
 
@@ -226,8 +226,8 @@ class FormField(QWidget):
 
     def show_message(self, words: str, state: str = "") -> None:
         """Say something below the field, or nothing."""
-        self.sentence.set_message(words, state)
-        self.sentence.setVisible(bool(words))
+        self.message.set_message(words, state)
+        self.message.setVisible(bool(words))
         self.edit.setAccessibleDescription(words)
 
     def _fit(self) -> None:

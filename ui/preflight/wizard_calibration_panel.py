@@ -80,8 +80,8 @@ class WizardCalibrationPanel(QWidget):
     def __init__(self, look: DisplayStyle) -> None:
         super().__init__()
         self._look = look
-        self.cue = WizardPromptView(look)
-        self.picture = SurfaceMotionView(look)
+        self.prompt_view = WizardPromptView(look)
+        self.motion_view = SurfaceMotionView(look)
         self.remarks = RemarkList(look)
         self.points = CalibrationPointList(look)
         self.points.point_selected.connect(self.point_chosen)
@@ -89,7 +89,7 @@ class WizardCalibrationPanel(QWidget):
         self.charts = CalibrationCharts(look)
         self._box = QBoxLayout(QBoxLayout.Direction.LeftToRight, self)
         self._left = QVBoxLayout()
-        self._left.addWidget(self.cue)
+        self._left.addWidget(self.prompt_view)
         self._below, self._below_column = _create_scroll_area()
         self._left.addWidget(self._below, 1)
         self._box.addLayout(self._left, 1)
@@ -107,9 +107,9 @@ class WizardCalibrationPanel(QWidget):
 
     def show_view(self, view: WizardView, choice: int | None, *, catching_up: bool) -> None:
         """Show a view, one of its points being chosen, perhaps while the flight is being read."""
-        self.cue.show_prompt(build_prompt(view, catching_up=catching_up))
+        self.prompt_view.show_prompt(build_prompt(view, catching_up=catching_up))
         figure = select_figure(view)
-        self.picture.show_figure(figure)
+        self.motion_view.show_figure(figure)
         self.remarks.show_remarks(list_remarks(view, self._look.units))
         rows = build_point_rows(view)
         self.points.show_rows(rows, choice)
@@ -154,14 +154,14 @@ class WizardCalibrationPanel(QWidget):
         self._box.setStretch(0, 1 if wide else 0)
         self._below.setVisible(wide)
         self._scroll.setVisible(self._beside or not wide)
-        self.cue.set_compact(low=low)
+        self.prompt_view.set_compact(low=low)
         if low:
-            self._column.insertWidget(0, self.cue)
+            self._column.insertWidget(0, self.prompt_view)
         else:
-            self._left.insertWidget(0, self.cue)
-        for place, widget in enumerate((self.remarks, self.quality, self.picture)):
+            self._left.insertWidget(0, self.prompt_view)
+        for place, widget in enumerate((self.remarks, self.quality, self.motion_view)):
             if wide:
-                self._below_column.addWidget(widget, 1 if widget is self.picture else 0)
+                self._below_column.addWidget(widget, 1 if widget is self.motion_view else 0)
             else:
                 self._column.insertWidget(place + low, widget)
 

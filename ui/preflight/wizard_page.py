@@ -93,8 +93,8 @@ class WizardPage(AbstractStepPage):
         self._choice: int | None = None
         self._left = self._made = False
         self.practice = PracticeBench(controller)
-        self._in_force = CalibrationController(controller, store, self.practice)
-        self.pages_on_paper = CertificatePrinter(controller)
+        self._calibration = CalibrationController(controller, store, self.practice)
+        self.certificate_printer = CertificatePrinter(controller)
         self.run: WizardController | None = None
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         column = QVBoxLayout(self)
@@ -110,12 +110,12 @@ class WizardPage(AbstractStepPage):
         for page in (self.start, self.work, self.summary):
             self.pages.addWidget(page)
         column.addWidget(self.pages, 1)
-        self.actions_bar = ActionBar(look)
-        self.ask = QuestionBar(look, self.begin, self.actions_bar)
-        column.addWidget(self.ask)
-        self._questions = CalibrationQuestions(self.ask, lambda: look.units)
-        self.actions_bar.triggered.connect(self._do)
-        column.addWidget(self.actions_bar)
+        self.action_bar = ActionBar(look)
+        self.question_bar = QuestionBar(look, self.begin, self.action_bar)
+        column.addWidget(self.question_bar)
+        self._questions = CalibrationQuestions(self.question_bar, lambda: look.units)
+        self.action_bar.triggered.connect(self._do)
+        column.addWidget(self.action_bar)
         controller.changed.connect(self._flight_changed)
         controller.refreshed.connect(self._show_live_deflections)
         look.changed.connect(self._refresh)
@@ -136,7 +136,7 @@ class WizardPage(AbstractStepPage):
         super().hideEvent(event)
         if self.run is not None:
             self.run.set_active(False)
-        self._in_force.reload_flight()
+        self._calibration.reload_flight()
 
     def close_run(self) -> None:
         """Let go of the calibration at hand; it can be resumed."""
@@ -149,7 +149,7 @@ class WizardPage(AbstractStepPage):
     @property
     def folder(self) -> CalibrationFolder:
         """Return the calibrations of the aircraft at hand."""
-        return self._in_force.folder
+        return self._calibration.folder
 
     # Beginning
 
@@ -184,7 +184,7 @@ class WizardPage(AbstractStepPage):
             plan,
             folder.store,
             folder.journal,
-            who=self.start.who.text().strip(),
+            who=self.start.operator.text().strip(),
             temperature=self.start.temperature_kelvin,
             now=current_local_time,
             mode=mode,
@@ -215,19 +215,19 @@ class WizardPage(AbstractStepPage):
     def show_start(self) -> None:
         """Go back to the beginning."""
         self.close_run()
-        self._in_force.reload_flight()
+        self._calibration.reload_flight()
         self.pages.setCurrentWidget(self.start)
         self._refresh()
         self.begin()
 
     def _certified(self, folder: CalibrationFolder) -> None:
         try:
-            self._in_force.apply(folder)
+            self._calibration.apply(folder)
         except GroundStationError as error:
             self._controller.error_reporter.report(error)
         if self.run is not None and self.run.view.instrument is None:
             # The last one: the live numbers are those of today from here on.
-            self._in_force.reload_flight()
+            self._calibration.reload_flight()
         self.changed.emit()
 
     # What is shown
@@ -267,10 +267,10 @@ class WizardPage(AbstractStepPage):
         except GroundStationError as error:
             self.start.show_statuses(())
             self.start.resume.hide()
-            self.start.sentence.set_message(
+            self.start.message.set_message(
                 tr("{error}\nCorrect it, then return.").format(error=error), "warning"
             )
-            self.actions_bar.show_actions((PRACTICE_ACTION,))
+            self.action_bar.show_actions((PRACTICE_ACTION,))
             return
         self.start.show_statuses(standings)
         self.start.suggest_operator(who)
@@ -286,7 +286,7 @@ class WizardPage(AbstractStepPage):
             return
         chosen = self.start.instruments.selected_channel
         plan = self.folder.load_plan_in_use().select_with_dependencies(chosen) if chosen else None
-        self.actions_bar.show_actions(
+        self.action_bar.show_actions(
             build_start_actions(plan, chosen, left=self._left, made=self._made)
         )
 
@@ -294,7 +294,7 @@ class WizardPage(AbstractStepPage):
         if self._choice is not None and self._choice >= len(view.points):
             self._choice = None
         if view.instrument is None and view.phase in ("done", "aborted"):
-            self._in_force.reload_flight()
+            self._calibration.reload_flight()
             plan = self.folder.load_plan_in_use()
             what = tr("Calibration") if view.mode == "full" else tr("Check")
             title = (
@@ -307,7 +307,7 @@ class WizardPage(AbstractStepPage):
             closing = ActionItem(id="leave", text=tr("Done"), key="Space", is_default=True)
             others = tuple(one for one in build_wizard_actions(view) if one.id in ("undo", "back"))
             paper = (PRINT_ACTION,) if self.folder.store.in_force() else ()
-            self.actions_bar.show_actions((closing, *paper, *others))
+            self.action_bar.show_actions((closing, *paper, *others))
             return
         units = self._look.units
         view = replace(
@@ -320,7 +320,7 @@ class WizardPage(AbstractStepPage):
         catching_up = self.run is not None and self.run.catching_up
         self.work.show_view(view, self._choice, catching_up=catching_up)
         helping = (ActionItem(id="help", text=tr("Practice: set angle"), key="H"),)
-        self.actions_bar.show_actions(
+        self.action_bar.show_actions(
             (
                 *build_wizard_actions(view)[:1],
                 *(helping if self.practice.running else ()),
@@ -357,7 +357,7 @@ class WizardPage(AbstractStepPage):
             "resume": self.resume,
             "leave": self.show_start,
             "practice": self.practice.start,
-            "paper": lambda: self.pages_on_paper.write(self.folder, self._look.units),
+            "paper": lambda: self.certificate_printer.write(self.folder, self._look.units),
             "help": self._help,
         }
         if name in own:
@@ -407,7 +407,7 @@ class WizardPage(AbstractStepPage):
 
     def _key_action(self, event: QKeyEvent) -> Callable[[], object] | None:
         """Return what a key does now; None if it is not for this page."""
-        if self.ask.is_open:
+        if self.question_bar.is_open:
             return None
         key = Qt.Key(event.key())
         # On macOS the arrows are keys of the keypad.
@@ -418,7 +418,7 @@ class WizardPage(AbstractStepPage):
             if plain
             else QKeySequence(event.keyCombination())
         )
-        for offer in self.actions_bar.offers:
+        for offer in self.action_bar.offers:
             undoes = offer.id == "undo" and typed == _UNDO
             if undoes or (offer.key and typed == QKeySequence(offer.key)):
                 return lambda: self._do(offer.id)

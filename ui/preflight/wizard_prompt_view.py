@@ -49,7 +49,7 @@ class WizardPromptView(QWidget):
     def __init__(self, look: DisplayStyle) -> None:
         super().__init__()
         self._look = look
-        self.cue = WizardPrompt()
+        self.prompt = WizardPrompt()
         self._low = False
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Maximum)
         look.changed.connect(self._restyle)
@@ -77,14 +77,14 @@ class WizardPromptView(QWidget):
 
     def show_prompt(self, cue: WizardPrompt) -> None:
         """Show another cue."""
-        if cue == self.cue:
+        if cue == self.prompt:
             return
-        self.cue = cue
+        self.prompt = cue
         self.setAccessibleName(cue.accessible_text)
         self.update()
 
     def paintEvent(self, _event: QPaintEvent) -> None:
-        px, cue = self._look.px, self.cue
+        px, cue = self._look.px, self.prompt
         painter = QPainter(self)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         wide = float(self.width())
@@ -116,22 +116,22 @@ class WizardPromptView(QWidget):
         look, px = self._look, self._look.px
         painter.setPen(look.color("muted"))
         painter.setFont(look.font("value"))
-        painter.drawText(box, _ALIGN.AlignVCenter | _ALIGN.AlignRight, self.cue.position_text)
-        taken = QFontMetricsF(painter.font()).horizontalAdvance(self.cue.position_text)
+        painter.drawText(box, _ALIGN.AlignVCenter | _ALIGN.AlignRight, self.prompt.position_text)
+        taken = QFontMetricsF(painter.font()).horizontalAdvance(self.prompt.position_text)
         room = box.adjusted(0, 0, -taken - px(8), 0)
         painter.setPen(look.color("text"))
-        painter.setFont(fit_text_font(self.cue.title, room, px(22), px(12), bold=True))
-        painter.drawText(room, _ALIGN.AlignVCenter, self.cue.title)
+        painter.setFont(fit_text_font(self.prompt.title, room, px(22), px(12), bold=True))
+        painter.drawText(room, _ALIGN.AlignVCenter, self.prompt.title)
         track = QRectF(box.left(), box.bottom() + px(1), box.width(), px(4))
         painter.setPen(Qt.PenStyle.NoPen)
         painter.setBrush(look.color("chosen"))
         painter.drawRoundedRect(track, px(2), px(2))
         painter.setBrush(look.color("text"))
-        track.setWidth(track.width() * min(max(self.cue.progress, 0.0), 1.0))
+        track.setWidth(track.width() * min(max(self.prompt.progress, 0.0), 1.0))
         painter.drawRoundedRect(track, px(2), px(2))
 
     def _paint_big(self, painter: QPainter, box: QRectF) -> None:
-        look, px, cue = self._look, self._look.px, self.cue
+        look, px, cue = self._look, self._look.px, self.prompt
         painter.setPen(look.color("muted"))
         painter.setFont(look.font("body"))
         painter.drawText(box, _ALIGN.AlignTop, cue.caption)
@@ -153,7 +153,7 @@ class WizardPromptView(QWidget):
             painter.drawText(words, flags, cue.side_text)
 
     def _paint_measured(self, painter: QPainter, box: QRectF) -> None:
-        look, px, cue = self._look, self._look.px, self.cue
+        look, px, cue = self._look, self._look.px, self.prompt
         if not cue.state_text:
             return
         chip = QRectF(box.left(), box.top(), box.width(), 0.37 * box.height())

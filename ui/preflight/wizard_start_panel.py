@@ -154,9 +154,9 @@ class WizardStartPanel(CenteredPage):
         super().__init__(look, 860)
         self.setAccessibleName(tr("Calibration"))
         self.column.addWidget(create_label(tr("Calibration"), "title"))
-        self.sentence = FieldMessage()
-        self.sentence.setProperty("role", "")
-        self.column.addWidget(self.sentence)
+        self.message = FieldMessage()
+        self.message.setProperty("role", "")
+        self.column.addWidget(self.message)
         self.resume = FieldMessage()
         self.resume.setProperty("role", "strong")
         self.column.addWidget(self.resume)
@@ -175,10 +175,10 @@ class WizardStartPanel(CenteredPage):
         holder = QWidget()
         grid = QGridLayout(holder)
         grid.setContentsMargins(0, look.px(4), 0, look.px(4))
-        self.who = QLineEdit()
+        self.operator = QLineEdit()
         self.temperature = QLineEdit()
         for column, (name, field) in enumerate(
-            ((tr("Calibrated by"), self.who), (tr("Ground temperature"), self.temperature))
+            ((tr("Calibrated by"), self.operator), (tr("Ground temperature"), self.temperature))
         ):
             title = create_label(name, "label")
             grid.addWidget(title, 0, column)
@@ -245,8 +245,8 @@ class WizardStartPanel(CenteredPage):
 
     def suggest_operator(self, who: str) -> None:
         """Put the one who calibrated last into the field, if nobody is there yet."""
-        if not self.who.text():
-            self.who.setText(who)
+        if not self.operator.text():
+            self.operator.setText(who)
 
     def show_statuses(self, standings: Sequence[InstrumentStatus]) -> None:
         """Show how every instrument stands."""
@@ -260,16 +260,16 @@ class WizardStartPanel(CenteredPage):
         """Say what to do, or what is missing for it."""
         connects = tr("{keys} connects one.").format(keys=shortcut_text("Ctrl+L"))
         if session is None:
-            self.sentence.set_message(
+            self.message.set_message(
                 tr("No aircraft is connected: {connects}").format(connects=connects), "caution"
             )
         elif session.replay_feed is not None:
             words = tr("This is a replay: no aircraft to calibrate. {connects}").format(
                 connects=connects
             )
-            self.sentence.set_message(words, "caution")
+            self.message.set_message(words, "caution")
         else:
-            self.sentence.set_message(
+            self.message.set_message(
                 tr(
                     "Put the protractor on the surface shown, move it to each angle and hold it: "
                     "points are recorded automatically."

@@ -70,8 +70,8 @@ class WizardSummaryPanel(CenteredPage):
         super().__init__(look, 860)
         self.title = create_label("", "title")
         self.column.addWidget(self.title)
-        self.sentence = create_label("", wrap=True)
-        self.column.addWidget(self.sentence)
+        self.message = create_label("", wrap=True)
+        self.column.addWidget(self.message)
         self.outcomes: tuple[InstrumentOutcome, ...] = ()
         self._outcomes = _TableFrame(look)
         self.column.addWidget(self._outcomes)
@@ -88,7 +88,7 @@ class WizardSummaryPanel(CenteredPage):
         self.outcomes = tuple(outcomes)
         self.setAccessibleName(title)
         self.title.setText(title)
-        self.sentence.setText(sentence)
+        self.message.setText(sentence)
         self._outcomes.show_rows(
             [
                 ((sign, one.title, one.text), state)

@@ -101,7 +101,7 @@ class EstimatePage(ReviewStepPage):
         column.setContentsMargins(0, 0, 0, 0)
         column.setSpacing(0)
         self.head = EstimateHeader(actions["review_run"], look)
-        self.button, self.sentence = self.head.button, self.head.sentence
+        self.button, self.message = self.head.button, self.head.message
         column.addWidget(self.head)
         area = QScrollArea()
         area.setFrameShape(QFrame.Shape.NoFrame)
@@ -297,7 +297,7 @@ class EstimatePage(ReviewStepPage):
         problem = self._checker.validate(self._form)
         self.panel.show_problem(problem.field if problem else "", str(problem or ""))
         words, state = self._status_message()
-        self.sentence.set_message(words, state)
+        self.message.set_message(words, state)
         self.changed.emit()
         if self.hasFocus() and self.button.isEnabled():
             self.button.setFocus()

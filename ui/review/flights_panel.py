@@ -52,8 +52,8 @@ class FlightsPanel(QWidget):
         self.flights = BoxedListView(look, tr("Flights under review"))
         self.flights.row_changed.connect(self.flight_selected.emit)
         column.addWidget(self.flights)
-        self.words = create_label("", "muted", wrap=True, remarks_in=look)
-        column.addWidget(self.words)
+        self.status = create_label("", "muted", wrap=True, remarks_in=look)
+        column.addWidget(self.status)
         self.buttons: dict[str, QPushButton] = {}
         names = ("review_add_open", "review_add_folder", "review_add_files", "review_take_out",
                  "review_trial")  # fmt: skip
@@ -106,9 +106,9 @@ class FlightsPanel(QWidget):
         self._set_status(join_sentences(lines), flight.remarks)
 
     def _set_status(self, words: str, remarks: Sequence[str] = ()) -> None:
-        self.words.setText(words)
-        self.words.setToolTip("\n".join(remarks))
-        self.words.setAccessibleDescription(join_sentences(remarks))
+        self.status.setText(words)
+        self.status.setToolTip("\n".join(remarks))
+        self.status.setAccessibleDescription(join_sentences(remarks))
 
     def set_open_flight_available(self, offered: bool) -> None:
         """Offer the flight that is open in the window, or not."""
