@@ -198,7 +198,7 @@ def filled_window(
     made.gap_page.search.search(GapRequest(flights=(flight,), model="b777"))
     until(
         qtbot,
-        lambda: made.review_page.outcome is not None and made.gap_page.search.answer is not None,
+        lambda: made.review_page.outcome is not None and made.gap_page.search.result is not None,
     )
     made.banners.show_banner("note", "Kept: the take-off weight is 20.7 kg.")
     yield made
