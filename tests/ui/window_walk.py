@@ -200,6 +200,7 @@ def filled_window(
         qtbot,
         lambda: made.review_page.outcome is not None and made.gap_page.search.result is not None,
     )
+    made.banners.note_timeout_ms = 600_000  # a walk takes longer than a note stays
     made.banners.show_banner("note", "Kept: the take-off weight is 20.7 kg.")
     yield made
     made.close()
