@@ -21,7 +21,7 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -44,9 +44,7 @@ class Meter:
     def __init__(self) -> None:
         self.seconds: dict[str, float] = {}
 
-    def watch(self, owner: Any, method: str, title: str) -> None:
-        inner: Callable[..., Any] = getattr(owner, method)
-
+    def watch(self, inner: Any, title: str) -> None:
         def counted(*arguments: Any, **named: Any) -> Any:
             begin = time.process_time()
             try:
@@ -55,7 +53,7 @@ class Meter:
                 spent = self.seconds.get(title, 0.0)
                 self.seconds[title] = spent + time.process_time() - begin
 
-        setattr(owner, method, counted)
+        setattr(inner.__self__, inner.__name__, counted)
 
 
 def cost(plan: str, seed: int) -> None:
@@ -71,16 +69,16 @@ def cost(plan: str, seed: int) -> None:
     seconds = float(block.times[-1] - block.times[0])
     cues = CueGenerator(load_aircraft("b777"), load_model("b777"), RATE, cards=load_cards("b777"))
     meter = Meter()
-    meter.watch(cues._stream, "_put", "rows joined")
-    meter.watch(cues._stream, "_take", "rows joined")
-    meter.watch(cues._trim, "take", "trim")
-    meter.watch(cues._doublets, "take", "inputs and verdicts")
-    meter.watch(cues._dangers, "take", "dangers")
-    meter.watch(cues._card_selector, "take", "cards")
-    meter.watch(cues._card_selector, "look", "cards")
-    meter.watch(cues._lessons, "take", "estimates, fuel, time")
-    meter.watch(cues._lessons, "work", "looking ahead, in slices")
-    meter.watch(cues._lessons, "look", "looking ahead, at its end")
+    meter.watch(cues._stream._put, "rows joined")
+    meter.watch(cues._stream._take, "rows joined")
+    meter.watch(cues._trim.process_rows, "trim")
+    meter.watch(cues._doublets.process_rows, "inputs and verdicts")
+    meter.watch(cues._dangers.process_rows, "dangers")
+    meter.watch(cues._card_selector.process_rows, "cards")
+    meter.watch(cues._card_selector.update_selection, "cards")
+    meter.watch(cues._lessons.process_rows, "estimates, fuel, time")
+    meter.watch(cues._lessons.run_slice, "looking ahead, in slices")
+    meter.watch(cues._lessons.update_outlook, "looking ahead, at its end")
     longest = 0.0
     begin = time.process_time()
     for start in range(0, len(block), BLOCK):
