@@ -87,7 +87,7 @@ def _capture_steps(crew: ScreenshotTaker, flights: int) -> Iterator[Path]:
         for _ in range(2):
             # What comes of a job is drawn once more.
             crew.pause(_SETTLE_SECONDS)
-            crew.wait_until(lambda: view.settled and not review.work.running, name)
+            crew.wait_until(lambda: view.is_up_to_date and not review.work.running, name)
         yield crew.take_screenshot(name)
     crew.press_key("Alt+4")
     yield crew.take_screenshot("summary")

@@ -103,6 +103,11 @@ def test_a_crew_calibrates_by_one_key_and_checks_it(at_bench: Open) -> None:
     standings = {one.title: one for one in window.page.start.standings or ()}
     assert standings["Left elevator"].is_calibrated
     assert standings["Rudder"].text == "uncalibrated: wire broken"
+    listed = window.page.start.instruments
+    widest = max(listed.fontMetrics().horizontalAdvance(title) for title in standings)
+    for _ in range(3):  # showing them again takes no room from the titles
+        listed.show_statuses(window.page.start.standings)
+        assert listed.columnWidth(0) > widest
 
     # Before its first volts come an instrument is waited for: nothing is wrong with its signal.
     window.press(KEY.Key_C)

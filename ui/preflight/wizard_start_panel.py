@@ -79,7 +79,9 @@ class InstrumentList(FittedTableView):
         self.opened.connect(self._calibrate)
 
     def _fit_columns(self) -> None:
-        self.resizeColumnToContents(0)
+        # A wrapped cell tells Qt its height only.
+        titles = [self._pixels(row.cells[0]) for row in self.row_model.rows]
+        self.setColumnWidth(0, max(titles, default=0))
 
     def _calibrate(self) -> None:
         if self.selected_channel:
