@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Literal, Protocol
-
-PromptTone = Literal["steady", "taken", "moved", "error"]
+from typing import Protocol
 
 
 class Prompter(Protocol):

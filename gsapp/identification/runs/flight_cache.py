@@ -27,9 +27,6 @@ _IGNORED_NAMES: Final = NON_DATA_FILES | {CACHE_FOLDER}
 FileStamps = tuple[tuple[str, int, int], ...]
 """Name, time of change (ns) and size of files."""
 
-_DetectionKey = tuple[tuple[str, ...], bool]
-"""Windows, and whether changes by hand are left out."""
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FlightOpenRequest:
