@@ -91,7 +91,7 @@ class RunsView(QWidget):
             ActionButton(actions["review_use"], tr("Use its settings"), look),
             ActionButton(actions["review_mark"], tr("Mark to compare"), look),
             ActionButton(actions["review_name"], tr("Name"), look),
-            ActionButton(actions["review_forget"], tr("Forget"), look),
+            ActionButton(actions["review_forget"], tr("Delete"), look),
         )
         self._column.addWidget(self.buttons)
         self.message = create_label("", wrap=True, remarks_in=look)
