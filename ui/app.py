@@ -97,28 +97,17 @@ def run_window(
     ----------
     flight : Path, optional
         Flight folder or file to open; a folder that a recorder is writing is followed live.
-    link : str, optional
-        LINK to record and show.
     channel_map, aircraft : str, optional
         Names or paths, in place of those used last.
     calibration : str, optional
         Certificates that a recorded flight is read with in place of its own.
     speed : float or str
         Of a replay, times real time, 0.1 to 50; ``max`` for as fast as it can.
-    settings : Path, optional
-        Settings file in place of the user's own.
     place : str
         Where to begin, as `ui.page_registry` names it; the usual one where empty.
 
-    Returns
-    -------
-    int
-        Exit code.
-
     Raises
     ------
-    NoDisplayError
-        If there is no display.
     FlightError
         If the speed is none.
     """

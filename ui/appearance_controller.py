@@ -22,27 +22,10 @@ from ui.window_frame.banners import Banner, BannerStack
 
 
 class AppearanceController(QObject):
-    """Applies the look to the whole application and keeps it in the settings.
+    """Applies the look to the whole application and keeps it in the settings."""
 
-    Parameters
-    ----------
-    look : DisplayStyle
-        Shared by all widgets.
-    store : SettingsStore
-        Remembers.
-    parent : QWidget, optional
-        The window, for the dialog of settings.
-
-    Attributes
-    ----------
-    saved : Signal
-        Settings were saved in the dialog.
-    layout_reset : Signal
-        Those of layout and panel are as at first.
-    """
-
-    saved = Signal()
-    layout_reset = Signal()
+    saved = Signal()  # Settings were saved in the dialog.
+    layout_reset = Signal()  # Those of layout and panel are as at first.
 
     def __init__(
         self, look: DisplayStyle, store: SettingsStore, parent: QWidget | None = None
@@ -60,7 +43,6 @@ class AppearanceController(QObject):
 
     @property
     def handlers(self) -> Mapping[str, Callable[[], object]]:
-        """Return what each command does."""
         return {
             "next_theme": self.next_theme,
             **{f"theme_{name}": partial(self._look.set_theme, name) for name in THEMES},
@@ -121,12 +103,10 @@ class AppearanceController(QObject):
         self._store.change(theme=look.theme.name, scale=look.scale, units=look.units)
 
     def next_theme(self) -> None:
-        """Take the next theme of the three."""
         names = list(THEMES)
         self._look.set_theme(names[(names.index(self._look.theme.name) + 1) % len(names)])
 
     def toggle_units(self) -> None:
-        """Switch between US customary and SI units."""
         self._look.set_units("SI" if self._look.units == "US" else "US")
 
     def step_scale(self, steps: int) -> None:

@@ -41,7 +41,6 @@ class JobProgress:
 
     @property
     def is_canceled(self) -> bool:
-        """Whether the work was asked to stop."""
         return self._cancelled.is_set()
 
     def __call__(self, share: float | None, doing: str) -> None:
@@ -58,32 +57,17 @@ class BackgroundJob(QObject):
 
     Parameters
     ----------
-    title : str
-        What it is, for the banner.
     function : callable
         Called in the thread with a `JobProgress`; its result is handed to `done`.
     may_hang : bool
         Whether it may wait for a disk that never answers: after `cancel` it is left to itself.
-
-    Attributes
-    ----------
-    progressed : Signal(object, str)
-        Share done or None, and a sentence with the time left.
-    done : Signal(object)
-        The result.
-    failed : Signal(object)
-        The exception.
-    canceled : Signal
-        It stopped because it was asked to.
-    discarded : Signal(object)
-        A result that came after that, for those who must undo it.
     """
 
-    progressed = Signal(object, str)
-    done = Signal(object)
-    failed = Signal(object)
-    canceled = Signal()
-    discarded = Signal(object)
+    progressed = Signal(object, str)  # Share done or None, and a sentence with the time left.
+    done = Signal(object)  # The result.
+    failed = Signal(object)  # The exception.
+    canceled = Signal()  # It stopped because it was asked to.
+    discarded = Signal(object)  # A result that came after that, for those who must undo it.
     _ended = Signal(object, object)
 
     def __init__(
@@ -107,7 +91,6 @@ class BackgroundJob(QObject):
         self._ended.connect(self._finish, Qt.ConnectionType.QueuedConnection)
 
     def start(self) -> None:
-        """Begin."""
         self.is_running = True
         self._started = time.monotonic()
         self._thread = threading.Thread(target=self._run, name=self.title, daemon=True)

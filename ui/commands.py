@@ -61,33 +61,18 @@ CommandRequirement = Literal[
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Command:
-    """Something the user can do.
+    """Something the user can do."""
 
-    Attributes
-    ----------
-    id : str
-        Name in code.
-    menu, submenu : str
-        Menu that lists it, and the submenu there; empty for none.
-    text : str
-        As listed.
-    shortcuts : tuple of str
-        Shortcuts; the first is shown in the menu.
-    requirement : str
-        What must be there for it to be of use; it is gray otherwise.
-    has_separator : bool
-        Whether a line stands above it in the menu.
-    auto_repeat : bool
-        Whether it is done again and again while its key is held: what moves, or goes on to the
-        next. A thumb in a glove that rests on a key means one mark, not thirty.
-    """
-
-    id: str
+    id: str  # Name in code.
+    # Menu that lists it, and the submenu there; empty for none.
     menu: str
-    text: str
-    shortcuts: tuple[str, ...] = ()
+    text: str  # As listed.
+    shortcuts: tuple[str, ...] = ()  # Shortcuts; the first is shown in the menu.
+    # What must be there for it to be of use; it is gray otherwise.
     requirement: CommandRequirement = "nothing"
-    has_separator: bool = False
+    has_separator: bool = False  # Whether a line stands above it in the menu.
+    # Whether it is done again and again while its key is held: what moves, or goes on to the next.
+    # A thumb in a glove that rests on a key means one mark, not thirty.
     auto_repeat: bool = False
     submenu: str = ""
 
@@ -673,15 +658,9 @@ def action_hint(action: QAction) -> str:
 
 
 class CommandAction(QAction):
-    """An action that knows whether a key triggers it.
+    """An action that knows whether a key triggers it."""
 
-    Attributes
-    ----------
-    by_key : bool
-        True while a shortcut is being handled.
-    """
-
-    by_key = False
+    by_key = False  # True while a shortcut is being handled.
 
     def event(self, event: QEvent) -> bool:
         self.by_key = event.type() == QEvent.Type.Shortcut
@@ -692,15 +671,7 @@ class CommandAction(QAction):
 
 
 class CommandSet:
-    """The actions of a window, one for each command.
-
-    Parameters
-    ----------
-    parent : QWidget
-        The window.
-    commands : iterable of Command
-        The table.
-    """
+    """The actions of a window, one for each command."""
 
     def __init__(self, parent: QWidget, commands: Iterable[Command] = COMMANDS) -> None:
         self.commands = tuple(commands)
@@ -732,7 +703,6 @@ class CommandSet:
                 self.actions[name].triggered.connect(lambda _checked=False, act=handler: act())
 
     def fill_menu_bar(self, bar: QMenuBar) -> None:
-        """Put the menus into a menu bar."""
         menus: dict[tuple[str, str], QMenu] = {}
         for command in self.commands:
             place = (command.menu, command.submenu)

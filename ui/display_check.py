@@ -107,19 +107,10 @@ def require_display(
 
     Parameters
     ----------
-    environment : mapping of str to str
-        Environment variables.
     platform : str
         As `sys.platform`; only Linux and its kin need a display, the others always have one.
-    library_loads : callable
-        Whether a shared library can be loaded.
     starts : callable
         Whether Qt starts on a platform that draws straight on the hardware.
-
-    Raises
-    ------
-    NoDisplayError
-        With what is missing and what to do.
     """
     chosen = [name for name in environment.get("QT_QPA_PLATFORM", "").split(";") if name.strip()]
     if chosen:
@@ -134,13 +125,6 @@ def offscreen_font_folder(
     """Return the folder of the fonts that Qt must be told of; None where it finds them.
 
     Without a screen it looks in no folder of Windows, and draws words as empty boxes.
-
-    Parameters
-    ----------
-    environment : mapping of str to str
-        Environment variables.
-    platform : str
-        As `sys.platform`.
     """
     chosen = environment.get("QT_QPA_PLATFORM", "").casefold().partition(":")[0]
     if platform != "win32" or chosen not in ("offscreen", "minimal"):

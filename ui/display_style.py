@@ -39,18 +39,9 @@ class DisplayStyle(QObject):
     ----------
     theme : str
         Name of a theme; an unknown one is taken for daylight.
-    scale : int
-        Percent, 100 to 250.
-    units : str
-        ``US`` or ``SI``.
-
-    Attributes
-    ----------
-    changed : Signal
-        Theme, scale or units are others now.
     """
 
-    changed = Signal()
+    changed = Signal()  # Theme, scale or units are others now.
 
     def __init__(self, theme: str = "daylight", scale: int = 100, units: str = "US") -> None:
         super().__init__()
@@ -60,7 +51,6 @@ class DisplayStyle(QObject):
         self.sizes = compute_sizes(scale / 100)
 
     def set_theme(self, name: str) -> None:
-        """Take another theme."""
         if name in THEMES and name != self.theme.name:
             self.theme = THEMES[name]
             self.changed.emit()
@@ -74,7 +64,6 @@ class DisplayStyle(QObject):
             self.changed.emit()
 
     def set_units(self, units: str) -> None:
-        """Show ``US`` or ``SI`` units."""
         if units != self.units:
             self.units = units
             self.changed.emit()
@@ -84,7 +73,6 @@ class DisplayStyle(QObject):
         return round(points * self.sizes.scale)
 
     def font(self, role: TextRole, *, strong: bool = False, italic: bool = False) -> QFont:
-        """Return the font of a role of type."""
         return fonts.sans_serif_font(self.px(_TYPE[role]), bold=strong, italic=italic)
 
     def color(self, role: str) -> QColor:

@@ -23,23 +23,13 @@ log = logging.getLogger("ui.error_reporter")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ErrorReport:
-    """An error as shown and as kept.
+    """An error as shown and as kept."""
 
-    Attributes
-    ----------
-    message : str
-        For the screen.
-    details : str
-        For the log and the clipboard: the whole trace.
-    is_expected : bool
-        Whether the program raised it on purpose; a mistake of the program otherwise.
-    is_opening_error : bool
-        Whether a flight could not be opened, which nobody minds once another one is.
-    """
-
-    message: str
-    details: str
+    message: str  # For the screen.
+    details: str  # For the log and the clipboard: the whole trace.
+    # Whether the program raised it on purpose; a mistake of the program otherwise.
     is_expected: bool
+    # Whether a flight could not be opened, which nobody minds once another one is.
     is_opening_error: bool = False
 
 
@@ -71,22 +61,14 @@ def create_error_report(error: BaseException) -> ErrorReport:
 
 
 class ErrorReporter(QObject):
-    """Receives every uncaught exception, from any thread, and hands it to the window.
+    """Receives every uncaught exception, from any thread, and hands it to the window."""
 
-    Attributes
-    ----------
-    error_reported : Signal(ErrorReport)
-        Emitted in the thread of the window.
-    last_report : ErrorReport or None
-        The newest, for the clipboard.
-    """
-
-    error_reported = Signal(object)
+    error_reported = Signal(object)  # Emitted in the thread of the window.
     _arrived = Signal(object)
 
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
-        self.last_report: ErrorReport | None = None
+        self.last_report: ErrorReport | None = None  # The newest, for the clipboard.
         self._former: tuple[Callable[..., object], Callable[..., object]] | None = None
         # Queued: a slot that fails while painting must not open a banner inside the painting.
         self._arrived.connect(self._deliver, Qt.ConnectionType.QueuedConnection)
@@ -135,7 +117,6 @@ class _RotatingLog(logging.handlers.RotatingFileHandler):
     """
 
     def doRollover(self) -> None:
-        """Turn the log over, or go on in it."""
         if self.stream is not None:
             self.stream.close()
             self.stream = None

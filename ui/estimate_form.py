@@ -14,39 +14,22 @@ DerivativeTreatment = Literal["tables", "free", "held"]
 
 
 class DerivativeEntry(StrictModel):
-    """The entry of one derivative; texts are empty where nothing was typed.
-
-    Attributes
-    ----------
-    treated : {"tables", "free", "held"}
-    value : str
-        That it is held at.
-    start : str
-        Where the fit begins.
-    prior, deviation : str
-        A-priori value and its standard deviation.
-    """
+    """The entry of one derivative; texts are empty where nothing was typed."""
 
     treated: DerivativeTreatment = "tables"
-    value: str = ""
-    start: str = ""
+    value: str = ""  # That it is held at.
+    start: str = ""  # Where the fit begins.
+    # A-priori value and its standard deviation.
     prior: str = ""
     deviation: str = ""
 
 
 class EstimateForm(EstimateSettings):
-    """Everything on the form: the settings, some of them as they were typed.
+    """Everything on the form: the settings, some of them as they were typed."""
 
-    Attributes
-    ----------
-    maneuvers : {"used", "chosen", "all"}
-        Those in use, the one that is chosen, or all that were found.
-    derivatives : dict of str to DerivativeEntry
-        Those with an entry: in place of the settings `free`, `held`, `start` and `priors`.
-    bound_factor, stand_ins : str
-    """
-
+    # Those in use, the one that is chosen, or all that were found.
     maneuvers: Literal["used", "chosen", "all"] = "used"
+    # Those with an entry: in place of the settings `free`, `held`, `start` and `priors`.
     derivatives: dict[str, DerivativeEntry] = Field(default_factory=dict)
     bound_factor: str = ""  # type: ignore[assignment]
     stand_ins: str = ""  # type: ignore[assignment]
@@ -56,11 +39,9 @@ class EstimateForm(EstimateSettings):
         BaseModel.__init__(self, **values)
 
     def derivative(self, name: str) -> DerivativeEntry:
-        """Return the entry of a derivative."""
         return self.derivatives.get(name, DerivativeEntry())
 
     def with_derivative(self, name: str, entry: DerivativeEntry) -> EstimateForm:
-        """Return the form with another entry of a derivative."""
         others = {known: own for known, own in self.derivatives.items() if known != name}
         if entry != DerivativeEntry():
             others[name] = entry

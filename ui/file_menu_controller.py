@@ -37,30 +37,9 @@ from ui.window_frame.banners import Banner, BannerStack
 
 
 class FileMenuController(QObject):
-    """Asks, and hands what was chosen to the flight controller.
+    """Asks, and hands what was chosen to the flight controller."""
 
-    Parameters
-    ----------
-    window : QWidget
-        Parent of the dialogs.
-    controller : FlightController
-        Opens flights.
-    look : DisplayStyle
-        Sizes.
-    store : SettingsStore
-        Remembers links and folders.
-    banners : BannerStack
-        Tells of work and of recorders.
-
-    Attributes
-    ----------
-    jobs : JobBannerController
-        Shows background jobs.
-    review_requested : Signal(object)
-        A flight has ended and is to be reviewed: its folder.
-    """
-
-    review_requested = Signal(object)
+    review_requested = Signal(object)  # A flight has ended and is to be reviewed: its folder.
 
     def __init__(
         self,
@@ -83,7 +62,7 @@ class FileMenuController(QObject):
         self._problem: Banner | None = None
         self._review_when_ended = False
         self._unproven: ConnectRequest | None = None  # over its link nothing has come yet
-        self.jobs = JobBannerController(banners, self)
+        self.jobs = JobBannerController(banners, self)  # Shows background jobs.
         controller.job_started.connect(self.jobs.show_job)
         controller.message_posted.connect(banners.show_banner)
         controller.flight_message_posted.connect(
@@ -100,7 +79,6 @@ class FileMenuController(QObject):
 
     @property
     def handlers(self) -> Mapping[str, Callable[[], object]]:
-        """Return what each command does."""
         return {
             "connect": self.connect_aircraft,
             "open_file": self.open_file,
@@ -326,17 +304,14 @@ class FileMenuController(QObject):
     # A flight that was
 
     def open_file(self) -> None:
-        """Ask for a file and open it."""
         if path := ask_open_file(self._window, self._store.current):
             self.open_path(path)
 
     def open_folder(self) -> None:
-        """Ask for a flight folder and open it."""
         if path := ask_flight_folder(self._window, tr("Open a flight folder"), self._store.current):
             self.open_path(path)
 
     def open_path(self, path: Path) -> None:
-        """Open a flight."""
         self._store.change(folder=str(path.parent))
         self._controller.flight_opener.open_flight(path)
 

@@ -29,58 +29,25 @@ _SETTLING_MS = 500
 
 
 class FlightController(QObject):
-    """Holds at most one session.
+    """Holds at most one session."""
 
-    Parameters
-    ----------
-    error_reporter : ErrorReporter
-        Where errors of works go.
-    store : SettingsStore
-        Maps and folders used last.
-
-    Attributes
-    ----------
-    flight_opener : FlightOpener
-        Opens flights.
-    recorders : RecorderController
-        Lists and stops recorders.
-    poller : SessionPoller
-        Takes samples into the open flight.
-    changed : Signal
-        Another flight is open, or none.
-    about_to_close : Signal
-        The open flight is closed next: the last moment to write something into it.
-    frame_requested : Signal(object)
-        Samples came: paint a frame; carries the flight time to paint up to, s or None.
-    refreshed : Signal
-        Time to show again what stands beside the samples.
-    job_started : Signal(object, str)
-        A `BackgroundJob` begins; what to say when it is done, empty for nothing.
-    message_posted : Signal(str, str)
-        Level and sentence of a banner.
-    flight_message_posted : Signal(str, str)
-        The same of the open flight alone, void once another is open.
-    problem_changed : Signal(str)
-        Why the open flight cannot be followed; empty once it can again.
-    channel_map_requested : Signal(object, str)
-        A file needs a channel map: path, and why.
-    landed : Signal(object)
-        The open flight has landed, at a flight time (s); None: it took off again.
-    recording_ended : Signal(object)
-        The recording of the open flight ended; its folder.
-    """
-
-    changed = Signal()
+    changed = Signal()  # Another flight is open, or none.
+    # The open flight is closed next: the last moment to write something into it.
     about_to_close = Signal()
+    # Samples came: paint a frame; carries the flight time to paint up to, s or None.
     frame_requested = Signal(object)
-    refreshed = Signal()
+    refreshed = Signal()  # Time to show again what stands beside the samples.
+    # A `BackgroundJob` begins; what to say when it is done, empty for nothing.
     job_started = Signal(object, str)
-    message_posted = Signal(str, str)
+    message_posted = Signal(str, str)  # Level and sentence of a banner.
+    # The same of the open flight alone, void once another is open.
     flight_message_posted = Signal(str, str)
+    # Why the open flight cannot be followed; empty once it can again.
     problem_changed = Signal(str)
-    channel_map_requested = Signal(object, str)
+    channel_map_requested = Signal(object, str)  # A file needs a channel map: path, and why.
+    # The open flight has landed, at a flight time (s); None: it took off again.
     landed = Signal(object)
-    recording_ended = Signal(object)
+    recording_ended = Signal(object)  # The recording of the open flight ended; its folder.
 
     def __init__(
         self, error_reporter: ErrorReporter, store: SettingsStore, parent: QObject | None = None
@@ -97,12 +64,15 @@ class FlightController(QObject):
         self._problem = ""
         self._remarked = False
         self._back_to: float | None = None
+        # Lists and stops recorders.
         self.recorders = RecorderController(lambda: self.session, error_reporter, self)
         self.recorders.changed.connect(self.refreshed)
         self.recorders.job_started.connect(self.job_started)
         self.recorders.message_posted.connect(self.message_posted)
+        # Takes samples into the open flight.
         self.poller = SessionPoller(self._refresh, error_reporter, self)
         self.poller.frame_requested.connect(self.frame_requested)
+        # Opens flights.
         self.flight_opener = FlightOpener(store, error_reporter, self._open_here, self)
         self.flight_opener.flight_opened.connect(self._show)
         self.flight_opener.job_started.connect(self.job_started)
@@ -113,12 +83,10 @@ class FlightController(QObject):
 
     @property
     def is_open(self) -> bool:
-        """Return whether a flight is open."""
         return self.session is not None
 
     @property
     def is_replay(self) -> bool:
-        """Return whether it is a replay."""
         return self._replay is not None
 
     @property
@@ -127,7 +95,6 @@ class FlightController(QObject):
 
     @property
     def is_loaded(self) -> bool:
-        """Return whether the whole record was read."""
         return self._replay is not None and self._replay.complete
 
     @property
@@ -142,12 +109,10 @@ class FlightController(QObject):
 
     @property
     def is_recording(self) -> bool:
-        """Return whether the open flight is being recorded."""
         return self.recorders.current is not None
 
     @property
     def present(self) -> tuple[CommandRequirement, ...]:
-        """Return what commands may act on."""
         found: list[CommandRequirement] = []
         if self.is_open:
             found.append("flight")
@@ -163,12 +128,10 @@ class FlightController(QObject):
 
     @property
     def name(self) -> str:
-        """Return the name of the flight; empty without one."""
         return self.session.name if self.session is not None else ""
 
     @property
     def history(self) -> SampleHistory | None:
-        """Return the samples."""
         return self.session.history if self.session is not None else None
 
     @property
@@ -178,7 +141,6 @@ class FlightController(QObject):
 
     @property
     def time(self) -> float | None:
-        """Return the flight time, s."""
         return self.session.now if self.session is not None else None
 
     # Opening and closing
@@ -318,7 +280,6 @@ class FlightController(QObject):
         return self._snapshot
 
     def unacknowledged_alarms(self) -> tuple[Alarm, ...]:
-        """Return the alarms that nobody has acknowledged."""
         return self.session.alarm_registry.unacknowledged if self.session is not None else ()
 
     # What the crew does
@@ -332,13 +293,11 @@ class FlightController(QObject):
         return made.id
 
     def edit_mark(self, key: str, text: str) -> None:
-        """Give a mark another text."""
         if self.session is not None:
             self.session.mark_store.edit(key, text=text)
             self._refresh(self.session)
 
     def delete_mark(self, key: str) -> None:
-        """Take a mark away."""
         if self.session is not None:
             self.session.mark_store.delete(key)
             self._refresh(self.session)

@@ -47,33 +47,14 @@ log = logging.getLogger(__name__)
 
 
 class FlightOpener(QObject):
-    """Sets flights going in threads of their own, one at a time; the window goes on meanwhile.
+    """Sets flights going in threads of their own, one at a time; the window goes on meanwhile."""
 
-    Parameters
-    ----------
-    store : SettingsStore
-        Maps and folders used last.
-    error_reporter : ErrorReporter
-        Where errors go.
-    open_here : callable
-        Returns the path of the open flight; None without one.
-
-    Attributes
-    ----------
-    flight_opened : Signal(object, object)
-        A flight is there: `PendingFlight`, and the flight time (s) to go back to, or None.
-    job_started : Signal(object, str)
-        A `BackgroundJob` begins; what to say when it is done, empty for nothing.
-    message_posted : Signal(str, str)
-        Level and sentence of a banner.
-    channel_map_requested : Signal(object, str)
-        A file needs a channel map: path, and why.
-    """
-
+    # A flight is there: `PendingFlight`, and the flight time (s) to go back to, or None.
     flight_opened = Signal(object, object)
+    # A `BackgroundJob` begins; what to say when it is done, empty for nothing.
     job_started = Signal(object, str)
-    message_posted = Signal(str, str)
-    channel_map_requested = Signal(object, str)
+    message_posted = Signal(str, str)  # Level and sentence of a banner.
+    channel_map_requested = Signal(object, str)  # A file needs a channel map: path, and why.
 
     def __init__(
         self,
@@ -103,17 +84,9 @@ class FlightOpener(QObject):
 
         Parameters
         ----------
-        path : Path
-            Flight folder or file.
-        channel_map : str, optional
-            Name or path.
         calibration : str, optional
             Certificates that a replay is read with in place of its own: a folder, or a shipped
             set.
-        speed : float
-            Times real time.
-        playing : bool
-            Whether a replay plays at once.
         """
         place = Path(path).expanduser()
 
@@ -129,7 +102,6 @@ class FlightOpener(QObject):
 
         Parameters
         ----------
-        session : Session
         calibration : str or None
             Of a replay: a folder, or a shipped set; None for the flight's own.
         """
@@ -146,7 +118,6 @@ class FlightOpener(QObject):
         )
 
     def attach(self, found: RunningRecorder) -> None:
-        """Follow a flight that is being recorded."""
         folder = found.handle.folder
         self._open_session(lambda: self._followed(folder), folder.name)
 
@@ -172,7 +143,6 @@ class FlightOpener(QObject):
         self._open(begin, request.folder.name, records=request.folder, refused=refused)
 
     def _followed(self, folder: Path, channel_map: ChannelMap | str | None = None) -> Session:
-        """Return the session of a flight that is being recorded."""
         return Session.follow(folder, **self._options(channel_map))
 
     def _replayed(
@@ -384,7 +354,6 @@ class FlightOpener(QObject):
         self.flight_opened.emit(begun, back_to)
 
     def cancel(self) -> None:
-        """Undo what is being set going."""
         if self._job is not None and self._job.is_running:
             self._job.cancel()
 

@@ -54,7 +54,6 @@ class FrameRateLimiter:
         return now >= self._next
 
     def seconds_to_next(self, now: float) -> float:
-        """Return the seconds until a frame may begin."""
         return max(self._next - now, 0.0)
 
     def record_frame(self, begin: float, end: float) -> None:

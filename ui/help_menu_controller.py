@@ -39,7 +39,6 @@ class HelpMenuController(QObject):
 
     @property
     def handlers(self) -> Mapping[str, Callable[[], object]]:
-        """Return what each command does."""
         return {
             "keys": lambda: ShortcutsDialog(self._look, self._window).exec(),
             "copy_details": self.copy_details,
@@ -49,7 +48,6 @@ class HelpMenuController(QObject):
         }
 
     def show_guide(self) -> None:
-        """Open the user guide in a window of its own."""
         folder = guide_folder()
         if folder is None:
             self._banners.show_banner("caution", tr("The user guide is not installed."))
@@ -57,13 +55,11 @@ class HelpMenuController(QObject):
         GuideWindow(self._look, folder, self._window).show()
 
     def show_messages(self) -> None:
-        """Open the list of messages in a window of its own."""
         for former in self._window.findChildren(MessagesDialog):
             former.close()
         MessagesDialog(self._look, self._banners, self._window).show()
 
     def copy_details(self) -> None:
-        """Put the details of the last error on the clipboard."""
         report = self._error_reporter.last_report
         if report is None:
             self._banners.show_banner("note", tr("There was no error."))

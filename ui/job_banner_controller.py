@@ -15,13 +15,7 @@ _STOP_SECONDS = 2.0
 
 
 class JobBannerController(QObject):
-    """Shows each job in a banner until it ends.
-
-    Parameters
-    ----------
-    banners : BannerStack
-        Where they are shown.
-    """
+    """Shows each job in a banner until it ends."""
 
     def __init__(self, banners: BannerStack, parent: QObject) -> None:
         super().__init__(parent)

@@ -58,24 +58,7 @@ _FIRST_SIZE = QSize(1280, 800)
 
 
 class MainWindow(QMainWindow):
-    """The ground station window.
-
-    Parameters
-    ----------
-    store : SettingsStore
-        What is remembered.
-    error_reporter : ErrorReporter
-        Where errors arrive.
-    offer_recorders : bool
-        Whether to look for recorders that run and offer to attach to them.
-
-    Attributes
-    ----------
-    flight_controller : FlightController
-        The open flight.
-    voice : Voice
-        What is heard, with its mute.
-    """
+    """The ground station window."""
 
     def __init__(
         self, store: SettingsStore, error_reporter: ErrorReporter, *, offer_recorders: bool = True
@@ -89,7 +72,7 @@ class MainWindow(QMainWindow):
         self.appearance = AppearanceController(self.display_style, store, self)
         self.commands = CommandSet(self)
         self.banners = BannerStack(self.display_style)
-        self.flight_controller = FlightController(error_reporter, store, self)
+        self.flight_controller = FlightController(error_reporter, store, self)  # The open flight.
         self.recent_flights = RecentFlights(self.flight_controller, store)
         layouts = LayoutStore(layouts_path(store.path))
         self.view = FlightView(self.commands.actions, self.display_style, store, layouts)
@@ -101,7 +84,7 @@ class MainWindow(QMainWindow):
             self, self.display_style, store, self.banners, error_reporter
         )
         limits = UserLimitStore(limits_path(store.path))
-        self.voice = Voice(self, muted=settings.muted)
+        self.voice = Voice(self, muted=settings.muted)  # What is heard, with its mute.
         self.crew = FlightPageController(
             self, self.flight_controller, self.view, self.display_style, store, limits, self.voice
         )
@@ -226,7 +209,6 @@ class MainWindow(QMainWindow):
 
     @property
     def handlers(self) -> Mapping[str, Callable[[], object]]:
-        """Return what the commands of the window itself do."""
         places = {
             f"place_{name}": lambda name=name: self.show_page(name) for name in self._page_ids
         }
@@ -243,7 +225,6 @@ class MainWindow(QMainWindow):
     # Places
 
     def show_page(self, place_id: str) -> None:
-        """Go to a place by its id."""
         self.pages.setCurrentIndex(self._page_ids.index(place_id))
         self.navigation_rail.show_page(place_id)
         self._enable()
@@ -371,14 +352,12 @@ class MainWindow(QMainWindow):
         return found
 
     def undo(self) -> None:
-        """Undo the last change of what is on screen."""
         page = self._shown_page
         (self.flight_controller.undo_mark if page is None else page.undo)()
         # The stack knows only afterwards what can be undone and redone.
         self._enable()
 
     def redo(self) -> None:
-        """Redo the change that was undone last."""
         page = self._shown_page
         if page is not None:
             page.redo()

@@ -51,12 +51,6 @@ class ModulePreloader(QObject):
     """Loads what maneuvers, Preflight and Review need, from `begin` on, until a flight moves.
 
     A first visit to one of those places would else hold up a flight for half a second.
-
-    Parameters
-    ----------
-    is_idle : callable
-        Whether there is still no flight that could be held up.
-    parent : QObject
     """
 
     def __init__(self, is_idle: Callable[[], bool], parent: QObject) -> None:

@@ -71,14 +71,8 @@ def channel_value_text(
 
     Parameters
     ----------
-    spec : ChannelSpec
-        The channel.
     value : float or None
         SI; None or NaN is missing.
-    system : {"US", "SI"}
-        Units of the screen.
-    unit : bool
-        Whether the unit follows the number.
     """
     shown = spec.display_unit(system)
     if value is None or not math.isfinite(value):
@@ -222,13 +216,6 @@ def plain_shortcut_text(keys: str, platform: str = sys.platform) -> str:
     """Return a shortcut of letters and figures as the system writes it: ``Ctrl+L`` is ⌘L on a Mac.
 
     As `ui.commands.shortcut_text` does, which needs Qt.
-
-    Parameters
-    ----------
-    keys : str
-        As Qt writes it on every system.
-    platform : str
-        As `sys.platform`.
     """
     if platform != "darwin":
         return keys

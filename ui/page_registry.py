@@ -9,27 +9,13 @@ from ui.translation import QT_TR_NOOP
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PageInfo:
-    """One place on the rail.
+    """One place on the rail."""
 
-    Attributes
-    ----------
-    id : str
-        Name in code; ``place_<id>`` is the command that goes there.
-    title : str
-        Word on the rail.
-    shortcut : str
-        Key that goes there.
-    icon : str
-        Sign on the rail.
-    purpose : str
-        What the place is for, one sentence.
-    """
-
-    id: str
-    title: str
-    shortcut: str
-    icon: str
-    purpose: str
+    id: str  # Name in code; ``place_<id>`` is the command that goes there.
+    title: str  # Word on the rail.
+    shortcut: str  # Key that goes there.
+    icon: str  # Sign on the rail.
+    purpose: str  # What the place is for, one sentence.
 
 
 PAGES: tuple[PageInfo, ...] = (

@@ -15,15 +15,7 @@ from ui.translation import tr
 
 
 class RecentFlights(QObject):
-    """Keeps in the settings which flights were open, with what the start page says of them.
-
-    Parameters
-    ----------
-    controller : FlightController
-        Opens flights.
-    store : SettingsStore
-        Remembers them.
-    """
+    """Keeps in the settings which flights were open, with what the start page says of them."""
 
     def __init__(self, controller: FlightController, store: SettingsStore) -> None:
         super().__init__(controller)

@@ -21,30 +21,12 @@ _STOP_SECONDS = 11.0
 
 
 class RecorderController(QObject):
-    """Lists and stops recorders.
+    """Lists and stops recorders."""
 
-    Parameters
-    ----------
-    open_session : callable
-        Returns the session of the open flight, or None.
-    error_reporter : ErrorReporter
-        Where errors go.
-
-    Attributes
-    ----------
-    aircraft : AircraftProcess or None
-        The virtual aircraft that sends to the recorder of the open flight.
-    changed : Signal
-        Others run than before.
-    job_started : Signal(object, str)
-        A `BackgroundJob` begins; what to say when it is done, empty for nothing.
-    message_posted : Signal(str, str)
-        Level and sentence of a banner.
-    """
-
-    changed = Signal()
+    changed = Signal()  # Others run than before.
+    # A `BackgroundJob` begins; what to say when it is done, empty for nothing.
     job_started = Signal(object, str)
-    message_posted = Signal(str, str)
+    message_posted = Signal(str, str)  # Level and sentence of a banner.
 
     def __init__(
         self,
@@ -53,6 +35,7 @@ class RecorderController(QObject):
         parent: QObject,
     ) -> None:
         super().__init__(parent)
+        # The virtual aircraft that sends to the recorder of the open flight.
         self.aircraft: AircraftProcess | None = None
         self._open_session = open_session
         self._error_reporter = error_reporter
@@ -62,7 +45,6 @@ class RecorderController(QObject):
 
     @property
     def current(self) -> RecorderHandle | None:
-        """Return the recorder of the open flight."""
         session = self._open_session()
         return None if session is None else session.recorder
 

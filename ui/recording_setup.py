@@ -27,46 +27,23 @@ _DISK_TIMEOUT = 0.2
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RunningRecorder:
-    """A recorder found running.
+    """A recorder found running."""
 
-    Attributes
-    ----------
-    handle : RecorderHandle
-        To attach to.
-    name : str
-        Of the flight.
-    link : str
-        What it records.
-    """
-
-    handle: RecorderHandle
-    name: str
-    link: str
+    handle: RecorderHandle  # To attach to.
+    name: str  # Of the flight.
+    link: str  # What it records.
 
 
 @dataclass(slots=True, eq=False)
 class PendingFlight:
-    """What was set going for a flight that opens; undone if nobody wants it any more.
+    """What was set going for a flight that opens; undone if nobody wants it any more."""
 
-    Attributes
-    ----------
-    session : Session or None
-        The flight.
-    aircraft : AircraftProcess or None
-        Flies for it.
-    recorder : RecorderHandle or None
-        Was started for it; None where one ran already, or none is needed.
-    folder : Path or None
-        The flight folder, if it was made for it.
-    has_next_flight_data : bool
-        Whether the flight has what waited for the next one.
-    """
-
-    session: Session | None = None
-    aircraft: AircraftProcess | None = None
+    session: Session | None = None  # The flight.
+    aircraft: AircraftProcess | None = None  # Flies for it.
+    # Was started for it; None where one ran already, or none is needed.
     recorder: RecorderHandle | None = None
-    folder: Path | None = None
-    has_next_flight_data: bool = False
+    folder: Path | None = None  # The flight folder, if it was made for it.
+    has_next_flight_data: bool = False  # Whether the flight has what waited for the next one.
 
     @property
     def has_flight_folder(self) -> bool:
@@ -99,21 +76,13 @@ def find_running_recorders() -> tuple[RunningRecorder, ...]:
 
 
 class RecorderMonitor(QObject):
-    """Looks once a second for recorders that run, in a thread: a disk that hangs holds up nothing.
+    """Looks for recorders that run once a second, in a thread: no disk that hangs is waited for."""
 
-    Attributes
-    ----------
-    running : tuple of RunningRecorder
-        The newest first.
-    changed : Signal
-        Others run than before.
-    """
-
-    changed = Signal()
+    changed = Signal()  # Others run than before.
 
     def __init__(self, parent: QObject) -> None:
         super().__init__(parent)
-        self.running: tuple[RunningRecorder, ...] = ()
+        self.running: tuple[RunningRecorder, ...] = ()  # The newest first.
         self._over = threading.Event()
         self._asking: threading.Thread | None = None
         self._newest: tuple[RunningRecorder, ...] = ()

@@ -26,11 +26,6 @@ class ScreenSaverInhibitor(QObject):
     """Asks the desktop not to darken the screen while the open flight is being recorded.
 
     It may refuse, and then nothing happens.
-
-    Parameters
-    ----------
-    controller : FlightController
-        The open flight.
     """
 
     def __init__(self, controller: FlightController) -> None:
@@ -42,7 +37,6 @@ class ScreenSaverInhibitor(QObject):
         controller.recording_ended.connect(lambda _folder: self._set_inhibited(lit=False))
 
     def close(self) -> None:
-        """Let the screen go dark again."""
         self._set_inhibited(lit=False)
 
     def _set_inhibited(self, *, lit: bool) -> None:

@@ -35,15 +35,9 @@ class SessionPoller(QObject):
     ----------
     refresh : callable
         Called with the session ten times a second.
-    error_reporter : ErrorReporter
-        Where errors go, each once.
-
-    Attributes
-    ----------
-    frame_requested : Signal(object)
-        Samples came: paint a frame; carries the flight time to paint up to, s or None.
     """
 
+    # Samples came: paint a frame; carries the flight time to paint up to, s or None.
     frame_requested = Signal(object)
 
     def __init__(
@@ -75,7 +69,6 @@ class SessionPoller(QObject):
         session.update(_UPDATE_SECONDS)
 
     def start(self) -> None:
-        """Start the timer."""
         self._timer.start()
 
     def tick(self) -> None:

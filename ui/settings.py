@@ -28,131 +28,74 @@ log = logging.getLogger(__name__)
 
 
 class RecentFlight(StrictModel):
-    """A flight that was open.
+    """A flight that was open."""
 
-    Attributes
-    ----------
-    path : str
-        Its folder or file.
-    name, aircraft : str
-        As shown while it was open.
-    date : str
-        When it was recorded, local time.
-    duration : float
-        Of the record, s; 0 until the flight was closed.
-    """
-
-    path: str
+    path: str  # Its folder or file.
+    # As shown while it was open.
     name: str = ""
     aircraft: str = ""
-    date: str = ""
-    duration: float = Field(default=0.0, ge=0.0)
+    date: str = ""  # When it was recorded, local time.
+    duration: float = Field(default=0.0, ge=0.0)  # Of the record, s; 0 until the flight was closed.
 
 
 class Settings(StrictModel):
-    """Everything that is kept from one start to the next.
+    """Everything that is kept from one start to the next."""
 
-    Attributes
-    ----------
-    theme : str
-        ``daylight``, ``dark`` or ``high-contrast``.
-    units : str
-        ``US`` or ``SI``.
-    scale : int
-        Size of everything, percent.
-    muted : bool
-        Whether alarms are silent.
-    side_panel : bool
-        Whether the panel beside the charts is open.
-    panel_width : int
-        Points to which it was drawn; never narrower than its tabs.
-    geometry : str
-        Place and size of the window, as Qt writes it, in hexadecimal.
-    links : tuple of str
-        LINK texts used last, newest first.
-    recent_flights : tuple of RecentFlight
-        Flights opened last, newest first.
-    folder : str
-        Where a flight was opened last.
-    flights : str
-        Where flights are recorded.
-    aircraft, channel_map, calibration : str
-        Chosen last when connecting.
-    layout : str
-        Name of the layout on screen; the layouts themselves are files beside this one.
-    span : float
-        Seconds in sight.
-    gap_flights : tuple of str
-        Flights searched last for a missing effect.
-    gap_aircraft, gap_model : str
-        What they were compared with; empty for the flight's own, and for none.
-    gap_variable, gap_channel : str
-        What was looked at last.
-    preflight_step : str
-        Step before the flight that was looked at last.
-    pilot_window : bool
-        Whether the pilot's page has a window of its own, too.
-    review_flights : tuple of str
-        Flights under review, in the order in which they are numbered.
-    review_channels : tuple of str
-        Channels on the time line of the review.
-    review_folder : str
-        Where a report or a file of a run was written last.
-    review_chapter : str
-        Chapter of the review that was looked at last.
-    review_estimate : EstimateForm
-        Settings of the estimate.
-    flight_speech : str
-        Whether cues are spoken: ``page``, once the pilot's page was opened; ``always``; ``never``.
-    """
-
-    theme: str = "daylight"
-    units: str = Field(default="US", pattern="^(US|SI)$")
-    scale: int = Field(default=100, ge=100, le=250)
-    muted: bool = False
-    side_panel: bool = True
+    theme: str = "daylight"  # ``daylight``, ``dark`` or ``high-contrast``.
+    units: str = Field(default="US", pattern="^(US|SI)$")  # ``US`` or ``SI``.
+    scale: int = Field(default=100, ge=100, le=250)  # Size of everything, percent.
+    muted: bool = False  # Whether alarms are silent.
+    side_panel: bool = True  # Whether the panel beside the charts is open.
+    # Points to which it was drawn; never narrower than its tabs.
     panel_width: int = Field(default=0, ge=0)
+    # Place and size of the window, as Qt writes it, in hexadecimal.
     geometry: str = Field(default="", pattern="^[0-9a-f]*$")
-    links: tuple[str, ...] = ()
-    recent_flights: tuple[RecentFlight, ...] = ()
-    folder: str = ""
-    flights: str = ""
+    links: tuple[str, ...] = ()  # LINK texts used last, newest first.
+    recent_flights: tuple[RecentFlight, ...] = ()  # Flights opened last, newest first.
+    folder: str = ""  # Where a flight was opened last.
+    flights: str = ""  # Where flights are recorded.
+    # Chosen last when connecting.
     aircraft: str = "b777"
     channel_map: str = "b777"
     calibration: str = "b777"
+    # Name of the layout on screen; the layouts themselves are files beside this one.
     layout: str = "Overview"
-    span: float = Field(default=60.0, gt=0.0)
-    gap_flights: tuple[str, ...] = ()
+    span: float = Field(default=60.0, gt=0.0)  # Seconds in sight.
+    gap_flights: tuple[str, ...] = ()  # Flights searched last for a missing effect.
+    # What they were compared with; empty for the flight's own, and for none.
     gap_aircraft: str = ""
     gap_model: str = "b777"
+    # What was looked at last.
     gap_variable: str = "alpha"
     gap_channel: str = "q"
+    # Step before the flight that was looked at last.
     preflight_step: str = Field(default="card", pattern="^(card|calibration|checklist|cards)$")
+    # Flights under review, in the order in which they are numbered.
     review_flights: tuple[str, ...] = ()
-    review_folder: str = ""
+    review_folder: str = ""  # Where a report or a file of a run was written last.
+    # Channels on the time line of the review.
     review_channels: tuple[str, ...] = (
         "de", "da", "dr", "q", "p", "r", "alpha", "beta", "V", "an", "ay",
     )  # fmt: skip
+    # Chapter of the review that was looked at last.
     review_chapter: str = Field(
         default="maneuvers", pattern="^(maneuvers|estimate|figures|summary)$"
     )
-    review_estimate: EstimateForm = Field(default_factory=EstimateForm)
-    pilot_window: bool = False
+    review_estimate: EstimateForm = Field(default_factory=EstimateForm)  # Settings of the estimate.
+    pilot_window: bool = False  # Whether the pilot's page has a window of its own, too.
+    # Whether cues are spoken: ``page``, once the pilot's page was opened; ``always``; ``never``.
     flight_speech: str = Field(default="page", pattern="^(page|always|never)$")
 
     def with_link(self, link: str) -> Settings:
-        """Return the settings with that link as the newest."""
         others = tuple(known for known in self.links if known != link)
         return self.with_values(links=(link, *others)[:_MAX_RECENT])
 
     def with_flight(self, flight: RecentFlight) -> Settings:
-        """Return the settings with that flight as the newest."""
         others = tuple(known for known in self.recent_flights if known.path != flight.path)
         flights = (flight, *others)[:_MAX_RECENT]
         return self.with_values(recent_flights=[one.model_dump() for one in flights])
 
     def with_values(self, **values: object) -> Settings:
-        """Return a copy with other values, checked."""
         return Settings.model_validate({**self.model_dump(), **values})
 
 
@@ -206,7 +149,6 @@ def initial_dialog_folder(settings: Settings, remembered: str = "") -> Path:
 
     Parameters
     ----------
-    settings : Settings
     remembered : str
         Where this dialog was last, if it remembers; else where a flight was opened last counts,
         or where flights are recorded.
@@ -272,23 +214,16 @@ class SettingsStore:
     ----------
     path : Path
         The file.
-
-    Attributes
-    ----------
-    current : Settings
-        As they are now.
-    error_text : str
-        What of the file could not be used, or that it cannot be written; empty if all is well.
-        What could not be used is kept under another name.
-    on_write_error : callable
-        Called with a sentence, once, when the file cannot be written although it seemed so.
     """
 
     def __init__(self, path: Path) -> None:
         self.path = path
+        # What of the file could not be used, or that it cannot be written; empty if all is well.
+        # What could not be used is kept under another name.
         self.error_text = ""
+        # Called with a sentence, once, when the file cannot be written although it seemed so.
         self.on_write_error: Callable[[str], object] = lambda _sentence: None
-        self.current = self._read()
+        self.current = self._read()  # As they are now.
         self._unwritten: dict[str, Any] = {}
         self._write_error_reported = not _may_write(path)
         if self._write_error_reported:
@@ -345,7 +280,6 @@ class SettingsStore:
         return _drop_invalid_values(content)[0].model_dump()
 
     def replace(self, settings: Settings) -> None:
-        """Take other settings and write them."""
         if settings == self.current and os.access(self.path, os.F_OK):
             return
         before, values = self.current.model_dump(), settings.model_dump()

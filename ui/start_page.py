@@ -68,20 +68,14 @@ START_OPTIONS = (
 
 
 class StartOptionButton(QAbstractButton):
-    """A large choice: sign, title, sentence, key.
-
-    Attributes
-    ----------
-    flat_width : int
-        Pixels of width of a flat card, for narrow windows; 0 for a tall one.
-    """
+    """A large choice: sign, title, sentence, key."""
 
     def __init__(self, choice: StartOption, look: DisplayStyle) -> None:
         super().__init__()
         self.option = choice
         self._title = tr(choice.title)
         self._words = tr(choice.text).format(keys=shortcut_text("Ctrl+Shift+O"))
-        self.flat_width = 0
+        self.flat_width = 0  # Pixels of width of a flat card, for narrow windows; 0 for a tall one.
         self._look = look
         self.setText(self._title)
         self.setAccessibleName(f"{self._title}, {shortcut_text(choice.key)}")
@@ -165,20 +159,11 @@ class StartOptionButton(QAbstractButton):
 
 
 class StartPage(CenteredPage):
-    """The empty window: three choices, and what was used last.
+    """The empty window: three choices, and what was used last."""
 
-    Attributes
-    ----------
-    chosen : Signal(str)
-        Id of the command.
-    link_chosen : Signal(str)
-        A LINK used before.
-    flight_chosen, flight_removed : Signal(str)
-        Path of a flight that was open before, to open it again or to forget it.
-    """
-
-    chosen = Signal(str)
-    link_chosen = Signal(str)
+    chosen = Signal(str)  # Id of the command.
+    link_chosen = Signal(str)  # A LINK used before.
+    # Path of a flight that was open before, to open it again or to forget it.
     flight_chosen = Signal(str)
     flight_removed = Signal(str)
 

@@ -168,8 +168,6 @@ def create_style_sheet(look: DisplayStyle, signs: dict[str, str]) -> str:
 
     Parameters
     ----------
-    look : DisplayStyle
-        Theme and scale.
     signs : mapping of str to str
         Paths of the small pictures that style sheets can only take from files:
         those of `ui.style_sheet_icons`.

@@ -27,7 +27,6 @@ class StyleSheetIcons:
         self._folder = tempfile.TemporaryDirectory(prefix="gsapp-signs-")
 
     def paths(self, look: DisplayStyle) -> dict[str, str]:
-        """Return the paths for the style sheet, writing what is not there yet."""
         found: dict[str, str] = {}
         for name, points in _ICON_POLYLINES.items():
             color = look.color("background" if name == "check" else "text")

@@ -19,73 +19,46 @@ MINIMUM_SCALE, MAXIMUM_SCALE = 1.0, 2.5
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Theme:
-    """Colors (``#rrggbb``) and line weight of one theme.
+    """Colors (``#rrggbb``) and line weight of one theme."""
 
-    Attributes
-    ----------
-    name : str
-        ``daylight``, ``dark`` or ``high-contrast``.
-    background, plot : str
-        Behind everything; behind the traces.
-    text, muted : str
-        What is read; what is read second (units, tick labels).
-    grid, axis : str
-        Faint grid; frames and tick marks.
-    good, caution, warning : str
-        State as text or as a line: within limits, caution, warning.
-    caution_band, warning_band : str
-        State as an area behind the traces.
-    good_fill, caution_fill, warning_fill, fill_text : str
-        State as a filled label with its text.
-    target : str
-        What is wanted: test point, wanted band.
-    span, event : str
-        Areas behind the traces: a maneuver; any other labeled span.
-    span_edge : str
-        Borders of spans, and marks.
-    cursor, cursor_a, cursor_b : str
-        The cursor and the two that measure differences.
-    previous : str
-        Traces of earlier results.
-    selection : str
-        The chosen chart.
-    banner, banner_text : str
-        Across the top while the display is paused.
-    traces : mapping of str to str
-        One color for each name of `TRACE_COLORS`.
-    line_width : float
-        Of a trace, in points at 100 %.
-    """
-
-    name: str
+    name: str  # ``daylight``, ``dark`` or ``high-contrast``.
+    # Behind everything; behind the traces.
     background: str
     plot: str
+    # What is read; what is read second (units, tick labels).
     text: str
     muted: str
+    # Faint grid; frames and tick marks.
     grid: str
     axis: str
+    # State as text or as a line: within limits, caution, warning.
     good: str
     caution: str
     warning: str
+    # State as an area behind the traces.
     caution_band: str
     warning_band: str
+    # State as a filled label with its text.
     good_fill: str
     caution_fill: str
     warning_fill: str
     fill_text: str
-    target: str
+    target: str  # What is wanted: test point, wanted band.
+    # Areas behind the traces: a maneuver; any other labeled span.
     span: str
     event: str
-    span_edge: str
+    span_edge: str  # Borders of spans, and marks.
+    # The cursor and the two that measure differences.
     cursor: str
     cursor_a: str
     cursor_b: str
-    previous: str
-    selection: str
+    previous: str  # Traces of earlier results.
+    selection: str  # The chosen chart.
+    # Across the top while the display is paused.
     banner: str
     banner_text: str
-    traces: Mapping[str, str]
-    line_width: float
+    traces: Mapping[str, str]  # One color for each name of `TRACE_COLORS`.
+    line_width: float  # Of a trace, in points at 100 %.
 
     def trace(self, name: str) -> str:
         """Return the color of that name, or of ``previous``."""
@@ -103,27 +76,16 @@ class Theme:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Sizes:
-    """Sizes in logical pixels at a scale: type, the 8-point grid, controls.
+    """Sizes in logical pixels at a scale: type, the 8-point grid, controls."""
 
-    Attributes
-    ----------
-    scale : float
-        1.0 to 2.5.
-    body, label, value, cue : int
-        Type: sentences, labels, current values, what the pilot reads from afar.
-    unit : int
-        The grid's step.
-    control : int
-        Least height of what is pressed with gloves.
-    """
-
-    scale: float
+    scale: float  # 1.0 to 2.5.
+    # Type: sentences, labels, current values, what the pilot reads from afar.
     body: int
     label: int
     value: int
     cue: int
-    unit: int
-    control: int
+    unit: int  # The grid's step.
+    control: int  # Least height of what is pressed with gloves.
 
 
 def compute_sizes(scale: float) -> Sizes:

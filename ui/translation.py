@@ -29,17 +29,7 @@ def install_translator(
     locale: QLocale | None = None,
     folder: Path = _FOLDER,
 ) -> None:
-    """Load the texts of the window, and with them those of Qt, in a language that has any.
-
-    Parameters
-    ----------
-    application : QCoreApplication
-        Keeps the translators.
-    locale : QLocale, optional
-        That of the system by default.
-    folder : Path
-        Holds ``gsapp_<locale>.qm``.
-    """
+    """Load the texts of the window, and with them those of Qt, in a language that has any."""
     global _translator  # noqa: PLW0603 - one language for the process
     from PySide6.QtCore import QLibraryInfo, QLocale, QTranslator
 

@@ -30,9 +30,6 @@ class UndoCommand(QUndoCommand):
 
     Parameters
     ----------
-    text : str
-        Name of the change, after "Undo".
-    undo, redo : callable
     merge_key : str
         A change with the same key right before becomes one with this: letters typed into a field.
     """

@@ -28,24 +28,13 @@ class VirtualFlightSession(QObject, Generic[ProcessT]):
 
     Parameters
     ----------
-    controller : FlightController
-        Records and follows it as it would an aircraft.
     kind : str
         What its folder is called, with a date and a letter.
     launch : callable
         Starts what sends, given the folder for its log and the UDP port to send to.
-
-    Attributes
-    ----------
-    changed : Signal
-        It began or ended.
-    folder : Path or None
-        Of the flight; None before the first.
-    process : BackgroundCommand or None
-        What sends.
     """
 
-    changed = Signal()
+    changed = Signal()  # It began or ended.
 
     def __init__(
         self, controller: FlightController, kind: str, launch: Callable[[Path, int], ProcessT]
@@ -54,8 +43,8 @@ class VirtualFlightSession(QObject, Generic[ProcessT]):
         self._controller = controller
         self._kind = kind
         self._launch = launch
-        self.folder: Path | None = None
-        self.process: ProcessT | None = None
+        self.folder: Path | None = None  # Of the flight; None before the first.
+        self.process: ProcessT | None = None  # What sends.
         self._port = 0
         self._recorder: RecorderHandle | None = None
         self._ending: BackgroundJob | None = None
@@ -118,7 +107,6 @@ class VirtualFlightSession(QObject, Generic[ProcessT]):
             self.changed.emit()
 
     def stop(self) -> None:
-        """End what sends, and in the background its recording."""
         process, self.process = self.process, None
         recorder, self._recorder = self._recorder, None
         if recorder is not None:

@@ -46,11 +46,6 @@ def simulate_virtual_flight(
         Told what is being done; what it raises stops the flight.
     hide : str
         Effect that the aircraft has and its model lacks; empty for none.
-
-    Raises
-    ------
-    GroundStationError
-        If the flight is not written.
     """
     folder.parent.mkdir(parents=True, exist_ok=True)
     # A flight that is stopped leaves what it was about: in a folder that can be taken away.

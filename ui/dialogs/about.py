@@ -45,15 +45,7 @@ def about_lines(store: SettingsStore) -> tuple[tuple[str, str], ...]:
 
 
 class AboutDialog(SelfDeletingDialog):
-    """Shows it, and copies it for a report.
-
-    Parameters
-    ----------
-    look : DisplayStyle
-        Sizes.
-    lines : sequence of (str, str)
-        See `about_lines`.
-    """
+    """Shows it, and copies it for a report."""
 
     def __init__(
         self, look: DisplayStyle, lines: tuple[tuple[str, str], ...], parent: QWidget | None = None

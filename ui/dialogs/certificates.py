@@ -18,17 +18,7 @@ from ui.translation import tr
 
 
 class CertificatesDialog(FormDialog):
-    """Asks for a set of certificates, and says what it would change.
-
-    Parameters
-    ----------
-    display_style : DisplayStyle
-        Sizes.
-    used : AppliedCertificates
-        What the flight is read with now.
-    shipped : sequence of str
-        Sets that come with the program.
-    """
+    """Asks for a set of certificates, and says what it would change."""
 
     def __init__(
         self,

@@ -35,37 +35,19 @@ _TEST_TIMEOUT = 2.0
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ConnectionOptions:
-    """What can be chosen when connecting.
+    """What can be chosen when connecting."""
 
-    Attributes
-    ----------
-    aircraft, channel_maps, calibrations : tuple of str
-        Names that come with the program.
-    parse : callable
-        Reads a LINK.
-    list_ports : callable
-        Returns (path, words) of the serial ports that are there now.
-    """
-
+    # Names that come with the program.
     aircraft: tuple[str, ...]
     channel_maps: tuple[str, ...]
     calibrations: tuple[str, ...]
-    parse: Callable[[str], LinkAddress]
+    parse: Callable[[str], LinkAddress]  # Reads a LINK.
+    # Returns (path, words) of the serial ports that are there now.
     list_ports: Callable[[], Sequence[tuple[str, str]]]
 
 
 class LinkTestField(QWidget):
-    """The flown system, among those that a test of the link hears.
-
-    Attributes
-    ----------
-    button : QPushButton
-        Begins and ends the test.
-    systems : QComboBox
-        The first autopilot heard, or one of those heard.
-    message : FieldMessage
-        What has come, or what to try.
-    """
+    """The flown system, among those that a test of the link hears."""
 
     def __init__(self, look: DisplayStyle) -> None:
         super().__init__()
@@ -76,19 +58,19 @@ class LinkTestField(QWidget):
         column.setSpacing(look.px(8))
         row = QHBoxLayout()
         row.setSpacing(look.px(8))
-        self.systems = QComboBox()
+        self.systems = QComboBox()  # The first autopilot heard, or one of those heard.
         self.systems.setAccessibleName(tr("Flown system"))
         self.systems.addItem(tr("Automatic"), None)
         self.systems.setToolTip(
             tr("Automatic: the system in the channel map, or the first autopilot")
         )
-        self.button = QPushButton(tr("Test link"))
+        self.button = QPushButton(tr("Test link"))  # Begins and ends the test.
         self.button.setToolTip(tr("Listen without recording: shows what arrives and who sends it"))
         self.button.clicked.connect(self._toggle)
         row.addWidget(self.systems, 1)
         row.addWidget(self.button)
         column.addLayout(row)
-        self.message = FieldMessage()
+        self.message = FieldMessage()  # What has come, or what to try.
         # Room for three lines, so that nothing moves while it listens.
         self.message.setMinimumHeight(look.px(48))
         self.message.setAlignment(Qt.AlignmentFlag.AlignTop)
@@ -216,7 +198,6 @@ class ConnectDialog(RecordingDialog):
 
     @property
     def is_valid(self) -> bool:
-        """Return whether link and place will do."""
         return self.link.input_check.is_valid and super().is_valid
 
     def accept(self) -> None:
@@ -230,7 +211,6 @@ class ConnectDialog(RecordingDialog):
 
     @property
     def request(self) -> ConnectRequest:
-        """Return what was asked for."""
         return ConnectRequest(
             link=self.link.value,
             folder=self.folder_field.folder,

@@ -26,10 +26,6 @@ class ShippedFileField(QComboBox):
 
     Parameters
     ----------
-    name : str
-        What it is.
-    shipped : sequence of str
-        Names that come with the program.
     none : str
         Words for going without one; empty if there must be one.
     """
@@ -90,7 +86,6 @@ class ShippedFileField(QComboBox):
 
     @property
     def value(self) -> str:
-        """Return the name or path chosen; empty for none."""
         return str(self.currentData() or "")
 
 
@@ -104,13 +99,11 @@ class FlightFolderField(QWidget):
 
     Attributes
     ----------
-    changed : Signal
-        Something else is typed now.
     proposed_parent : Path
         Folder of the flights, as proposed.
     """
 
-    changed = Signal()
+    changed = Signal()  # Something else is typed now.
 
     def __init__(self, parent_folder: Path, look: DisplayStyle) -> None:
         super().__init__()
@@ -153,7 +146,6 @@ class FlightFolderField(QWidget):
 
     @property
     def folder(self) -> Path:
-        """Return the flight folder."""
         return Path(self.parent_folder.edit.text()).expanduser() / self.name.text().strip()
 
 
@@ -162,15 +154,14 @@ class RecordingDialog(FormDialog):
 
     Attributes
     ----------
-    submitted : Signal
-        The user wants the flight. The dialog stays until it is accepted once more, or told of a
-        refusal.
     folder_field : FlightFolderField
         Title and folder of the flight.
     is_connecting : bool
         Whether the recording is about to begin.
     """
 
+    # The user wants the flight. The dialog stays until it is accepted once more, or told of a
+    # refusal.
     submitted = Signal()
 
     def add_folder_field(self, flights: Path) -> None:
@@ -185,7 +176,6 @@ class RecordingDialog(FormDialog):
 
     @property
     def is_valid(self) -> bool:
-        """Return whether what is typed will do."""
         return self.folder_field.input_check.is_valid
 
     def _validate(self) -> None:

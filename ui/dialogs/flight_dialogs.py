@@ -73,7 +73,6 @@ class GoToDialog(FormDialog):
 
     @property
     def clamped_time(self) -> float:
-        """Return the time within the flight, s."""
         first, last = self._span
         return min(max(self.time if self.time is not None else first, first), last)
 
@@ -83,8 +82,6 @@ class RangeDialog(FormDialog):
 
     Parameters
     ----------
-    title, unit : str
-        The quantity, and the unit in which it is shown.
     low, high : float
         The range in force, in that unit.
     """
@@ -191,7 +188,6 @@ class ExportDialog(FormDialog):
 
     @property
     def request(self) -> tuple[str, Path]:
-        """Return format and file."""
         return str(self.kind.currentData()), Path(self.path.edit.text().strip()).expanduser()
 
 
@@ -227,13 +223,6 @@ def ask_closing(
 
     A key pressed in haste loses nothing: it leaves recorders running, and where works would be
     given up, it stays.
-
-    Parameters
-    ----------
-    flights : sequence of str
-        What is being recorded.
-    works : sequence of str
-        Titles.
     """
     sentences, consequences = [], []
     if flights:

@@ -35,59 +35,32 @@ class InputCheck:
 
     @property
     def is_valid(self) -> bool:
-        """Return whether it will do."""
         return self.state != "warning"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ConnectRequest:
-    """An aircraft to be recorded and shown.
+    """An aircraft to be recorded and shown."""
 
-    Attributes
-    ----------
-    link : str
-        LINK text.
-    folder : Path
-        Flight folder to record into.
-    channel_map, aircraft, calibration : str
-        Names of shipped files or paths; calibration may be empty for none.
-    append : bool
-        Whether to append to the flight if it is already finished.
-    system : int or None
-        The flown MAVLink system; None for that of the map, or the first autopilot heard.
-    title : str
-        What the crew calls the flight; empty for the name of its folder.
-    """
-
-    link: str
-    folder: Path
+    link: str  # LINK text.
+    folder: Path  # Flight folder to record into.
+    # Names of shipped files or paths; calibration may be empty for none.
     channel_map: str
     aircraft: str
     calibration: str
-    append: bool = False
+    append: bool = False  # Whether to append to the flight if it is already finished.
+    # The flown MAVLink system; None for that of the map, or the first autopilot heard.
     system: int | None = None
-    title: str = ""
+    title: str = ""  # What the crew calls the flight; empty for the name of its folder.
 
 
 class VirtualFlightRequest(FlightSettings):
-    """A flight of the virtual aircraft.
+    """A flight of the virtual aircraft."""
 
-    Attributes
-    ----------
-    speed : float
-        Times real time.
-    folder : Path
-        Flight folder to record into.
-    append : bool
-        Whether to append to the flight if it is already finished.
-    title : str
-        What the crew calls the flight; empty for the name of its folder.
-    """
-
-    speed: float = 1.0
-    folder: Path
-    append: bool = False
-    title: str = ""
+    speed: float = 1.0  # Times real time.
+    folder: Path  # Flight folder to record into.
+    append: bool = False  # Whether to append to the flight if it is already finished.
+    title: str = ""  # What the crew calls the flight; empty for the name of its folder.
 
 
 def check_link(text: str, parse: Callable[[str], LinkAddress], ports: Iterable[str]) -> InputCheck:
@@ -95,12 +68,8 @@ def check_link(text: str, parse: Callable[[str], LinkAddress], ports: Iterable[s
 
     Parameters
     ----------
-    text : str
-        As typed so far.
     parse : callable
         Reads a LINK; raises `GroundStationError` with a sentence if it is none.
-    ports : iterable of str
-        Serial ports that are there now.
     """
     text = text.strip()
     if not text:

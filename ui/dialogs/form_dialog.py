@@ -52,15 +52,9 @@ class FieldMessage(QLabel):
 
 
 class IntegerField(QLineEdit):
-    """A whole number within limits.
+    """A whole number within limits."""
 
-    Attributes
-    ----------
-    value_changed : Signal
-        Another number stands there, and it is within the limits.
-    """
-
-    value_changed = Signal()
+    value_changed = Signal()  # Another number stands there, and it is within the limits.
 
     def __init__(self, lowest: int, highest: int, value: int) -> None:
         super().__init__(str(value))
@@ -79,20 +73,11 @@ class IntegerField(QLineEdit):
         return self._last
 
     def set_value(self, value: int) -> None:
-        """Show a number."""
         self.setText(str(value))
 
 
 class PathField(QWidget):
-    """A path to write to, typed or chosen.
-
-    Parameters
-    ----------
-    name : str
-        What it is, for the file dialog and for screen readers.
-    folder : bool
-        Whether a folder is wanted rather than a file.
-    """
+    """A path to write to, typed or chosen."""
 
     def __init__(self, name: str, look: DisplayStyle, *, folder: bool = True) -> None:
         super().__init__()
@@ -111,7 +96,6 @@ class PathField(QWidget):
 
     @property
     def path(self) -> Path:
-        """Return what stands there."""
         return Path(self.edit.text().strip()).expanduser()
 
     def _choose(self) -> None:
@@ -141,15 +125,7 @@ class SelfDeletingDialog(QDialog):
 
 
 class FormDialog(SelfDeletingDialog):
-    """A dialog of labeled rows with one button that does it and one that does not.
-
-    Parameters
-    ----------
-    title, purpose : str
-        Title of the window; a sentence on top.
-    does : str
-        Words on the button that does it.
-    """
+    """A dialog of labeled rows with one button that does it and one that does not."""
 
     def __init__(
         self, title: str, purpose: str, does: str, look: DisplayStyle, parent: QWidget | None = None

@@ -82,7 +82,6 @@ class GuideWindow(QDialog):
         self.pages.setFocus()
 
     def show_page(self, path: Path) -> None:
-        """Show a document."""
         self.browser.setSource(
             QUrl.fromLocalFile(str(path)), QTextDocument.ResourceType.MarkdownResource
         )

@@ -29,8 +29,6 @@ class LimitsDialog(FormDialog):
 
     Parameters
     ----------
-    spec : ChannelSpec
-        The channel.
     bands : LimitBands
         The limits in force, SI.
     typed : bool

@@ -26,22 +26,11 @@ class LinkField(QWidget):
 
     Parameters
     ----------
-    links : sequence of str
-        Used before, newest first.
-    parse : callable
-        Reads a LINK, see `check_link`.
     list_ports : callable
         Returns (path, words) of the serial ports that are there now.
-
-    Attributes
-    ----------
-    changed : Signal
-        Something else is typed now.
-    input_check : InputCheck
-        Whether it will do.
     """
 
-    changed = Signal()
+    changed = Signal()  # Something else is typed now.
 
     def __init__(
         self,
@@ -79,7 +68,7 @@ class LinkField(QWidget):
         self.message.setMinimumHeight(look.px(32))
         self.message.setAlignment(Qt.AlignmentFlag.AlignTop)
         column.addWidget(self.message)
-        self.input_check = InputCheck(message="", state="warning")
+        self.input_check = InputCheck(message="", state="warning")  # Whether it will do.
         self._show_kind()
         self.refresh_ports()
         self._timer = QTimer(self)
@@ -149,7 +138,6 @@ class LinkField(QWidget):
                 editor.setText(field.example)
 
     def refresh_ports(self) -> None:
-        """List the serial ports that are there now."""
         ports = tuple(self._list_ports())
         if ports == self._ports:
             return

@@ -33,8 +33,6 @@ class MavlinkInspector(SelfDeletingDialog):
 
     Parameters
     ----------
-    look : DisplayStyle
-        Colors, sizes, units.
     ask : callable
         Returns how the link stands; None where nothing came as frames.
     live : bool
@@ -73,7 +71,6 @@ class MavlinkInspector(SelfDeletingDialog):
         self.refresh()
 
     def refresh(self) -> None:
-        """Show how the link stands now."""
         report = self._ask()
         sentences = () if report is None else (*describe_senders(report), *report.warnings)
         self.senders.setText("\n".join(sentences))

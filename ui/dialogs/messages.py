@@ -18,15 +18,7 @@ _STATES: dict[str, IndicatorState] = {"caution": "caution", "warning": "warning"
 
 
 class MessagesDialog(QDialog):
-    """The list, newest first. Stays open beside the window.
-
-    Parameters
-    ----------
-    look : DisplayStyle
-        Colors and sizes.
-    banners : BannerStack
-        Whose messages are listed.
-    """
+    """The list, newest first. Stays open beside the window."""
 
     def __init__(
         self, look: DisplayStyle, banners: BannerStack, parent: QWidget | None = None
@@ -59,7 +51,6 @@ class MessagesDialog(QDialog):
         self.refresh()
 
     def refresh(self) -> None:
-        """List what came meanwhile."""
         self.panel.show_rows(
             [_line(message, self._look.units) for message in self._banners.messages]
         )

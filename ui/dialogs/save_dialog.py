@@ -22,19 +22,8 @@ def ask_save_file(parent: QWidget | None, title: str, start: Path, kinds: str) -
 
     Parameters
     ----------
-    parent : QWidget, optional
-        Over what it is asked.
-    title : str
-        Of the dialog.
-    start : Path
-        What is proposed.
     kinds : str
         As Qt writes them, one ending each: ``Picture (*.png);;Drawing (*.svg)``.
-
-    Returns
-    -------
-    Path or None
-        The file; None where none was chosen.
     """
     endings = dict(re.findall(r"([^;]+\(\*(\.\w+)\))", kinds))
     start = nearest_folder(start.parent) / start.name
@@ -57,8 +46,6 @@ def ask_and_save(
 
     Parameters
     ----------
-    parent, title, start, kinds
-        As of `ask_save_file`.
     content : callable
         Returns what is written, from the path chosen.
     """

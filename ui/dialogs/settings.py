@@ -22,15 +22,7 @@ _UNITS = (("US", QT_TR_NOOP("US customary (ft, lb, °F)")), ("SI", QT_TR_NOOP("S
 
 
 class SettingsDialog(FormDialog):
-    """Asks for look, units, sound, and what a new flight begins with.
-
-    Parameters
-    ----------
-    settings : Settings
-        Those in force.
-    choices : ConnectionOptions
-        Files that come with the program.
-    """
+    """Asks for look, units, sound, and what a new flight begins with."""
 
     def __init__(
         self,
@@ -110,7 +102,6 @@ class SettingsDialog(FormDialog):
 
     @property
     def values(self) -> dict[str, object]:
-        """Return the settings asked for, by name."""
         defaults = Settings()
         usual = str(recording_folder(defaults))
         flights = str(self.flights.path)

@@ -30,18 +30,11 @@ _SPEEDS = (1.0, 2.0, 5.0, 10.0)
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class VirtualFlightOptions:
-    """What can be chosen for the virtual aircraft.
+    """What can be chosen for the virtual aircraft."""
 
-    Attributes
-    ----------
-    plans : tuple of str
-        Flight plans that come with the program, the usual one first.
-    effects : callable
-        Returns id and title of the effects that can be hidden in it; takes a second or two the
-        first time, so that it is called in a thread.
-    """
-
-    plans: tuple[str, ...]
+    plans: tuple[str, ...]  # Flight plans that come with the program, the usual one first.
+    # Returns id and title of the effects that can be hidden in it; takes a second or two the first
+    # time, so that it is called in a thread.
     effects: Callable[[], Sequence[tuple[str, str]]]
 
 
@@ -135,7 +128,6 @@ class VirtualFlightDialog(RecordingDialog):
 
     @property
     def request(self) -> VirtualFlightRequest:
-        """Return what was asked for."""
         ticked = [
             str(self.effects.item(row).data(Qt.ItemDataRole.UserRole))
             for row in range(self.effects.count())

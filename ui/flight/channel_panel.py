@@ -77,24 +77,12 @@ class _ChartOrderList(QListWidget):
 
 
 class ChannelPanel(QWidget):
-    """Chooses and orders the charts.
+    """Chooses and orders the charts."""
 
-    Attributes
-    ----------
-    charts_changed : Signal(StripLayout)
-        The charts as the user wants them now.
-    layout_chosen : Signal(str)
-        A layout to show.
-    layout_saved : Signal(str)
-        Save what is on screen under that name.
-    layout_deleted : Signal(str)
-        Forget a saved layout.
-    """
-
-    charts_changed = Signal(object)
-    layout_chosen = Signal(str)
-    layout_saved = Signal(str)
-    layout_deleted = Signal(str)
+    charts_changed = Signal(object)  # The charts as the user wants them now.
+    layout_chosen = Signal(str)  # A layout to show.
+    layout_saved = Signal(str)  # Save what is on screen under that name.
+    layout_deleted = Signal(str)  # Forget a saved layout.
 
     def __init__(self, look: DisplayStyle) -> None:
         super().__init__()
@@ -234,10 +222,6 @@ class ChannelPanel(QWidget):
 
         Parameters
         ----------
-        available : sequence of str
-            Channel ids.
-        charts : StripLayout
-            On screen.
         notes : mapping of str to str
             What is to be said of a channel, such as ``estimated``.
         """

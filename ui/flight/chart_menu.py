@@ -32,18 +32,8 @@ def create_chart_menu(
 
     Parameters
     ----------
-    charts : StripChart
-        The charts.
-    picture : FlightViewState
-        What stands beside the samples.
-    actions : mapping of str to QAction
-        The commands of the window.
     time : float or None
         Flight time under the pointer, s.
-    units : str
-        ``US`` or ``SI``.
-    parent : QWidget
-        Owner of the menu.
     """
     menu = QMenu(parent)
     chart = charts.model.selected_chart
@@ -99,13 +89,7 @@ def zoom_to(charts: StripChart, start: float, stop: float) -> None:
 
 
 def export_chart_image(charts: StripChart) -> None:
-    """Write the charts as they are on screen into a file.
-
-    Raises
-    ------
-    FlightError
-        If it cannot be written.
-    """
+    """Write the charts as they are on screen into a file."""
     picture = charts.grab()  # before the dialog stands over it
     path = ask_save_file(
         charts, tr("Save the charts"), Path.home() / "charts.png", tr("Picture (*.png)")

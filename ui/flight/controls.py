@@ -47,20 +47,10 @@ def speed_text(speed: float) -> str:
 
 
 class ReplayBar(QWidget):
-    """Runs a replay: play, speed, step, go to time.
+    """Runs a replay: play, speed, step, go to time."""
 
-    Attributes
-    ----------
-    speed_chosen : Signal(float)
-        Times as fast as the flight was; infinite is as fast as it can.
-    moved : Signal(float)
-        Flight time to go to, s.
-    slider : TimeSlider
-        The whole flight with its marks; stands above this bar.
-    """
-
-    speed_chosen = Signal(float)
-    moved = Signal(float)
+    speed_chosen = Signal(float)  # Times as fast as the flight was; infinite is as fast as it can.
+    moved = Signal(float)  # Flight time to go to, s.
 
     def __init__(self, actions: Mapping[str, QAction], look: DisplayStyle) -> None:
         super().__init__()
@@ -86,7 +76,7 @@ class ReplayBar(QWidget):
         for widget in (self.play, self.back, self.step, self.speed, self.go_to, self.clock):
             row.addWidget(widget)
         self._row = row
-        self.slider = TimeSlider(look)
+        self.slider = TimeSlider(look)  # The whole flight with its marks; stands above this bar.
         self.slider.moved.connect(self.moved)
         look.changed.connect(self._rescale)
         self._rescale()
@@ -97,7 +87,6 @@ class ReplayBar(QWidget):
         self.slider.updateGeometry()
 
     def show_bar(self, shown: bool) -> None:
-        """Show bar and slider, or hide both."""
         self.setVisible(shown)
         self.slider.setVisible(shown)
 
@@ -131,15 +120,9 @@ class ReplayBar(QWidget):
 
 
 class ControlRow(QWidget):
-    """Pause or the replay's tools, mark, note, time in sight, side panel.
+    """Pause or the replay's tools, mark, note, time in sight, side panel."""
 
-    Attributes
-    ----------
-    span_chosen : Signal(float)
-        Seconds to show.
-    """
-
-    span_chosen = Signal(float)
+    span_chosen = Signal(float)  # Seconds to show.
 
     def __init__(
         self, actions: Mapping[str, QAction], look: DisplayStyle, replay: ReplayBar
@@ -209,7 +192,6 @@ class ControlRow(QWidget):
         self.span_chosen.emit(span)
 
     def show_span(self, seconds: float) -> None:
-        """Show which time is in sight."""
         for span, button in self.spans.items():
             button.setChecked(abs(span - seconds) < 0.01 * span)
 

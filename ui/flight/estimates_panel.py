@@ -122,7 +122,6 @@ class EstimateDelegate(QStyledItemDelegate):
         return QSize(self._look.px(200), self._look.px(_ROW_HEIGHT))
 
     def paint(self, painter: QPainter, option: QStyleOptionViewItem, index: ModelIndex) -> None:
-        """Paint a row."""
         row = index.data(VALUE_ROLE)
         look, px = self._look, self._look.px
         theme = look.theme
@@ -248,15 +247,9 @@ def _format_number(value: float | None) -> str:
 
 
 class EstimatesList(QListView):
-    """The rows; Enter goes to the last maneuver that gave the derivative.
+    """The rows; Enter goes to the last maneuver that gave the derivative."""
 
-    Attributes
-    ----------
-    opened : Signal(str)
-        The derivative that the user pressed Enter on.
-    """
-
-    opened = Signal(str)
+    opened = Signal(str)  # The derivative that the user pressed Enter on.
 
     def __init__(self, look: DisplayStyle) -> None:
         super().__init__()
@@ -372,15 +365,9 @@ class EstimatesLegend(QWidget):
 
 
 class EstimatesPanel(QWidget):
-    """Derivatives with a sentence in their place while there are none.
+    """Derivatives with a sentence in their place while there are none."""
 
-    Attributes
-    ----------
-    opened : Signal(str)
-        A derivative whose last maneuver is to be shown.
-    """
-
-    opened = Signal(str)
+    opened = Signal(str)  # A derivative whose last maneuver is to be shown.
 
     def __init__(self, look: DisplayStyle) -> None:
         super().__init__()

@@ -9,15 +9,7 @@ from ui.start_page import StartPage
 
 
 class FlightPage(QStackedWidget):
-    """Shows the start page until a flight is open.
-
-    Parameters
-    ----------
-    start : StartPage
-        Without a flight.
-    view : FlightView
-        With one.
-    """
+    """Shows the start page until a flight is open."""
 
     def __init__(self, start: StartPage, view: FlightView) -> None:
         super().__init__()
@@ -27,7 +19,6 @@ class FlightPage(QStackedWidget):
         self.addWidget(view)
 
     def show_flight(self, shown: bool) -> None:
-        """Show the flight, or the start page."""
         self.setCurrentWidget(self.view if shown else self.start)
 
     def begin(self) -> None:

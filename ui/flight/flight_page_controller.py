@@ -27,25 +27,7 @@ from ui.voice.voice import Voice
 
 
 class FlightPageController(QObject):
-    """Binds the view of a flight to the flight controller.
-
-    Parameters
-    ----------
-    window : QWidget
-        Parent of dialogs.
-    controller : FlightController
-        The open flight.
-    view : FlightView
-        Its picture.
-    look : DisplayStyle
-        Sizes.
-    store : SettingsStore
-        Remembers the sound.
-    limits : UserLimitStore
-        Remembers the limits that were typed.
-    voice : Voice
-        Is heard.
-    """
+    """Binds the view of a flight to the flight controller."""
 
     def __init__(
         self,
@@ -86,7 +68,6 @@ class FlightPageController(QObject):
 
     @property
     def handlers(self) -> Mapping[str, Callable[[], object]]:
-        """Return what each command does."""
         return {
             "chart_pause": self.toggle_pause,
             "mark": self._view.charts.navigator.request_mark,
@@ -180,7 +161,6 @@ class FlightPageController(QObject):
             self.go_to_time(rows[derivative].points[-1].time)
 
     def go_to_time(self, at: float) -> None:
-        """Go to a flight time, s."""
         if self._controller.is_replay:
             self._seek(at)
         else:
@@ -193,7 +173,6 @@ class FlightPageController(QObject):
         self._controller.seek(at)
 
     def ask_time(self) -> None:
-        """Ask for a flight time and go there."""
         span = self._controller.replay_span
         if span is None:
             return
@@ -204,7 +183,6 @@ class FlightPageController(QObject):
     # Charts
 
     def ask_y_range(self) -> None:
-        """Ask for the y range of the chosen chart."""
         chart = self._view.charts.model.selected_chart
         if chart is None:
             return
@@ -216,7 +194,6 @@ class FlightPageController(QObject):
             self._view.charts.editor.set_range(dialog.range)
 
     def ask_limits(self) -> None:
-        """Ask for the limits of the chosen chart."""
         chart, session = self._view.charts.model.selected_chart, self._controller.session
         if chart is None or session is None:
             return

@@ -42,31 +42,10 @@ _RESIZE_SAVE_MS = 300
 
 
 class FlightView(QWidget):
-    """Charts, controls and panels of the open flight.
+    """Charts, controls and panels of the open flight."""
 
-    Parameters
-    ----------
-    actions : mapping of str to QAction
-        The commands.
-    look : DisplayStyle
-        Theme, scale, units.
-    store : SettingsStore
-        Remembers layout, time in sight and side panel.
-    layouts : LayoutStore
-        Saved layouts.
-
-    Attributes
-    ----------
-    layouts : LayoutController
-        Chooses the charts.
-    mark_requested : Signal(float)
-        Mark this flight time, s.
-    show_requested : Signal
-        A panel is asked for while another place is on screen.
-    """
-
-    mark_requested = Signal(float)
-    show_requested = Signal()
+    mark_requested = Signal(float)  # Mark this flight time, s.
+    show_requested = Signal()  # A panel is asked for while another place is on screen.
 
     def __init__(
         self,
@@ -91,6 +70,7 @@ class FlightView(QWidget):
         self.charts.navigator.set_window(store.current.span)
         self._split.addWidget(self.charts)
         self.tabs = self._make_panels()
+        # Chooses the charts.
         self.layouts = LayoutController(self.charts, self.channels, store, layouts, self)
         self._split.addWidget(self.tabs)
         self._split.setStretchFactor(0, 1)
@@ -159,7 +139,6 @@ class FlightView(QWidget):
 
     @property
     def handlers(self) -> Mapping[str, Callable[[], object]]:
-        """Return what the commands of the charts and panels do."""
         chart = {
             CHART_PREFIX + action.id: lambda name=action.id: self.charts.perform(name)
             for action in KEY_ACTIONS
@@ -204,7 +183,6 @@ class FlightView(QWidget):
         return self.tabs.isVisibleTo(self), self.tabs.currentIndex()
 
     def restore_charts(self, shown: tuple[bool, int]) -> None:
-        """Go back to the charts, with the side panel as it was."""
         opened, index = shown
         self.tabs.setCurrentIndex(index)
         if not opened:
@@ -212,7 +190,6 @@ class FlightView(QWidget):
         self.charts.setFocus(Qt.FocusReason.ShortcutFocusReason)
 
     def toggle_panel(self) -> None:
-        """Open or close the side panel."""
         self._set_panel(not self.tabs.isVisibleTo(self))
 
     def _set_panel(self, shown: bool) -> None:
@@ -246,7 +223,6 @@ class FlightView(QWidget):
             self._split.setSizes([self.width() - side, side])
 
     def apply_settings(self) -> None:
-        """Show layout and side panel as the settings have them."""
         self._requested_panel = None
         self._drawn.stop()
         self._panel_width = self._store.current.panel_width
@@ -280,7 +256,6 @@ class FlightView(QWidget):
     # What is shown
 
     def show_history(self, history: SampleSource | None) -> None:
-        """Show another flight."""
         self._history = history
         self._state = FlightViewState()
         self.layouts.begin_flight()

@@ -28,73 +28,36 @@ class ReplayState:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FlightViewState:
-    """Everything beside the samples.
+    """Everything beside the samples."""
 
-    Attributes
-    ----------
-    available : tuple of str
-        Channels that the flight can have.
-    present : frozenset of str
-        Those that had a sample so far.
-    uncalibrated : frozenset of str
-        Those that want a certificate and have none: volts, or nothing at all.
-    channels_known : bool
-        Whether `present` can be trusted: every message had time to come.
-    sources : mapping of str to OriginInfo
-        Where each comes from.
-    limits : mapping of str to ChannelLimits
-        What is drawn behind the traces.
-    stale_ages : mapping of str to float
-        Age (s) at which the value of each is stale.
-    marks : tuple of ChartMark
-        On the time axis.
-    spans : tuple of ChartSpan
-        Maneuvers, and marks that last.
-    mark_rows, alarm_rows, message_rows : tuple of TableRow
-        For the panels.
-    alarms : tuple of AlarmSpan
-        On the time axis.
-    unacknowledged_count : int
-        Alarms that nobody has acknowledged.
-    estimates : tuple of EstimateRow
-        Derivatives as they form.
-    estimates_state : str
-        How the fits of the maneuvers stand.
-    replay : ReplayState or None
-        None while live.
-    now : float or None
-        Flight time, s.
-    empty_text : str
-        What the charts say while there is no sample at all.
-    recording : bool
-        Whether the flight is being recorded.
-    present_shown : bool
-        Whether the newest sample is of now, or of the playhead: else the record is being read.
-    monitored_fraction : float
-        How much of the flight so far was looked through for alarms, 0 to 1.
-    """
-
-    available: tuple[str, ...] = ()
-    present: frozenset[str] = frozenset()
+    available: tuple[str, ...] = ()  # Channels that the flight can have.
+    present: frozenset[str] = frozenset()  # Those that had a sample so far.
+    # Those that want a certificate and have none: volts, or nothing at all.
     uncalibrated: frozenset[str] = frozenset()
+    # Whether `present` can be trusted: every message had time to come.
     channels_known: bool = False
-    sources: Mapping[str, OriginInfo] = field(default_factory=dict)
+    sources: Mapping[str, OriginInfo] = field(default_factory=dict)  # Where each comes from.
+    # What is drawn behind the traces.
     limits: Mapping[str, ChannelLimits] = field(default_factory=dict)
+    # Age (s) at which the value of each is stale.
     stale_ages: Mapping[str, float] = field(default_factory=dict)
-    marks: tuple[ChartMark, ...] = ()
-    spans: tuple[ChartSpan, ...] = ()
+    marks: tuple[ChartMark, ...] = ()  # On the time axis.
+    spans: tuple[ChartSpan, ...] = ()  # Maneuvers, and marks that last.
+    # For the panels.
     mark_rows: tuple[TableRow, ...] = ()
     alarm_rows: tuple[TableRow, ...] = ()
     message_rows: tuple[TableRow, ...] = ()
-    alarms: tuple[AlarmSpan, ...] = ()
-    unacknowledged_count: int = 0
-    estimates: tuple[EstimateRow, ...] = ()
-    estimates_state: str = ""
-    replay: ReplayState | None = None
-    now: float | None = None
-    empty_text: str = ""
-    recording: bool = False
+    alarms: tuple[AlarmSpan, ...] = ()  # On the time axis.
+    unacknowledged_count: int = 0  # Alarms that nobody has acknowledged.
+    estimates: tuple[EstimateRow, ...] = ()  # Derivatives as they form.
+    estimates_state: str = ""  # How the fits of the maneuvers stand.
+    replay: ReplayState | None = None  # None while live.
+    now: float | None = None  # Flight time, s.
+    empty_text: str = ""  # What the charts say while there is no sample at all.
+    recording: bool = False  # Whether the flight is being recorded.
+    # Whether the newest sample is of now, or of the playhead: else the record is being read.
     present_shown: bool = True
+    # How much of the flight so far was looked through for alarms, 0 to 1.
     monitored_fraction: float = 1.0
 
 
@@ -104,20 +67,11 @@ class ChannelOrigin:
 
     A value that the aircraft sends in engineering units wants no certificate of ours: only what
     should have one and has none is called uncalibrated.
-
-    Attributes
-    ----------
-    kind : str
-        ``measured``, ``estimated`` or ``derived``.
-    calibrated : bool
-        Whether what should have a certificate has one.
-    calibrated_ranges : mapping of str to (float, float)
-        What the instruments behind it were calibrated for, SI; beyond it their curves go on
-        straight.
     """
 
-    kind: str
-    calibrated: bool
+    kind: str  # ``measured``, ``estimated`` or ``derived``.
+    calibrated: bool  # Whether what should have a certificate has one.
+    # What the instruments behind it were calibrated for, SI; beyond it their curves go on straight.
     calibrated_ranges: Mapping[str, tuple[float, float]] = field(default_factory=dict)
 
 

@@ -48,13 +48,7 @@ class _PanelMessage:
 
 
 class FlightViewStateBuilder:
-    """Takes pictures of a session.
-
-    Parameters
-    ----------
-    session : Session
-        The open flight.
-    """
+    """Takes pictures of a session."""
 
     def __init__(self, session: Session) -> None:
         self.session = session
@@ -75,7 +69,6 @@ class FlightViewStateBuilder:
         self._first: float | None = None
 
     def build(self, snapshot: SessionSnapshot, units: str) -> FlightViewState:
-        """Return what is beside the samples now."""
         session = self.session
         self._update_channels()
         if self._count % _MESSAGES_INTERVAL == 0:
@@ -199,7 +192,6 @@ def find_channel_origins(
 
     Parameters
     ----------
-    sources : mapping of str to ChannelSource
     covered : mapping of str to mapping
         From `gsapp.flight.certificates.calibrated_ranges`.
     """

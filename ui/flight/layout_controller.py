@@ -22,24 +22,9 @@ _OWN_CHOICE = QT_TR_NOOP("Custom")
 
 
 class LayoutController(QObject):
-    """Keeps charts, channel panel and saved layouts in step.
+    """Keeps charts, channel panel and saved layouts in step."""
 
-    Parameters
-    ----------
-    charts, panel : StripChart, ChannelPanel
-        What shows a layout, and where it is chosen.
-    store : SettingsStore
-        Remembers the name of the layout.
-    layouts : LayoutStore
-        Saved layouts.
-
-    Attributes
-    ----------
-    layout_shown : Signal
-        The charts show other channels.
-    """
-
-    layout_shown = Signal()
+    layout_shown = Signal()  # The charts show other channels.
 
     def __init__(
         self,
@@ -86,7 +71,6 @@ class LayoutController(QObject):
                 self._show_channels()
 
     def show_layout(self, name: str) -> None:
-        """Show a layout by name."""
         available = self._state.available
         if self._state.channels_known:
             existing = self._state.present | self._state.uncalibrated

@@ -25,11 +25,6 @@ class LayoutStore:
     ----------
     folder : Path
         Where they are kept; made when the first is saved.
-
-    Attributes
-    ----------
-    read_errors : tuple of str
-        What is wrong with files that could not be read; these are left alone.
     """
 
     def __init__(self, folder: Path) -> None:
@@ -54,15 +49,14 @@ class LayoutStore:
                 )
             else:
                 self._layouts[layout.name] = (path, layout)
+        # What is wrong with files that could not be read; these are left alone.
         self.read_errors = tuple(complaints)
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Return the names, sorted."""
         return tuple(sorted(self._layouts))
 
     def load(self, name: str) -> StripLayout:
-        """Return a saved layout."""
         try:
             return self._layouts[name][1]
         except KeyError:
@@ -104,6 +98,5 @@ class LayoutStore:
             number += 1
 
     def delete(self, name: str) -> None:
-        """Forget a saved layout."""
         path, _layout = self._layouts.pop(name)
         path.unlink(missing_ok=True)

@@ -86,12 +86,8 @@ def build_alarm_rows(
     ----------
     episodes : iterable of AlarmEpisode
         By onset.
-    units : str
-        ``US`` or ``SI``.
     last : float or None
         Flight time (s) up to which an alarm lasts whose cause is still there.
-    live : bool
-        Whether the flight is happening.
     """
     found = []
     for one in episodes:

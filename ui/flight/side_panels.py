@@ -23,8 +23,6 @@ class ListPanel(QWidget):
 
     Parameters
     ----------
-    view : TableRowView
-        The table.
     empty : str
         What is said while there is nothing.
     """
@@ -91,7 +89,6 @@ class ListPanel(QWidget):
         self.setFocusProxy(self.view if lines else None)  # type: ignore[arg-type]
 
     def set_empty_text(self, text: str) -> None:
-        """Change the sentence."""
         self._empty.setText(text)
 
 
@@ -126,30 +123,17 @@ class ValuesPanel(ListPanel):
             self.view.setColumnHidden(column, not needed <= there)
 
     def show_times(self, text: str) -> None:
-        """Show the times of the cursors and their difference."""
         self.times.setText(text)
         self.times.setVisible(bool(text))
 
 
 class MarksPanel(ListPanel):
-    """Marks and notes; Enter jumps, the text is edited in place.
+    """Marks and notes; Enter jumps, the text is edited in place."""
 
-    Attributes
-    ----------
-    jump_requested : Signal(object)
-        Key of a mark to go to.
-    edited : Signal(object, str)
-        Key of a mark and its new text.
-    deleted : Signal(object)
-        Key of a mark to take away; it can be brought back.
-    edit_ended : Signal
-        A text was typed, or left as it was.
-    """
-
-    jump_requested = Signal(object)
-    edited = Signal(object, str)
-    deleted = Signal(object)
-    edit_ended = Signal()
+    jump_requested = Signal(object)  # Key of a mark to go to.
+    edited = Signal(object, str)  # Key of a mark and its new text.
+    deleted = Signal(object)  # Key of a mark to take away; it can be brought back.
+    edit_ended = Signal()  # A text was typed, or left as it was.
 
     def __init__(self, look: DisplayStyle) -> None:
         model = TableRowModel(
@@ -188,18 +172,10 @@ class MarksPanel(ListPanel):
 
 
 class AlarmsPanel(ListPanel):
-    """The log of all alarms, newest first; a press on a title sorts.
+    """The log of all alarms, newest first; a press on a title sorts."""
 
-    Attributes
-    ----------
-    acknowledged : Signal
-        The user has seen them.
-    jump_requested : Signal(object)
-        Key of an alarm to go to.
-    """
-
-    acknowledged = Signal()
-    jump_requested = Signal(object)
+    acknowledged = Signal()  # The user has seen them.
+    jump_requested = Signal(object)  # Key of an alarm to go to.
 
     def __init__(self, look: DisplayStyle) -> None:
         titles = (tr("Start"), tr("Alarm"), tr("Value"), tr("Duration"), tr("Ack."))

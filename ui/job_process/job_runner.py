@@ -65,7 +65,6 @@ class ProcessJobRunner:
 
     @property
     def pid(self) -> int | None:
-        """Return the id of the process; None while there is none."""
         return self._process.pid if self._process is not None else None
 
     def do(self, job: Any, tell: JobProgressCallback) -> Any:

@@ -36,29 +36,14 @@ class JobHandler(Protocol):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class JobReport:
-    """How far a job is, or how it ended.
-
-    Attributes
-    ----------
-    kind : {"doing", "done", "failed", "stopped"}
-    share : float or None
-        Of the work, 0 to 1; None where nobody knows.
-    text : str
-        What is being done, or why it failed.
-    is_expected : bool
-        Whether it failed for a reason the program knows.
-    details : str
-        For the log.
-    result : object
-        What came of the job.
-    """
+    """How far a job is, or how it ended."""
 
     kind: Literal["doing", "done", "failed", "stopped"]
-    share: float | None = None
-    text: str = ""
-    is_expected: bool = True
-    details: str = ""
-    result: object = None
+    share: float | None = None  # Of the work, 0 to 1; None where nobody knows.
+    text: str = ""  # What is being done, or why it failed.
+    is_expected: bool = True  # Whether it failed for a reason the program knows.
+    details: str = ""  # For the log.
+    result: object = None  # What came of the job.
 
 
 class JobStoppedError(Exception):
@@ -72,10 +57,6 @@ def serve_jobs(
 
     Parameters
     ----------
-    connection : Connection
-        Jobs come in, `JobReport` goes out.
-    stop : StopEvent
-        Set by the window to stop the job at hand.
     make : callable
         Makes the bench; what it is given says how far a job is, and raises `JobStoppedError` where
         the window does not want it any more.

@@ -29,7 +29,6 @@ class AutoRange:
         self.high = math.nan
 
     def target_range(self, low: float, high: float) -> tuple[float, float]:
-        """Return the round range for values from `low` to `high`."""
         span = high - low
         if span < self._least:
             middle = (low + high) / 2.0

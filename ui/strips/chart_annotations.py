@@ -34,22 +34,13 @@ class ChartMark:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class AlarmSpan:
-    """An alarm from its onset until its cause was gone; without `stop` it still is there.
+    """An alarm from its onset until its cause was gone; without `stop` it still is there."""
 
-    Attributes
-    ----------
-    start, stop : float or None
-        Flight times, s.
-    state : {"caution", "warning"}
-        The worst.
-    channel : str
-        Whose limit it is; empty for other alarms.
-    """
-
+    # Flight times, s.
     start: float
     stop: float | None = None
-    state: LimitState
-    channel: str = ""
+    state: LimitState  # The worst.
+    channel: str = ""  # Whose limit it is; empty for other alarms.
 
 
 class OriginInfo(Protocol):
@@ -119,7 +110,6 @@ class DisplayFormat:
 
     @classmethod
     def for_channel(cls, spec: ChannelSpec, system: str) -> DisplayFormat:
-        """Return the display of a channel in ``US`` or ``SI`` units."""
         unit = spec.display_unit(system)
         offset = float(from_si(0.0, unit, spec.quantity))
         # From far apart, so that a large offset does not eat the factor's digits.
@@ -133,11 +123,9 @@ class DisplayFormat:
         )
 
     def to_display(self, values: Values) -> Values:
-        """Return SI values in the displayed unit."""
         return self.factor * values + self.offset
 
     def to_si(self, shown: float) -> float:
-        """Return a displayed value in SI."""
         return (shown - self.offset) / self.factor
 
     @property

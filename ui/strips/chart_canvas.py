@@ -20,26 +20,7 @@ from ui.translation import tr
 
 
 class ChartCanvas:
-    """Keeps the picture up with a model; what changed is returned as boxes to repaint.
-
-    Parameters
-    ----------
-    model : ChartModel
-        What the charts show.
-
-    Attributes
-    ----------
-    geometry : ChartGeometry or None
-        Where everything stands, in pixels of the screen; None before it was built.
-    raster : ChartRaster or None
-        Pixels of the plots; None before it was built.
-    density : float
-        Pixels of the screen to one of the widget.
-    is_valid : bool
-        Whether geometry and raster fit the model.
-    displayed_values : dict of int to tuple of DisplayedValue
-        Current values by chart, as they are shown.
-    """
+    """Keeps the picture up with a model; what changed is returned as boxes to repaint."""
 
     def __init__(self, model: ChartModel) -> None:
         self._model = model
@@ -47,10 +28,12 @@ class ChartCanvas:
         self._image = QImage()
         self._tick = 10.0  # s between labels of the time axis
         self._header_state: tuple[float | bool, float | None] | None = None
+        # Where everything stands, in pixels of the screen; None before it was built.
         self.geometry: ChartGeometry | None = None
-        self.raster: ChartRaster | None = None
-        self.density = 1.0
-        self.is_valid = False
+        self.raster: ChartRaster | None = None  # Pixels of the plots; None before it was built.
+        self.density = 1.0  # Pixels of the screen to one of the widget.
+        self.is_valid = False  # Whether geometry and raster fit the model.
+        # Current values by chart, as they are shown.
         self.displayed_values: dict[int, tuple[DisplayedValue, ...]] = {}
 
     def invalidate(self) -> None:
@@ -63,7 +46,6 @@ class ChartCanvas:
         self._header_state = None
 
     def build(self, width: int, height: int, density: float) -> None:
-        """Place and paint everything in a widget of so many pixels."""
         model, view = self._model, self._model.view
         self.density, self.is_valid = density, True
         ratio = model.scale * density
@@ -108,7 +90,6 @@ class ChartCanvas:
     # Frames
 
     def advance(self) -> list[PixelBox]:
-        """Paint what arrived and what came into sight."""
         history, geometry, view = self._model.history, self.geometry, self._model.view
         if history is None or geometry is None or self.raster is None:
             return []
@@ -132,7 +113,6 @@ class ChartCanvas:
         return [geometry.plot, left]
 
     def update_values(self) -> list[PixelBox]:
-        """Read the current values."""
         geometry = self.geometry
         if geometry is None or self._model.history is None:
             return []

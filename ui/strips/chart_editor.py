@@ -11,21 +11,11 @@ from ui.strips.chart_model import ChartModel
 
 
 class ChartEditor(QObject):
-    """Changes the selection and the selected chart.
+    """Changes the selection and the selected chart."""
 
-    Attributes
-    ----------
-    rebuild_requested : Signal
-        Other charts are in sight.
-    selection_changed : Signal
-        Another chart is selected.
-    layout_edited : Signal(object)
-        The `StripLayout` that the user wants.
-    """
-
-    rebuild_requested = Signal()
-    selection_changed = Signal()
-    layout_edited = Signal(object)
+    rebuild_requested = Signal()  # Other charts are in sight.
+    selection_changed = Signal()  # Another chart is selected.
+    layout_edited = Signal(object)  # The `StripLayout` that the user wants.
 
     def __init__(self, model: ChartModel, parent: QObject) -> None:
         super().__init__(parent)
@@ -33,7 +23,6 @@ class ChartEditor(QObject):
 
     @property
     def actions(self) -> Mapping[str, Callable[[], object]]:
-        """Return what the keys of `KEY_ACTIONS` do to the charts."""
         return {
             "chart_up": partial(self._select_next, -1),
             "chart_down": partial(self._select_next, 1),
@@ -44,7 +33,6 @@ class ChartEditor(QObject):
         }
 
     def select(self, number_of_chart: int) -> None:
-        """Select a chart, the nearest there is."""
         last, view = len(self._model.layout.strips) - 1, self._model.view
         selected = min(max(number_of_chart, 0), last)
         if last >= 0 and selected != view.selected:
@@ -71,7 +59,6 @@ class ChartEditor(QObject):
             self._replace_selected({"range": "fixed", "low": low, "high": high})
 
     def select_next_range(self) -> None:
-        """Change the way in which the y range of the selected chart is chosen."""
         strips = self._model.layout.strips
         if strips:
             strip = strips[self._model.view.selected]
@@ -85,7 +72,6 @@ class ChartEditor(QObject):
         self.layout_edited.emit(layout.with_strip(selected, strip))
 
     def hide(self) -> None:
-        """Remove the selected chart."""
         if self._model.layout.strips:
             self.layout_edited.emit(self._model.layout.with_strip(self._model.view.selected, None))
 

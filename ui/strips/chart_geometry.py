@@ -25,84 +25,49 @@ class PixelBox:
 
     @property
     def right(self) -> int:
-        """Return the first column to the right of it."""
         return self.x + self.width
 
     @property
     def bottom(self) -> int:
-        """Return the first row below it."""
         return self.y + self.height
 
     @property
     def center(self) -> float:
-        """Return the middle in height."""
         return self.y + self.height / 2.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ColumnWidths:
-    """Widths in pixels: what the text beside the plot needs.
+    """Widths in pixels: what the text beside the plot needs."""
 
-    Attributes
-    ----------
-    gutter : int
-        Names of the groups.
-    names : int
-        Symbol, unit and title.
-    ticks : int
-        Labels of the y axis.
-    values : int
-        Current values with tag and unit.
-    units : int
-        The part of `values` that the units take.
-    cursor : int
-        One column of values at a cursor.
-    """
-
-    gutter: int
-    names: int
-    ticks: int
-    values: int
-    units: int
-    cursor: int
+    gutter: int  # Names of the groups.
+    names: int  # Symbol, unit and title.
+    ticks: int  # Labels of the y axis.
+    values: int  # Current values with tag and unit.
+    units: int  # The part of `values` that the units take.
+    cursor: int  # One column of values at a cursor.
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ChartGeometry:
-    """Everything that has a place.
+    """Everything that has a place."""
 
-    Attributes
-    ----------
-    ratio : float
-        Pixels to a logical pixel of the design: scale times density of the screen.
-    header, lane, plot, axis, values, units : PixelBox
-        Line at the top; labels of spans and marks; all charts; time axis; current values, and
-        their units at the right of them.
-    cursors : tuple of PixelBox
-        Columns of values at cursors, filled from top to bottom; as a rule one holds them all.
-    charts : tuple of PixelBox
-        The charts shown, in the plot.
-    numbers : tuple of int
-        Their numbers in the layout.
-    groups : tuple of (str, PixelBox)
-        Groups shown, in the gutter.
-    hidden : int
-        Charts that found no room.
-    """
-
-    ratio: float
+    ratio: float  # Pixels to a logical pixel of the design: scale times density of the screen.
     columns: ColumnWidths
+    # Line at the top; labels of spans and marks; all charts; time axis; current values, and their
+    # units at the right of them.
     header: PixelBox
     lane: PixelBox
     plot: PixelBox
     axis: PixelBox
     values: PixelBox
     units: PixelBox
+    # Columns of values at cursors, filled from top to bottom; as a rule one holds them all.
     cursors: tuple[PixelBox, ...]
-    charts: tuple[PixelBox, ...]
-    numbers: tuple[int, ...]
-    groups: tuple[tuple[str, PixelBox], ...]
-    hidden: int
+    charts: tuple[PixelBox, ...]  # The charts shown, in the plot.
+    numbers: tuple[int, ...]  # Their numbers in the layout.
+    groups: tuple[tuple[str, PixelBox], ...]  # Groups shown, in the gutter.
+    hidden: int  # Charts that found no room.
 
     @property
     def ticks(self) -> PixelBox:
@@ -110,7 +75,6 @@ class ChartGeometry:
         return replace(self.plot, x=self.plot.x - self.columns.ticks, width=self.columns.ticks)
 
     def chart_at(self, y: float) -> int | None:
-        """Return the place in `charts` of the one at a row."""
         for place, box in enumerate(self.charts):
             if box.y <= y < box.bottom:
                 return place
@@ -131,8 +95,6 @@ def compute_geometry(
 
     Parameters
     ----------
-    width, height : int
-        Of the widget, in pixels.
     ratio : float
         See `ChartGeometry`.
     columns : ColumnWidths

@@ -9,24 +9,12 @@ from ui.translation import QT_TR_NOOP
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class KeyAction:
-    """Something the charts do.
+    """Something the charts do."""
 
-    Attributes
-    ----------
-    id : str
-        Name in code, for `StripChart.perform`.
-    keys : tuple of str
-        In the portable text of key sequences; the first is the one to show.
-    text : str
-        What it does, in words.
-    repeats : bool
-        Whether it is done again and again while its key is held.
-    """
-
-    id: str
-    keys: tuple[str, ...]
-    text: str
-    repeats: bool = False
+    id: str  # Name in code, for `StripChart.perform`.
+    keys: tuple[str, ...]  # In the portable text of key sequences; the first is the one to show.
+    text: str  # What it does, in words.
+    repeats: bool = False  # Whether it is done again and again while its key is held.
 
 
 def _action(action: str, text: str, *keys: str, repeats: bool = False) -> KeyAction:

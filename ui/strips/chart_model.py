@@ -31,50 +31,30 @@ from ui.translation import QT_TR_NOOP, tr
 
 @dataclass(slots=True, eq=False)
 class ChartModel:
-    """Everything that the charts show.
+    """Everything that the charts show."""
 
-    Attributes
-    ----------
-    history : SampleSource or None
-        The samples.
-    flight_time : float or None
-        Time (s) up to which to show; None goes by the newest sample.
-    units : str
-        ``US`` or ``SI``.
-    scale : float
-        Size of text and lines, 1.0 to 2.5.
-    limits, sources, stale_ages : mapping
-        By channel id: limits, origin, and the age (s) from which its value is stale.
-    recording : bool
-        Whether a recorder runs, which a paused display says.
-    newest_text, empty_text : str
-        What the newest flight time is; what to show while there is no sample.
-    shows_cursor_values : bool
-        Whether values at the cursors have columns beside the charts.
-    view : StripView
-        The part of the flight in sight.
-    charts : dict of int to ChartState
-        The charts by number.
-    """
-
-    history: SampleSource | None = None
+    history: SampleSource | None = None  # The samples.
+    # Time (s) up to which to show; None goes by the newest sample.
     flight_time: float | None = None
     layout: StripLayout = field(default_factory=default_layout)
     theme: Theme = DAYLIGHT
-    units: str = "US"
-    scale: float = 1.0
+    units: str = "US"  # ``US`` or ``SI``.
+    scale: float = 1.0  # Size of text and lines, 1.0 to 2.5.
     spans: tuple[ChartSpan, ...] = ()
     marks: tuple[ChartMark, ...] = ()
     alarms: tuple[AlarmSpan, ...] = ()
+    # By channel id: limits, origin, and the age (s) from which its value is stale.
     limits: Mapping[str, ChannelLimits] = field(default_factory=dict)
     sources: Mapping[str, OriginInfo] = field(default_factory=dict)
     stale_ages: Mapping[str, float] = field(default_factory=dict)
-    recording: bool = False
+    recording: bool = False  # Whether a recorder runs, which a paused display says.
+    # What the newest flight time is; what to show while there is no sample.
     newest_text: str = QT_TR_NOOP("now")
     empty_text: str = ""
+    # Whether values at the cursors have columns beside the charts.
     shows_cursor_values: bool = True
-    view: StripView = field(default_factory=StripView)
-    charts: dict[int, ChartState] = field(default_factory=dict)
+    view: StripView = field(default_factory=StripView)  # The part of the flight in sight.
+    charts: dict[int, ChartState] = field(default_factory=dict)  # The charts by number.
 
     def change(self, name: str, value: Any) -> bool:
         """Set an attribute; return whether it was another."""
@@ -84,7 +64,6 @@ class ChartModel:
         return True
 
     def show_history(self, history: SampleSource | None) -> None:
-        """Show other samples, and follow the newest of them."""
         self.history = history
         self.flight_time = None
         rate = history.rate if history is not None else 100.0
@@ -113,7 +92,6 @@ class ChartModel:
 
     @property
     def selected_chart(self) -> ChartState | None:
-        """Return the selected chart; None if there is none."""
         return self.charts.get(self.view.selected)
 
     def describe_selection(self) -> str:

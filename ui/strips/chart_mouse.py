@@ -19,15 +19,7 @@ _VALUE_ZOOM = 1.25
 
 
 class ChartMouse:
-    """Turns positions in the widget into times, values and charts, and acts on them.
-
-    Parameters
-    ----------
-    model, canvas : ChartModel, ChartCanvas
-        What is shown, and where it stands.
-    navigator, editor : ViewNavigator, ChartEditor
-        What the mouse acts on.
-    """
+    """Turns positions in the widget into times, values and charts, and acts on them."""
 
     def __init__(
         self, model: ChartModel, canvas: ChartCanvas, navigator: ViewNavigator, editor: ChartEditor
@@ -55,7 +47,6 @@ class ChartMouse:
             self._navigator.zoom(steps, self.time_at(position.x()))
 
     def press(self, position: QPointF) -> None:
-        """Select a chart and set the cursor, or take hold of a value axis."""
         self.select_at(position)
         self._set_cursor_at(position)
         self._dragged_value = self.value_at(position.y()) if self.is_over_axis(position) else None
@@ -80,14 +71,12 @@ class ChartMouse:
             self._editor.toggle_enlarged()
 
     def select_at(self, position: QPointF) -> None:
-        """Select the chart at a position."""
         geometry = self._canvas.geometry
         index = None if geometry is None else geometry.chart_at(position.y() * self._canvas.density)
         if geometry is not None and index is not None:
             self._editor.select(geometry.numbers[index])
 
     def is_over_axis(self, position: QPointF) -> bool:
-        """Return whether a position is on the value axes."""
         geometry = self._canvas.geometry
         x = position.x() * self._canvas.density
         return geometry is not None and geometry.ticks.x <= x < geometry.plot.x

@@ -59,7 +59,6 @@ class PaintStyle:
         self._widths: dict[tuple[str, int, bool, bool], float] = {}
 
     def color(self, text: str) -> QColor:
-        """Return the color of ``#rrggbb``."""
         if text not in self._colors:
             self._colors[text] = QColor(text)
         return self._colors[text]
@@ -79,7 +78,6 @@ class PaintStyle:
         return self._fonts[key]
 
     def width(self, text: str, points: float, *, bold: bool = False) -> float:
-        """Return the width of a text in pixels."""
         return self._advance(text, max(self.px(points), 1), bold, False)
 
     def _advance(self, text: str, pixels: int, bold: bool, italic: bool) -> float:

@@ -27,43 +27,27 @@ _MAX_INCREMENT = 4096  # new samples that are looked at one by one; more of them
 
 @dataclass(frozen=True, slots=True)
 class FrameChanges:
-    """What a frame changed.
+    """What a frame changed."""
 
-    Attributes
-    ----------
-    scrolled : bool
-        Whether another stretch of time is in sight, so that every pixel is elsewhere.
-    first, last : int
-        Columns painted, ``first <= c < last``; none if equal.
-    """
-
+    # Whether another stretch of time is in sight, so that every pixel is elsewhere.
     scrolled: bool = False
+    # Columns painted, ``first <= c < last``; none if equal.
     first: int = 0
     last: int = 0
 
 
 @dataclass(frozen=True, slots=True)
 class NewSamples:
-    """Samples that arrived since the last frame, of channels that are in step.
+    """Samples that arrived since the last frame, of channels that are in step."""
 
-    Attributes
-    ----------
-    samples : (int, int) or None
-        Their absolute indices, first and one past the last; None if not all that came before is
-        known to be loaded.
-    first, last : int
-        Columns in which they lie, or begin to be seen; ``first <= c < last``.
-    channels : tuple of str
-        Of which channels.
-    charts : list of int
-        The charts that show these, by place.
-    """
-
+    # Their absolute indices, first and one past the last; None if not all that came before is known
+    # to be loaded.
     samples: tuple[int, int] | None
+    # Columns in which they lie, or begin to be seen; ``first <= c < last``.
     first: int
     last: int
-    channels: tuple[str, ...]
-    charts: list[int]
+    channels: tuple[str, ...]  # Of which channels.
+    charts: list[int]  # The charts that show these, by place.
 
 
 class ChartRaster:
@@ -71,21 +55,8 @@ class ChartRaster:
 
     Parameters
     ----------
-    charts : mapping of int to ChartState
-        All charts by number.
-    geometry : ChartGeometry
-        Where those in sight stand.
-    theme : Theme
-        Colors and line weight.
     tick : float
         Seconds between grid lines.
-    spans, marks : sequence
-        What stands across all charts.
-
-    Attributes
-    ----------
-    raster : Raster
-        The pixels.
     """
 
     def __init__(
@@ -112,6 +83,7 @@ class ChartRaster:
         self._free = width / 2.0 + 1.0
         for chart, box in zip(self._charts, geometry.charts, strict=True):
             update_ticks(chart, box, self._free, geometry.ratio)
+        # The pixels.
         self.raster = Raster(
             geometry.plot.width,
             geometry.plot.height,
@@ -133,7 +105,6 @@ class ChartRaster:
         )
 
     def advance(self, history: SampleSource, view: StripView) -> FrameChanges:
-        """Paint what came into sight and what arrived since the last call."""
         if history.revision != self._revision:
             self._revision = history.revision
             self._painted = None

@@ -40,58 +40,34 @@ _MOST_TICKS = 7
 
 @dataclass(slots=True)
 class ChartState:
-    """One chart.
+    """One chart."""
 
-    Attributes
-    ----------
-    strip : Strip
-        Its place in the layout.
-    specs, displays, colors, text_colors, dashed : tuple
-        For each line: channel, how its values are shown, ``#rrggbb`` of the line and of its text,
-        whether it is dashed.
-    limits : ChannelLimits or None
-        Of the first channel.
-    auto_range : AutoRange
-        The automatic range.
-    low, high : float
-        The range in force, displayed units.
-    ticks : list of float
-        Labels of the y axis, displayed units.
-    """
-
-    strip: Strip
+    strip: Strip  # Its place in the layout.
+    # For each line: channel, how its values are shown, ``#rrggbb`` of the line and of its text,
+    # whether it is dashed.
     specs: tuple[ChannelSpec, ...]
     displays: tuple[DisplayFormat, ...]
     colors: tuple[str, ...]
     text_colors: tuple[str, ...]
     dashed: tuple[bool, ...]
-    limits: ChannelLimits | None
-    auto_range: AutoRange
+    limits: ChannelLimits | None  # Of the first channel.
+    auto_range: AutoRange  # The automatic range.
+    # The range in force, displayed units.
     low: float
     high: float
-    ticks: list[float] = field(default_factory=list)
+    ticks: list[float] = field(default_factory=list)  # Labels of the y axis, displayed units.
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DisplayedValue:
-    """A current value as it is shown.
+    """A current value as it is shown."""
 
-    Attributes
-    ----------
-    text : str
-        The number, or a dash.
-    stale : bool
-        Nothing came lately, or ever: hatched.
-    state, state_text : str
-        Beyond a limit, and on which side.
-    estimated, uncalibrated, extrapolated : bool
-        Said beside the value.
-    """
-
-    text: str
-    stale: bool = False
+    text: str  # The number, or a dash.
+    stale: bool = False  # Nothing came lately, or ever: hatched.
+    # Beyond a limit, and on which side.
     state: LimitState = ""
     state_text: str = ""
+    # Said beside the value.
     estimated: bool = False
     uncalibrated: bool = False
     extrapolated: bool = False
@@ -250,16 +226,8 @@ def find_displayed_value(
 
     Parameters
     ----------
-    history : SampleSource
-        Where the samples are.
-    spec, display : ChannelSpec, DisplayFormat
-        The channel and how it is shown.
-    now : float or None
-        Flight time, s.
     patience : float
         Age (s) from which a value is stale.
-    limits, source : ChannelLimits or None, Source or None
-        What is known of the channel.
     """
     estimated = source is not None and source.kind == "estimated"
     uncalibrated = source is not None and not source.calibrated
@@ -282,8 +250,6 @@ def is_beyond_calibration(source: OriginInfo | None, value_of: Callable[[str], f
 
     Parameters
     ----------
-    source : OriginInfo or None
-        Where the value comes from.
     value_of : callable
         From the id of an instrument's channel to its value (SI) at the same time; NaN for none.
     """

@@ -62,26 +62,17 @@ class SampleSource(Protocol):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ColumnScale:
-    """How columns lie on the grid of samples: ``stretch`` columns on ``samples`` cells.
+    """How columns lie on the grid of samples: ``stretch`` columns on ``samples`` cells."""
 
-    Attributes
-    ----------
-    rate : float
-        Samples per second, Hz.
-    samples, stretch : int
-        A column is ``samples / stretch`` cells wide.
-    cell : int
-        Samples that always lie in one column together; 1 where a column is narrower than a sample.
-    """
-
-    rate: float
+    rate: float  # Samples per second, Hz.
+    # A column is ``samples / stretch`` cells wide.
     samples: int = 1
     stretch: int = 1
+    # Samples that always lie in one column together; 1 where a column is narrower than a sample.
     cell: int = 1
 
     @property
     def seconds(self) -> float:
-        """Return the duration of a column, s."""
         return self.samples * self.cell / (self.rate * self.stretch)
 
     @property
@@ -102,7 +93,6 @@ class ColumnScale:
         return index // self.cell * self.stretch // self.samples
 
     def first_samples(self, first: int, last: int) -> npt.NDArray[np.int64]:
-        """Return the first sample of each column ``first <= c < last`` that holds samples."""
         columns = np.arange(first, last, dtype=np.int64)
         return -(-columns * self.samples // self.stretch) * self.cell
 
@@ -140,12 +130,6 @@ def column_extremes(
 
     Parameters
     ----------
-    history : SampleSource
-        Where the samples are.
-    channel_id : str
-        The channel, which the history must hold.
-    scale : ColumnScale
-        How columns lie on the samples.
     first, last : int
         ``first <= c < last``.
 

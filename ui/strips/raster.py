@@ -55,29 +55,17 @@ class BandPaint:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ChartPaint:
-    """One chart: rows, range, and what stands behind the lines.
+    """One chart: rows, range, and what stands behind the lines."""
 
-    Attributes
-    ----------
-    top, height : int
-        Rows of pixels.
-    low, high : float
-        Values (SI) at the bottom and at the top.
-    traces : tuple of TracePaint
-        From the back to the front.
-    bands : tuple of BandPaint
-        Limits.
-    grid : tuple of float
-        Values (SI) of the grid lines.
-    """
-
+    # Rows of pixels.
     top: int
     height: int
+    # Values (SI) at the bottom and at the top.
     low: float
     high: float
-    traces: tuple[TracePaint, ...]
-    bands: tuple[BandPaint, ...] = ()
-    grid: tuple[float, ...] = ()
+    traces: tuple[TracePaint, ...]  # From the back to the front.
+    bands: tuple[BandPaint, ...] = ()  # Limits.
+    grid: tuple[float, ...] = ()  # Values (SI) of the grid lines.
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -91,30 +79,19 @@ class SpanPaint:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Backdrop:
-    """What stands behind all charts alike.
+    """What stands behind all charts alike."""
 
-    Attributes
-    ----------
-    background, plot, grid, span, event, edge : Color
-        Between charts; within; grid lines; areas of maneuvers and of other spans; their borders
-        and marks.
-    tick : float
-        Seconds between grid lines.
-    spans : tuple of SpanPaint
-        Areas across all charts.
-    marks : tuple of float
-        Times (s) marked by a line.
-    """
-
+    # Between charts; within; grid lines; areas of maneuvers and of other spans; their borders and
+    # marks.
     background: Color
     plot: Color
     grid: Color
     span: Color
     event: Color
     edge: Color
-    tick: float
-    spans: tuple[SpanPaint, ...] = ()
-    marks: tuple[float, ...] = ()
+    tick: float  # Seconds between grid lines.
+    spans: tuple[SpanPaint, ...] = ()  # Areas across all charts.
+    marks: tuple[float, ...] = ()  # Times (s) marked by a line.
 
 
 def create_brush(thickness: float) -> tuple[tuple[int, float], ...]:
@@ -220,12 +197,8 @@ class Raster:
 
     Parameters
     ----------
-    width, height : int
-        Pixels.
     charts : sequence of ChartPaint
         Charts from top to bottom, which do not overlap.
-    backdrop : Backdrop
-        What stands behind them.
     thickness : float
         Of the lines, in pixels.
     line : int
@@ -233,10 +206,6 @@ class Raster:
 
     Attributes
     ----------
-    pixels : ndarray, shape (height, width)
-        0xffRRGGBB; column c lies at ``c % width``.
-    margin : int
-        Columns on either side of those in sight of which the values matter.
     low, high : ndarray, shape (n_traces, width + 2 margin)
         Values (SI) of the columns loaded, a ring as well; all first traces, chart by chart,
         then all second ones, ...
@@ -260,11 +229,13 @@ class Raster:
         self._brush = create_brush(thickness)
         self._pad = thickness / 2.0 + 1.0
         self.reach = max(abs(aside) for aside, _ in self._brush)
+        # 0xffRRGGBB; column c lies at ``c % width``.
         self.pixels: Pixels = np.zeros((self.height, self.width), dtype=np.uint32)
         self._layers = self._number_traces()
         pairs = [(chart, layer) for layer, them in enumerate(self._layers) for chart in them]
         self._numbers = {pair: row for row, pair in enumerate(pairs)}
         count = len(pairs)
+        # Columns on either side of those in sight of which the values matter.
         self.margin = self.reach + 1
         self._loaded = self.width + 2 * self.margin
         self._values = np.full((2, count, self._loaded), np.nan)
@@ -374,14 +345,10 @@ class Raster:
 
         Parameters
         ----------
-        history : SampleSource
-            Where the samples are.
         scale : ColumnScale
             How columns lie on the samples; a sample must not be wider than a column.
         first, last : int
             Absolute indices. The columns in which they lie must be loaded.
-        channels : sequence of str
-            Channels that the history holds.
         """
         rows = [self._rows_of_channel[name] for name in channels]
         samples = np.empty((sum(map(len, rows)), last - first))
@@ -416,8 +383,6 @@ class Raster:
 
         Parameters
         ----------
-        scale : ColumnScale
-            How columns lie on the samples.
         first, last : int
             Not more than `width` columns.
         charts : sequence of int or None

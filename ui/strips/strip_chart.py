@@ -49,38 +49,18 @@ class StripChart(QWidget):
 
     Parameters
     ----------
-    parent : QWidget or None
-        As for every widget.
     timed : bool
         Whether the widget looks at the history by itself, 60 times a second while it is
         visible. Where the window has a timer that polls the feed, False and a call of
         `advance` after the poll save up to a frame of delay.
-
-    Attributes
-    ----------
-    model : ChartModel
-        What is shown.
-    navigator : ViewNavigator
-        Pauses, scrolls, zooms, and moves the cursors.
-    editor : ChartEditor
-        Selects and changes charts.
-    mark_requested : Signal(float)
-        The user wants a mark at this flight time, s.
-    cursor_moved : Signal(str, object)
-        ``cursor``, ``a`` or ``b``, and its time in s or None.
-    layout_changed : Signal(object)
-        The user changed the charts: the new `StripLayout`.
-    view_changed : Signal()
-        Pause, time or window changed.
-    menu_requested : Signal(object, object)
-        The user wants a menu of the selected chart: where on the screen (QPoint), and for which
-        flight time, s or None.
     """
 
-    mark_requested = Signal(float)
-    cursor_moved = Signal(str, object)
-    layout_changed = Signal(object)
-    view_changed = Signal()
+    mark_requested = Signal(float)  # The user wants a mark at this flight time, s.
+    cursor_moved = Signal(str, object)  # ``cursor``, ``a`` or ``b``, and its time in s or None.
+    layout_changed = Signal(object)  # The user changed the charts: the new `StripLayout`.
+    view_changed = Signal()  # Pause, time or window changed.
+    # The user wants a menu of the selected chart: where on the screen (QPoint), and for which
+    # flight time, s or None.
     menu_requested = Signal(object, object)
 
     def __init__(self, parent: QWidget | None = None, *, timed: bool = True) -> None:
@@ -90,9 +70,10 @@ class StripChart(QWidget):
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
         self.setMouseTracking(False)
         self.setAccessibleName(tr("Strip charts"))
-        self.model = ChartModel()
+        self.model = ChartModel()  # What is shown.
+        # Pauses, scrolls, zooms, and moves the cursors.
         self.navigator = ViewNavigator(self.model, self)
-        self.editor = ChartEditor(self.model, self)
+        self.editor = ChartEditor(self.model, self)  # Selects and changes charts.
         self._canvas = ChartCanvas(self.model)
         self._mouse = ChartMouse(self.model, self._canvas, self.navigator, self.editor)
         self._values_read_at = -math.inf
@@ -134,11 +115,9 @@ class StripChart(QWidget):
         self._rebuild()
 
     def set_theme(self, theme: Theme) -> None:
-        """Set colors and line weight."""
         self._change_charts("theme", theme)
 
     def set_units(self, system: str) -> None:
-        """Show ``US`` or ``SI`` units."""
         self._change_charts("units", system)
 
     def set_limits(self, limits: Mapping[str, ChannelLimits]) -> None:
@@ -155,11 +134,9 @@ class StripChart(QWidget):
         self._change_geometry("scale", compute_sizes(scale).scale)
 
     def set_spans(self, spans: Sequence[ChartSpan]) -> None:
-        """Show these labeled stretches across all charts."""
         self._change_geometry("spans", tuple(spans))
 
     def set_marks(self, marks: Sequence[ChartMark]) -> None:
-        """Show these marks across all charts."""
         self._change_geometry("marks", tuple(marks))
 
     def set_cursor_values_shown(self, shown: bool) -> None:
@@ -171,7 +148,6 @@ class StripChart(QWidget):
             self._rebuild()
 
     def set_alarms(self, alarms: Sequence[AlarmSpan]) -> None:
-        """Show these alarms above the charts, and at the top of their own chart."""
         self._change_text("alarms", tuple(alarms))
 
     def set_recording(self, recording: bool) -> None:
@@ -216,12 +192,10 @@ class StripChart(QWidget):
 
     @property
     def view(self) -> StripView:
-        """Return the part of the flight in sight; call `refresh` after changing it."""
         return self.model.view
 
     @property
     def strip_layout(self) -> StripLayout:
-        """Return the charts shown."""
         return self.model.layout
 
     @property
@@ -307,7 +281,6 @@ class StripChart(QWidget):
     # Keys and mouse
 
     def perform(self, action: str) -> None:
-        """Do one of `KEY_ACTIONS` by its id."""
         self._actions[action]()
 
     def clear(self) -> None:

@@ -20,21 +20,12 @@ RangeMode = Literal["auto", "fixed", "limits"]
 
 
 class Trace(StrictModel):
-    """One line in a chart.
+    """One line in a chart."""
 
-    Attributes
-    ----------
-    channel : str
-        Channel id.
-    color : str or None
-        Name in `TRACE_COLORS`; None takes that of the channel, or the next free one.
-    style : {"measured", "computed", "previous"}
-        Solid, dashed, gray.
-    """
-
-    channel: str
+    channel: str  # Channel id.
+    # Name in `TRACE_COLORS`; None takes that of the channel, or the next free one.
     color: str | None = None
-    style: TraceStyle = "measured"
+    style: TraceStyle = "measured"  # Solid, dashed, gray.
 
     @field_validator("channel")
     @classmethod
@@ -54,25 +45,15 @@ class Trace(StrictModel):
 
 
 class Strip(StrictModel):
-    """One chart.
+    """One chart."""
 
-    Attributes
-    ----------
-    traces : tuple of Trace
-        One, or several of the same quantity, such as left and right elevator.
-    range : {"auto", "fixed", "limits"}
-        How the y axis is chosen.
-    low, high : float or None
-        The fixed range, SI.
-    height : float
-        In relation to the other charts.
-    """
-
+    # One, or several of the same quantity, such as left and right elevator.
     traces: Annotated[tuple[Trace, ...], Field(min_length=1, max_length=4)]
-    range: RangeMode = "auto"
+    range: RangeMode = "auto"  # How the y axis is chosen.
+    # The fixed range, SI.
     low: float | None = None
     high: float | None = None
-    height: Annotated[float, Field(ge=0.25, le=8.0)] = 1.0
+    height: Annotated[float, Field(ge=0.25, le=8.0)] = 1.0  # In relation to the other charts.
 
     @model_validator(mode="before")
     @classmethod
@@ -109,7 +90,6 @@ class Strip(StrictModel):
 
     @property
     def channel(self) -> str:
-        """Return the channel of the first line, which gives the chart its name and unit."""
         return self.traces[0].channel
 
     def to_dict(self) -> dict[str, Any]:
@@ -136,30 +116,18 @@ class StripGroup(StrictModel):
 
 
 class StripLayout(StrictModel):
-    """All charts.
+    """All charts."""
 
-    Attributes
-    ----------
-    name : str
-        For the list of saved layouts.
-    window : float
-        Seconds in sight at first.
-    groups : tuple of StripGroup
-        From top to bottom.
-    """
-
-    name: str = QT_TR_NOOP("Flight test")
-    window: Annotated[float, Field(gt=0.0)] = 60.0
-    groups: tuple[StripGroup, ...] = ()
+    name: str = QT_TR_NOOP("Flight test")  # For the list of saved layouts.
+    window: Annotated[float, Field(gt=0.0)] = 60.0  # Seconds in sight at first.
+    groups: tuple[StripGroup, ...] = ()  # From top to bottom.
 
     @property
     def strips(self) -> tuple[Strip, ...]:
-        """Return all charts from top to bottom."""
         return tuple(strip for group in self.groups for strip in group.strips)
 
     @property
     def channels(self) -> tuple[str, ...]:
-        """Return every channel shown, each once."""
         found = [trace.channel for strip in self.strips for trace in strip.traces]
         return tuple(dict.fromkeys(found))
 

@@ -21,25 +21,10 @@ class StripView:
 
     Parameters
     ----------
-    width : int
-        Columns.
     rate : float
         Samples per second, Hz.
     window : float
         Seconds wanted in sight.
-
-    Attributes
-    ----------
-    now : float or None
-        Newest flight time, s; None before the first sample.
-    start : float or None
-        Where the flight begins, s.
-    cursors : dict of str to float
-        Times (s) of ``cursor``, ``a`` and ``b``, where they are set.
-    selected : int
-        Number of the chart chosen.
-    enlarged : bool
-        Whether that chart alone fills the display.
     """
 
     def __init__(self, *, width: int = 1, rate: float = 100.0, window: float = 60.0) -> None:
@@ -48,17 +33,17 @@ class StripView:
         self._window = window
         self._scale = select_column_scale(window, self._width, rate)
         self._held: float | None = None
-        self.now: float | None = None
-        self.start: float | None = None
+        self.now: float | None = None  # Newest flight time, s; None before the first sample.
+        self.start: float | None = None  # Where the flight begins, s.
+        # Times (s) of ``cursor``, ``a`` and ``b``, where they are set.
         self.cursors: dict[str, float] = {}
-        self.selected = 0
-        self.enlarged = False
+        self.selected = 0  # Number of the chart chosen.
+        self.enlarged = False  # Whether that chart alone fills the display.
 
     # What is in sight
 
     @property
     def width(self) -> int:
-        """Return the number of columns."""
         return self._width
 
     @property
@@ -85,7 +70,6 @@ class StripView:
 
     @property
     def paused(self) -> bool:
-        """Return whether the display stands still."""
         return self._held is not None
 
     @property
@@ -110,7 +94,6 @@ class StripView:
     # What changes it
 
     def resize(self, width: int) -> None:
-        """Take a new number of columns."""
         self._width = max(width, 1)
         self._rescale()
 
@@ -119,8 +102,6 @@ class StripView:
 
         Parameters
         ----------
-        seconds : float
-            Wanted in sight.
         anchor : float or None
             Time (s) that stays where it is while paused; None keeps the right edge.
         """
@@ -145,16 +126,13 @@ class StripView:
             self._held = None
 
     def pause(self) -> None:
-        """Stand still where we are."""
         if self._held is None and self.now is not None:
             self._held = self.now
 
     def go_live(self) -> None:
-        """Follow the newest sample again."""
         self._held = None
 
     def toggle_pause(self) -> None:
-        """Pause, or follow again."""
         if self.paused:
             self.go_live()
         else:
@@ -172,7 +150,6 @@ class StripView:
             self._hold(time + self.seconds / 2.0)
 
     def go_to_start(self) -> None:
-        """Show the beginning of the flight."""
         if self.start is not None:
             self._hold(self._earliest(self.start))
 

@@ -11,24 +11,12 @@ from ui.strips.chart_model import ChartModel
 
 
 class ViewNavigator(QObject):
-    """Changes which part of the flight is in sight, and the cursors.
+    """Changes which part of the flight is in sight, and the cursors."""
 
-    Attributes
-    ----------
-    rebuild_requested : Signal
-        Columns mean other times, or need other room.
-    view_changed : Signal
-        Pause, time or window changed.
-    cursor_moved : Signal(str, object)
-        ``cursor``, ``a`` or ``b``, and its time in s or None.
-    mark_requested : Signal(float)
-        The user wants a mark at this flight time, s.
-    """
-
-    rebuild_requested = Signal()
-    view_changed = Signal()
-    cursor_moved = Signal(str, object)
-    mark_requested = Signal(float)
+    rebuild_requested = Signal()  # Columns mean other times, or need other room.
+    view_changed = Signal()  # Pause, time or window changed.
+    cursor_moved = Signal(str, object)  # ``cursor``, ``a`` or ``b``, and its time in s or None.
+    mark_requested = Signal(float)  # The user wants a mark at this flight time, s.
 
     def __init__(self, model: ChartModel, parent: QObject) -> None:
         super().__init__(parent)
@@ -36,7 +24,6 @@ class ViewNavigator(QObject):
 
     @property
     def actions(self) -> Mapping[str, Callable[[], object]]:
-        """Return what the keys of `KEY_ACTIONS` do to view and cursors."""
         return {
             "pause": self.toggle_pause,
             "live": self.go_live,
@@ -60,17 +47,14 @@ class ViewNavigator(QObject):
     # View
 
     def toggle_pause(self) -> None:
-        """Pause, or follow the newest sample again."""
         self._model.view.toggle_pause()
         self.view_changed.emit()
 
     def go_live(self) -> None:
-        """Follow the newest sample again."""
         self._model.view.go_live()
         self.view_changed.emit()
 
     def go_to_start(self) -> None:
-        """Show the start of the flight."""
         self._model.view.go_to_start()
         self.view_changed.emit()
 
@@ -143,7 +127,6 @@ class ViewNavigator(QObject):
             self.set_cursor(name, at)
 
     def clear_cursors(self) -> None:
-        """Remove all cursors."""
         for name in tuple(self._model.view.cursors):
             self.set_cursor(name, None)
 

@@ -13,22 +13,9 @@ SoundCommands = Mapping[str, tuple[tuple[str, ...], ...]]
 
 
 class SoundCommand(QProcess):
-    """A program that runs once and is gone afterwards.
+    """A program that runs once and is gone afterwards."""
 
-    Parameters
-    ----------
-    command : sequence of str
-        Program and arguments.
-    parent : QObject
-        Who listens.
-
-    Attributes
-    ----------
-    ended : Signal(bool)
-        It ended by itself: well or not. One that was cut off says nothing.
-    """
-
-    ended = Signal(bool)
+    ended = Signal(bool)  # It ended by itself: well or not. One that was cut off says nothing.
 
     def __init__(self, command: Sequence[str], parent: QObject) -> None:
         super().__init__(parent)
@@ -46,7 +33,6 @@ class SoundCommand(QProcess):
             self.closeWriteChannel()
 
     def abort(self) -> None:
-        """Kill it, without waiting for its end."""
         self._cut_off = True
         if self.state() == QProcess.ProcessState.NotRunning:
             self.deleteLater()

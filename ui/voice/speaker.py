@@ -38,18 +38,10 @@ _PAUSE_SECONDS = 0.15
 
 
 class Speaker(QObject):
-    """Speaks one utterance at a time.
+    """Speaks one utterance at a time."""
 
-    Attributes
-    ----------
-    done : Signal(object)
-        An utterance was spoken to its end. One that was cut off says nothing.
-    failed : Signal(object)
-        This way of speaking does not work; the utterance that was not heard.
-    """
-
-    done = Signal(object)
-    failed = Signal(object)
+    done = Signal(object)  # An utterance was spoken to its end. One that was cut off says nothing.
+    failed = Signal(object)  # This way of speaking does not work; the utterance that was not heard.
 
     def speak(self, utterance: Utterance) -> None:
         """Speak now, in place of what is being spoken."""
@@ -61,13 +53,7 @@ class Speaker(QObject):
 
 
 class ToneSpeaker(Speaker):
-    """A tone in place of words, where there is no voice.
-
-    Parameters
-    ----------
-    sound : callable
-        Plays a tone by its name.
-    """
+    """A tone in place of words, where there is no voice."""
 
     def __init__(self, sound: Callable[[str], object], parent: QObject | None = None) -> None:
         super().__init__(parent)
@@ -78,7 +64,6 @@ class ToneSpeaker(Speaker):
         self._timer.timeout.connect(self._end)
 
     def speak(self, utterance: Utterance) -> None:
-        """Play the tone of its priority."""
         name = PRIORITY_TONES[utterance.priority]
         self._spoken = utterance
         self._sound(name)
@@ -95,13 +80,7 @@ class ToneSpeaker(Speaker):
 
 
 class CommandSpeaker(Speaker):
-    """Speaks with a program of the system, which reads the words from its input.
-
-    Parameters
-    ----------
-    command : sequence of str
-        Program and arguments.
-    """
+    """Speaks with a program of the system, which reads the words from its input."""
 
     def __init__(self, command: Sequence[str], parent: QObject | None = None) -> None:
         super().__init__(parent)
@@ -110,7 +89,6 @@ class CommandSpeaker(Speaker):
         self._spoken: Utterance | None = None
 
     def speak(self, utterance: Utterance) -> None:
-        """Start the program."""
         self.stop()
         self._spoken = utterance
         self._running = SoundCommand(self._command, self)
@@ -118,7 +96,6 @@ class CommandSpeaker(Speaker):
         self._running.begin(f"{utterance.text}\n")
 
     def stop(self) -> None:
-        """Kill the program."""
         running, self._running = self._running, None
         if running is not None:
             running.abort()
@@ -155,13 +132,11 @@ class QtSpeaker(Speaker):
         self._engine.stateChanged.connect(self._changed)
 
     def speak(self, utterance: Utterance) -> None:
-        """Give the words to the engine."""
         self.stop()
         self._spoken, self._began = utterance, False
         self._engine.say(utterance.text)
 
     def stop(self) -> None:
-        """Let the engine fall silent."""
         if self._spoken is not None:
             self._spoken = None
             self._engine.stop()

@@ -36,47 +36,23 @@ class UtterancePriority(IntEnum):
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Utterance:
-    """Words to be spoken once.
-
-    Attributes
-    ----------
-    text : str
-    priority : UtterancePriority
-    allowed_in_quiet : bool
-        Whether it may be heard in a hush.
-    """
+    """Words to be spoken once."""
 
     text: str
     priority: UtterancePriority
-    allowed_in_quiet: bool = False
+    allowed_in_quiet: bool = False  # Whether it may be heard in a hush.
 
 
 class SpeechQueue:
-    """Decides what is heard; see the rule above.
-
-    Parameters
-    ----------
-    clock : callable
-        Seconds of a clock that never goes back.
-
-    Attributes
-    ----------
-    speaking : Utterance or None
-        To be heard now. Whoever speaks compares it with what it speaks after every call.
-    waiting : Utterance or None
-        To be heard next.
-    is_muted : bool
-        Whether nothing is.
-    is_quiet : bool
-        Whether only what belongs to the hush is.
-    """
+    """Decides what is heard; see the rule above."""
 
     def __init__(self, clock: Callable[[], float]) -> None:
         self._clock = clock
+        # To be heard now. Whoever speaks compares it with what it speaks after every call.
         self.speaking: Utterance | None = None
-        self.waiting: Utterance | None = None
-        self.is_muted = False
-        self.is_quiet = False
+        self.waiting: Utterance | None = None  # To be heard next.
+        self.is_muted = False  # Whether nothing is.
+        self.is_quiet = False  # Whether only what belongs to the hush is.
         self._last = ""
         self._said_at = -math.inf
 
@@ -85,8 +61,6 @@ class SpeechQueue:
 
         Parameters
         ----------
-        words : str
-        priority : UtterancePriority
         through : bool
             Whether they may be heard in a hush, because whoever offers them knows of it.
         """

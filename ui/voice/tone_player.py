@@ -43,7 +43,6 @@ class Beeper:
     """One beep for every tone: what Qt can do without any sound of its own."""
 
     def play(self, name: str) -> None:  # noqa: ARG002  there is one beep only
-        """Beep."""
         QApplication.beep()
 
     def stop(self) -> None:
@@ -60,7 +59,6 @@ class _ToneFiles:
         )
 
     def path(self, name: str) -> str:
-        """Return the file of a tone."""
         file = Path(self._folder.name) / f"{name}.wav"
         if not file.exists():
             file.write_bytes(tone_wav(name))
@@ -83,14 +81,12 @@ class CommandTonePlayer(QObject):
         self._running: SoundCommand | None = None
 
     def play(self, name: str) -> None:
-        """Play a tone."""
         self.stop()
         self._running = SoundCommand((*self._command, self._files.path(name)), self)
         self._running.ended.connect(self._over)
         self._running.begin()
 
     def stop(self) -> None:
-        """Fall silent."""
         running, self._running = self._running, None
         if running is not None:
             running.abort()
@@ -117,14 +113,12 @@ class WindowsTonePlayer:
         self._files = _ToneFiles()
 
     def play(self, name: str) -> None:
-        """Play a tone."""
         try:
             self._play(self._files.path(name), self._how)
         except (RuntimeError, OSError):  # no loudspeaker, or none any more
             QApplication.beep()
 
     def stop(self) -> None:
-        """Fall silent."""
         with contextlib.suppress(RuntimeError):
             self._play(None, 0)
 
@@ -156,14 +150,12 @@ class QtTonePlayer(QObject):
         self._buffer = QBuffer(self)
 
     def play(self, name: str) -> None:
-        """Play a tone."""
         self.stop()
         self._buffer.setData(self._tones[name])
         self._buffer.open(QIODevice.OpenModeFlag.ReadOnly)
         self._sink.start(self._buffer)
 
     def stop(self) -> None:
-        """Fall silent."""
         self._sink.reset()
         self._buffer.close()
 

@@ -26,17 +26,10 @@ _LOUDNESS = 0.6
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ToneSequence:
-    """Notes one after the other.
+    """Notes one after the other."""
 
-    Attributes
-    ----------
-    notes : tuple of (Hz, s)
-        Frequency 0 is a pause.
-    priority : UtterancePriority
-        A tone is not heard into a more urgent sentence.
-    """
-
-    notes: tuple[tuple[float, float], ...]
+    notes: tuple[tuple[float, float], ...]  # Frequency 0 is a pause.
+    # A tone is not heard into a more urgent sentence.
     priority: UtterancePriority = UtterancePriority.PROMPT
 
     @property
@@ -70,13 +63,7 @@ PRIORITY_TONES = {
 
 
 def tone_samples(name: str) -> npt.NDArray[np.int16]:
-    """Return the samples of a tone, shape (n,), 16 bit, `SAMPLE_RATE` per second.
-
-    Raises
-    ------
-    KeyError
-        If there is no such tone.
-    """
+    """Return the samples of a tone, shape (n,), 16 bit, `SAMPLE_RATE` per second."""
     notes = [_note(frequency, seconds) for frequency, seconds in TONES[name].notes]
     return np.concatenate(notes)
 

@@ -20,21 +20,9 @@ class Voice(QObject):
 
     What the computer can do is looked for when something is to be heard for the first time:
     engines take a while to start, and most windows are muted or quiet.
-
-    Parameters
-    ----------
-    muted : bool
-        Whether to begin in silence.
-    player, speaker : TonePlayer, Speaker, optional
-        In place of the best that this computer has.
-
-    Attributes
-    ----------
-    spoken : Signal(str)
-        A sentence begins; for those who would rather read it.
     """
 
-    spoken = Signal(str)
+    spoken = Signal(str)  # A sentence begins; for those who would rather read it.
 
     def __init__(
         self,
@@ -56,7 +44,6 @@ class Voice(QObject):
 
     @property
     def muted(self) -> bool:
-        """Return whether nothing is heard."""
         return self._queue.is_muted
 
     def say(
@@ -79,11 +66,6 @@ class Voice(QObject):
         """Play a tone of `ui.voice.tones`, at once and beside the words.
 
         A more urgent sentence is not disturbed, and a tone that sounds is not begun again.
-
-        Raises
-        ------
-        KeyError
-            If there is no such tone.
         """
         tone = TONES[name]
         spoken = self._queue.speaking

@@ -17,50 +17,24 @@ from ui.translation import tr
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ActionItem:
-    """Something that can be done now.
+    """Something that can be done now."""
 
-    Attributes
-    ----------
-    id : str
-        Name in code.
-    text : str
-        On the button.
-    key : str
-        That does it; empty for none.
-    is_default : bool
-        Whether it is the one thing that is wanted now.
-    disabled_reason : str
-        Why it cannot be done now; empty if it can.
-    """
-
-    id: str
-    text: str
-    key: str = ""
-    is_default: bool = False
-    disabled_reason: str = ""
+    id: str  # Name in code.
+    text: str  # On the button.
+    key: str = ""  # That does it; empty for none.
+    is_default: bool = False  # Whether it is the one thing that is wanted now.
+    disabled_reason: str = ""  # Why it cannot be done now; empty if it can.
 
     @property
     def label(self) -> str:
-        """Return the text with the key."""
         text = tr(self.text)
         return f"{text}   {shortcut_text(self.key)}" if self.key else text
 
 
 class ActionBar(QWidget):
-    """One row of buttons; those without room are in the menu of the last one.
+    """One row of buttons; those without room are in the menu of the last one."""
 
-    Parameters
-    ----------
-    look : DisplayStyle
-        Sizes.
-
-    Attributes
-    ----------
-    triggered : Signal(str)
-        Id of the action.
-    """
-
-    triggered = Signal(str)
+    triggered = Signal(str)  # Id of the action.
 
     def __init__(self, look: DisplayStyle) -> None:
         super().__init__()
@@ -93,7 +67,6 @@ class ActionBar(QWidget):
         return QSize(self._look.px(160), self.sizeHint().height())
 
     def show_actions(self, offers: Sequence[ActionItem]) -> None:
-        """Show what can be done now."""
         if tuple(offers) == self.offers:
             return
         self.offers = tuple(offers)

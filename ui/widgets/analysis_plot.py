@@ -57,30 +57,15 @@ FLIGHT_TIME_LABEL = QT_TR_NOOP("flight time, mm:ss.s")
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class PlotCurve:
-    """One line, or one cloud of points.
-
-    Attributes
-    ----------
-    x, y : ndarray, shape (n,)
-    color : str
-        Name of a trace color, ``previous``, or a role of the look.
-    name : str
-        In the legend; empty for none.
-    dashed : bool
-        Computed values are dashed.
-    points : bool
-        Points in place of a line.
-    symbol : str
-        Shape of large points, as pyqtgraph names it; empty for small round ones.
-    """
+    """One line, or one cloud of points."""
 
     x: FloatArray
     y: FloatArray
-    color: str
-    name: str = ""
-    dashed: bool = False
-    points: bool = False
-    symbol: str = ""
+    color: str  # Name of a trace color, ``previous``, or a role of the look.
+    name: str = ""  # In the legend; empty for none.
+    dashed: bool = False  # Computed values are dashed.
+    points: bool = False  # Points in place of a line.
+    symbol: str = ""  # Shape of large points, as pyqtgraph names it; empty for small round ones.
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -162,7 +147,6 @@ class PlotLegend(QWidget):
         self.setSizePolicy(policy)
 
     def show_entries(self, entries: Sequence[PlotCurve | PlotBand]) -> None:
-        """Show the named ones."""
         clear_layout(self._flow)
         self._flow.setSpacing(self._look.px(12))
         for one in entries:
@@ -183,15 +167,6 @@ class AnalysisPlot(QFrame):
     The wheel zooms x at the pointer (over the left axis, values), a drag zooms to a rectangle,
     the middle button moves, a double click shows everything. Left and Right move, Up and Down
     zoom, Home shows everything. Values stand beside the pointer; the menu saves and copies.
-
-    Parameters
-    ----------
-    look : DisplayStyle
-        Colors and sizes.
-    name : str
-        For those who hear the window.
-    high : int
-        Points of height of the plot, at least.
     """
 
     def __init__(self, look: DisplayStyle, name: str, *, high: int = _MIN_HEIGHT) -> None:
@@ -230,9 +205,6 @@ class AnalysisPlot(QFrame):
 
         Parameters
         ----------
-        curves, bands : sequence
-        title, bottom, left : str
-            Above, and along the axes.
         words : str
             The picture in a sentence, for those who hear it.
         """
@@ -282,18 +254,12 @@ class AnalysisPlot(QFrame):
 
 
 class _PlotAxis(pyqtgraph.AxisItem):
-    """An axis with a true minus sign and no factor hidden in its label, or a clock.
-
-    Attributes
-    ----------
-    clock : bool
-        Whether the values are flight time.
-    """
+    """An axis with a true minus sign and no factor hidden in its label, or a clock."""
 
     def __init__(self, **options: object) -> None:
         super().__init__(**options)
         self.enableAutoSIPrefix(False)
-        self.clock = False
+        self.clock = False  # Whether the values are flight time.
 
     def tickSpacing(self, low: float, high: float, size: float) -> list[tuple[float, float]]:
         if not self.clock:
@@ -339,7 +305,6 @@ class _PlotArea(ArrowKeyNavigation, pyqtgraph.PlotWidget):
         return QSize(self._look.px(320), self._look.px(220))
 
     def restyle(self) -> None:
-        """Take the colors and sizes of the look."""
         look = self._look
         self.setBackground(look.color("panel"))
         item = self.getPlotItem()
@@ -360,7 +325,6 @@ class _PlotArea(ArrowKeyNavigation, pyqtgraph.PlotWidget):
     def show_items(
         self, curves: Sequence[PlotCurve], bands: Sequence[PlotBand], bottom: str, left: str
     ) -> None:
-        """Replace everything drawn."""
         look, item = self._look, self.getPlotItem()
         item.clear()
         self._curves, self._titles = tuple(curves), (bottom, left)
@@ -414,7 +378,6 @@ class _PlotArea(ArrowKeyNavigation, pyqtgraph.PlotWidget):
         )
 
     def fit_view(self) -> None:
-        """Show everything."""
         item = self.getPlotItem()
         item.enableAutoRange(x=False, y=True)
         item.setAutoVisible(y=False)

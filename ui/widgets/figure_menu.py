@@ -29,23 +29,12 @@ class FigureMenu(QObject):
 
     Parameters
     ----------
-    widget : QWidget
-        Shows the figure.
-    file : callable
-        Returns the file that is proposed.
     content : callable
         Returns the `ContentFunction` for an ending: ``.png``, ``.pdf``, ``.svg``, or for the
         numbers ``.csv`` and ``.tsv``. Called only while the menu is enabled.
-    reset : callable
-        Shows all of the figure again.
-
-    Attributes
-    ----------
-    message_posted : Signal(str)
-        What was copied or saved.
     """
 
-    message_posted = Signal(str)
+    message_posted = Signal(str)  # What was copied or saved.
 
     def __init__(
         self,
@@ -79,7 +68,6 @@ class FigureMenu(QObject):
             action.setEnabled(is_drawn)
 
     def copy_figure(self) -> None:
-        """Put the picture on the clipboard."""
         self._begin(tr("Copying the picture"), self._content(".png"), self._copied_picture)
 
     def _copied_picture(self, png: bytes) -> None:
@@ -87,7 +75,6 @@ class FigureMenu(QObject):
         self.message_posted.emit(tr("Picture copied."))
 
     def copy_numbers(self) -> None:
-        """Put the numbers on the clipboard, for a spreadsheet."""
         self._begin(tr("Copying the numbers"), self._content(".tsv"), self._copied_numbers)
 
     def _copied_numbers(self, rows: bytes) -> None:
@@ -101,7 +88,6 @@ class FigureMenu(QObject):
             self.save(path)
 
     def save(self, path: Path) -> None:
-        """Save the picture, or the numbers, by the ending of the name."""
         content = self._content(path.suffix.casefold())
         self._begin(
             tr("Saving the figure"),

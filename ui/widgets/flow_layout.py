@@ -19,10 +19,6 @@ class FlowLayout(QLayout):
 
     Parameters
     ----------
-    parent : QWidget
-        Whose children are placed.
-    spacing : int
-        Pixels between items and between rows.
     fill : bool
         Whether what is left of a row's width goes to its items: to those that expand, or else
         to all alike.
@@ -39,7 +35,6 @@ class FlowLayout(QLayout):
         self._items.append(item)
 
     def count(self) -> int:
-        """Return the number of items."""
         return len(self._items)
 
     def itemAt(self, index: int) -> QLayoutItem | None:

@@ -34,7 +34,6 @@ class FormSection(QFrame):
         self._fit()
 
     def add(self, *widgets: QWidget) -> None:
-        """Add widgets below."""
         for widget in widgets:
             self.column.addWidget(widget)
 
@@ -45,15 +44,7 @@ class FormSection(QFrame):
 
 
 class FormColumns(QScrollArea):
-    """Sections that stand in columns and scroll down.
-
-    Parameters
-    ----------
-    look : DisplayStyle
-        Sizes.
-    most : int
-        Columns at most.
-    """
+    """Sections that stand in columns and scroll down."""
 
     def __init__(self, look: DisplayStyle, most: int = 3) -> None:
         super().__init__()

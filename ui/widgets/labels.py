@@ -18,15 +18,7 @@ from ui.display_style import DisplayStyle
 
 
 class UnitConvertingLabel(QLabel):
-    """A label whose sentences have their values in the units of the screen, whenever these change.
-
-    Parameters
-    ----------
-    look : DisplayStyle
-        Its units.
-    text : str
-        In any units.
-    """
+    """A label whose sentences have their values in the units of the screen, also after a change."""
 
     def __init__(self, look: DisplayStyle, text: str = "") -> None:
         super().__init__()
@@ -55,15 +47,7 @@ def create_label(
 
 
 class CenteredPage(QScrollArea):
-    """A column of text of readable width, centered, that scrolls where the window is small.
-
-    Parameters
-    ----------
-    look : DisplayStyle
-        Sizes.
-    width : int
-        Points the column takes at most.
-    """
+    """A column of text of readable width, centered, that scrolls where the window is small."""
 
     def __init__(self, look: DisplayStyle, width: int = 720) -> None:
         super().__init__()

@@ -24,15 +24,7 @@ _SIDE_BY_SIDE_WIDTH = 860
 
 
 class StackingColumns(QWidget):
-    """Two columns side by side, or one above the other where the window is narrow.
-
-    Parameters
-    ----------
-    look : DisplayStyle
-        Sizes.
-    shares : tuple of int
-        Stretch of the left and the right column.
-    """
+    """Two columns side by side, or one above the other where the window is narrow."""
 
     def __init__(self, look: DisplayStyle, shares: tuple[int, int] = (1, 1)) -> None:
         super().__init__()
@@ -70,17 +62,7 @@ class StackingColumns(QWidget):
 
 
 class LabeledComboBox(QWidget):
-    """A labeled list to choose one from.
-
-    Parameters
-    ----------
-    look : DisplayStyle
-        Sizes.
-    name : str
-        Beside the list.
-    letters : int
-        That the list shows at least.
-    """
+    """A labeled list to choose one from."""
 
     def __init__(self, look: DisplayStyle, name: str, *, letters: int = 12) -> None:
         super().__init__()
@@ -114,7 +96,6 @@ class LabeledComboBox(QWidget):
 
     @property
     def current_key(self) -> str:
-        """Return the key chosen."""
         return str(self.box.currentData() or "")
 
 
@@ -129,7 +110,6 @@ class HeadedParagraphs(QWidget):
         self._shown: tuple[tuple[str, str], ...] | None = None
 
     def show_paragraphs(self, paragraphs: Sequence[tuple[str, str]]) -> None:
-        """Show other paragraphs; one without a heading is shown as it is."""
         if tuple(paragraphs) == self._shown:
             return
         self._shown = tuple(paragraphs)
@@ -157,7 +137,6 @@ class NameValueTable(QWidget):
         self.rows: tuple[tuple[str, str], ...] = ()
 
     def show_rows(self, rows: Sequence[tuple[str, str]]) -> None:
-        """Show other rows."""
         if tuple(rows) == self.rows:
             return
         self.rows = tuple(rows)

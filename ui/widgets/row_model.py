@@ -21,31 +21,17 @@ _INVALID_INDEX = QModelIndex()
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CellFormat:
-    """What sets one cell apart from its row.
+    """What sets one cell apart from its row."""
 
-    Attributes
-    ----------
-    color : str
-        Role of the theme; empty for the color of the row.
-    is_bold : bool or None
-        None for the type of the row.
-    text_style : str
-        Font of `DisplayStyle`.
-    detail, accessible_text : str
-        Tool tip, and text for a screen reader.
-    edit_text : str or None
-        Text that editing starts from, where it is not the text of the cell.
-    is_checked : bool or None
-        Whether its box is checked; None for a cell without one.
-    """
-
-    color: str = ""
-    is_bold: bool | None = None
-    text_style: TextRole = "body"
+    color: str = ""  # Role of the theme; empty for the color of the row.
+    is_bold: bool | None = None  # None for the type of the row.
+    text_style: TextRole = "body"  # Font of `DisplayStyle`.
+    # Tool tip, and text for a screen reader.
     detail: str = ""
     accessible_text: str = ""
+    # Text that editing starts from, where it is not the text of the cell.
     edit_text: str | None = None
-    is_checked: bool | None = None
+    is_checked: bool | None = None  # Whether its box is checked; None for a cell without one.
 
 
 _PLAIN = CellFormat()
@@ -53,46 +39,23 @@ _PLAIN = CellFormat()
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TableRow:
-    """One row of a table.
+    """One row of a table."""
 
-    Attributes
-    ----------
-    key : hashable
-        What it stands for; unique in its table.
-    cells : tuple of str
-        Texts of the columns.
-    state : str
-        Colors the cells of `colored`; the words in them say it too.
-    is_bold, italic : bool
-        Type of the whole row.
-    detail : str
-        Tool tip.
-    colored : frozenset of int
-        Columns in the color of the state.
-    sort_values : tuple
-        What the columns are sorted by, in place of their texts; None comes first.
-    heading : str
-        Left of the row, where the table shows headings.
-    formats : mapping of int to CellFormat
-        By column.
-    value : object
-        What a delegate paints.
-    """
-
-    key: object
-    cells: tuple[str, ...]
-    state: IndicatorState = "plain"
+    key: object  # What it stands for; unique in its table.
+    cells: tuple[str, ...]  # Texts of the columns.
+    state: IndicatorState = "plain"  # Colors the cells of `colored`; the words in them say it too.
+    # Type of the whole row.
     is_bold: bool = False
     italic: bool = False
-    detail: str = ""
-    colored: frozenset[int] = field(default_factory=frozenset)
+    detail: str = ""  # Tool tip.
+    colored: frozenset[int] = field(default_factory=frozenset)  # Columns in the color of the state.
+    # What the columns are sorted by, in place of their texts; None comes first.
     sort_values: tuple[Any, ...] = ()
-    heading: str = ""
-    formats: Mapping[int, CellFormat] = field(default_factory=dict)
-    value: Any = None
+    heading: str = ""  # Left of the row, where the table shows headings.
+    formats: Mapping[int, CellFormat] = field(default_factory=dict)  # By column.
+    value: Any = None  # What a delegate paints.
 
     def sort_key(self, column: int) -> tuple[bool, Any]:
-        """Return what a column is sorted by."""
         value = self.sort_values[column] if self.sort_values else self.cells[column]
         return (False, "") if value is None else (True, value)
 
@@ -102,28 +65,12 @@ class TableRowModel(QAbstractTableModel):
 
     Parameters
     ----------
-    look : DisplayStyle
-        Colors and fonts.
-    titles : sequence of str
-        Of the columns.
-    right, centered : frozenset of int
-        Columns that are not aligned left.
-    editable : frozenset of int
-        Columns whose texts can be edited.
     title_details : mapping of int to str
         Tool tips of titles.
-
-    Attributes
-    ----------
-    edited : Signal(object, str, int)
-        Key of the row, its new text, the column.
-    checked : Signal(object, bool)
-        Key of the row, whether its box shall be checked.
-    rows : tuple of TableRow
     """
 
-    edited = Signal(object, str, int)
-    checked = Signal(object, bool)
+    edited = Signal(object, str, int)  # Key of the row, its new text, the column.
+    checked = Signal(object, bool)  # Key of the row, whether its box shall be checked.
 
     def __init__(
         self,
@@ -202,11 +149,9 @@ class TableRowModel(QAbstractTableModel):
         self.layoutChanged.emit()
 
     def refresh(self) -> None:
-        """Paint everything again, after a change of theme or scale."""
         self.layoutChanged.emit()
 
     def find_row(self, key: object) -> int:
-        """Return the row of a key; -1 if it is not there."""
         return next((index for index, row in enumerate(self.rows) if row.key == key), -1)
 
     def rowCount(self, parent: ModelIndex | None = None) -> int:

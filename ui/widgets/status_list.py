@@ -29,36 +29,17 @@ _LEFT, _RIGHT = 44, 108
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StatusListItem:
-    """One line.
+    """One line."""
 
-    Attributes
-    ----------
-    key : str
-        What it stands for.
-    text : str
-        Strong, on top.
-    detail : str
-        Below.
-    state : str
-        Sign and colors.
-    state_text : str
-        On the right, in the color of the state.
-    note : str
-        Below these.
-    is_checkable : bool
-        Whether an empty box stands in place of the sign: something that a hand ticks.
-    is_done : bool
-        Whether there is nothing left to do about it.
-    """
-
-    key: str
-    text: str
-    detail: str = ""
-    state: IndicatorState = "plain"
-    state_text: str = ""
-    note: str = ""
+    key: str  # What it stands for.
+    text: str  # Strong, on top.
+    detail: str = ""  # Below.
+    state: IndicatorState = "plain"  # Sign and colors.
+    state_text: str = ""  # On the right, in the color of the state.
+    note: str = ""  # Below these.
+    # Whether an empty box stands in place of the sign: something that a hand ticks.
     is_checkable: bool = False
-    is_done: bool = False
+    is_done: bool = False  # Whether there is nothing left to do about it.
 
 
 class _StatusListDelegate(QStyledItemDelegate):
@@ -133,33 +114,13 @@ class _StatusListDelegate(QStyledItemDelegate):
 
 
 class StatusListView(QListView):
-    """The list; keys act on the line that the keyboard is on.
+    """The list; keys act on the line that the keyboard is on."""
 
-    Parameters
-    ----------
-    look : DisplayStyle
-        Colors and sizes.
-    name : str
-        For those who hear it.
-    commands : sequence of QAction
-        What the menu offers for the line under the mouse.
-
-    Attributes
-    ----------
-    item_activated : Signal(str)
-        Key of the line on which Space or Enter was pressed, or the mouse.
-    current_item_changed : Signal(str)
-        Key of the line that the keyboard is on now.
-    move_requested : Signal(int)
-        Alt with Up or Down: the line shall go there.
-    delete_requested : Signal
-        Delete.
-    """
-
+    # Key of the line on which Space or Enter was pressed, or the mouse.
     item_activated = Signal(str)
-    current_item_changed = Signal(str)
-    move_requested = Signal(int)
-    delete_requested = Signal()
+    current_item_changed = Signal(str)  # Key of the line that the keyboard is on now.
+    move_requested = Signal(int)  # Alt with Up or Down: the line shall go there.
+    delete_requested = Signal()  # Delete.
 
     def __init__(self, look: DisplayStyle, name: str, commands: Sequence[QAction] = ()) -> None:
         super().__init__()

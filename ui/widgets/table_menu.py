@@ -53,8 +53,6 @@ def create_table_actions(owner: QWidget, table: Callable[[], TableRows]) -> tupl
     ----------
     owner : QWidget
         Its accessible name names the file.
-    table : callable
-        Returns headings and rows.
     """
 
     def save() -> None:
@@ -88,10 +86,6 @@ class TableMenu(QObject):
 
     Parameters
     ----------
-    view : QAbstractItemView
-        A table, or a flat list.
-    commands : sequence of QAction
-        What else the menu offers for the row under the mouse.
     table : callable, optional
         Returns headings and rows as texts, where the cells of the model are not texts.
     """

@@ -83,40 +83,21 @@ class TableRowView(QTableView):
 
     Parameters
     ----------
-    model : TableRowModel
-    look : DisplayStyle
-        Sizes.
-    name : str
-        Accessible name.
     stretch : int or None
         Column that takes the rest of the width; None where `_fit_columns` sets all widths.
     widths : mapping of int to int or str
         Of the others, pixels of the design; or a text that must have room in strong letters.
-    wrap : bool
-        Whether long texts take several rows.
     least : int
         Width that is left to `stretch` at least, pixels of the design; where there is less room
         the table scrolls. 0 never scrolls.
     sortable : bool
         Whether a press on a title sorts, and several rows can be selected; at first backward by
         the first column.
-    commands : sequence of QAction
-        Offered by the menu for the row under the mouse.
-
-    Attributes
-    ----------
-    opened : Signal(object)
-        Key of the row the user pressed Enter on.
-    deleted : Signal(object)
-        Key of the row the user pressed Delete on.
-    row_changed : Signal(object)
-        Key of the row that the keyboard is on now.
-    menu : TableMenu
     """
 
-    opened = Signal(object)
-    deleted = Signal(object)
-    row_changed = Signal(object)
+    opened = Signal(object)  # Key of the row the user pressed Enter on.
+    deleted = Signal(object)  # Key of the row the user pressed Delete on.
+    row_changed = Signal(object)  # Key of the row that the keyboard is on now.
 
     def __init__(
         self,
@@ -249,7 +230,6 @@ class TableRowView(QTableView):
 
     @property
     def is_editing(self) -> bool:
-        """Return whether somebody types into a cell."""
         return self.state() == QAbstractItemView.State.EditingState
 
     def finish_edit(self) -> None:
@@ -292,14 +272,8 @@ class FittedTableView(TableRowView):
     ----------
     look, name, stretch, widths, wrap, row_height
         As for `TableRowView`.
-    titles : sequence of str
-        Of the columns.
-    right : frozenset of int
-        Columns aligned right.
     least, most : int
         Rows in sight.
-    editable : frozenset of int
-        Columns whose texts may be edited.
     """
 
     def __init__(
@@ -406,19 +380,7 @@ class FittedTableView(TableRowView):
 
 
 class BoxedListView(FittedTableView):
-    """A framed list of one column; texts are shown as they are.
-
-    Parameters
-    ----------
-    look : DisplayStyle
-        Sizes.
-    name : str
-        Accessible name.
-    most : int
-        Rows in sight.
-    elide : Qt.TextElideMode
-        Where texts that are too long are cut.
-    """
+    """A framed list of one column; texts are shown as they are."""
 
     def __init__(
         self,

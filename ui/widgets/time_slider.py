@@ -26,15 +26,9 @@ from ui.translation import tr
 
 
 class TimeSlider(QWidget):
-    """The whole flight as a line, marks above it and alarms below; pressed it goes there.
+    """The whole flight as a line, marks above it and alarms below; pressed it goes there."""
 
-    Attributes
-    ----------
-    moved : Signal(float)
-        Flight time to go to, s.
-    """
-
-    moved = Signal(float)
+    moved = Signal(float)  # Flight time to go to, s.
 
     def __init__(self, look: DisplayStyle) -> None:
         super().__init__()
@@ -60,7 +54,6 @@ class TimeSlider(QWidget):
         marks: Sequence[float],
         alarms: Sequence[AlarmSpan] = (),
     ) -> None:
-        """Show where the replay is, and what stands where in the flight."""
         new = (time, (first, last), tuple(marks), tuple(alarms))
         if new != (self._time, self._range, self._marks, self._alarms):
             self._time, self._range, self._marks, self._alarms = new

@@ -52,23 +52,12 @@ LEVEL_TITLES: dict[MessageLevel, str] = {
 
 @dataclass(slots=True, kw_only=True, eq=False)
 class BannerMessage:
-    """A message of this session, for the list.
+    """A message of this session, for the list."""
 
-    Attributes
-    ----------
-    time : datetime
-        When it came, local time.
-    level : str
-        As of its banner.
-    text : str
-    actions : tuple of (str, callable)
-        What it offers; empty once that is out of date.
-    """
-
-    time: datetime
-    level: MessageLevel
+    time: datetime  # When it came, local time.
+    level: MessageLevel  # As of its banner.
     text: str
-    actions: tuple[BannerAction, ...]
+    actions: tuple[BannerAction, ...]  # What it offers; empty once that is out of date.
 
 
 class _LevelIcon(QWidget):
@@ -142,25 +131,12 @@ class Banner(QFrame):
 
     Parameters
     ----------
-    level : {"note", "caution", "warning", "work"}
-        What it is about.
-    text : str
-        The sentence.
-    look : DisplayStyle
-        Colors and sizes.
     choices : sequence of (str, callable)
         Buttons; each closes the banner after its work, unless it is of level ``work``.
-
-    Attributes
-    ----------
-    closed : Signal
-        The banner was closed.
-    details_requested : Signal
-        A sentence too long for the line was pressed.
     """
 
-    closed = Signal()
-    details_requested = Signal()
+    closed = Signal()  # The banner was closed.
+    details_requested = Signal()  # A sentence too long for the line was pressed.
 
     def __init__(
         self,
@@ -214,7 +190,6 @@ class Banner(QFrame):
         self.setAccessibleName(f"{word}: {text}" if word else text)
 
     def set_text(self, text: str) -> None:
-        """Change the sentence."""
         self.label.setText(text)
         self._name()
 
@@ -229,7 +204,6 @@ class Banner(QFrame):
             self.progress_bar.setValue(round(1000 * share))
 
     def close_banner(self) -> None:
-        """Remove the banner."""
         self.closed.emit()
 
 
@@ -238,33 +212,17 @@ class BannerStack(QWidget):
 
     They have a line of their own below the page, so that nothing moves under the pointer and
     nothing is covered. What was closed stays in the list.
-
-    Parameters
-    ----------
-    look : DisplayStyle
-        Colors and sizes.
-
-    Attributes
-    ----------
-    note_timeout_ms : int
-        Milliseconds after which a note that offers nothing closes.
-    messages : list of BannerMessage
-        All of this session, newest first.
-    changed : Signal
-        A message came, or was closed.
-    list_requested : Signal
-        The list is wanted.
     """
 
-    changed = Signal()
-    list_requested = Signal()
+    changed = Signal()  # A message came, or was closed.
+    list_requested = Signal()  # The list is wanted.
 
     def __init__(self, look: DisplayStyle) -> None:
         super().__init__()
         self._look = look
-        self.note_timeout_ms = 10_000
+        self.note_timeout_ms = 10_000  # Milliseconds after which a note that offers nothing closes.
         self.banners: list[Banner] = []
-        self.messages: list[BannerMessage] = []
+        self.messages: list[BannerMessage] = []  # All of this session, newest first.
         self._shown: dict[Banner, BannerMessage] = {}
         self._front: Banner | None = None
         self._is_flat = False

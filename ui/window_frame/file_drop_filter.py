@@ -12,19 +12,9 @@ _DRAGS = (QEvent.Type.DragEnter, QEvent.Type.DragMove)
 
 
 class FileDropFilter(QObject):
-    """Takes what is dropped on a widget, or on what lies in it and takes nothing itself.
+    """Takes what is dropped on a widget, or on what lies in it and takes nothing itself."""
 
-    Parameters
-    ----------
-    target : QWidget
-
-    Attributes
-    ----------
-    dropped : Signal(object)
-        Paths, a tuple, once the file manager was answered.
-    """
-
-    dropped = Signal(object)
+    dropped = Signal(object)  # Paths, a tuple, once the file manager was answered.
     _taken = Signal(object)
 
     def __init__(self, target: QWidget) -> None:

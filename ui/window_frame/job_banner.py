@@ -9,15 +9,7 @@ from ui.window_frame.banners import Banner, BannerStack
 
 
 class JobBanner:
-    """One banner, there or not.
-
-    Parameters
-    ----------
-    banners : BannerStack
-        Where it stands.
-    stop : callable
-        What its button does.
-    """
+    """One banner, there or not."""
 
     def __init__(self, banners: BannerStack, stop: Callable[[], object]) -> None:
         self._banners = banners
@@ -39,7 +31,6 @@ class JobBanner:
             self._banner.set_text(f"{self._title}: {words}")
 
     def remove(self) -> None:
-        """Take the banner away."""
         if self._banner is not None:
             self._banners.remove(self._banner)
             self._banner = None

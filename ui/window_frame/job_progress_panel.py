@@ -12,17 +12,7 @@ from ui.widgets.labels import create_label
 
 
 class JobProgressPanel(QFrame):
-    """Across the top of a place while something runs there.
-
-    Parameters
-    ----------
-    look : DisplayStyle
-        Colors and sizes.
-    cancel : QAction
-        Stops it.
-    name : str
-        What runs, for those who hear it: ``search``.
-    """
+    """Across the top of a place while something runs there."""
 
     def __init__(self, look: DisplayStyle, cancel: QAction, name: str) -> None:
         super().__init__()
@@ -50,14 +40,12 @@ class JobProgressPanel(QFrame):
         self.progress_bar.setFixedSize(self._look.px(160), self._look.px(8))
 
     def begin(self, title: str) -> None:
-        """Show a work that begins."""
         self.title = title
         self.text_label.setText(tr("{title}: starting").format(title=title))
         self.progress_bar.setRange(0, 0)
         self.show()
 
     def set_progress(self, share: float | None, words: str) -> None:
-        """Show how far it is."""
         if share is None:
             self.progress_bar.setRange(0, 0)
         else:

@@ -64,15 +64,9 @@ class NavigationButton(QAbstractButton):
 
 
 class NavigationRail(QWidget):
-    """The five places, top to bottom.
+    """The five places, top to bottom."""
 
-    Attributes
-    ----------
-    page_selected : Signal(str)
-        Id of the place the user pressed.
-    """
-
-    page_selected = Signal(str)
+    page_selected = Signal(str)  # Id of the place the user pressed.
 
     def __init__(self, look: DisplayStyle) -> None:
         super().__init__()
@@ -97,7 +91,6 @@ class NavigationRail(QWidget):
         look.changed.connect(self._refresh)
 
     def show_page(self, place_id: str) -> None:
-        """Show a place as the chosen one."""
         self.buttons[place_id].setChecked(True)
 
     def fit(self, window_width: int) -> None:

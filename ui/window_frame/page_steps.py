@@ -20,18 +20,8 @@ class PageStep:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StepStatus:
-    """How a step stands.
+    """How a step stands."""
 
-    Attributes
-    ----------
-    state : str
-        Sign and color; the words say it too.
-    text : str
-        A few words: ``2 not green``.
-    detail : str
-        The whole of it, for the tool tip.
-    """
-
-    state: IndicatorState = "unknown"
-    text: str = ""
-    detail: str = ""
+    state: IndicatorState = "unknown"  # Sign and color; the words say it too.
+    text: str = ""  # A few words: ``2 not green``.
+    detail: str = ""  # The whole of it, for the tool tip.

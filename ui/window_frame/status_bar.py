@@ -30,21 +30,14 @@ _FLAT_STEP = 24
 
 
 class StatusItemWidget(QWidget):
-    """One part, painted; a press runs what belongs to it.
+    """One part, painted; a press runs what belongs to it."""
 
-    Attributes
-    ----------
-    is_flat : bool
-        Whether word and value share one line, for windows that are low for their scale.
-    pressed : Signal(str)
-        Id of the part.
-    """
-
-    pressed = Signal(str)
+    pressed = Signal(str)  # Id of the part.
 
     def __init__(self, part: StatusItem, look: DisplayStyle) -> None:
         super().__init__()
         self.item = part
+        # Whether word and value share one line, for windows that are low for their scale.
         self.is_flat = False
         self._look = look
         wide = QSizePolicy.Policy.Expanding if part.stretches else QSizePolicy.Policy.Preferred
@@ -197,17 +190,11 @@ class StatusBar(QWidget):
 
     Parameters
     ----------
-    look : DisplayStyle
     buttons : mapping of str to QWidget, optional
         What stands beside a part, by its id, while that has an action.
-
-    Attributes
-    ----------
-    pressed : Signal(str)
-        Id of the part the user pressed.
     """
 
-    pressed = Signal(str)
+    pressed = Signal(str)  # Id of the part the user pressed.
 
     def __init__(self, look: DisplayStyle, buttons: Mapping[str, QWidget] | None = None) -> None:
         super().__init__()
@@ -226,7 +213,6 @@ class StatusBar(QWidget):
         look.changed.connect(self._resized)
 
     def show_items(self, parts: Iterable[StatusItem]) -> None:
-        """Show the parts; those that did not change are not painted again."""
         wider = False
         for part in parts:
             view = self.item_widgets.get(part.id)
@@ -248,7 +234,6 @@ class StatusBar(QWidget):
             self._resized()
 
     def fit(self, window_height: int) -> None:
-        """Put word and value on one line where the window is low for its scale."""
         flat = window_height < self._look.px(_LOW_WINDOW_HEIGHT)
         if flat != self._flat:
             self._flat = flat

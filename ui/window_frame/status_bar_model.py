@@ -49,52 +49,26 @@ class AlarmSummary:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StatusBarData:
-    """Everything that the bar tells.
+    """Everything that the bar tells."""
 
-    Attributes
-    ----------
-    name : str
-        Of the flight; empty if none is open.
-    time : float or None
-        Flight time, s.
-    stale : bool
-        Whether that time stands still though it should not.
-    replay : bool
-        Whether a record is being replayed.
-    others : tuple of str
-        Other flights that are being recorded, the newest first.
-    link, recorder, disk : LinkSummary, RecorderSummary, DiskSummary or None
-        What the session says of them; None without a flight.
-    aircraft : str
-        Name; empty if there is none.
-    calibration : str
-        How many certificates are in force; empty if none is.
-    calibration_status : CalibrationStatus or None
-        Whether they count; None without a flight.
-    other_calibration : str
-        What a replay is read with in place of the flight's own certificates; empty for its own.
-    alarms : AlarmSummary
-        Alarms.
-    muted : bool
-        Whether the sound is off.
-    read_share, monitored_share : float
-        How much of the flight so far was read, and how much looked through for alarms, 0 to 1.
-    """
-
-    name: str = ""
-    time: float | None = None
-    stale: bool = False
-    replay: bool = False
-    others: tuple[str, ...] = ()
+    name: str = ""  # Of the flight; empty if none is open.
+    time: float | None = None  # Flight time, s.
+    stale: bool = False  # Whether that time stands still though it should not.
+    replay: bool = False  # Whether a record is being replayed.
+    others: tuple[str, ...] = ()  # Other flights that are being recorded, the newest first.
+    # What the session says of them; None without a flight.
     link: LinkSummary | None = None
     recorder: RecorderSummary | None = None
     disk: DiskSummary | None = None
-    aircraft: str = ""
-    calibration: str = ""
+    aircraft: str = ""  # Name; empty if there is none.
+    calibration: str = ""  # How many certificates are in force; empty if none is.
+    # Whether they count; None without a flight.
     calibration_status: CalibrationStatus | None = None
+    # What a replay is read with in place of the flight's own certificates; empty for its own.
     other_calibration: str = ""
-    alarms: AlarmSummary = field(default_factory=AlarmSummary)
-    muted: bool = False
+    alarms: AlarmSummary = field(default_factory=AlarmSummary)  # Alarms.
+    muted: bool = False  # Whether the sound is off.
+    # How much of the flight so far was read, and how much looked through for alarms, 0 to 1.
     read_share: float = 1.0
     monitored_share: float = 1.0
 

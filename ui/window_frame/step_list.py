@@ -116,14 +116,6 @@ class StepList(QWidget):
     ----------
     actions : mapping of str to QAction
         ``<prefix>_<id>`` goes to a step.
-    look : DisplayStyle
-        Colors and sizes.
-    steps : sequence of PageStep
-        From left to right.
-    prefix : str
-        Of the commands.
-    name : str
-        For those who hear it.
     """
 
     def __init__(
@@ -153,15 +145,12 @@ class StepList(QWidget):
         look.changed.connect(self._refresh)
 
     def show_step(self, step_id: str) -> None:
-        """Show a step as the chosen one."""
         self.buttons[step_id].setChecked(True)
 
     def show_state(self, step_id: str, state: StepStatus) -> None:
-        """Show how a step stands."""
         self.buttons[step_id].show_state(state)
 
     def fit(self, window_height: int) -> None:
-        """Take less height where the window is low for its scale."""
         low = window_height < self._look.px(_LOW_WINDOW_HEIGHT)
         for button in self.buttons.values():
             if button.is_low != low:

@@ -22,22 +22,9 @@ from ui.window_frame.step_list import StepList
 
 
 class AbstractStepPage(QWidget):
-    """One step of a page.
+    """One step of a page."""
 
-    Parameters
-    ----------
-    display_style : DisplayStyle
-        Colors, sizes, units.
-    name : str
-        For those who hear it.
-
-    Attributes
-    ----------
-    changed : Signal
-        Other commands are of use, or the step stands differently.
-    """
-
-    changed = Signal()
+    changed = Signal()  # Other commands are of use, or the step stands differently.
 
     def __init__(self, look: DisplayStyle, name: str) -> None:
         super().__init__()
@@ -46,7 +33,6 @@ class AbstractStepPage(QWidget):
 
     @property
     def handlers(self) -> Mapping[str, Callable[[], object]]:
-        """Return what the commands of this step do."""
         return {}
 
     @property
@@ -60,13 +46,11 @@ class AbstractStepPage(QWidget):
         return None
 
     def undo(self) -> None:
-        """Undo the last change made here."""
         if self.undo_history is not None:
             self.undo_history.undo()
             self.show_restored()
 
     def redo(self) -> None:
-        """Redo the change that was undone last."""
         if self.undo_history is not None:
             self.undo_history.redo()
             self.show_restored()
@@ -87,29 +71,10 @@ class AbstractStepPage(QWidget):
 
 
 class WindowPage(QWidget):
-    """One page of the window: a stack of views below one another's bars.
+    """One page of the window: a stack of views below one another's bars."""
 
-    Parameters
-    ----------
-    name : str
-        Accessible name.
-    actions : mapping of str to QAction
-        The commands.
-    look : DisplayStyle
-        Colors, sizes, units.
-    store : SettingsStore
-        Remembers what was looked at.
-
-    Attributes
-    ----------
-    changed : Signal
-        Other commands are of use now.
-    show_requested : Signal
-        The page should be on screen.
-    """
-
-    changed = Signal()
-    show_requested = Signal()
+    changed = Signal()  # Other commands are of use now.
+    show_requested = Signal()  # The page should be on screen.
 
     def __init__(
         self, name: str, actions: Mapping[str, QAction], look: DisplayStyle, store: SettingsStore
@@ -127,7 +92,6 @@ class WindowPage(QWidget):
 
     @property
     def shown(self) -> bool:
-        """Return whether the page is on screen, so that its keys are meant."""
         return self.isVisible()
 
     @property
@@ -147,16 +111,7 @@ class WindowPage(QWidget):
 
 
 class JobPage(WindowPage):
-    """A page with jobs in the background: their progress on top, in a banner while it is hidden.
-
-    Parameters
-    ----------
-    banners : BannerStack
-    job_name : str
-        What runs, for those who hear it: ``search``.
-    cancel_command : str
-        Stops it.
-    """
+    """A page with jobs in the background: their progress on top, in a banner while it is hidden."""
 
     def __init__(
         self,
@@ -176,11 +131,9 @@ class JobPage(WindowPage):
 
     @property
     def busy(self) -> bool:
-        """Return whether a job runs."""
         raise NotImplementedError
 
     def cancel(self) -> None:
-        """Stop what runs."""
         raise NotImplementedError
 
     def showEvent(self, event: QShowEvent) -> None:
@@ -214,35 +167,20 @@ Step = TypeVar("Step", bound=AbstractStepPage)
 
 
 class MultiStepPage(WindowPage, Generic[Step]):
-    """A page that leads from step to step; each is made when it is first seen.
+    """A page that leads from step to step; each is made when it is first seen."""
 
-    Attributes
-    ----------
-    prefix : str
-        Before the id of a step, in the id of the command that goes there.
-    setting : str
-        Remembers the step.
-    all_steps : tuple of PageStep
-    step_list_name : str
-        Accessible name of the row of steps.
-    step_command_prefixes : tuple of str
-        Before the ids of the commands that the steps handle.
-    pages : dict of str to AbstractStepPage
-        The steps that were seen, by id.
-    step : str
-        The one on screen; empty before the first.
-    """
-
+    # Before the id of a step, in the id of the command that goes there.
     prefix: ClassVar[Literal["preflight", "review"]]
-    setting: ClassVar[str]
+    setting: ClassVar[str]  # Remembers the step.
     all_steps: ClassVar[tuple[PageStep, ...]]
-    step_list_name: ClassVar[str]
+    step_list_name: ClassVar[str]  # Accessible name of the row of steps.
+    # Before the ids of the commands that the steps handle.
     step_command_prefixes: ClassVar[tuple[str, ...]]
 
     def __init__(self, *args: Any) -> None:
         super().__init__(*args)
-        self.pages: dict[str, Step] = {}
-        self.step = ""
+        self.pages: dict[str, Step] = {}  # The steps that were seen, by id.
+        self.step = ""  # The one on screen; empty before the first.
         self.steps = StepList(
             self._actions,
             self._look,
@@ -256,7 +194,6 @@ class MultiStepPage(WindowPage, Generic[Step]):
 
     @property
     def handlers(self) -> Mapping[str, Callable[[], object]]:
-        """Return what the commands of this page and its steps do."""
         steps = {
             f"{self.prefix}_{step.id}": lambda name=step.id: self.go_to_step(name)
             for step in self.all_steps
@@ -283,7 +220,6 @@ class MultiStepPage(WindowPage, Generic[Step]):
 
     @property
     def present(self) -> tuple[CommandRequirement, ...]:
-        """Return what commands may act on."""
         if not self.shown or not self.step:
             return ()
         page = self.step_page
@@ -316,7 +252,6 @@ class MultiStepPage(WindowPage, Generic[Step]):
         self.steps.fit(self.window().height())
 
     def go_to_step(self, step_id: str, *, begin: bool = True) -> None:
-        """Go to a step by its id."""
         self.stack.setCurrentWidget(self.get_page(step_id))
         self.step = step_id
         self.steps.show_step(step_id)
@@ -339,7 +274,6 @@ class MultiStepPage(WindowPage, Generic[Step]):
         raise NotImplementedError
 
     def refresh(self) -> None:
-        """Show how every step stands."""
         raise NotImplementedError
 
     def _page_changed(self) -> None:
@@ -347,6 +281,5 @@ class MultiStepPage(WindowPage, Generic[Step]):
         self.changed.emit()
 
     def begin(self) -> None:
-        """Put the keyboard where one goes on."""
         if self.step:
             self.pages[self.step].begin()
