@@ -104,7 +104,7 @@ def run_window(
     speed : float or str
         Of a replay, times real time, 0.1 to 50; ``max`` for as fast as it can.
     place : str
-        Where to begin, as `ui.page_registry` names it; the usual one where empty.
+        Where to begin, as `ui.window_frame.navigation_rail` names it; the usual one where empty.
 
     Raises
     ------

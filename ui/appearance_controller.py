@@ -9,13 +9,11 @@ from PySide6.QtCore import QObject, Signal
 from PySide6.QtWidgets import QApplication, QWidget
 
 from ui.commands import CommandSet
-from ui.dialog_options import connection_options
+from ui.dialogs.connect import connection_options
 from ui.dialogs.settings import SettingsDialog
-from ui.display_style import SCALE_STEPS, DisplayStyle
-from ui.fonts import sans_serif_font
+from ui.display_style import SCALE_STEPS, DisplayStyle, sans_serif_font
 from ui.settings import SettingsStore
-from ui.style_sheet import create_style_sheet
-from ui.style_sheet_icons import style_sheet_icons
+from ui.style_sheet import create_style_sheet, style_sheet_icons
 from ui.theme import THEMES, theme_title
 from ui.translation import tr
 from ui.window_frame.banners import Banner, BannerStack

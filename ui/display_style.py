@@ -1,13 +1,13 @@
-"""How everything looks now: theme, scale, units. One object that all widgets share."""
+"""How everything looks now: theme, scale, units, fonts. One object that all widgets share."""
 
 from __future__ import annotations
 
+from functools import cache
 from typing import Literal
 
 from PySide6.QtCore import QObject, Signal
-from PySide6.QtGui import QColor, QFont
+from PySide6.QtGui import QColor, QFont, QFontDatabase, QFontMetricsF
 
-from ui import fonts
 from ui.icons import IndicatorState
 from ui.theme import THEMES, Theme, compute_sizes
 
@@ -15,6 +15,60 @@ TextRole = Literal["body", "label", "small", "value", "title"]
 _TYPE = {"body": 13, "label": 11, "small": 10, "value": 18, "title": 22}
 SCALE_STEPS = (100, 110, 125, 150, 175, 200, 225, 250)
 """Steps of the scale, percent."""
+
+
+# The systems' own faces first, then the free ones that Linux distributions carry.
+_PREFERRED = (
+    ".AppleSystemUIFont",
+    "SF Pro Text",
+    "Segoe UI Variable Text",
+    "Segoe UI",
+    "Inter",
+    "Adwaita Sans",
+    "Cantarell",
+    "Noto Sans",
+    "Ubuntu",
+    "Roboto",
+    "Liberation Sans",
+    "DejaVu Sans",
+)
+
+
+def has_tabular_figures(font: QFont) -> bool:
+    """Return whether all ten figures of a font are equally wide."""
+    metrics = QFontMetricsF(font)
+    return len({round(metrics.horizontalAdvance(figure), 3) for figure in "0123456789"}) == 1
+
+
+@cache
+def font_family() -> str:
+    """Return the family in use: the system's own if its figures can be made tabular."""
+    system = QFontDatabase.systemFont(QFontDatabase.SystemFont.GeneralFont).family()
+    known = set(QFontDatabase.families())
+    candidates = [name for name in _PREFERRED if name in known]
+    # Fontconfig's aliases ("Sans Serif") stand for whatever is there; a real name is steadier.
+    if system and system not in ("Sans Serif", "Sans"):
+        candidates.insert(0, system)
+    candidates.append(system)
+    for name in candidates:
+        if has_tabular_figures(_create_font(name, 16)):
+            return name
+    return candidates[0]
+
+
+def _create_font(name: str, pixels: int) -> QFont:
+    font = QFont(name)
+    font.setPixelSize(max(pixels, 1))
+    font.setFeature(QFont.Tag("tnum"), 1)
+    return font
+
+
+def sans_serif_font(pixels: int, *, bold: bool = False, italic: bool = False) -> QFont:
+    """Return the window's font at a size in logical pixels, with tabular figures."""
+    font = _create_font(font_family(), pixels)
+    font.setWeight(QFont.Weight.DemiBold if bold else QFont.Weight.Normal)
+    font.setItalic(italic)
+    return font
 
 
 def mix_colors(one: str, other: str, share: float) -> QColor:
@@ -73,7 +127,7 @@ class DisplayStyle(QObject):
         return round(points * self.sizes.scale)
 
     def font(self, role: TextRole, *, strong: bool = False, italic: bool = False) -> QFont:
-        return fonts.sans_serif_font(self.px(_TYPE[role]), bold=strong, italic=italic)
+        return sans_serif_font(self.px(_TYPE[role]), bold=strong, italic=italic)
 
     def color(self, role: str) -> QColor:
         """Return a color: a field of the theme, or one of the frame's own, made from these.

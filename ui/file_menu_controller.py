@@ -18,22 +18,26 @@ from gsapp.flight.flight_loader import load_flight
 from gsapp.telemetry.recorder_folder import next_free_folder, record_state
 from ui.background_job import BackgroundJob
 from ui.commands import shortcut_text
-from ui.dialog_options import connection_options, virtual_flight_options
-from ui.dialogs.certificates import CertificatesDialog
-from ui.dialogs.connect import ConnectDialog
+from ui.dialogs.connect import ConnectDialog, connection_options
+from ui.dialogs.file_dialogs import ask_flight_folder, ask_open_file
 from ui.dialogs.file_fields import FlightFolderField, RecordingDialog
-from ui.dialogs.flight_dialogs import ChannelMapDialog, ExportDialog, ask_append, ask_stop
-from ui.dialogs.flight_file_dialogs import ask_flight_folder, ask_open_file
+from ui.dialogs.flight_dialogs import (
+    CertificatesDialog,
+    ChannelMapDialog,
+    ExportDialog,
+    ask_append,
+    ask_stop,
+)
 from ui.dialogs.flight_requests import ConnectRequest
-from ui.dialogs.virtual_flight import VirtualFlightDialog
+from ui.dialogs.virtual_flight import VirtualFlightDialog, virtual_flight_options
 from ui.display_style import DisplayStyle
 from ui.flight_controller import FlightController
-from ui.job_banner_controller import JobBannerController
 from ui.number_format import clock_text
-from ui.recording_setup import PendingFlight, RunningRecorder
+from ui.recorder_controller import PendingFlight, RunningRecorder
 from ui.settings import SettingsStore, initial_dialog_folder, recording_folder
 from ui.translation import tr
 from ui.window_frame.banners import Banner, BannerStack
+from ui.window_frame.job_banner import JobBannerController
 
 
 class FileMenuController(QObject):

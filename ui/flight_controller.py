@@ -18,8 +18,7 @@ from ui.error_reporter import ErrorReporter
 from ui.flight_opener import FlightOpener
 from ui.module_preloader import preload_maneuver_modules
 from ui.number_format import join_sentences
-from ui.recorder_controller import RecorderController
-from ui.recording_setup import PendingFlight
+from ui.recorder_controller import PendingFlight, RecorderController
 from ui.session_poller import SessionPoller
 from ui.settings import SettingsStore
 from ui.translation import tr

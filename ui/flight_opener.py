@@ -28,7 +28,7 @@ from ui.background_job import BackgroundJob, JobCanceledError, JobProgress
 from ui.dialogs.flight_requests import ConnectRequest, VirtualFlightRequest, next_flight_name
 from ui.disk_checks import path_kind
 from ui.error_reporter import ErrorReporter
-from ui.recording_setup import (
+from ui.recorder_controller import (
     PendingFlight,
     RunningRecorder,
     launch_virtual_aircraft,

@@ -1,17 +1,19 @@
-"""The main window: puts rail, bar, banners and places together and binds the commands."""
+"""The main window: puts rail, bar, banners and pages together and binds the commands."""
 
 from __future__ import annotations
 
 import logging
 from collections.abc import Callable, Mapping
+from functools import partial
 from pathlib import Path
 
-from PySide6.QtCore import QByteArray, QSize, Qt, QTimer
-from PySide6.QtGui import QCloseEvent, QResizeEvent
+from PySide6.QtCore import QByteArray, QEvent, QObject, QSize, Qt, QTimer, Signal
+from PySide6.QtGui import QAction, QActionGroup, QCloseEvent, QDropEvent, QResizeEvent
 from PySide6.QtWidgets import (
     QApplication,
     QHBoxLayout,
     QMainWindow,
+    QMenu,
     QStackedWidget,
     QVBoxLayout,
     QWidget,
@@ -21,36 +23,91 @@ from gsapp.session.user_limit_store import UserLimitStore
 from ui.appearance_controller import AppearanceController
 from ui.commands import CommandRequirement, CommandSet
 from ui.dialogs.flight_dialogs import ask_closing
-from ui.dialogs.mavlink_inspector import MavlinkInspector
+from ui.dialogs.mavlink_inspector import MavlinkInspector, describe_vehicle
 from ui.display_style import DisplayStyle
 from ui.error_reporter import ErrorReport, ErrorReporter
 from ui.file_menu_controller import FileMenuController
-from ui.flight.flight_page import FlightPage
-from ui.flight.flight_page_controller import FlightPageController
+from ui.flight.chart_layouts import LayoutStore
+from ui.flight.flight_page_controller import FlightPage, FlightPageController
 from ui.flight.flight_view import FlightView
-from ui.flight.layout_store import LayoutStore
 from ui.flight_controller import FlightController
 from ui.gap.gap_page import GapPage
-from ui.help_menu_controller import HelpMenuController
-from ui.page_registry import PAGES
+from ui.help_menu import HelpMenuController
 from ui.pilot.pilot_page import PilotPage
 from ui.preflight.preflight_page import PreflightPage
-from ui.recent_flights import RecentFlights
 from ui.review.review_page import ReviewPage
 from ui.settings import SettingsStore, layouts_path, limits_path
 from ui.shortcut_filter import ShortcutOverrideFilter
-from ui.start_page import StartPage
-from ui.system_menu import create_system_menu
+from ui.start_page import RecentFlights, StartPage
 from ui.translation import tr
 from ui.voice.voice import Voice
 from ui.widgets.action_button import ActionButton
 from ui.window_frame.banners import BannerStack
-from ui.window_frame.file_drop_filter import FileDropFilter
-from ui.window_frame.navigation_rail import NavigationRail
+from ui.window_frame.navigation_rail import PAGES, NavigationRail
 from ui.window_frame.status_bar import StatusBar
-from ui.window_frame.status_bar_model import session_status_items
-from ui.window_frame.status_item import StatusItem
+from ui.window_frame.status_bar_model import StatusItem, session_status_items
 from ui.window_frame.step_page import WindowPage
+
+
+def create_system_menu(
+    controller: FlightController, link_action: QAction, parent: QWidget
+) -> QMenu | None:
+    """Return the menu, deleted when it closes; None without a flight."""
+    session = controller.session
+    if session is None:
+        return None
+    report = session.link_report()
+    menu = QMenu(tr("Flown system"), parent)
+    menu.setObjectName("flown_system")
+    menu.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+    group = QActionGroup(menu)
+    for vehicle in () if report is None else report.vehicles:
+        action = menu.addAction(
+            describe_vehicle(vehicle, live=not controller.is_replay),
+            partial(controller.select_system, vehicle.system),
+        )
+        action.setCheckable(True)
+        action.setChecked(report is not None and vehicle.system == report.system)
+        group.addAction(action)
+    if menu.isEmpty():
+        menu.addAction(tr("No aircraft found")).setEnabled(False)
+    menu.addSeparator()
+    menu.addAction(link_action)
+    return menu
+
+
+_DRAGS = (QEvent.Type.DragEnter, QEvent.Type.DragMove)
+
+
+class FileDropFilter(QObject):
+    """Takes what is dropped on a widget, or on what lies in it and takes nothing itself."""
+
+    dropped = Signal(object)  # Paths, a tuple, once the file manager was answered.
+    _taken = Signal(object)
+
+    def __init__(self, target: QWidget) -> None:
+        super().__init__(target)
+        # A question asked within the event would hold up the file manager.
+        self._taken.connect(self.dropped, Qt.ConnectionType.QueuedConnection)
+        target.setAcceptDrops(True)
+        target.installEventFilter(self)
+
+    def eventFilter(self, watched: QObject, event: QEvent) -> bool:
+        if isinstance(event, QDropEvent) and (paths := _dropped_paths(event)):
+            # Whatever was proposed: moved, the flight would be taken away where it lay.
+            event.setDropAction(Qt.DropAction.CopyAction)
+            event.accept()
+            if event.type() not in _DRAGS:
+                self._taken.emit(paths)
+            return True
+        return super().eventFilter(watched, event)
+
+
+def _dropped_paths(event: QDropEvent) -> tuple[Path, ...]:
+    """Return the local files and folders among what is dragged."""
+    urls = event.mimeData().urls()
+    return tuple(Path(url.toLocalFile()) for url in urls if url.isLocalFile())
+
 
 log = logging.getLogger(__name__)
 

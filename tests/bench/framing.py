@@ -30,7 +30,7 @@ from gsapp.flight.raw_record import RawRecord
 
 START_US = 1_700_000_000_000_000
 # Batches of a live link: of a window that has much to do, and of one that takes in every sample
-# of 100 Hz as it comes (`ui.frame_rate`).
+# of 100 Hz as it comes (`ui.session_poller`).
 LIVE_SECONDS = (0.04, 0.01)
 ROUNDS = 5
 FOREIGN = "pymavlink recv_msg on a log"

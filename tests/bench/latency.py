@@ -21,7 +21,7 @@ to the session's history
     Until decoded, converted and laid on the grid: without painting.
 
 That this means pixels is proven as it runs: the pitch rate leaps every 0.4 s, and the screen is
-read after every flush for the color of its line at the new value. `ui.frame_rate` tells how the
+read after every flush for the color of its line at the new value. `ui.session_poller` tells how the
 time is shared out.
 
 Beside each run stands what the machine gave to a loop that only looks at the clock, as often as
@@ -240,7 +240,7 @@ def empty_loop(seconds: float) -> tuple[float, float]:
     from PySide6.QtCore import QEventLoop, Qt, QTimer
 
     from ui.app import create_application
-    from ui.frame_rate import POLL_INTERVAL_MS
+    from ui.session_poller import POLL_INTERVAL_MS
 
     create_application()
     ticks: list[float] = []

@@ -125,7 +125,7 @@ class Road:
 
         from gsapp.session import Session
         from ui.flight.chart_selection import OVERVIEW_LAYOUT, create_shipped_layout
-        from ui.strips import StripChart
+        from ui.strips.strip_chart import StripChart
 
         application = QApplication.instance() or QApplication([])
         recorder = Recorder(SilentSource(), RawWriter(self.folder), clock=self.clock)

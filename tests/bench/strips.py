@@ -23,7 +23,8 @@ from gsapp.quantities import CHANNELS, Block
 from gsapp.session.limits import LimitBands
 from gsapp.session.sample_history import SampleHistory
 from tests.bench.memory import anonymous_memory
-from ui.strips import Strip, StripChart, StripGroup, StripLayout, Trace
+from ui.strips.strip_chart import StripChart
+from ui.strips.strip_layout import Strip, StripGroup, StripLayout, Trace
 
 SIZE = (1280, 800)
 NAMES = tuple(name for name in CHANNELS if not name.endswith("_volts"))

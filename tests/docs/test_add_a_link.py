@@ -110,8 +110,7 @@ def test_a_package_adds_a_kind_of_link_that_is_recorded_and_replayed(
 def test_the_connect_dialog_offers_it_with_its_fields_and_channel_map(
     qtbot: QtBot, tmp_path: Path
 ) -> None:
-    from ui.dialog_options import connection_options
-    from ui.dialogs.connect import ConnectDialog
+    from ui.dialogs.connect import ConnectDialog, connection_options
     from ui.display_style import DisplayStyle
     from ui.settings import Settings
 

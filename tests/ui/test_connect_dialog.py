@@ -9,8 +9,7 @@ from pytestqt.qtbot import QtBot
 
 from gsapp.decoding.dialect import dialect
 from tests.ui.window_kit import Aircraft, answer_dialog, free_port, until
-from ui.dialog_options import connection_options
-from ui.dialogs.connect import ConnectDialog
+from ui.dialogs.connect import ConnectDialog, connection_options
 from ui.display_style import DisplayStyle
 from ui.main_window import MainWindow
 from ui.settings import Settings

@@ -14,11 +14,10 @@ from PySide6.QtWidgets import QApplication, QPushButton
 from pytestqt.qtbot import QtBot
 
 from tests.ui.window_kit import answer_dialog, until, write_flight
-from ui.dialogs.about import AboutDialog
 from ui.dialogs.flight_dialogs import GoToDialog
-from ui.dialogs.guide import GuideWindow, guide_folder, guide_pages
 from ui.dialogs.settings import SettingsDialog
 from ui.display_style import DisplayStyle
+from ui.help_menu import AboutDialog, GuideWindow, guide_folder, guide_pages
 from ui.main_window import MainWindow
 from ui.settings import Settings, SettingsStore
 from ui.theme import THEMES, contrast

@@ -2,7 +2,11 @@
 
 from gsapp.decoding.dialect import dialect
 from gsapp.decoding.health import LinkHealth, LinkReport
-from ui.dialogs.link_rows import LINK_COLUMN_TITLES, build_link_message_rows, describe_senders
+from ui.dialogs.mavlink_inspector import (
+    LINK_COLUMN_TITLES,
+    build_link_message_rows,
+    describe_senders,
+)
 
 START_US = 1_700_000_000_000_000
 

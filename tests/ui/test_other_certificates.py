@@ -18,10 +18,10 @@ from gsapp.flight.folder import FlightFolder
 from tests.flight.box_kit import box_tlog
 from tests.ui.window_kit import open_window, until
 from ui.background_job import JobProgress
-from ui.dialogs.certificates import CertificatesDialog
+from ui.dialogs.flight_dialogs import CertificatesDialog
 from ui.display_style import DisplayStyle
-from ui.flight.cursor_values import build_cursor_value_rows
 from ui.flight.flight_view_state import ChannelOrigin
+from ui.flight.panel_rows import build_cursor_value_rows
 from ui.main_window import MainWindow
 
 _GONE = ("elevator_left", "flap")

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 from PySide6.QtWidgets import QFileDialog
 
-from ui.dialogs.save_dialog import ask_save_file
+from ui.dialogs.file_dialogs import ask_save_file
 
 PAGE, PAPER = "HTML (*.html)", "PDF (*.pdf)"
 

@@ -23,9 +23,9 @@ from gsapp.quantities import Block
 from gsapp.session.limits import Severity
 from tests.ui.fuse_disk import FuseDisk
 from tests.ui.window_kit import Aircraft, free_port, until
+from ui.dialogs.file_dialogs import ask_save_file
 from ui.dialogs.flight_requests import ConnectRequest
 from ui.dialogs.form_dialog import PathField
-from ui.dialogs.save_dialog import ask_save_file
 from ui.disk_checks import path_kind
 from ui.error_reporter import ErrorReporter
 from ui.main_window import MainWindow

@@ -11,8 +11,7 @@ from hypothesis import strategies as st
 from gsapp.quantities import Block
 from gsapp.session.sample_history import SampleHistory
 from ui.number_format import clock_text, number_text
-from ui.strips.auto_range import AutoRange
-from ui.strips.axis_ticks import round_range, step_decimals, time_step, value_ticks
+from ui.strips.axis_ticks import AutoRange, round_range, step_decimals, time_step, value_ticks
 from ui.strips.chart_painter import tick_decimals
 from ui.strips.pixel_columns import ColumnScale, column_extremes, select_column_scale
 from ui.strips.strip_view import WINDOWS

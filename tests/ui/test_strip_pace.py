@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 
 import ui.session_poller
 from tests.ui.window_kit import open_window, write_flight
-from ui.frame_rate import MIN_LIVE_FRAME_SECONDS, MIN_REPLAY_FRAME_SECONDS, FrameRateLimiter
+from ui.session_poller import MIN_LIVE_FRAME_SECONDS, MIN_REPLAY_FRAME_SECONDS, FrameRateLimiter
 
 
 def frames(pace, looks, cost):

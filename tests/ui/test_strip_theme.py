@@ -3,7 +3,7 @@
 import pytest
 
 from gsapp.quantities import TRACE_COLORS
-from ui import fonts
+from ui.display_style import has_tabular_figures, sans_serif_font
 from ui.theme import DARK, DAYLIGHT, HIGH_CONTRAST, THEMES, compute_sizes, contrast
 
 READ = ("text", "muted", "good", "caution", "warning", *(f"traces.{name}" for name in TRACE_COLORS))
@@ -74,6 +74,6 @@ def test_all_sizes_grow_together_and_stay_within_bounds():
 def test_figures_are_equally_wide(qapp):
     """Proves that changing numbers do not jitter, whatever family the system has."""
     for pixels in (11, 18, 36):
-        assert fonts.has_tabular_figures(fonts.sans_serif_font(pixels))
-        assert fonts.has_tabular_figures(fonts.sans_serif_font(pixels, bold=True))
-        assert fonts.has_tabular_figures(fonts.sans_serif_font(pixels, italic=True))
+        assert has_tabular_figures(sans_serif_font(pixels))
+        assert has_tabular_figures(sans_serif_font(pixels, bold=True))
+        assert has_tabular_figures(sans_serif_font(pixels, italic=True))

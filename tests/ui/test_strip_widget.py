@@ -16,22 +16,13 @@ from PySide6.QtGui import QColor, QImage, QPainter, QWheelEvent
 from gsapp.quantities import Block, channel
 from gsapp.session.limits import LimitBands
 from gsapp.session.sample_history import SampleHistory
-from ui.flight.cursor_values import build_cursor_value_rows
 from ui.flight.flight_view_state import ChannelOrigin
-from ui.strips import (
-    KEY_ACTIONS,
-    ChartMark,
-    ChartSpan,
-    Strip,
-    StripChart,
-    StripGroup,
-    StripLayout,
-    Trace,
-    chart_painter,
-    default_layout,
-)
-from ui.strips.chart_annotations import AlarmSpan
-from ui.strips.chart_keys import ACTION_BY_KEY
+from ui.flight.panel_rows import build_cursor_value_rows
+from ui.strips import chart_painter
+from ui.strips.chart_annotations import AlarmSpan, ChartMark, ChartSpan
+from ui.strips.chart_keys import ACTION_BY_KEY, KEY_ACTIONS
+from ui.strips.strip_chart import StripChart
+from ui.strips.strip_layout import Strip, StripGroup, StripLayout, Trace, default_layout
 from ui.theme import DARK, DAYLIGHT, THEMES
 
 RATE = 100.0
@@ -898,7 +889,8 @@ from PySide6.QtGui import QImage
 from PySide6.QtWidgets import QApplication
 from gsapp.quantities import Block
 from gsapp.session.sample_history import SampleHistory
-from ui.strips import StripChart, default_layout
+from ui.strips.strip_chart import StripChart
+from ui.strips.strip_layout import default_layout
 
 app = QApplication([])
 CHANNELS = ("alpha", "q", "an", "beta")
@@ -984,7 +976,8 @@ from PySide6.QtWidgets import QApplication, QWidget
 from PySide6.QtGui import QImage
 from gsapp.quantities import Block
 from gsapp.session.sample_history import SampleHistory
-from ui.strips import StripChart, default_layout
+from ui.strips.strip_chart import StripChart
+from ui.strips.strip_layout import default_layout
 
 app = QApplication([])
 t = np.arange(3000) / 100.0

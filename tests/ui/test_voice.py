@@ -15,9 +15,16 @@ from pytestqt.qtbot import QtBot
 from gsapp.session import Alarm, Severity
 from tests.ui.window_kit import Loudspeaker, Mouth, until
 from ui.main_window import MainWindow
-from ui.voice.speaker import CommandSpeaker, ToneSpeaker, create_speaker
+from ui.voice.sound_output import (
+    Beeper,
+    CommandSpeaker,
+    CommandTonePlayer,
+    ToneSpeaker,
+    WindowsTonePlayer,
+    create_speaker,
+    create_tone_player,
+)
 from ui.voice.speech_queue import UtterancePriority
-from ui.voice.tone_player import Beeper, CommandTonePlayer, WindowsTonePlayer, create_tone_player
 from ui.voice.tones import SAMPLE_RATE, TONES, tone_samples, tone_wav
 from ui.voice.voice import Voice
 

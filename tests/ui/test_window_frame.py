@@ -54,17 +54,16 @@ from tests.ui.window_kit import activate, answer_dialog, in_window, open_window,
 from ui.background_job import BackgroundJob, JobProgress
 from ui.commands import COMMANDS, CommandSet, shortcut_text
 from ui.dialogs.connect import ConnectDialog, ConnectionOptions
+from ui.dialogs.file_dialogs import flight_name_filter, log_name_filter
 from ui.dialogs.flight_dialogs import RangeDialog, ask_closing
-from ui.dialogs.flight_file_dialogs import flight_name_filter, log_name_filter
 from ui.dialogs.limits import LimitsDialog, check_limits
-from ui.dialogs.messages import MessagesDialog
-from ui.dialogs.shortcuts import ShortcutsDialog
 from ui.dialogs.virtual_flight import VirtualFlightDialog, VirtualFlightOptions
 from ui.display_style import DisplayStyle
 from ui.error_reporter import ErrorReporter
 from ui.flight.channel_panel import ChannelPanel
-from ui.flight.chart_menu import create_chart_menu
+from ui.flight.flight_view import create_chart_menu
 from ui.flight.side_panels import AlarmsPanel, ListPanel, MarksPanel, MessagesPanel
+from ui.help_menu import MessagesDialog, ShortcutsDialog
 from ui.main_window import MainWindow
 from ui.number_format import channel_value_text
 from ui.settings import Settings, SettingsStore, initial_dialog_folder, limits_path
@@ -76,7 +75,7 @@ from ui.widgets.table_view import TableRowView
 from ui.widgets.time_slider import TimeSlider
 from ui.window_frame.navigation_rail import NavigationButton
 from ui.window_frame.status_bar_model import AlarmSummary, StatusBarData, create_status_items
-from ui.window_frame.step_list import StepButton
+from ui.window_frame.step_page import StepButton
 
 pytestmark = pytest.mark.usefixtures("alone")
 

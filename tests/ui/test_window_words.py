@@ -19,6 +19,7 @@ from gsapp.session.user_limit_store import UserLimitStore
 from gsapp.telemetry.link_registry import parse_link
 from ui.commands import COMMANDS
 from ui.dialogs.flight_requests import check_folder, check_link, next_flight_name
+from ui.flight.chart_layouts import LayoutStore
 from ui.flight.chart_selection import (
     OVERVIEW_LAYOUT,
     SHIPPED_LAYOUT_NAMES,
@@ -31,7 +32,6 @@ from ui.flight.chart_selection import (
     toggle_channel,
 )
 from ui.flight.controls import REPLAY_SPEEDS, next_speed
-from ui.flight.layout_store import LayoutStore
 from ui.number_format import (
     DASH,
     bytes_text,

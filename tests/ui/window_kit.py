@@ -25,7 +25,7 @@ from gsapp.telemetry.recorder_status import RUNTIME_VARIABLE
 from ui.error_reporter import ErrorReporter
 from ui.main_window import MainWindow
 from ui.settings import SettingsStore
-from ui.voice.speaker import Speaker
+from ui.voice.sound_output import Speaker
 from ui.voice.speech_queue import Utterance
 
 # Places of the box's array that the tests look at.

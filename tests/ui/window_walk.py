@@ -18,15 +18,14 @@ from tests.ui.pilot_kit import CARDS, STATES, debrief
 from tests.ui.review_kit import ThreadEngine, write_flights
 from tests.ui.shown_text import PaintedText, shown_texts
 from tests.ui.window_kit import answer_dialog, open_window, until
-from ui.dialogs.about import AboutDialog
 from ui.dialogs.connect import ConnectDialog
 from ui.dialogs.flight_dialogs import ExportDialog, GoToDialog, RangeDialog
 from ui.dialogs.limits import LimitsDialog
 from ui.dialogs.settings import SettingsDialog
-from ui.dialogs.shortcuts import ShortcutsDialog
 from ui.dialogs.virtual_flight import VirtualFlightDialog
 from ui.estimate_form import EstimateForm
 from ui.gap.search_request import GapRequest
+from ui.help_menu import AboutDialog, ShortcutsDialog
 from ui.main_window import MainWindow
 from ui.pilot.flight_cues import FlightCues
 from ui.review.figure_kinds import FIGURE_KINDS

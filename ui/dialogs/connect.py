@@ -15,15 +15,18 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from calibration import shipped_certificate_sets
+from gsapp.aircraft.aircraft_loader import shipped_aircraft
+from gsapp.decoding.channel_map import load_channel_map, shipped_channel_maps
 from gsapp.foundation import LinkError
 from gsapp.telemetry.link_address import LinkAddress
-from gsapp.telemetry.link_registry import link_kinds
+from gsapp.telemetry.link_registry import link_kinds, parse_link
 from gsapp.telemetry.link_test import LinkTest
 from ui.dialogs.file_fields import RecordingDialog, ShippedFileField
 from ui.dialogs.flight_requests import ConnectRequest
 from ui.dialogs.form_dialog import FieldMessage
-from ui.dialogs.link_field import LinkField
-from ui.dialogs.link_rows import describe_vehicle
+from ui.dialogs.link_field import LinkField, named_serial_ports
+from ui.dialogs.mavlink_inspector import describe_vehicle
 from ui.display_style import DisplayStyle
 from ui.settings import Settings
 from ui.translation import tr
@@ -44,6 +47,24 @@ class ConnectionOptions:
     parse: Callable[[str], LinkAddress]  # Reads a LINK.
     # Returns (path, words) of the serial ports that are there now.
     list_ports: Callable[[], Sequence[tuple[str, str]]]
+
+
+def mavlink_channel_maps() -> tuple[str, ...]:
+    """Return the shipped channel maps for what comes over a link."""
+    return tuple(
+        name for name in shipped_channel_maps() if load_channel_map(name).format == "mavlink"
+    )
+
+
+def connection_options() -> ConnectionOptions:
+    """Return what can be chosen when connecting."""
+    return ConnectionOptions(
+        aircraft=shipped_aircraft(),
+        channel_maps=mavlink_channel_maps(),
+        calibrations=shipped_certificate_sets(),
+        parse=parse_link,
+        list_ports=named_serial_ports,
+    )
 
 
 class LinkTestField(QWidget):

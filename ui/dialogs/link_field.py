@@ -12,13 +12,18 @@ from gsapp.foundation import LinkError
 from gsapp.telemetry.link_address import LOOPBACK, AddressField, LinkAddress, split_fields
 from gsapp.telemetry.link_kinds import LinkKind, SerialLink
 from gsapp.telemetry.link_registry import link_kinds
-from gsapp.telemetry.serial_ports import is_same_port
+from gsapp.telemetry.serial_ports import describe_port, is_same_port, list_serial_ports
 from ui.dialogs.flight_requests import InputCheck, check_link
 from ui.dialogs.form_dialog import FieldMessage, IntegerField, repolish
 from ui.display_style import DisplayStyle
 from ui.translation import tr
 
 _PORT_CHECK_MS = 1500
+
+
+def named_serial_ports() -> tuple[tuple[str, str], ...]:
+    """Return path of each serial port, and its name with that of its USB device."""
+    return tuple(sorted((port.device, describe_port(port)) for port in list_serial_ports()))
 
 
 class LinkField(QWidget):

@@ -7,20 +7,84 @@ from collections.abc import Callable
 from PySide6.QtCore import QSize
 from PySide6.QtWidgets import QDialogButtonBox, QVBoxLayout, QWidget
 
-from gsapp.decoding.health import LinkReport
+from gsapp.decoding.health import LinkReport, MessageHealth, SenderHealth
 from ui.dialogs.form_dialog import SelfDeletingDialog
-from ui.dialogs.link_rows import (
-    LINK_COLUMN_TITLES,
-    LIVE_ONLY_COLUMNS,
-    build_link_message_rows,
-    describe_senders,
-)
 from ui.display_style import DisplayStyle
 from ui.flight.side_panels import ListPanel
+from ui.number_format import DASH, count_text, duration_text, number_text, percent_text
 from ui.translation import QT_TR_NOOP, tr
 from ui.widgets.labels import create_label
-from ui.widgets.row_model import TableRowModel
+from ui.widgets.row_model import TableRow, TableRowModel
 from ui.widgets.table_view import TableRowView
+
+LINK_COLUMN_TITLES = (
+    QT_TR_NOOP("Message"), QT_TR_NOOP("Frames"), QT_TR_NOOP("Per s"), QT_TR_NOOP("Age"),
+    QT_TR_NOOP("Delay"),
+)  # fmt: skip
+LIVE_ONLY_COLUMNS = (2, 3)
+"""Columns that mean nothing once the record has ended."""
+
+
+def describe_senders(report: LinkReport) -> tuple[str, ...]:
+    """Return what became of the frames of each sender."""
+    found = [_describe_sender(sender) for sender in report.senders]
+    if report.lines:
+        found.append(tr("{lines} of text.").format(lines=count_text(report.lines, "line")))
+    if report.residue_bytes:
+        found.append(
+            tr("{bytes} outside any frame.").format(bytes=count_text(report.residue_bytes, "byte"))
+        )
+    return tuple(found)
+
+
+def _describe_sender(sender: SenderHealth) -> str:
+    whole = sender.arrived + sender.lost
+    parts = [
+        count_text(sender.arrived, "frame"),
+        tr("{percent} lost").format(percent=percent_text(sender.lost / whole if whole else 0.0)),
+    ]
+    if sender.duplicates:
+        parts.append(tr("{duplicates} received twice").format(duplicates=sender.duplicates))
+    if sender.reordered:
+        parts.append(tr("{reordered} received late").format(reordered=sender.reordered))
+    if sender.unknown:
+        parts.append(tr("{unknown} with unknown messages").format(unknown=sender.unknown))
+    return tr("System {system}, component {component}: {parts}.").format(
+        system=sender.system, component=sender.component, parts=", ".join(parts)
+    )
+
+
+def describe_vehicle(vehicle: SenderHealth, *, live: bool) -> str:
+    """Return what is heard of a system that can be the flown one, for a menu."""
+    what = ", ".join(filter(None, (vehicle.vehicle_type, vehicle.autopilot)))
+    name = tr("System {system}").format(system=vehicle.system) + (f" ({what})" if what else "")
+    if not live:
+        return f"{name}: {count_text(vehicle.arrived, 'message')}"
+    return tr("{name}: {rate}/s, {age} ago").format(
+        name=name, rate=number_text(vehicle.rate, 0), age=duration_text(vehicle.age)
+    )
+
+
+def build_link_message_rows(report: LinkReport) -> tuple[TableRow, ...]:
+    """Return one line for each message of each sender, who is named where there are several."""
+    several = len({(message.system, message.component) for message in report.messages}) > 1
+    return tuple(_build_row(message, named=several) for message in report.messages)
+
+
+def _build_row(message: MessageHealth, *, named: bool) -> TableRow:
+    sender = f"{message.system}/{message.component}"
+    delay = DASH if message.delay is None else f"{number_text(1000.0 * message.delay, 0)} ms"
+    return TableRow(
+        key=(message.system, message.component, message.message_id),
+        cells=(
+            f"{sender} {message.name}" if named else message.name,
+            str(message.count),
+            number_text(message.rate, 1 if message.rate < 9.95 else 0),
+            duration_text(message.age),
+            delay,
+        ),
+    )
+
 
 _DELAY = QT_TR_NOOP(
     "Delay: of the last message, by its own time stamp, relative to the fastest of the last "

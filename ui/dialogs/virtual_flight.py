@@ -17,6 +17,8 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from gsapp.aircraft import load_aircraft
+from gsapp.foundation import GroundStationError
 from gsapp.virtual.downlink.flight_settings import FlightSettings
 from ui.background_job import BackgroundJob
 from ui.dialogs.file_fields import RecordingDialog, ShippedFileField
@@ -26,6 +28,8 @@ from ui.display_style import DisplayStyle
 from ui.translation import tr
 
 _SPEEDS = (1.0, 2.0, 5.0, 10.0)
+_USUAL_PLAN = "default"
+_VIRTUAL_AIRCRAFT = "b777"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -36,6 +40,30 @@ class VirtualFlightOptions:
     # Returns id and title of the effects that can be hidden in it; takes a second or two the first
     # time, so that it is called in a thread.
     effects: Callable[[], Sequence[tuple[str, str]]]
+
+
+def virtual_flight_options() -> VirtualFlightOptions:
+    """Return what can be chosen for the virtual aircraft."""
+    # With their modules the window would start a quarter of a second later.
+    from gsapp.virtual.flight_plan import SHIPPED_PLANS as PLANS
+
+    plans = sorted(PLANS.names(), key=lambda name: (name != _USUAL_PLAN, name))
+    return VirtualFlightOptions(plans=tuple(plans), effects=list_hidden_effects)
+
+
+def list_hidden_effects() -> tuple[tuple[str, str], ...]:
+    """Return id and title of the effects that can be hidden in the virtual aircraft."""
+    from gsapp.dynamics.terms import create_term, effect_ids
+
+    aircraft = load_aircraft(_VIRTUAL_AIRCRAFT)
+    found = []
+    for name in effect_ids():
+        try:
+            found.append((name, create_term(name, aircraft).title))
+        except GroundStationError:
+            # Needs something that this aircraft lacks.
+            continue
+    return tuple(found)
 
 
 class VirtualFlightDialog(RecordingDialog):

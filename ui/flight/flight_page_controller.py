@@ -1,4 +1,4 @@
-"""What the crew does in a flight: marks, acknowledging, sound, and running a replay."""
+"""The Flight page, and what the crew does there: marks, alarms, sound, running a replay."""
 
 from __future__ import annotations
 
@@ -6,24 +6,42 @@ import time
 from collections.abc import Callable, Mapping
 
 from PySide6.QtCore import QObject, QTimer
-from PySide6.QtWidgets import QWidget
+from PySide6.QtWidgets import QStackedWidget, QWidget
 
-from gsapp.session import Severity
+from gsapp.quantities import channel
+from gsapp.session import Alarm, Severity
 from gsapp.session.limits import LimitBands
 from gsapp.session.user_limit_store import UserLimitStore
-from ui.alarm_text import spoken_alarm_text
 from ui.dialogs.flight_dialogs import GoToDialog, RangeDialog
 from ui.dialogs.limits import LimitsDialog
 from ui.display_limits import DISPLAY
 from ui.display_style import DisplayStyle
 from ui.flight.controls import next_speed
 from ui.flight.flight_view import FlightView
-from ui.flight.flight_view_state import FlightViewState
-from ui.flight.flight_view_state_builder import FlightViewStateBuilder
+from ui.flight.flight_view_state import FlightViewState, FlightViewStateBuilder
 from ui.flight_controller import FlightController
 from ui.settings import SettingsStore
+from ui.start_page import StartPage
 from ui.voice.speech_queue import UtterancePriority
 from ui.voice.voice import Voice
+
+
+class FlightPage(QStackedWidget):
+    """Shows the start page until a flight is open."""
+
+    def __init__(self, start: StartPage, view: FlightView) -> None:
+        super().__init__()
+        self.start = start
+        self.view = view
+        self.addWidget(start)
+        self.addWidget(view)
+
+    def show_flight(self, shown: bool) -> None:
+        self.setCurrentWidget(self.view if shown else self.start)
+
+    def begin(self) -> None:
+        """Put the keyboard into the charts, or the start page."""
+        (self.view.charts if self.currentWidget() is self.view else self.start).setFocus()
 
 
 class FlightPageController(QObject):
@@ -261,3 +279,12 @@ class FlightPageController(QObject):
         self._voice.play_tone("warning" if severe or warnings else "caution")
         if warnings:
             self._voice.say(spoken_alarm_text(warnings[0]), UtterancePriority.WARNING)
+
+
+def spoken_alarm_text(alarm: Alarm) -> str:
+    """Return an alarm in a few words for the ear: what, which side, what it means; no numbers."""
+    if alarm.rule is None:
+        return alarm.message
+    meaning = alarm.rule.describe(alarm.severity)
+    head = f"{channel(alarm.rule.channel).title} {alarm.rule.side}"
+    return f"{head}, {meaning}" if meaning else head

@@ -1,11 +1,28 @@
-"""What the Flight place shows at one moment, taken from the session. No Qt."""
+"""What the Flight page shows at one moment, made anew from the session when needed."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from types import MappingProxyType
 from typing import TYPE_CHECKING
 
+from gsapp.decoding.derived_channels import underivable_channels
+from gsapp.decoding.pipeline import ChannelSource
+from gsapp.flight.certificates import calibrated_ranges, uncalibrated_channels
+from gsapp.flight.events import Event
+from gsapp.session import LimitBands, Session, SessionSnapshot
+from gsapp.session.alarms import AlarmEpisode
+from ui.display_limits import DISPLAY
+from ui.flight.estimates_panel import fit_status_text
+from ui.flight.panel_rows import (
+    build_alarm_rows,
+    build_chart_alarms,
+    build_chart_marks,
+    build_chart_spans,
+    build_mark_rows,
+    build_message_rows,
+)
 from ui.strips.chart_annotations import AlarmSpan, ChannelLimits, ChartMark, ChartSpan, OriginInfo
 from ui.translation import tr
 from ui.widgets.row_model import TableRow
@@ -83,3 +100,187 @@ def origin_note(source: OriginInfo) -> str:
     if not source.calibrated:
         words.append(tr("uncalibrated"))
     return ", ".join(words)
+
+
+_NO_BANDS = LimitBands()
+_RECEIVED_STATES = ("ok", "weak", "silent")
+"""What is said of a link over which something that can be read has come."""
+_MESSAGES_INTERVAL = 5
+_ESTIMATES_INTERVAL = 10
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _PanelMessage:
+    """A message of the aircraft for the panel."""
+
+    time: float | None
+    text: str
+    severity: int | None
+
+
+class FlightViewStateBuilder:
+    """Takes pictures of a session."""
+
+    def __init__(self, session: Session) -> None:
+        self.session = session
+        self._available: tuple[str, ...] = ()
+        self._known = 0
+        self._sources: Mapping[str, OriginInfo] = {}
+        self._limits: Mapping[str, LimitBands] = {}
+        self._limits_revision = -1
+        self._stale_timeouts: Mapping[str, float] = {}
+        self._messages: tuple[TableRow, ...] = ()
+        self._estimates: tuple[EstimateRow, ...] = ()
+        self._estimates_state = ""
+        self._alarms: tuple[AlarmEpisode, ...] = ()
+        self._alarm_spans: tuple[AlarmSpan, ...] = ()
+        self._alarm_lines: tuple[TableRow, ...] = ()
+        self._alarms_key: tuple[int, str, float | None] | None = None
+        self._count = 0
+        self._first: float | None = None
+
+    def build(self, snapshot: SessionSnapshot, units: str) -> FlightViewState:
+        session = self.session
+        self._update_channels()
+        if self._count % _MESSAGES_INTERVAL == 0:
+            self._messages = build_message_rows(_to_messages(session.messages()))
+            self._stale_timeouts = session.stale_timeouts(self._available)
+        if self._count % _ESTIMATES_INTERVAL == 0:
+            self._update_estimates()
+        self._update_alarms(snapshot, units)
+        self._count += 1
+        marks = session.marks
+        playhead = snapshot.playhead
+        return FlightViewState(
+            available=self._available,
+            present=frozenset(session.history.channels_with_data),
+            uncalibrated=frozenset(
+                name for name, source in self._sources.items() if not source.calibrated
+            ),
+            channels_known=self._settled(snapshot),
+            sources=self._sources,
+            limits=self._limits,
+            stale_ages=self._stale_timeouts,
+            marks=build_chart_marks(marks),
+            spans=build_chart_spans(marks),
+            mark_rows=build_mark_rows(marks),
+            alarms=self._alarm_spans,
+            alarm_rows=self._alarm_lines,
+            message_rows=self._messages,
+            unacknowledged_count=snapshot.unacknowledged_count,
+            estimates=self._estimates,
+            estimates_state=self._estimates_state,
+            replay=None
+            if playhead is None
+            else ReplayState(
+                time=playhead.time,
+                first=playhead.start,
+                last=playhead.end,
+                playing=playhead.playing,
+                speed=playhead.speed,
+                complete=playhead.complete,
+            ),
+            now=snapshot.now,
+            empty_text=self._empty(snapshot),
+            recording=session.recorder is not None,
+            present_shown=snapshot.is_up_to_date,
+            monitored_fraction=snapshot.monitored_fraction,
+        )
+
+    def _empty(self, snapshot: SessionSnapshot) -> str:
+        """Return what the charts say without a sample; more may come to a live flight alone."""
+        replay = self.session.replay_feed
+        if replay is not None:
+            return tr("This flight holds no samples") if replay.complete else ""
+        heard = snapshot.link.state
+        if snapshot.link.problem:
+            return snapshot.link.problem
+        if heard == "unreadable":
+            return tr("Received data cannot be read")
+        if heard in _RECEIVED_STATES and snapshot.channel_map:
+            return tr("No received message is in the channel map {channel_map}").format(
+                channel_map=snapshot.channel_map
+            )
+        return tr("Nothing received yet")
+
+    def _update_alarms(self, snapshot: SessionSnapshot, units: str) -> None:
+        log, playhead = self.session.alarm_log, snapshot.playhead
+        last = snapshot.now if playhead is None else playhead.end
+        # While one is active its duration grows: twice a second is quick enough to read.
+        grows = any(not one.is_over for one in self._alarms) and last is not None
+        shown = (log.revision, units, round(2.0 * last) / 2.0 if grows and last else None)
+        if shown == self._alarms_key:
+            return
+        self._alarms_key = shown
+        self._alarms = log.episodes
+        self._alarm_spans = build_chart_alarms(self._alarms)
+        self._alarm_lines = build_alarm_rows(self._alarms, units, last, live=playhead is None)
+
+    def _update_estimates(self) -> None:
+        estimates = self.session.estimates
+        if estimates is None:
+            return
+        fits = estimates.fits
+        self._estimates = estimates.rows()
+        self._estimates_state = estimates.error_text or fit_status_text(
+            len(estimates.result.results), fits.pending, fits.failures
+        )
+
+    def _settled(self, snapshot: SessionSnapshot) -> bool:
+        if snapshot.playhead is not None:
+            return snapshot.playhead.complete
+        history = self.session.history
+        if history.end is None or not snapshot.is_up_to_date:
+            return False
+        self._first = history.end if self._first is None else self._first
+        return history.end - self._first >= DISPLAY.channel_wait
+
+    def _update_channels(self) -> None:
+        session = self.session
+        sources = session.sources
+        known = find_channel_origins(sources)
+        available = tuple(dict.fromkeys((*known, *session.history.channels)))
+        limits = session.limits
+        if available != self._available or limits.revision != self._limits_revision:
+            self._limits_revision = limits.revision
+            bands = {name: limits.bands(name) for name in available}
+            self._limits = {name: band for name, band in bands.items() if band != _NO_BANDS}
+        if available != self._available or len(sources) != self._known:
+            self._available, self._known = available, len(sources)
+            self._sources = find_channel_origins(
+                sources, calibrated_ranges(session.calibration, sources)
+            )
+
+
+def find_channel_origins(
+    sources: Mapping[str, ChannelSource],
+    covered: Mapping[str, Mapping[str, tuple[float, float]]] = MappingProxyType({}),
+) -> dict[str, OriginInfo]:
+    """Return where every channel comes from, those among them that only a certificate would give.
+
+    Instruments without one, and what would be derived from them, are there to be shown: hatched,
+    and called uncalibrated, rather than not at all.
+
+    Parameters
+    ----------
+    covered : mapping of str to mapping
+        From `gsapp.flight.certificates.calibrated_ranges`.
+    """
+    lacking = [name for name in uncalibrated_channels(sources) if name not in sources]
+    return {
+        **{
+            name: ChannelOrigin(each.kind, not each.uncalibrated_channel, covered.get(name, {}))
+            for name, each in sources.items()
+        },
+        **{name: ChannelOrigin("measured", False) for name in lacking},
+        **{
+            name: ChannelOrigin("derived", False) for name in underivable_channels(sources, lacking)
+        },
+    }
+
+
+def _to_messages(events: Sequence[Event]) -> tuple[_PanelMessage, ...]:
+    return tuple(
+        _PanelMessage(time=event.time, text=event.text, severity=event.data.get("severity"))
+        for event in events
+    )

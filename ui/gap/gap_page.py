@@ -12,7 +12,7 @@ from PySide6.QtGui import QAction, QShowEvent
 
 from ui.background_job import BackgroundJob, JobProgress
 from ui.commands import CommandRequirement
-from ui.dialogs.save_dialog import ask_save_file
+from ui.dialogs.file_dialogs import ask_save_file
 from ui.display_style import DisplayStyle
 from ui.error_reporter import ErrorReporter
 from ui.gap.gap_search import GapSearch, create_search_job_runner

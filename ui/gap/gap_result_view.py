@@ -43,7 +43,7 @@ from ui.settings import SettingsStore
 from ui.translation import tr
 from ui.widgets.action_button import ActionButton
 from ui.widgets.labels import create_label
-from ui.window_frame.exclusive_button_group import ExclusiveButtonGroup
+from ui.window_frame.navigation_rail import ExclusiveButtonGroup
 
 _ONE_ROW_WIDTH = 900
 _CREATE_INTERVAL_MS = 150

@@ -15,8 +15,8 @@ from PySide6.QtWidgets import (
 
 from gsapp.aircraft.aircraft_loader import shipped_aircraft
 from ui.background_job import BackgroundJob, JobProgress
+from ui.dialogs.file_dialogs import ask_flight_folder, ask_open_files
 from ui.dialogs.file_fields import ShippedFileField
-from ui.dialogs.flight_file_dialogs import ask_flight_folder, ask_open_files
 from ui.dialogs.form_dialog import FieldMessage
 from ui.disk_checks import path_kind
 from ui.display_style import DisplayStyle

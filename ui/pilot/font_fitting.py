@@ -8,7 +8,7 @@ from typing import Final
 from PySide6.QtCore import QRectF, Qt
 from PySide6.QtGui import QFont, QFontMetricsF
 
-from ui.fonts import sans_serif_font
+from ui.display_style import sans_serif_font
 
 _MIN_STRETCH: Final = 72
 """Percent of their width to which letters are narrowed before they become lower."""

@@ -9,7 +9,7 @@ from PySide6.QtGui import QAction
 
 from ui.commands import shortcut_text
 from ui.translation import QT_TR_NOOP, tr
-from ui.widgets.action_bar import ActionItem
+from ui.widgets.action_button import ActionItem
 
 _ACTION_LABELS: Final[Mapping[str, str]] = {
     "pilot_dismiss": QT_TR_NOOP("Dismiss"),

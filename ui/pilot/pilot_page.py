@@ -27,7 +27,7 @@ from ui.pilot.training_status_line import TrainingStatusLine
 from ui.settings import SettingsStore
 from ui.translation import tr
 from ui.voice.voice import Voice
-from ui.widgets.action_bar import ActionBar
+from ui.widgets.action_button import ActionBar
 from ui.window_frame.step_page import WindowPage
 
 MIN_REFRESH_INTERVAL: Final = 0.05

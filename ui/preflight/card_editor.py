@@ -18,8 +18,8 @@ from ui.preflight.form_editor import FormEditor
 from ui.preflight.form_fields import FormField
 from ui.preflight.form_part import FormPart
 from ui.translation import tr
-from ui.widgets.form_columns import FormColumns, FormSection
 from ui.widgets.labels import create_label
+from ui.widgets.layout_widgets import FormColumns, FormSection
 
 _SI = {"speed": "m/s", "alpha": "rad", "amplitude": "", "width": ""}
 _SURFACES = ("de", "da", "dr")

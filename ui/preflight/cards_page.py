@@ -14,8 +14,8 @@ from PySide6.QtWidgets import QFileDialog, QHBoxLayout, QVBoxLayout, QWidget
 from gsapp.foundation import GroundStationError
 from ui.background_job import BackgroundJob, JobProgress
 from ui.commands import CommandRequirement
+from ui.dialogs.file_dialogs import ask_save_file
 from ui.dialogs.form_dialog import FieldMessage
-from ui.dialogs.save_dialog import ask_save_file
 from ui.display_style import DisplayStyle
 from ui.number_format import count_text
 from ui.preflight.card_editor import CardEditor

@@ -31,8 +31,8 @@ from ui.preflight.preflight_model import PreflightModel
 from ui.preflight.step_page import PreflightStepPage
 from ui.translation import tr
 from ui.undo import UndoHistory
-from ui.widgets.form_columns import FormColumns, FormSection
 from ui.widgets.labels import create_label
+from ui.widgets.layout_widgets import FormColumns, FormSection
 
 _SAVE_MS = 400
 """Quiet after which what was typed goes to the disk."""

@@ -42,7 +42,7 @@ from ui.preflight.wizard_text import (
 )
 from ui.settings import SettingsStore
 from ui.translation import tr
-from ui.widgets.action_bar import ActionBar, ActionItem
+from ui.widgets.action_button import ActionBar, ActionItem
 from ui.window_frame.step_page import AbstractStepPage
 
 if TYPE_CHECKING:

@@ -6,8 +6,7 @@ from PySide6.QtCore import QRectF, QSize, Qt
 from PySide6.QtGui import QColor, QFont, QFontMetricsF, QPainter, QPaintEvent, QPen
 from PySide6.QtWidgets import QSizePolicy, QWidget
 
-from ui.display_style import DisplayStyle
-from ui.fonts import sans_serif_font
+from ui.display_style import DisplayStyle, sans_serif_font
 from ui.icons import IndicatorState, paint_indicator
 from ui.preflight.wizard_text import WizardPrompt
 

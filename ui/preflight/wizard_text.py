@@ -12,7 +12,7 @@ from gsapp.quantities import channel
 from ui.icons import IndicatorState
 from ui.number_format import DASH, MINUS, number_text, unit_text
 from ui.translation import QT_TR_NOOP, tr
-from ui.widgets.action_bar import ActionItem
+from ui.widgets.action_button import ActionItem
 
 if TYPE_CHECKING:
     from calibration.drift import CheckResult

@@ -25,8 +25,8 @@ from ui.review.estimate_request import is_effect_parameter, method_uses
 from ui.review.estimate_table import DerivativeTable
 from ui.review.estimate_text import FIELD_HELP, SETTING_CHOICES
 from ui.translation import tr
-from ui.widgets.form_columns import FormSection
 from ui.widgets.labels import create_label
+from ui.widgets.layout_widgets import FormSection
 
 _SHIPPED_SETS = ("b777",)
 _TYPING_MS = 300

@@ -96,7 +96,7 @@ class OnboardLogController(QObject):
     def ask_for_log(self) -> None:
         """Ask for flight and log, and begin."""
         from gsapp.telemetry.log_download import parse_log_link
-        from ui.dialog_options import named_serial_ports
+        from ui.dialogs.link_field import named_serial_ports
         from ui.review.onboard_log_dialog import OnboardLogDialog
 
         flights = self.candidate_flights()

@@ -18,7 +18,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from ui.dialogs.flight_file_dialogs import log_name_filter
+from ui.dialogs.file_dialogs import log_name_filter
 from ui.dialogs.form_dialog import FieldMessage, FormDialog
 from ui.dialogs.link_field import LinkField
 from ui.disk_checks import nearest_folder, path_kind

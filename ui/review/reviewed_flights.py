@@ -10,7 +10,7 @@ from PySide6.QtWidgets import QWidget
 
 from gsapp.foundation import GroundStationError
 from gsapp.session.review import Review, ReviewedFlight
-from ui.dialogs.flight_file_dialogs import ask_flight_folder, ask_open_files
+from ui.dialogs.file_dialogs import ask_flight_folder, ask_open_files
 from ui.disk_checks import path_kind
 from ui.review.flight_loading import FlightLoader
 from ui.review.review_selection import ReviewSelection

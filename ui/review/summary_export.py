@@ -10,7 +10,7 @@ from PySide6.QtGui import QDesktopServices
 from PySide6.QtWidgets import QFileDialog, QWidget
 
 from ui.background_job import BackgroundJob, JobCanceledError, JobProgress
-from ui.dialogs.save_dialog import ask_save_file
+from ui.dialogs.file_dialogs import ask_save_file
 from ui.number_format import sanitize_file_name
 from ui.review.review_jobs import JobSubmitter, RunReportJob
 from ui.settings import SettingsStore, initial_dialog_folder

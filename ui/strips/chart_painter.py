@@ -13,7 +13,7 @@ from PySide6.QtCore import QPointF, QRect, QRectF, Qt
 from PySide6.QtGui import QColor, QFont, QFontMetricsF, QPainter, QPen
 
 from gsapp.quantities import ChannelSpec, symbol_parts
-from ui.fonts import sans_serif_font
+from ui.display_style import sans_serif_font
 from ui.icons import paint_indicator
 from ui.number_format import (
     DASH,

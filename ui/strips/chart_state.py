@@ -15,8 +15,7 @@ from gsapp.quantities import (
     trace_color,
 )
 from ui.number_format import DASH, number_text
-from ui.strips.auto_range import AutoRange
-from ui.strips.axis_ticks import value_ticks
+from ui.strips.axis_ticks import AutoRange, value_ticks
 from ui.strips.chart_annotations import (
     ChannelLimits,
     DisplayFormat,

@@ -22,19 +22,16 @@ from PySide6.QtGui import (
 from PySide6.QtWidgets import QSizePolicy, QWidget
 
 from ui.strips.chart_annotations import AlarmSpan, ChannelLimits, ChartMark, ChartSpan, OriginInfo
-from ui.strips.chart_canvas import ChartCanvas
-from ui.strips.chart_editor import ChartEditor
+from ui.strips.chart_canvas import ChartCanvas, RepaintRegion
 from ui.strips.chart_geometry import ChartGeometry, PixelBox
+from ui.strips.chart_interaction import ChartEditor, ChartMouse, ViewNavigator
 from ui.strips.chart_keys import ACTION_BY_KEY
 from ui.strips.chart_model import ChartModel
-from ui.strips.chart_mouse import ChartMouse
 from ui.strips.chart_raster import ChartRaster
 from ui.strips.chart_state import ChartState, DisplayedValue
 from ui.strips.pixel_columns import SampleSource
-from ui.strips.repaint_region import RepaintRegion
 from ui.strips.strip_layout import StripLayout
 from ui.strips.strip_view import StripView
-from ui.strips.view_navigator import ViewNavigator
 from ui.theme import Theme, compute_sizes
 from ui.translation import tr
 

@@ -7,9 +7,14 @@ import time
 
 from PySide6.QtCore import QObject, Signal
 
-from ui.voice.speaker import Speaker, ToneSpeaker, create_speaker
+from ui.voice.sound_output import (
+    Speaker,
+    TonePlayer,
+    ToneSpeaker,
+    create_speaker,
+    create_tone_player,
+)
 from ui.voice.speech_queue import SpeechQueue, Utterance, UtterancePriority
-from ui.voice.tone_player import TonePlayer, create_tone_player
 from ui.voice.tones import TONES
 
 log = logging.getLogger(__name__)

@@ -13,7 +13,7 @@ from PySide6.QtWidgets import QMessageBox, QWidget
 
 from gsapp.foundation import write_atomically
 from ui.background_job import BackgroundJob
-from ui.dialogs.save_dialog import ask_save_file
+from ui.dialogs.file_dialogs import ask_save_file
 from ui.translation import QT_TR_NOOP, tr
 
 _KINDS = QT_TR_NOOP("Picture (*.png);;PDF (*.pdf);;Drawing (*.svg);;Numbers (*.csv)")

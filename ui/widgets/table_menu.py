@@ -21,7 +21,7 @@ from PySide6.QtGui import (
 )
 from PySide6.QtWidgets import QAbstractItemView, QTableView, QWidget
 
-from ui.dialogs.save_dialog import ask_and_save
+from ui.dialogs.file_dialogs import ask_and_save
 from ui.number_format import MINUS, sanitize_file_name
 from ui.translation import tr
 

@@ -1,18 +1,97 @@
-"""The rail on the left: five places, each with sign, word and key."""
+"""The pages of the window, and the rail on the left that leads to them."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 
-from PySide6.QtCore import QRectF, QSize, Qt, Signal
+from PySide6.QtCore import QObject, QRectF, QSize, Qt, Signal
 from PySide6.QtGui import QAction, QColor, QPainter, QPaintEvent
-from PySide6.QtWidgets import QAbstractButton, QSizePolicy, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QAbstractButton, QButtonGroup, QSizePolicy, QVBoxLayout, QWidget
 
 from ui.display_style import DisplayStyle
 from ui.icons import paint_icon
-from ui.page_registry import PAGES, PageInfo
-from ui.translation import tr
-from ui.window_frame.exclusive_button_group import ExclusiveButtonGroup
+from ui.translation import QT_TR_NOOP, tr
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PageInfo:
+    """One place on the rail."""
+
+    id: str  # Name in code; ``place_<id>`` is the command that goes there.
+    title: str  # Word on the rail.
+    shortcut: str  # Key that goes there.
+    icon: str  # Sign on the rail.
+    purpose: str  # What the place is for, one sentence.
+
+
+PAGES: tuple[PageInfo, ...] = (
+    PageInfo(
+        id="preflight",
+        title=QT_TR_NOOP("Preflight"),
+        shortcut="F1",
+        icon="preflight",
+        purpose=QT_TR_NOOP(
+            "Calibrate the surfaces and vanes, and check the aircraft before take-off."
+        ),
+    ),
+    PageInfo(
+        id="flight",
+        title=QT_TR_NOOP("Flight"),
+        shortcut="F2",
+        icon="flight",
+        purpose=QT_TR_NOOP("Watch the flight on strip charts."),
+    ),
+    PageInfo(
+        id="pilot",
+        title=QT_TR_NOOP("Pilot"),
+        shortcut="F3",
+        icon="pilot",
+        purpose=QT_TR_NOOP(
+            "Large cues for the pilot, readable from three meters: trim, speed, next maneuver."
+        ),
+    ),
+    PageInfo(
+        id="review",
+        title=QT_TR_NOOP("Review"),
+        shortcut="F4",
+        icon="review",
+        purpose=QT_TR_NOOP("Cut the maneuvers, estimate the derivatives, and compare the models."),
+    ),
+    PageInfo(
+        id="gap",
+        title=QT_TR_NOOP("Model gap"),
+        shortcut="F5",
+        icon="gap",
+        purpose=QT_TR_NOOP(
+            "Find where simulation and measurement disagree, and which effect the model lacks."
+        ),
+    ),
+)
+"""From top to bottom."""
+
+
+class ExclusiveButtonGroup(QButtonGroup):
+    """Buttons of which Tab stops at the chosen one; arrows lead to the others.
+
+    Left to itself Qt stops at the first, and from then on at the one that had the keyboard last:
+    not at the place that is on screen.
+    """
+
+    def __init__(self, parent: QObject) -> None:
+        super().__init__(parent)
+        self.buttonToggled.connect(_set_tab_stop)
+
+    def add_button(self, button: QAbstractButton) -> None:
+        """Add a button that is not chosen yet."""
+        self.addButton(button)
+        _set_tab_stop(button, chosen=False)
+
+
+def _set_tab_stop(button: QAbstractButton, chosen: bool) -> None:
+    others = button.focusPolicy() & ~Qt.FocusPolicy.TabFocus
+    button.setFocusPolicy(others | Qt.FocusPolicy.TabFocus if chosen else others)
+
 
 _NARROW = 800
 

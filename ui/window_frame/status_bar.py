@@ -20,7 +20,7 @@ from ui.display_style import DisplayStyle
 from ui.icons import paint_indicator
 from ui.translation import tr
 from ui.widgets.flow_layout import FlowLayout
-from ui.window_frame.status_item import StatusItem
+from ui.window_frame.status_bar_model import StatusItem
 
 _LOW_WINDOW_HEIGHT = 440
 """Points of height below which the bar is flat."""

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from calibration.validity import CalibrationStatus
-from gsapp.session import Session, SessionSnapshot
+from gsapp.session import Alarm, Session, SessionSnapshot
 from gsapp.session.equipment_monitor import DiskSummary, LinkSummary, RecorderSummary
 from gsapp.session.limits import Severity
-from ui.alarm_text import format_alarm
 from ui.icons import IndicatorState
 from ui.number_format import (
     DASH,
@@ -20,15 +20,37 @@ from ui.number_format import (
     floor_percent,
     join_sentences,
     percent_text,
+    unit_text,
 )
 from ui.translation import tr
-from ui.window_frame.status_item import StatusItem
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class StatusItem:
+    """What one part of the bar says."""
+
+    id: str  # Name in code.
+    title: str  # What it is about, such as ``LINK``.
+    value: str = DASH  # The number, or a dash.
+    note: str = ""  # What else belongs to it, smaller.
+    # ``plain``, ``good``, ``caution``, ``warning`` or ``unknown`` (hatched).
+    state: IndicatorState = "unknown"
+    detail: str = ""  # The whole in a sentence, for the tool tip and for screen readers.
+    # Points reserved for value and note, so that nothing moves when numbers change.
+    width: int = 96
+    hint: str = ""  # What can be done, beside the word where there is room.
+    shows_button: bool = False  # Whether the button beside it is shown.
+    # Whether it takes what is left of the bar, and breaks a long value into two lines.
+    stretches: bool = False
+
 
 _STATES_WITHOUT_NUMBERS = (
     "waiting", "no data", "no aircraft", "silent", "unreadable", "not read", "lost", "none",
     "ended", "catching up",
 )  # fmt: skip
 """States of the link in which its last numbers are not shown."""
+_MINUS_SIGN = re.compile(r"(?<=\s)-(?=\d)")
+_BEFORE_UNIT = re.compile(r"(?<=\d) (?=[^\d\s])")
 _NO_DATA_STATES = ("silent", "no data", "no aircraft", "unreadable", "not read", "lost")
 
 _STATES: dict[Severity, IndicatorState] = {
@@ -319,6 +341,16 @@ def _alarms(facts: StatusBarData) -> StatusItem:
         stretches=True,
         detail="\n".join(alarms.sentences),
     )
+
+
+def format_alarm(alarm: Alarm, units: str) -> str:
+    """Return an alarm in words, units as they are shown everywhere else."""
+    words = alarm.message_text(units)
+    if alarm.rule is not None:
+        # Only numbers with units are rewritten; the other sentences are plain words.
+        words = _MINUS_SIGN.sub("\N{MINUS SIGN}", unit_text(words))
+        words = _BEFORE_UNIT.sub("\N{NO-BREAK SPACE}", words)
+    return words[:1].upper() + words[1:]
 
 
 def _share(done: float) -> str:
