@@ -23,8 +23,7 @@ _QT_PACKAGES = "libgl1 libegl1 libxkbcommon0 libdbus-1-3 libfontconfig1 libglib2
 _COLLECT_SECONDS = 1.0
 _SHUTDOWN_SECONDS = 12.0
 """From a signal that asks the program to end until it is ended, whatever it still waits for."""
-_IDLE_MS = 500
-"""From the opening of a window without a flight until it gets ready for one."""
+_IDLE_MS = 500  # From the opening of a window without a flight until it gets ready for one.
 
 log = logging.getLogger(__name__)
 

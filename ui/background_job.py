@@ -14,8 +14,7 @@ from ui.translation import tr
 
 _REPORT_SECONDS = 0.05
 """A work that reports more often than this would drown the window in signals."""
-_CANCEL_TIMEOUT_MS = 2000
-"""After which a work that was asked to stop is not waited for any more."""
+_CANCEL_TIMEOUT_MS = 2000  # After which a work that was asked to stop is not waited for any more.
 
 
 class JobCanceledError(Exception):
@@ -25,10 +24,7 @@ class JobCanceledError(Exception):
 class JobProgress:
     """How a work says where it stands; called from its thread.
 
-    Parameters
-    ----------
-    tell : callable
-        Receives share done (None = unknown) and what is being done.
+    `tell`: receives share done (None = unknown) and what is being done.
     """
 
     def __init__(self, tell: Callable[[float | None, str], None]) -> None:
@@ -55,12 +51,9 @@ class BackgroundJob(QObject):
 
     Who keeps it may still ask whether it runs, and may cancel it.
 
-    Parameters
-    ----------
-    function : callable
-        Called in the thread with a `JobProgress`; its result is handed to `done`.
-    may_hang : bool
-        Whether it may wait for a disk that never answers: after `cancel` it is left to itself.
+    `function`: called in the thread with a `JobProgress`; its result is handed to `done`.
+    `may_hang`: whether it may wait for a disk that never answers: after `cancel` it is left to
+    itself.
     """
 
     progressed = Signal(object, str)  # Share done or None, and a sentence with the time left.

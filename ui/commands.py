@@ -16,47 +16,14 @@ from ui.theme import THEMES, theme_title
 from ui.translation import QT_TR_NOOP, tr
 
 CommandRequirement = Literal[
-    "nothing",
-    "flight",
-    "replay",
-    "recorder",
-    "change",
-    "undone_change",
-    "search",
-    "gap",
-    "gap_idle",
-    "gap_next",
-    "gap_effect",
-    "charts",
-    "marks",
-    "alarms",
-    "preflight",
-    "checklist",
-    "checklist_ticked",
-    "cards",
-    "card",
-    "pilot",
-    "pilot_cards",
-    "pilot_verdict",
-    "pilot_training",
-    "pilot_flown",
-    "review",
-    "review_busy",
-    "review_results",
-    "review_written",
-    "review_flights",
-    "review_flight",
-    "review_maneuver",
-    "review_open",
-    "review_folder",
-    "review_log",
-    "review_panel",
-    "review_ready",
-    "review_run",
-    "review_figure",
-    "review_picture",
+    "nothing", "flight", "replay", "recorder", "change", "undone_change", "search", "gap",
+    "gap_idle", "gap_next", "gap_effect", "charts", "marks", "alarms", "preflight", "checklist",
+    "checklist_ticked", "cards", "card", "pilot", "pilot_cards", "pilot_verdict",
+    "pilot_training", "pilot_flown", "review", "review_busy", "review_results", "review_written",
+    "review_flights", "review_flight", "review_maneuver", "review_open", "review_folder",
+    "review_log", "review_panel", "review_ready", "review_run", "review_figure", "review_picture",
     "review_point",
-]
+]  # fmt: skip
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -77,13 +44,21 @@ class Command:
     submenu: str = ""
 
 
-def _within(submenu: str, *commands: Command) -> tuple[Command, ...]:
-    """Return commands as a submenu of their menu: a menu stays one column on small screens."""
-    return tuple(replace(command, submenu=submenu) for command in commands)
+def _menu(
+    menu: str, submenu: str, needs: CommandRequirement, *commands: Command
+) -> tuple[Command, ...]:
+    return tuple(
+        replace(
+            one,
+            menu=menu,
+            submenu=submenu,
+            requirement=needs if one.requirement == "nothing" else one.requirement,
+        )
+        for one in commands
+    )
 
 
 def _command(
-    menu: str,
     command: str,
     text: str,
     *keys: str,
@@ -93,7 +68,7 @@ def _command(
 ) -> Command:
     return Command(
         id=command,
-        menu=menu,
+        menu="",
         text=text,
         shortcuts=keys,
         requirement=needs,
@@ -102,18 +77,12 @@ def _command(
     )
 
 
-CHART_PREFIX = "chart_"
-"""Begins the ids of the commands that the strip charts themselves obey."""
+CHART_PREFIX = "chart_"  # Begins the ids of the commands that the strip charts themselves obey.
 
 # Marking is the window's: a mark goes into the flight, not only onto the charts.
 FULL_SCREEN_KEYS = ("Meta+Ctrl+F", "F11") if sys.platform == "darwin" else ("F11",)
 """On macOS the system keeps F11 for itself."""
 
-MENU_TITLES = (
-    QT_TR_NOOP("File"), QT_TR_NOOP("View"), QT_TR_NOOP("Charts"), QT_TR_NOOP("Replay"),
-    QT_TR_NOOP("Help"),
-)  # fmt: skip
-"""Those that are not named after a page."""
 _CHART_SUBMENUS = {
     QT_TR_NOOP("Time"): (
         "earlier", "later", "window_earlier", "window_later", "start", "zoom_in", "zoom_out",
@@ -139,474 +108,276 @@ _CHART_COMMANDS = tuple(
 )
 
 # Keys of one place serve another too: only the commands of the place on screen are enabled.
-_PREFLIGHT_COMMANDS = (
-    _command(
-        "Preflight", "preflight_card", QT_TR_NOOP("1 Flight card"), "Alt+1", needs="preflight",
-    ),
-    _command(
-        "Preflight", "preflight_calibration", QT_TR_NOOP("2 Calibration"), "Alt+2",
-        needs="preflight",
-    ),
-    _command(
-        "Preflight", "preflight_checklist", QT_TR_NOOP("3 Checklist"), "Alt+3", needs="preflight",
-    ),
-    _command(
-        "Preflight", "preflight_cards", QT_TR_NOOP("4 Test cards"), "Alt+4", needs="preflight",
-    ),
-)  # fmt: skip
-
-_CHECKLIST_COMMANDS = (
-    _command(
-        "Preflight", "checklist_tick", QT_TR_NOOP("Tick the item"), "Space", needs="checklist",
-    ),
-    _command(
-        "Preflight", "checklist_reset", QT_TR_NOOP("Reset the checklist"), "Ctrl+Shift+Backspace",
-        needs="checklist_ticked",
-    ),
-    _command(
-        "Preflight", "preflight_start", QT_TR_NOOP("Start the flight, green or not"), "Ctrl+Return",
-        needs="checklist",
-    ),
-    _command(
-        "Preflight", "checklist_edit", QT_TR_NOOP("Edit the checklist…"), "Ctrl+Shift+E",
-        needs="checklist",
-    ),
-)  # fmt: skip
-
-_TEST_CARD_COMMANDS = (
-    _command("Preflight", "cards_add", QT_TR_NOOP("Add a test card"), "Ctrl+N", needs="cards"),
-    _command(
-        "Preflight", "cards_up", QT_TR_NOOP("Test card up"), "Alt+Up", needs="card", repeats=True,
-    ),
-    _command(
-        "Preflight", "cards_down", QT_TR_NOOP("Test card down"), "Alt+Down", needs="card",
-        repeats=True,
-    ),
-    _command(
-        "Preflight", "cards_remove", QT_TR_NOOP("Remove the test card"), "Ctrl+Backspace",
-        needs="card",
-    ),
-    _command(
-        "Preflight", "cards_open", QT_TR_NOOP("Open test cards…"), "Ctrl+Alt+O", needs="cards",
-    ),
-    _command(
-        "Preflight", "cards_save", QT_TR_NOOP("Save the test cards…"), "Ctrl+S", needs="cards",
-    ),
-)  # fmt: skip
-
-_PILOT_COMMANDS = (
-    _command("Pilot", "pilot_page", QT_TR_NOOP("1 In flight"), "Alt+1", needs="pilot"),
-    _command("Pilot", "pilot_debrief", QT_TR_NOOP("2 Debrief"), "Alt+2", needs="pilot"),
-    _command(
-        "Pilot", "pilot_window", QT_TR_NOOP("The page in a window of its own"), "Shift+F3",
-        rule=True,
-    ),
-    _command("Pilot", "pilot_speak", QT_TR_NOOP("Speak the cues in flight"), "Ctrl+Shift+S"),
-)  # fmt: skip
-
-_PILOT_CARD_COMMANDS = (
-    _command(
-        "Pilot", "pilot_previous_card", QT_TR_NOOP("Show the previous card"), "PgUp",
-        needs="pilot_cards", repeats=True,
-    ),
-    _command(
-        "Pilot", "pilot_next_card", QT_TR_NOOP("Show the next card"), "PgDown", needs="pilot_cards",
-        repeats=True,
-    ),
-    _command(
-        "Pilot", "pilot_fly_card", QT_TR_NOOP("Fly this card"), "Return", "Enter",
-        needs="pilot_cards",
-    ),
-    _command(
-        "Pilot", "pilot_repeat", QT_TR_NOOP("Fly the last card again"), "R", needs="pilot_cards",
-    ),
-    _command(
-        "Pilot", "pilot_any_card", QT_TR_NOOP("Choose the card automatically"), "Backspace",
-        needs="pilot_cards",
-    ),
-)  # fmt: skip
-
-_PILOT_VERDICT_COMMANDS = (
-    _command(
-        "Pilot", "pilot_dismiss", QT_TR_NOOP("Dismiss the verdict"), "Space", needs="pilot_verdict",
-        rule=True,
-    ),
-    _command(
-        "Pilot", "pilot_charts", QT_TR_NOOP("Show the maneuver in the charts"), "Shift+Return",
-        needs="pilot_flown",
-    ),
-    _command("Pilot", "pilot_keep", QT_TR_NOOP("Save the debrief"), "Ctrl+S", needs="pilot_flown"),
-    _command(
-        "Pilot", "pilot_train", QT_TR_NOOP("Train with the virtual aircraft"), "Ctrl+Shift+T",
-        rule=True,
-    ),
-    _command(
-        "Pilot", "pilot_sticks", QT_TR_NOOP("Take or return control"), "H", needs="pilot_training",
-    ),
-)  # fmt: skip
-
-_REVIEW_ESTIMATE_COMMANDS = (
-    _command(
-        "Review", "review_run", QT_TR_NOOP("Estimate"), "Ctrl+Return", "Ctrl+Enter",
-        needs="review_ready", rule=True,
-    ),
-    _command(
-        "Review", "review_defaults", QT_TR_NOOP("Restore default settings"), "Ctrl+Shift+Backspace",
-        needs="review_panel",
-    ),
-    _command(
-        "Review", "review_repeat", QT_TR_NOOP("Repeat the saved run exactly"), "Ctrl+Shift+Return",
-        needs="review_run",
-    ),
-    _command(
-        "Review", "review_use", QT_TR_NOOP("Use the settings of the saved run"), "Ctrl+Shift+U",
-        needs="review_run",
-    ),
-    _command(
-        "Review", "review_mark", QT_TR_NOOP("Mark the saved run for comparison"), "Ctrl+Shift+M",
-        needs="review_run",
-    ),
-    _command(
-        "Review", "review_name", QT_TR_NOOP("Rename the saved run"), "Ctrl+Shift+N",
-        needs="review_run",
-    ),
-    _command(
-        "Review", "review_forget", QT_TR_NOOP("Delete the saved run"), "Ctrl+Backspace",
-        needs="review_run",
-    ),
-)  # fmt: skip
-
-_REVIEW_COMMANDS = (
-    _command("Review", "review_maneuvers", QT_TR_NOOP("1 Maneuvers"), "Alt+1", needs="review"),
-    _command("Review", "review_estimate", QT_TR_NOOP("2 Estimate"), "Alt+2", needs="review"),
-    _command("Review", "review_figures", QT_TR_NOOP("3 Figures"), "Alt+3", needs="review"),
-    _command("Review", "review_summary", QT_TR_NOOP("4 Summary"), "Alt+4", needs="review"),
-    _command("Review", "review_cancel", QT_TR_NOOP("Stop the work"), "Ctrl+.", needs="review_busy"),
-)  # fmt: skip
-
-_REVIEW_FLIGHT_COMMANDS = (
-    _command(
-        "Review", "review_add_open", QT_TR_NOOP("Review the open flight"), "Ctrl+Shift+P",
-        needs="review_open",
-    ),
-    _command(
-        "Review", "review_add_folder", QT_TR_NOOP("Add a flight folder…"), "Ctrl+Alt+O",
-        needs="review_flights",
-    ),
-    _command(
-        "Review", "review_add_files", QT_TR_NOOP("Add flight files…"), "Ctrl+Alt+F",
-        needs="review_flights",
-    ),
-    _command("Review", "review_take_out", QT_TR_NOOP("Remove flight"), needs="review_flight"),
-    _command("Review", "review_trial", QT_TR_NOOP("Simulate a flight"), needs="review"),
-    _command(
-        "Review", "review_onboard", QT_TR_NOOP("On-board log…"), "Ctrl+Shift+L",
-        needs="review_folder", rule=True,
-    ),
-    _command(
-        "Review", "review_onboard_stop", QT_TR_NOOP("Stop the log download"), "Ctrl+Shift+.",
-        needs="review_log",
-    ),
-)  # fmt: skip
-
-_REVIEW_MANEUVER_COMMANDS = (
-    _command(
-        "Review", "review_previous_maneuver", QT_TR_NOOP("Previous maneuver"), "Alt+PgUp",
-        needs="review_maneuver", repeats=True,
-    ),
-    _command(
-        "Review", "review_next_maneuver", QT_TR_NOOP("Next maneuver"), "Alt+PgDown",
-        needs="review_maneuver", repeats=True,
-    ),
-    _command(
-        "Review", "review_zoom", QT_TR_NOOP("Zoom to the maneuver"), "Ctrl+Return", "Ctrl+Enter",
-        needs="review_maneuver",
-    ),
-    _command(
-        "Review", "review_whole", QT_TR_NOOP("Show the whole flight"), "Ctrl+Home",
-        needs="review_flight",
-    ),
-    _command(
-        "Review", "review_add_maneuver", QT_TR_NOOP("Add the selection as a maneuver"), "Ctrl+N",
-        needs="review_flight", rule=True,
-    ),
-    _command(
-        "Review", "review_remove_maneuver", QT_TR_NOOP("Remove the maneuver"), "Ctrl+Backspace",
-        needs="review_maneuver",
-    ),
-    _command(
-        "Review", "review_merge", QT_TR_NOOP("Merge with the next, or merge the selected"),
-        "Ctrl+J", needs="review_maneuver",
-    ),
-    _command(
-        "Review", "review_rename", QT_TR_NOOP("Rename the maneuver"), "Ctrl+Shift+N",
-        needs="review_maneuver",
-    ),
-    _command(
-        "Review", "review_note", QT_TR_NOOP("Edit the note"), "Ctrl+B", needs="review_maneuver",
-    ),
-    _command(
-        "Review", "review_grade", QT_TR_NOOP("Set the grade…"), "Ctrl+Shift+G",
-        needs="review_maneuver",
-    ),
-    _command(
-        "Review", "review_in_use", QT_TR_NOOP("Use in the estimate, or exclude"), "U",
-        needs="review_maneuver",
-    ),
-)  # fmt: skip
-
-_REVIEW_EDGE_COMMANDS = (
-    _command(
-        "Review", "review_start_earlier", QT_TR_NOOP("Start 0.1 s earlier"), "Ctrl+Left",
-        needs="review_maneuver", repeats=True,
-    ),
-    _command(
-        "Review", "review_start_later", QT_TR_NOOP("Start 0.1 s later"), "Ctrl+Right",
-        needs="review_maneuver", repeats=True,
-    ),
-    _command(
-        "Review", "review_start_back", QT_TR_NOOP("Start one sample earlier"), "Alt+Left",
-        needs="review_maneuver", repeats=True,
-    ),
-    _command(
-        "Review", "review_start_on", QT_TR_NOOP("Start one sample later"), "Alt+Right",
-        needs="review_maneuver", repeats=True,
-    ),
-    _command(
-        "Review", "review_end_earlier", QT_TR_NOOP("End 0.1 s earlier"), "Ctrl+Shift+Left",
-        needs="review_maneuver", repeats=True,
-    ),
-    _command(
-        "Review", "review_end_later", QT_TR_NOOP("End 0.1 s later"), "Ctrl+Shift+Right",
-        needs="review_maneuver", repeats=True,
-    ),
-    _command(
-        "Review", "review_end_back", QT_TR_NOOP("End one sample earlier"), "Alt+Shift+Left",
-        needs="review_maneuver", repeats=True,
-    ),
-    _command(
-        "Review", "review_end_on", QT_TR_NOOP("End one sample later"), "Alt+Shift+Right",
-        needs="review_maneuver", repeats=True,
-    ),
-)  # fmt: skip
-
-_REVIEW_SUMMARY_COMMANDS = (
-    _command(
-        "Review", "review_report", QT_TR_NOOP("Write the report…"), "Ctrl+P",
-        needs="review_results", rule=True,
-    ),
-    _command(
-        "Review", "review_everything", QT_TR_NOOP("Write report and all files into a folder…"),
-        "Ctrl+Shift+P", needs="review_results",
-    ),
-    _command(
-        "Review", "review_file", QT_TR_NOOP("Write one file…"), "Ctrl+S", needs="review_results",
-    ),
-    _command(
-        "Review", "review_open_written", QT_TR_NOOP("Open what was written"), "Ctrl+Alt+P",
-        needs="review_written",
-    ),
-    _command(
-        "Review", "review_copy", QT_TR_NOOP("Copy the table"), "Ctrl+C", needs="review_results",
-    ),
-    _command(
-        "Review", "review_compare", QT_TR_NOOP("Compare linear models with flight"), "Ctrl+Alt+L",
-        needs="review_results",
-    ),
-)  # fmt: skip
-
-_REVIEW_FIGURE_COMMANDS = (
-    _command(
-        "Review", "review_previous_figure", QT_TR_NOOP("Previous figure"), "Ctrl+PgUp",
-        needs="review_figure", rule=True, repeats=True,
-    ),
-    _command(
-        "Review", "review_next_figure", QT_TR_NOOP("Next figure"), "Ctrl+PgDown",
-        needs="review_figure", repeats=True,
-    ),
-    _command(
-        "Review", "review_figure_previous_maneuver", QT_TR_NOOP("Previous maneuver"), "Alt+PgUp",
-        needs="review_figure", repeats=True,
-    ),
-    _command(
-        "Review", "review_figure_next_maneuver", QT_TR_NOOP("Next maneuver"), "Alt+PgDown",
-        needs="review_figure", repeats=True,
-    ),
-    _command(
-        "Review", "review_open_fit", QT_TR_NOOP("Show the fit of the maneuver"), "Shift+Return",
-        needs="review_point",
-    ),
-    _command(
-        "Review", "review_exclude", QT_TR_NOOP("Exclude from or include in the means"), "X",
-        needs="review_point",
-    ),
-    _command(
-        "Review", "review_figure_copy", QT_TR_NOOP("Copy picture"), "Ctrl+C",
-        needs="review_picture", rule=True,
-    ),
-    _command(
-        "Review", "review_figure_copy_numbers", QT_TR_NOOP("Copy numbers"), "Ctrl+Alt+C",
-        needs="review_picture",
-    ),
-    _command(
-        "Review", "review_figure_save", QT_TR_NOOP("Save as…"), "Ctrl+S", needs="review_picture",
-    ),
-)  # fmt: skip
-
 COMMANDS: tuple[Command, ...] = (
-    _command("File", "connect", QT_TR_NOOP("Connect an aircraft…"), "Ctrl+L"),
-    _command("File", "open_file", QT_TR_NOOP("Open a flight file…"), "Ctrl+O"),
-    _command("File", "open_folder", QT_TR_NOOP("Open a flight folder…"), "Ctrl+Shift+O"),
-    _command("File", "virtual", QT_TR_NOOP("Fly the virtual aircraft…"), "Ctrl+Shift+V"),
-    _command("File", "attach", QT_TR_NOOP("Attach to a running recorder"), "Ctrl+R"),
-    _command("File", "recorders", QT_TR_NOOP("Running recorders…"), "Ctrl+Alt+R"),
-    _command("File", "export", QT_TR_NOOP("Export…"), "Ctrl+E", needs="flight", rule=True),
-    _command(
-        "File", "stop_recording", QT_TR_NOOP("Stop recording…"), "Ctrl+Shift+R", needs="recorder",
+    *_menu(
+        QT_TR_NOOP("File"), "", "nothing",
+        _command("connect", QT_TR_NOOP("Connect an aircraft…"), "Ctrl+L"),
+        _command("open_file", QT_TR_NOOP("Open a flight file…"), "Ctrl+O"),
+        _command("open_folder", QT_TR_NOOP("Open a flight folder…"), "Ctrl+Shift+O"),
+        _command("virtual", QT_TR_NOOP("Fly the virtual aircraft…"), "Ctrl+Shift+V"),
+        _command("attach", QT_TR_NOOP("Attach to a running recorder"), "Ctrl+R"),
+        _command("recorders", QT_TR_NOOP("Running recorders…"), "Ctrl+Alt+R"),
+        _command("export", QT_TR_NOOP("Export…"), "Ctrl+E", needs="flight", rule=True),
+        _command("stop_recording", QT_TR_NOOP("Stop recording…"), "Ctrl+Shift+R", needs="recorder"),
+        _command("end_flight", QT_TR_NOOP("End flight and review"), "Ctrl+Alt+E", needs="recorder"),
+        _command("close_flight", QT_TR_NOOP("Close the flight"), "Ctrl+W", needs="flight"),
+        _command("settings", QT_TR_NOOP("Settings…"), "Ctrl+,", rule=True),
+        _command("quit", QT_TR_NOOP("Quit"), "Ctrl+Q", rule=True),
     ),
-    _command(
-        "File", "end_flight", QT_TR_NOOP("End flight and review"), "Ctrl+Alt+E", needs="recorder",
+    *_menu(
+        QT_TR_NOOP("View"), "", "nothing",
+        _command("place_preflight", QT_TR_NOOP("Preflight"), "F1"),
+        _command("place_flight", QT_TR_NOOP("Flight"), "F2"),
+        _command("place_pilot", QT_TR_NOOP("Pilot"), "F3"),
+        _command("place_review", QT_TR_NOOP("Review"), "F4"),
+        _command("place_gap", QT_TR_NOOP("Model gap"), "F5"),
+        _command("full_screen", QT_TR_NOOP("Full screen"), *FULL_SCREEN_KEYS, rule=True),
+        _command("side_panel", QT_TR_NOOP("Side panel"), "F9", needs="charts"),
     ),
-    _command("File", "close_flight", QT_TR_NOOP("Close the flight"), "Ctrl+W", needs="flight"),
-    _command("File", "settings", QT_TR_NOOP("Settings…"), "Ctrl+,", rule=True),
-    _command("File", "quit", QT_TR_NOOP("Quit"), "Ctrl+Q", rule=True),
-    _command("View", "place_preflight", QT_TR_NOOP("Preflight"), "F1"),
-    _command("View", "place_flight", QT_TR_NOOP("Flight"), "F2"),
-    _command("View", "place_pilot", QT_TR_NOOP("Pilot"), "F3"),
-    _command("View", "place_review", QT_TR_NOOP("Review"), "F4"),
-    _command("View", "place_gap", QT_TR_NOOP("Model gap"), "F5"),
-    _command("View", "full_screen", QT_TR_NOOP("Full screen"), *FULL_SCREEN_KEYS, rule=True),
-    _command("View", "side_panel", QT_TR_NOOP("Side panel"), "F9", needs="charts"),
-    *_within(
-        QT_TR_NOOP("Theme"),
-        _command("View", "next_theme", QT_TR_NOOP("Next theme"), "Ctrl+T"),
-        *(_command("View", f"theme_{name}", theme_title(name)) for name in THEMES),
+    *_menu(
+        QT_TR_NOOP("View"), QT_TR_NOOP("Theme"), "nothing",
+        _command("next_theme", QT_TR_NOOP("Next theme"), "Ctrl+T"),
+        *(_command(f"theme_{name}", theme_title(name)) for name in THEMES),
     ),
-    _command("View", "units", QT_TR_NOOP("US or SI units"), "Ctrl+U"),
-    _command("View", "larger", QT_TR_NOOP("Larger"), "Ctrl++", "Ctrl+="),
-    _command("View", "smaller", QT_TR_NOOP("Smaller"), "Ctrl+-"),
-    _command("View", "normal_size", QT_TR_NOOP("Normal size"), "Ctrl+0"),
+    *_menu(
+        QT_TR_NOOP("View"), "", "nothing",
+        _command("units", QT_TR_NOOP("US or SI units"), "Ctrl+U"),
+        _command("larger", QT_TR_NOOP("Larger"), "Ctrl++", "Ctrl+="),
+        _command("smaller", QT_TR_NOOP("Smaller"), "Ctrl+-"),
+        _command("normal_size", QT_TR_NOOP("Normal size"), "Ctrl+0"),
+    ),
     *_CHART_COMMANDS,
-    *_within(
-        QT_TR_NOOP("Selected chart"),
-        _command("Charts", "type_range", QT_TR_NOOP("Set y range…"), "Shift+Y", needs="charts"),
-        _command("Charts", "type_limits", QT_TR_NOOP("Set limits…"), "Shift+L", needs="charts"),
+    *_menu(
+        QT_TR_NOOP("Charts"), QT_TR_NOOP("Selected chart"), "charts",
+        _command("type_range", QT_TR_NOOP("Set y range…"), "Shift+Y"),
+        _command("type_limits", QT_TR_NOOP("Set limits…"), "Shift+L"),
     ),
-    *_within(
-        QT_TR_NOOP("Side panel"),
-        _command(
-            "Flight", "panel_channels", QT_TR_NOOP("Choose channels"), "Ctrl+1", needs="flight",
-        ),
-        _command(
-            "Flight", "panel_values", QT_TR_NOOP("Values at the cursors"), "Ctrl+2", needs="flight",
-        ),
-        _command("Flight", "panel_marks", QT_TR_NOOP("Marks and notes"), "Ctrl+3", needs="flight"),
-        _command("Flight", "panel_alarms", QT_TR_NOOP("Alarms"), "Ctrl+4", needs="flight"),
-        _command(
-            "Flight", "panel_messages", QT_TR_NOOP("Status messages"), "Ctrl+5", needs="flight",
-        ),
-        _command(
-            "Flight", "panel_estimates", QT_TR_NOOP("Live derivatives"), "Ctrl+6", needs="flight",
-        ),
+    *_menu(
+        QT_TR_NOOP("Flight"), QT_TR_NOOP("Side panel"), "flight",
+        _command("panel_channels", QT_TR_NOOP("Choose channels"), "Ctrl+1"),
+        _command("panel_values", QT_TR_NOOP("Values at the cursors"), "Ctrl+2"),
+        _command("panel_marks", QT_TR_NOOP("Marks and notes"), "Ctrl+3"),
+        _command("panel_alarms", QT_TR_NOOP("Alarms"), "Ctrl+4"),
+        _command("panel_messages", QT_TR_NOOP("Status messages"), "Ctrl+5"),
+        _command("panel_estimates", QT_TR_NOOP("Live derivatives"), "Ctrl+6"),
     ),
-    _command("Flight", "link", QT_TR_NOOP("MAVLink inspector…"), "Ctrl+I", needs="flight"),
-    _command("Flight", "mark", QT_TR_NOOP("Mark this moment"), "M", needs="flight", rule=True),
-    _command("Flight", "note", QT_TR_NOOP("Mark and write a note"), "N", needs="flight"),
-    _command("Flight", "undo", QT_TR_NOOP("Undo"), "Ctrl+Z", needs="change"),
-    _command("Flight", "redo", QT_TR_NOOP("Redo"), "Ctrl+Y", "Ctrl+Shift+Z", needs="undone_change"),
-    _command(
-        "Flight", "previous_mark", QT_TR_NOOP("Previous mark"), "Shift+Left", needs="marks",
-        repeats=True,
+    *_menu(
+        QT_TR_NOOP("Flight"), "", "nothing",
+        _command("link", QT_TR_NOOP("MAVLink inspector…"), "Ctrl+I", needs="flight"),
+        _command("mark", QT_TR_NOOP("Mark this moment"), "M", needs="flight", rule=True),
+        _command("note", QT_TR_NOOP("Mark and write a note"), "N", needs="flight"),
+        _command("undo", QT_TR_NOOP("Undo"), "Ctrl+Z", needs="change"),
+        _command("redo", QT_TR_NOOP("Redo"), "Ctrl+Y", "Ctrl+Shift+Z", needs="undone_change"),
+        _command("previous_mark", QT_TR_NOOP("Previous mark"), "Shift+Left", needs="marks",
+                 repeats=True),
+        _command("next_mark", QT_TR_NOOP("Next mark"), "Shift+Right", needs="marks", repeats=True),
+        _command("acknowledge", QT_TR_NOOP("Acknowledge the alarms"), "K", needs="alarms",
+                 rule=True),
+        # The second key serves while letters are sticks.
+        _command("mute", QT_TR_NOOP("Sound on or off"), "S", "Ctrl+M"),
     ),
-    _command(
-        "Flight", "next_mark", QT_TR_NOOP("Next mark"), "Shift+Right", needs="marks", repeats=True,
+    *_menu(
+        QT_TR_NOOP("Replay"), "", "replay",
+        _command("slower", QT_TR_NOOP("Slower"), "["),
+        _command("faster", QT_TR_NOOP("Faster"), "]"),
+        _command("step_back", QT_TR_NOOP("One step back"), ",", repeats=True),
+        _command("step", QT_TR_NOOP("One step forward"), ".", repeats=True),
+        _command("go_to", QT_TR_NOOP("Go to time…"), "G", "Ctrl+G"),
+        _command("certificates", QT_TR_NOOP("Use other certificates for this flight…"), "Ctrl+K",
+                 rule=True),
     ),
-    _command(
-        "Flight", "acknowledge", QT_TR_NOOP("Acknowledge the alarms"), "K", needs="alarms",
-        rule=True,
+    *_menu(
+        QT_TR_NOOP("Preflight"), "", "preflight",
+        _command("preflight_card", QT_TR_NOOP("1 Flight card"), "Alt+1"),
+        _command("preflight_calibration", QT_TR_NOOP("2 Calibration"), "Alt+2"),
+        _command("preflight_checklist", QT_TR_NOOP("3 Checklist"), "Alt+3"),
+        _command("preflight_cards", QT_TR_NOOP("4 Test cards"), "Alt+4"),
     ),
-    # The second key serves while letters are sticks.
-    _command("Flight", "mute", QT_TR_NOOP("Sound on or off"), "S", "Ctrl+M"),
-    _command("Replay", "slower", QT_TR_NOOP("Slower"), "[", needs="replay"),
-    _command("Replay", "faster", QT_TR_NOOP("Faster"), "]", needs="replay"),
-    _command("Replay", "step_back", QT_TR_NOOP("One step back"), ",", needs="replay", repeats=True),
-    _command("Replay", "step", QT_TR_NOOP("One step forward"), ".", needs="replay", repeats=True),
-    _command("Replay", "go_to", QT_TR_NOOP("Go to time…"), "G", "Ctrl+G", needs="replay"),
-    _command(
-        "Replay", "certificates", QT_TR_NOOP("Use other certificates for this flight…"), "Ctrl+K",
-        needs="replay", rule=True,
+    *_menu(
+        QT_TR_NOOP("Preflight"), QT_TR_NOOP("Checklist"), "checklist",
+        _command("checklist_tick", QT_TR_NOOP("Tick the item"), "Space"),
+        _command("checklist_reset", QT_TR_NOOP("Reset the checklist"), "Ctrl+Shift+Backspace",
+                 needs="checklist_ticked"),
+        _command("preflight_start", QT_TR_NOOP("Start the flight, green or not"), "Ctrl+Return"),
+        _command("checklist_edit", QT_TR_NOOP("Edit the checklist…"), "Ctrl+Shift+E"),
     ),
-    *_PREFLIGHT_COMMANDS,
-    *_within(QT_TR_NOOP("Checklist"), *_CHECKLIST_COMMANDS),
-    *_within(QT_TR_NOOP("Test cards"), *_TEST_CARD_COMMANDS),
-    *_PILOT_COMMANDS,
-    *_within(QT_TR_NOOP("Cards"), *_PILOT_CARD_COMMANDS),
-    *_PILOT_VERDICT_COMMANDS,
-    *_REVIEW_COMMANDS,
-    *_within(QT_TR_NOOP("Flights"), *_REVIEW_FLIGHT_COMMANDS),
-    *_within(QT_TR_NOOP("Maneuvers"), *_REVIEW_MANEUVER_COMMANDS),
-    *_within(QT_TR_NOOP("Start and end of a maneuver"), *_REVIEW_EDGE_COMMANDS),
-    *_within(QT_TR_NOOP("Estimate"), *_REVIEW_ESTIMATE_COMMANDS),
-    *_within(QT_TR_NOOP("Figures"), *_REVIEW_FIGURE_COMMANDS),
-    *_within(QT_TR_NOOP("Summary"), *_REVIEW_SUMMARY_COMMANDS),
-    _command("Model gap", "gap_search", QT_TR_NOOP("Search for a missing effect…"), "Ctrl+F"),
-    _command("Model gap", "gap_cancel", QT_TR_NOOP("Stop the search"), "Ctrl+.", needs="search"),
-    _command(
-        "Model gap", "gap_find", QT_TR_NOOP("1 Find the disagreement"), "Alt+1", needs="gap",
-        rule=True,
+    *_menu(
+        QT_TR_NOOP("Preflight"), QT_TR_NOOP("Test cards"), "cards",
+        _command("cards_add", QT_TR_NOOP("Add a test card"), "Ctrl+N"),
+        _command("cards_up", QT_TR_NOOP("Test card up"), "Alt+Up", needs="card", repeats=True),
+        _command("cards_down", QT_TR_NOOP("Test card down"), "Alt+Down", needs="card",
+                 repeats=True),
+        _command("cards_remove", QT_TR_NOOP("Remove the test card"), "Ctrl+Backspace",
+                 needs="card"),
+        _command("cards_open", QT_TR_NOOP("Open test cards…"), "Ctrl+Alt+O"),
+        _command("cards_save", QT_TR_NOOP("Save the test cards…"), "Ctrl+S"),
     ),
-    _command("Model gap", "gap_name", QT_TR_NOOP("2 Name the effect"), "Alt+2", needs="gap"),
-    _command("Model gap", "gap_add", QT_TR_NOOP("3 Add it to the model"), "Alt+3", needs="gap"),
-    _command("Model gap", "gap_show", QT_TR_NOOP("4 Show the gap shrink"), "Alt+4", needs="gap"),
-    *_within(
-        QT_TR_NOOP("Models and maneuvers"),
-        _command(
-            "Model gap", "gap_step_back", QT_TR_NOOP("Previous model"), "Alt+Left", needs="gap",
-            repeats=True,
-        ),
-        _command(
-            "Model gap", "gap_step_on", QT_TR_NOOP("Next model"), "Alt+Right", needs="gap",
-            repeats=True,
-        ),
-        _command(
-            "Model gap", "gap_previous_maneuver", QT_TR_NOOP("Previous maneuver"), "Alt+PgUp",
-            needs="gap", repeats=True,
-        ),
-        _command(
-            "Model gap", "gap_next_maneuver", QT_TR_NOOP("Next maneuver"), "Alt+PgDown",
-            needs="gap", repeats=True,
-        ),
+    *_menu(
+        QT_TR_NOOP("Pilot"), "", "nothing",
+        _command("pilot_page", QT_TR_NOOP("1 In flight"), "Alt+1", needs="pilot"),
+        _command("pilot_debrief", QT_TR_NOOP("2 Debrief"), "Alt+2", needs="pilot"),
+        _command("pilot_window", QT_TR_NOOP("The page in a window of its own"), "Shift+F3",
+                 rule=True),
+        _command("pilot_speak", QT_TR_NOOP("Speak the cues in flight"), "Ctrl+Shift+S"),
     ),
-    *_within(
-        QT_TR_NOOP("Effect"),
-        _command(
-            "Model gap", "gap_accept", QT_TR_NOOP("Accept the next effect"), "Ctrl+Return",
-            needs="gap_next",
-        ),
-        _command(
-            "Model gap", "gap_refuse", QT_TR_NOOP("Reject this effect"), "Ctrl+Backspace",
-            needs="gap_effect",
-        ),
-        _command(
-            "Model gap", "gap_force", QT_TR_NOOP("Force another effect…"), "Ctrl+Shift+F",
-            needs="gap_idle",
-        ),
+    *_menu(
+        QT_TR_NOOP("Pilot"), QT_TR_NOOP("Cards"), "pilot_cards",
+        _command("pilot_previous_card", QT_TR_NOOP("Show the previous card"), "PgUp", repeats=True),
+        _command("pilot_next_card", QT_TR_NOOP("Show the next card"), "PgDown", repeats=True),
+        _command("pilot_fly_card", QT_TR_NOOP("Fly this card"), "Return", "Enter"),
+        _command("pilot_repeat", QT_TR_NOOP("Fly the last card again"), "R"),
+        _command("pilot_any_card", QT_TR_NOOP("Choose the card automatically"), "Backspace"),
     ),
-    _command(
-        "Model gap", "gap_save", QT_TR_NOOP("Save the revised model…"), "Ctrl+S", needs="gap",
-        rule=True,
+    *_menu(
+        QT_TR_NOOP("Pilot"), "", "nothing",
+        _command("pilot_dismiss", QT_TR_NOOP("Dismiss the verdict"), "Space",
+                 needs="pilot_verdict", rule=True),
+        _command("pilot_charts", QT_TR_NOOP("Show the maneuver in the charts"), "Shift+Return",
+                 needs="pilot_flown"),
+        _command("pilot_keep", QT_TR_NOOP("Save the debrief"), "Ctrl+S", needs="pilot_flown"),
+        _command("pilot_train", QT_TR_NOOP("Train with the virtual aircraft"), "Ctrl+Shift+T",
+                 rule=True),
+        _command("pilot_sticks", QT_TR_NOOP("Take or return control"), "H", needs="pilot_training"),
     ),
-    _command(
-        "Model gap", "gap_report", QT_TR_NOOP("Write the report…"), "Ctrl+P", needs="gap_idle",
+    *_menu(
+        QT_TR_NOOP("Review"), "", "review",
+        _command("review_maneuvers", QT_TR_NOOP("1 Maneuvers"), "Alt+1"),
+        _command("review_estimate", QT_TR_NOOP("2 Estimate"), "Alt+2"),
+        _command("review_figures", QT_TR_NOOP("3 Figures"), "Alt+3"),
+        _command("review_summary", QT_TR_NOOP("4 Summary"), "Alt+4"),
+        _command("review_cancel", QT_TR_NOOP("Stop the work"), "Ctrl+.", needs="review_busy"),
     ),
-    _command("Help", "guide", QT_TR_NOOP("User guide"), "Ctrl+F1"),
-    _command("Help", "keys", QT_TR_NOOP("All keys"), "?", "Shift+F1"),
-    _command(
-        "Help", "copy_details", QT_TR_NOOP("Copy the details of the last error"), "Ctrl+Shift+C",
+    *_menu(
+        QT_TR_NOOP("Review"), QT_TR_NOOP("Flights"), "review_flights",
+        _command("review_add_open", QT_TR_NOOP("Review the open flight"), "Ctrl+Shift+P",
+                 needs="review_open"),
+        _command("review_add_folder", QT_TR_NOOP("Add a flight folder…"), "Ctrl+Alt+O"),
+        _command("review_add_files", QT_TR_NOOP("Add flight files…"), "Ctrl+Alt+F"),
+        _command("review_take_out", QT_TR_NOOP("Remove flight"), needs="review_flight"),
+        _command("review_trial", QT_TR_NOOP("Simulate a flight"), needs="review"),
+        _command("review_onboard", QT_TR_NOOP("On-board log…"), "Ctrl+Shift+L",
+                 needs="review_folder", rule=True),
+        _command("review_onboard_stop", QT_TR_NOOP("Stop the log download"), "Ctrl+Shift+.",
+                 needs="review_log"),
     ),
-    _command("Help", "messages", QT_TR_NOOP("Messages…"), "Ctrl+Shift+D"),
-    _command("Help", "dismiss", QT_TR_NOOP("Close message"), "Ctrl+D"),
-    _command("Help", "about", QT_TR_NOOP("About"), rule=True),
+    *_menu(
+        QT_TR_NOOP("Review"), QT_TR_NOOP("Maneuvers"), "review_maneuver",
+        _command("review_previous_maneuver", QT_TR_NOOP("Previous maneuver"), "Alt+PgUp",
+                 repeats=True),
+        _command("review_next_maneuver", QT_TR_NOOP("Next maneuver"), "Alt+PgDown", repeats=True),
+        _command("review_zoom", QT_TR_NOOP("Zoom to the maneuver"), "Ctrl+Return", "Ctrl+Enter"),
+        _command("review_whole", QT_TR_NOOP("Show the whole flight"), "Ctrl+Home",
+                 needs="review_flight"),
+        _command("review_add_maneuver", QT_TR_NOOP("Add the selection as a maneuver"), "Ctrl+N",
+                 needs="review_flight", rule=True),
+        _command("review_remove_maneuver", QT_TR_NOOP("Remove the maneuver"), "Ctrl+Backspace"),
+        _command("review_merge", QT_TR_NOOP("Merge with the next, or merge the selected"),
+                 "Ctrl+J"),
+        _command("review_rename", QT_TR_NOOP("Rename the maneuver"), "Ctrl+Shift+N"),
+        _command("review_note", QT_TR_NOOP("Edit the note"), "Ctrl+B"),
+        _command("review_grade", QT_TR_NOOP("Set the grade…"), "Ctrl+Shift+G"),
+        _command("review_in_use", QT_TR_NOOP("Use in the estimate, or exclude"), "U"),
+    ),
+    *_menu(
+        QT_TR_NOOP("Review"), QT_TR_NOOP("Start and end of a maneuver"), "review_maneuver",
+        _command("review_start_earlier", QT_TR_NOOP("Start 0.1 s earlier"), "Ctrl+Left",
+                 repeats=True),
+        _command("review_start_later", QT_TR_NOOP("Start 0.1 s later"), "Ctrl+Right", repeats=True),
+        _command("review_start_back", QT_TR_NOOP("Start one sample earlier"), "Alt+Left",
+                 repeats=True),
+        _command("review_start_on", QT_TR_NOOP("Start one sample later"), "Alt+Right",
+                 repeats=True),
+        _command("review_end_earlier", QT_TR_NOOP("End 0.1 s earlier"), "Ctrl+Shift+Left",
+                 repeats=True),
+        _command("review_end_later", QT_TR_NOOP("End 0.1 s later"), "Ctrl+Shift+Right",
+                 repeats=True),
+        _command("review_end_back", QT_TR_NOOP("End one sample earlier"), "Alt+Shift+Left",
+                 repeats=True),
+        _command("review_end_on", QT_TR_NOOP("End one sample later"), "Alt+Shift+Right",
+                 repeats=True),
+    ),
+    *_menu(
+        QT_TR_NOOP("Review"), QT_TR_NOOP("Estimate"), "review_run",
+        _command("review_run", QT_TR_NOOP("Estimate"), "Ctrl+Return", "Ctrl+Enter",
+                 needs="review_ready", rule=True),
+        _command("review_defaults", QT_TR_NOOP("Restore default settings"),
+                 "Ctrl+Shift+Backspace", needs="review_panel"),
+        _command("review_repeat", QT_TR_NOOP("Repeat the saved run exactly"), "Ctrl+Shift+Return"),
+        _command("review_use", QT_TR_NOOP("Use the settings of the saved run"), "Ctrl+Shift+U"),
+        _command("review_mark", QT_TR_NOOP("Mark the saved run for comparison"), "Ctrl+Shift+M"),
+        _command("review_name", QT_TR_NOOP("Rename the saved run"), "Ctrl+Shift+N"),
+        _command("review_forget", QT_TR_NOOP("Delete the saved run"), "Ctrl+Backspace"),
+    ),
+    *_menu(
+        QT_TR_NOOP("Review"), QT_TR_NOOP("Figures"), "review_figure",
+        _command("review_previous_figure", QT_TR_NOOP("Previous figure"), "Ctrl+PgUp", rule=True,
+                 repeats=True),
+        _command("review_next_figure", QT_TR_NOOP("Next figure"), "Ctrl+PgDown", repeats=True),
+        _command("review_figure_previous_maneuver", QT_TR_NOOP("Previous maneuver"), "Alt+PgUp",
+                 repeats=True),
+        _command("review_figure_next_maneuver", QT_TR_NOOP("Next maneuver"), "Alt+PgDown",
+                 repeats=True),
+        _command("review_open_fit", QT_TR_NOOP("Show the fit of the maneuver"), "Shift+Return",
+                 needs="review_point"),
+        _command("review_exclude", QT_TR_NOOP("Exclude from or include in the means"), "X",
+                 needs="review_point"),
+        _command("review_figure_copy", QT_TR_NOOP("Copy picture"), "Ctrl+C",
+                 needs="review_picture", rule=True),
+        _command("review_figure_copy_numbers", QT_TR_NOOP("Copy numbers"), "Ctrl+Alt+C",
+                 needs="review_picture"),
+        _command("review_figure_save", QT_TR_NOOP("Save as…"), "Ctrl+S", needs="review_picture"),
+    ),
+    *_menu(
+        QT_TR_NOOP("Review"), QT_TR_NOOP("Summary"), "review_results",
+        _command("review_report", QT_TR_NOOP("Write the report…"), "Ctrl+P", rule=True),
+        _command("review_everything", QT_TR_NOOP("Write report and all files into a folder…"),
+                 "Ctrl+Shift+P"),
+        _command("review_file", QT_TR_NOOP("Write one file…"), "Ctrl+S"),
+        _command("review_open_written", QT_TR_NOOP("Open what was written"), "Ctrl+Alt+P",
+                 needs="review_written"),
+        _command("review_copy", QT_TR_NOOP("Copy the table"), "Ctrl+C"),
+        _command("review_compare", QT_TR_NOOP("Compare linear models with flight"), "Ctrl+Alt+L"),
+    ),
+    *_menu(
+        QT_TR_NOOP("Model gap"), "", "nothing",
+        _command("gap_search", QT_TR_NOOP("Search for a missing effect…"), "Ctrl+F"),
+        _command("gap_cancel", QT_TR_NOOP("Stop the search"), "Ctrl+.", needs="search"),
+        _command("gap_find", QT_TR_NOOP("1 Find the disagreement"), "Alt+1", needs="gap",
+                 rule=True),
+        _command("gap_name", QT_TR_NOOP("2 Name the effect"), "Alt+2", needs="gap"),
+        _command("gap_add", QT_TR_NOOP("3 Add it to the model"), "Alt+3", needs="gap"),
+        _command("gap_show", QT_TR_NOOP("4 Show the gap shrink"), "Alt+4", needs="gap"),
+    ),
+    *_menu(
+        QT_TR_NOOP("Model gap"), QT_TR_NOOP("Models and maneuvers"), "gap",
+        _command("gap_step_back", QT_TR_NOOP("Previous model"), "Alt+Left", repeats=True),
+        _command("gap_step_on", QT_TR_NOOP("Next model"), "Alt+Right", repeats=True),
+        _command("gap_previous_maneuver", QT_TR_NOOP("Previous maneuver"), "Alt+PgUp",
+                 repeats=True),
+        _command("gap_next_maneuver", QT_TR_NOOP("Next maneuver"), "Alt+PgDown", repeats=True),
+    ),
+    *_menu(
+        QT_TR_NOOP("Model gap"), QT_TR_NOOP("Effect"), "gap_next",
+        _command("gap_accept", QT_TR_NOOP("Accept the next effect"), "Ctrl+Return"),
+        _command("gap_refuse", QT_TR_NOOP("Reject this effect"), "Ctrl+Backspace",
+                 needs="gap_effect"),
+        _command("gap_force", QT_TR_NOOP("Force another effect…"), "Ctrl+Shift+F",
+                 needs="gap_idle"),
+    ),
+    *_menu(
+        QT_TR_NOOP("Model gap"), "", "gap",
+        _command("gap_save", QT_TR_NOOP("Save the revised model…"), "Ctrl+S", rule=True),
+        _command("gap_report", QT_TR_NOOP("Write the report…"), "Ctrl+P", needs="gap_idle"),
+    ),
+    *_menu(
+        QT_TR_NOOP("Help"), "", "nothing",
+        _command("guide", QT_TR_NOOP("User guide"), "Ctrl+F1"),
+        _command("keys", QT_TR_NOOP("All keys"), "?", "Shift+F1"),
+        _command("copy_details", QT_TR_NOOP("Copy the details of the last error"), "Ctrl+Shift+C"),
+        _command("messages", QT_TR_NOOP("Messages…"), "Ctrl+Shift+D"),
+        _command("dismiss", QT_TR_NOOP("Close message"), "Ctrl+D"),
+        _command("about", QT_TR_NOOP("About"), rule=True),
+    ),
 )  # fmt: skip
 """All commands, in the order of the menus."""
 
@@ -687,10 +458,7 @@ class CommandSet:
     def bind(self, *handlers: Mapping[str, Callable[[], object]]) -> None:
         """Say what each command does.
 
-        Raises
-        ------
-        ValueError
-            If a command has no handler, two of them, or a handler no command.
+        Raises `ValueError` if a command has no handler, two of them, or a handler no command.
         """
         named = [name for part in handlers for name in part]
         odd = sorted(

@@ -14,18 +14,14 @@ _SHORT_DISK_TIMEOUT = 0.03
 """Seconds that the window waits for a disk; little while another path is stuck already, since
 all that is remembered often lies on one disk."""
 
-_pending_checks: dict[Path, Thread] = {}
-"""Paths whose disk has not answered yet."""
+_pending_checks: dict[Path, Thread] = {}  # Paths whose disk has not answered yet.
 
 
 def path_kind(path: Path | str) -> PathKind:
     """Return what a path is, within a fifth of a second.
 
-    Returns
-    -------
-    str
-        ``special`` for a pipe or a device, where a reader waits for the other end; ``stuck`` where
-        the disk does not answer. Such a path, and all below it, is not asked again until it does.
+    Returns ``special`` for a pipe or a device, where a reader waits for the other end; ``stuck``
+    where the disk does not answer. Such a path, and all below it, is not asked again until it does.
     """
     place = Path(path).expanduser().absolute()
     for known, asking in list(_pending_checks.items()):

@@ -84,7 +84,6 @@ def _platforms(environment: Mapping[str, str]) -> frozenset[str]:
 
 
 def _platform_starts(name: str) -> bool:
-    """Return whether Qt starts on a platform: tried in a process of its own, which may abort."""
     program = (
         "import sys; from PySide6.QtGui import QGuiApplication\n"
         "sys.exit(not QGuiApplication(['', *sys.argv[1:]]).screens())"
@@ -105,12 +104,8 @@ def require_display(
 ) -> None:
     """Raise if no window can be shown; call before `QApplication` is made.
 
-    Parameters
-    ----------
-    platform : str
-        As `sys.platform`; only Linux and its kin need a display, the others always have one.
-    starts : callable
-        Whether Qt starts on a platform that draws straight on the hardware.
+    `platform`: as `sys.platform`; only Linux and its kin need a display, the others always have
+    one. `starts`: whether Qt starts on a platform that draws straight on the hardware.
     """
     chosen = [name for name in environment.get("QT_QPA_PLATFORM", "").split(";") if name.strip()]
     if chosen:

@@ -13,8 +13,7 @@ from ui.theme import THEMES, Theme, compute_sizes
 
 TextRole = Literal["body", "label", "small", "value", "title"]
 _TYPE = {"body": 13, "label": 11, "small": 10, "value": 18, "title": 22}
-SCALE_STEPS = (100, 110, 125, 150, 175, 200, 225, 250)
-"""Steps of the scale, percent."""
+SCALE_STEPS = (100, 110, 125, 150, 175, 200, 225, 250)  # Steps of the scale, percent.
 
 
 # The systems' own faces first, then the free ones that Linux distributions carry.
@@ -89,10 +88,7 @@ def mix_colors(one: str, other: str, share: float) -> QColor:
 class DisplayStyle(QObject):
     """Theme, scale and units, with a signal when one of them changes.
 
-    Parameters
-    ----------
-    theme : str
-        Name of a theme; an unknown one is taken for daylight.
+    `theme`: name of a theme; an unknown one is taken for daylight.
     """
 
     changed = Signal()  # Theme, scale or units are others now.

@@ -135,10 +135,7 @@ class FileMenuController(QObject):
     def connect_aircraft(self, failed: tuple[str, Exception] | None = None) -> None:
         """Ask for link and files, and record.
 
-        Parameters
-        ----------
-        failed : tuple of str and Exception, optional
-            A link that was tried, and why it failed: what the dialog begins with.
+        `failed`: a link that was tried, and why it failed: what the dialog begins with.
         """
         dialog = ConnectDialog(
             self._store.current, self._look, connection_options(), self._flights,

@@ -23,8 +23,7 @@ from ui.session_poller import SessionPoller
 from ui.settings import SettingsStore
 from ui.translation import tr
 
-_SETTLING_MS = 500
-"""From the opening of a flight until its charts stand."""
+_SETTLING_MS = 500  # From the opening of a flight until its charts stand.
 
 
 class FlightController(QObject):
@@ -63,15 +62,12 @@ class FlightController(QObject):
         self._problem = ""
         self._remarked = False
         self._back_to: float | None = None
-        # Lists and stops recorders.
         self.recorders = RecorderController(lambda: self.session, error_reporter, self)
         self.recorders.changed.connect(self.refreshed)
         self.recorders.job_started.connect(self.job_started)
         self.recorders.message_posted.connect(self.message_posted)
-        # Takes samples into the open flight.
         self.poller = SessionPoller(self._refresh, error_reporter, self)
         self.poller.frame_requested.connect(self.frame_requested)
-        # Opens flights.
         self.flight_opener = FlightOpener(store, error_reporter, self._open_here, self)
         self.flight_opener.flight_opened.connect(self._show)
         self.flight_opener.job_started.connect(self.job_started)
@@ -150,10 +146,7 @@ class FlightController(QObject):
     def reload_with_certificates(self, calibration: str | None) -> None:
         """Open the replay anew where it stands, with other certificates.
 
-        Parameters
-        ----------
-        calibration : str or None
-            A folder, or a shipped set; None for the flight's own.
+        `calibration`: a folder, or a shipped set; None for the flight's own.
         """
         if self.session is not None and self.session.replay_feed is not None:
             self.flight_opener.reload(self.session, calibration)
@@ -241,7 +234,6 @@ class FlightController(QObject):
         )  # fmt: skip
 
     def _refresh(self, session: Session) -> None:
-        """Take a snapshot of the session and announce what changed."""
         self._snapshot = snapshot = session.snapshot()
         self._follow_choice(session)
         equipment = session.equipment

@@ -82,11 +82,8 @@ class FlightOpener(QObject):
     ) -> None:
         """Open a flight: live if it is being recorded, as a replay otherwise.
 
-        Parameters
-        ----------
-        calibration : str, optional
-            Certificates that a replay is read with in place of its own: a folder, or a shipped
-            set.
+        `calibration`: certificates that a replay is read with in place of its own: a folder, or a
+        shipped set.
         """
         place = Path(path).expanduser()
 
@@ -100,10 +97,7 @@ class FlightOpener(QObject):
     def reload(self, session: Session, calibration: str | None) -> None:
         """Open a flight again, as it is read now: a replay where it stands.
 
-        Parameters
-        ----------
-        calibration : str or None
-            Of a replay: a folder, or a shipped set; None for the flight's own.
+        `calibration`: of a replay: a folder, or a shipped set; None for the flight's own.
         """
         path, feed, decoder = session.path, session.replay_feed, session.decoder
         channel_map = None if decoder is None else decoder.channel_map
@@ -271,8 +265,6 @@ class FlightOpener(QObject):
         wants_map: Path | None = None,
         back_to: float | None = None,
     ) -> None:
-        """Open what needs nothing but a session."""
-
         def begin(begun: PendingFlight, _progress: JobProgress) -> None:
             begun.session = make()
 
@@ -341,7 +333,6 @@ class FlightOpener(QObject):
         Thread(target=self._undo, args=(begun, tr("cancelled")), name="undoing").start()
 
     def _undo(self, begun: PendingFlight, why: str) -> None:
-        """End what was set going; called in a thread."""
         if begun.undo() and begun.folder is not None:
             words = tr("Data received before the flight was {why} is in {folder}.").format(
                 why=why, folder=begun.folder
@@ -349,7 +340,6 @@ class FlightOpener(QObject):
             self.message_posted.emit("note", words)
 
     def _finish_opening(self, begun: PendingFlight, back_to: float | None) -> None:
-        """Hand over what was set going."""
         self._start_next(begun)
         self.flight_opened.emit(begun, back_to)
 

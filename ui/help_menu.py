@@ -35,7 +35,7 @@ from ui.flight.side_panels import ListPanel
 from ui.icons import IndicatorState
 from ui.settings import SettingsStore, log_path, recording_folder
 from ui.translation import QT_TR_NOOP, tr
-from ui.widgets.flow_layout import FlowLayout
+from ui.widgets.flow_layout import FlowLayout, arrange
 from ui.widgets.labels import create_label
 from ui.widgets.row_model import TableRow, TableRowModel
 from ui.widgets.table_view import TableRowView
@@ -76,9 +76,7 @@ class AboutDialog(SelfDeletingDialog):
     ) -> None:
         super().__init__(parent)
         self.setWindowTitle(tr("About"))
-        column = QVBoxLayout(self)
-        column.setContentsMargins(*[look.px(24)] * 4)
-        column.setSpacing(look.px(12))
+        column = arrange(QVBoxLayout(self), look.px(12), *[look.px(24)] * 4)
         column.addWidget(create_label(tr("Ground station"), "title"))
         column.addWidget(create_label(tr(_PROGRAM_PURPOSE), "muted", wrap=True))
         self.text = "\n".join(f"{name}: {value}" for name, value in lines)
@@ -134,9 +132,7 @@ class GuideWindow(QDialog):
         self.setWindowTitle(tr("User guide"))
         self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         self.resize(look.px(960), look.px(720))
-        row = QHBoxLayout(self)
-        row.setContentsMargins(0, 0, 0, 0)
-        row.setSpacing(0)
+        row = arrange(QHBoxLayout(self), 0)
         self.pages = QListWidget()
         self.pages.setAccessibleName(tr("Pages of the guide"))
         self.pages.setFixedWidth(look.px(240))
@@ -203,9 +199,9 @@ class MessagesDialog(QDialog):
         self.setWindowTitle(tr("Messages"))
         self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         self.resize(look.px(720), look.px(440))
-        column = QVBoxLayout(self)
-        column.setContentsMargins(look.px(16), look.px(16), look.px(16), look.px(16))
-        column.setSpacing(look.px(8))
+        column = arrange(
+            QVBoxLayout(self), look.px(8), look.px(16), look.px(16), look.px(16), look.px(16)
+        )
         model = TableRowModel(look, (tr("Time"), tr("Kind"), tr("Message")))
         widths = {0: "00:00:00", 1: max(map(tr, LEVEL_TITLES.values()), key=len)}
         self.view = TableRowView(model, look, tr("Messages"), stretch=2, widths=widths)
@@ -275,9 +271,9 @@ class ShortcutsDialog(SelfDeletingDialog):
         self.setWindowTitle(tr("All keys"))
         room = self.screen().availableSize() - QSize(32, 64)
         self.resize(QSize(look.px(880), look.px(640)).boundedTo(room))
-        column = QVBoxLayout(self)
-        column.setContentsMargins(look.px(24), look.px(16), look.px(24), look.px(16))
-        column.setSpacing(look.px(8))
+        column = arrange(
+            QVBoxLayout(self), look.px(8), look.px(24), look.px(16), look.px(24), look.px(16)
+        )
         self.search = QLineEdit()
         self.search.setPlaceholderText(tr("Search keys or actions"))
         self.search.setAccessibleName(tr("Search the keys"))

@@ -16,16 +16,16 @@ STATE_TITLES = (QT_TR_NOOP("caution"), QT_TR_NOOP("warning"), QT_TR_NOOP("unknow
 """What a screen reader says of a state."""
 
 
+def _draw_lines(path: QPainterPath, *points: tuple[float, float]) -> None:
+    path.addPolygon(QPolygonF([QPointF(*point) for point in points]))
+
+
 def _check(path: QPainterPath) -> None:
     path.addRoundedRect(QRectF(5, 3, 14, 18), 2, 2)
     for row in (8.0, 13.0):
-        path.moveTo(8, row)
-        path.lineTo(9.6, row + 1.6)
-        path.lineTo(12, row - 1)
-        path.moveTo(14, row + 0.5)
-        path.lineTo(16.5, row + 0.5)
-    path.moveTo(8, 18)
-    path.lineTo(16.5, 18)
+        _draw_lines(path, (8, row), (9.6, row + 1.6), (12, row - 1))
+        _draw_lines(path, (14, row + 0.5), (16.5, row + 0.5))
+    _draw_lines(path, (8, 18), (16.5, 18))
 
 
 def _strips(path: QPainterPath) -> None:
@@ -39,19 +39,12 @@ def _strips(path: QPainterPath) -> None:
 
 def _pilot(path: QPainterPath) -> None:
     path.addEllipse(QRectF(3, 3, 18, 18))
-    path.moveTo(6, 14.5)
-    path.lineTo(10, 14.5)
-    path.lineTo(12, 12)
-    path.lineTo(14, 14.5)
-    path.lineTo(18, 14.5)
-    path.moveTo(12, 5.5)
-    path.lineTo(12, 8)
+    _draw_lines(path, (6, 14.5), (10, 14.5), (12, 12), (14, 14.5), (18, 14.5))
+    _draw_lines(path, (12, 5.5), (12, 8))
 
 
 def _review(path: QPainterPath) -> None:
-    path.moveTo(4, 3)
-    path.lineTo(4, 20)
-    path.lineTo(21, 20)
+    _draw_lines(path, (4, 3), (4, 20), (21, 20))
     path.moveTo(7, 16)
     path.cubicTo(10, 16, 10, 6, 13, 6)
     path.cubicTo(16, 6, 15, 13, 20, 13)
@@ -65,13 +58,11 @@ def _gap(path: QPainterPath) -> None:
     path.moveTo(3, 20)
     path.cubicTo(9, 20, 13, 15, 21, 14)
     for x, low, high in ((11.0, 12.4, 16.6), (16.5, 8.2, 13.6)):
-        path.moveTo(x, low)
-        path.lineTo(x, high)
+        _draw_lines(path, (x, low), (x, high))
 
 
 def _link(path: QPainterPath) -> None:
-    path.moveTo(12, 21)
-    path.lineTo(12, 11)
+    _draw_lines(path, (12, 21), (12, 11))
     path.addEllipse(QPointF(12, 9), 1.6, 1.6)
     for radius in (4.5, 8.0):
         box = QRectF(12 - radius, 9 - radius, 2 * radius, 2 * radius)
@@ -81,32 +72,21 @@ def _link(path: QPainterPath) -> None:
 
 
 def _folder(path: QPainterPath) -> None:
-    path.moveTo(3, 19)
-    path.lineTo(3, 6)
-    path.lineTo(9, 6)
-    path.lineTo(11, 8.5)
-    path.lineTo(21, 8.5)
-    path.lineTo(21, 19)
+    _draw_lines(path, (3, 19), (3, 6), (9, 6), (11, 8.5), (21, 8.5), (21, 19))
     path.closeSubpath()
-    path.moveTo(7, 15.5)
-    path.lineTo(9.5, 15.5)
-    path.lineTo(11, 12)
-    path.lineTo(13.2, 17)
-    path.lineTo(14.7, 14.5)
-    path.lineTo(17, 14.5)
+    _draw_lines(path, (7, 15.5), (9.5, 15.5), (11, 12), (13.2, 17), (14.7, 14.5), (17, 14.5))
 
 
 def _airplane(path: QPainterPath) -> None:
-    for x, y in ((12, 2.5), (13.3, 9), (21.5, 13.6), (21.5, 15.4), (13.3, 13.2), (12.9, 18.2),
-                 (15.6, 20.2), (15.6, 21.5), (12, 20.6)):  # fmt: skip
-        path.lineTo(x, y) if path.elementCount() else path.moveTo(x, y)
-    for x, y in ((8.4, 21.5), (8.4, 20.2), (11.1, 18.2), (10.7, 13.2), (2.5, 15.4), (2.5, 13.6),
-                 (10.7, 9), (12, 2.5)):  # fmt: skip
-        path.lineTo(x, y)
+    right = ((12, 2.5), (13.3, 9), (21.5, 13.6), (21.5, 15.4), (13.3, 13.2), (12.9, 18.2),
+             (15.6, 20.2), (15.6, 21.5), (12, 20.6))  # fmt: skip
+    left = ((8.4, 21.5), (8.4, 20.2), (11.1, 18.2), (10.7, 13.2), (2.5, 15.4), (2.5, 13.6),
+            (10.7, 9), (12, 2.5))  # fmt: skip
+    _draw_lines(path, *right, *left)
 
 
 def _play(path: QPainterPath) -> None:
-    path.addPolygon(QPolygonF([QPointF(8, 5), QPointF(19, 12), QPointF(8, 19), QPointF(8, 5)]))
+    _draw_lines(path, (8, 5), (19, 12), (8, 19), (8, 5))
 
 
 def _pause(path: QPainterPath) -> None:
@@ -115,18 +95,12 @@ def _pause(path: QPainterPath) -> None:
 
 
 def _flag(path: QPainterPath) -> None:
-    path.moveTo(6, 21)
-    path.lineTo(6, 3.5)
-    path.lineTo(18, 3.5)
-    path.lineTo(15, 8)
-    path.lineTo(18, 12.5)
-    path.lineTo(6, 12.5)
+    _draw_lines(path, (6, 21), (6, 3.5), (18, 3.5), (15, 8), (18, 12.5), (6, 12.5))
 
 
 def _panel(path: QPainterPath) -> None:
     path.addRoundedRect(QRectF(3, 4, 18, 16), 2, 2)
-    path.moveTo(14.5, 4)
-    path.lineTo(14.5, 20)
+    _draw_lines(path, (14.5, 4), (14.5, 20))
 
 
 _ICON_PATHS: dict[str, Callable[[QPainterPath], None]] = {

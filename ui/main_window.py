@@ -42,6 +42,7 @@ from ui.start_page import RecentFlights, StartPage
 from ui.translation import tr
 from ui.voice.voice import Voice
 from ui.widgets.action_button import ActionButton
+from ui.widgets.flow_layout import arrange
 from ui.window_frame.banners import BannerStack
 from ui.window_frame.navigation_rail import PAGES, NavigationRail
 from ui.window_frame.status_bar import StatusBar
@@ -104,7 +105,6 @@ class FileDropFilter(QObject):
 
 
 def _dropped_paths(event: QDropEvent) -> tuple[Path, ...]:
-    """Return the local files and folders among what is dragged."""
     urls = event.mimeData().urls()
     return tuple(Path(url.toLocalFile()) for url in urls if url.isLocalFile())
 
@@ -208,9 +208,7 @@ class MainWindow(QMainWindow):
     def _arrange(self) -> None:
         body = QWidget()
         body.setObjectName("frame")
-        row = QHBoxLayout(body)
-        row.setContentsMargins(0, 0, 0, 0)
-        row.setSpacing(0)
+        row = arrange(QHBoxLayout(body), 0)
         row.addWidget(self.navigation_rail)
         column = QVBoxLayout()
         column.setSpacing(0)
@@ -392,7 +390,6 @@ class MainWindow(QMainWindow):
         return next((page for page in pages if page.shown), None)
 
     def _undo_requirements(self) -> list[CommandRequirement]:
-        """Name the changes in the menu that can be undone and redone, and return which can."""
         page = self._shown_page
         history = None if page is None else page.undo_history
         undo_text = "" if history is None else history.undoText()

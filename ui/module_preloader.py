@@ -35,8 +35,7 @@ _PAGE_MODULES = (
     "ui.review.summary_page",
 )
 """The pages; what has to do with windows is loaded where windows are made."""
-_IMPORT_INTERVAL_MS = 30
-"""From one of them to the next, for keys and mouse."""
+_IMPORT_INTERVAL_MS = 30  # From one of them to the next, for keys and mouse.
 
 
 def preload_maneuver_modules() -> None:

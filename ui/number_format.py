@@ -69,10 +69,7 @@ def channel_value_text(
 ) -> str:
     """Return an SI value in the unit of the screen, with the digits that its sensor earns.
 
-    Parameters
-    ----------
-    value : float or None
-        SI; None or NaN is missing.
+    `value`: SI; None or NaN is missing.
     """
     shown = spec.display_unit(system)
     if value is None or not math.isfinite(value):

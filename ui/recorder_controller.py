@@ -24,10 +24,8 @@ from ui.error_reporter import ErrorReporter
 from ui.translation import tr
 
 _POLL_SECONDS = 1.0
-_TAKE_MS = 200
-"""Between looks at what the thread found."""
-_DISK_TIMEOUT = 0.2
-"""Seconds that the window waits for the disks of recorders."""
+_TAKE_MS = 200  # Between looks at what the thread found.
+_DISK_TIMEOUT = 0.2  # Seconds that the window waits for the disks of recorders.
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

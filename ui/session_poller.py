@@ -45,11 +45,8 @@ _DURATION_WINDOW = 4
 class FrameRateLimiter:
     """Lets a frame begin as soon as there is something to show, but not too many of them.
 
-    Parameters
-    ----------
-    soonest : float
-        Seconds from frame to frame, at least, as a mean. A frame that was late does not put off
-        the next one.
+    `soonest`: seconds from frame to frame, at least, as a mean. A frame that was late does not put
+    off the next one.
     """
 
     def __init__(self, soonest: float) -> None:
@@ -82,17 +79,13 @@ _CATCH_UP_UPDATE_SECONDS = 0.04
 while what was recorded before is read, or while nothing moves."""
 _REFRESH_SECONDS = 0.1
 _IDLE_PAINT_SECONDS = 0.25
-_RETRY_MS = 1000
-"""After an error until the next try: two milliseconds later it would be the same."""
+_RETRY_MS = 1000  # After an error until the next try: two milliseconds later it would be the same.
 
 
 class SessionPoller(QObject):
     """Updates one session, as fast as its samples and the screen allow.
 
-    Parameters
-    ----------
-    refresh : callable
-        Called with the session ten times a second.
+    `refresh`: called with the session ten times a second.
     """
 
     # Samples came: paint a frame; carries the flight time to paint up to, s or None.
@@ -178,7 +171,6 @@ class SessionPoller(QObject):
         self._fault = ""
 
     def _is_behind(self, session: Session) -> bool:
-        """Return whether the charts do not show yet what the session has taken in."""
         return (session.now, session.history.revision) != self._painted
 
     def _idle_time(self, session: Session, now: float) -> float | None:
@@ -199,7 +191,6 @@ class SessionPoller(QObject):
 
 
 def _takes_all_at_once(session: Session) -> bool:
-    """Return whether the flight is taken in as fast as possible, whatever is painted."""
     replay = session.replay_feed
     if replay is None:
         return not session.feed.caught_up

@@ -21,8 +21,7 @@ from ui.translation import tr
 
 _APPLICATION = "gsapp"
 _MAX_RECENT = 8
-_CATALOG = "campaign.sqlite"
-"""Where the flights lie."""
+_CATALOG = "campaign.sqlite"  # Where the flights lie.
 
 log = logging.getLogger(__name__)
 
@@ -31,7 +30,6 @@ class RecentFlight(StrictModel):
     """A flight that was open."""
 
     path: str  # Its folder or file.
-    # As shown while it was open.
     name: str = ""
     aircraft: str = ""
     date: str = ""  # When it was recorded, local time.
@@ -54,7 +52,6 @@ class Settings(StrictModel):
     recent_flights: tuple[RecentFlight, ...] = ()  # Flights opened last, newest first.
     folder: str = ""  # Where a flight was opened last.
     flights: str = ""  # Where flights are recorded.
-    # Chosen last when connecting.
     aircraft: str = "b777"
     channel_map: str = "b777"
     calibration: str = "b777"
@@ -65,19 +62,15 @@ class Settings(StrictModel):
     # What they were compared with; empty for the flight's own, and for none.
     gap_aircraft: str = ""
     gap_model: str = "b777"
-    # What was looked at last.
     gap_variable: str = "alpha"
     gap_channel: str = "q"
-    # Step before the flight that was looked at last.
     preflight_step: str = Field(default="card", pattern="^(card|calibration|checklist|cards)$")
     # Flights under review, in the order in which they are numbered.
     review_flights: tuple[str, ...] = ()
     review_folder: str = ""  # Where a report or a file of a run was written last.
-    # Channels on the time line of the review.
     review_channels: tuple[str, ...] = (
         "de", "da", "dr", "q", "p", "r", "alpha", "beta", "V", "an", "ay",
     )  # fmt: skip
-    # Chapter of the review that was looked at last.
     review_chapter: str = Field(
         default="maneuvers", pattern="^(maneuvers|estimate|figures|summary)$"
     )
@@ -147,16 +140,9 @@ def recording_folder(settings: Settings) -> Path:
 def initial_dialog_folder(settings: Settings, remembered: str = "") -> Path:
     """Return the folder in which a file dialog begins.
 
-    Parameters
-    ----------
-    remembered : str
-        Where this dialog was last, if it remembers; else where a flight was opened last counts,
-        or where flights are recorded.
-
-    Returns
-    -------
-    Path
-        The nearest that is there: a dialog would take one that is not for the name of a file.
+    `remembered`: where this dialog was last, if it remembers; else where a flight was opened last
+    counts, or where flights are recorded. Returns the nearest that is there: a dialog would take
+    one that is not for the name of a file.
     """
     return nearest_folder(Path(remembered or settings.folder or recording_folder(settings)))
 
@@ -164,17 +150,8 @@ def initial_dialog_folder(settings: Settings, remembered: str = "") -> Path:
 def writable_folder(wanted: Path) -> tuple[Path, str]:
     """Return a folder in which flights can be recorded, and why it is not the wanted one.
 
-    Parameters
-    ----------
-    wanted : Path
-        Need not be there yet.
-
-    Returns
-    -------
-    folder : Path
-        The wanted one, or the usual one where it cannot be written.
-    why : str
-        A sentence; empty for the wanted one.
+    It is the usual one where the wanted one, which need not be there yet, cannot be written. The
+    sentence is empty for the wanted one.
     """
     usual = default_flights_folder()
     why = unwritable_reason(wanted)
@@ -209,11 +186,6 @@ class SettingsStore:
 
     Several windows may share the file: each writes what was changed in it, and leaves alone what
     was changed in another. What is in force in a window stays so until it closes.
-
-    Parameters
-    ----------
-    path : Path
-        The file.
     """
 
     def __init__(self, path: Path) -> None:

@@ -36,8 +36,7 @@ class ArrowKeyNavigation:
     """Marks a control of one's own that moves by the arrows, as a list does."""
 
 
-_MOVE_KEYS = frozenset({Qt.Key.Key_Up, Qt.Key.Key_Down})
-"""With Alt a list moves its line."""
+_MOVE_KEYS = frozenset({Qt.Key.Key_Up, Qt.Key.Key_Down})  # With Alt a list moves its line.
 _ACTIVATION_KEYS = frozenset({Qt.Key.Key_Space, Qt.Key.Key_Return, Qt.Key.Key_Enter})
 _NON_REPEATING_KEYS = _ACTIVATION_KEYS | {Qt.Key.Key_Delete}
 """What these do, they do once for each press, however long they are held."""
@@ -125,7 +124,6 @@ class ShortcutOverrideFilter(QObject):
 
 
 def _popup_of_combo_box(watched: QObject) -> QAbstractItemView | None:
-    """Return the list of an opened combo box; None if this is something else."""
     if not isinstance(watched, QAbstractItemView):
         return None
     container = watched.parentWidget()
@@ -159,7 +157,6 @@ def _triggers_action(watched: QObject) -> bool:
 
 
 def _edits_in_place(watched: QObject) -> bool:
-    """Return whether this is the editor of a cell, where Esc drops what was typed."""
     if not isinstance(watched, QLineEdit):
         return False
     viewport = watched.parentWidget()

@@ -58,8 +58,7 @@ def _draw(points: tuple[tuple[float, float], ...], color: QColor) -> QImage:
     return image
 
 
-TAB_MARGIN = 4
-"""Points that the sheet leaves left and right of the words of a tab."""
+TAB_MARGIN = 4  # Points that the sheet leaves left and right of the words of a tab.
 
 _SHEET = """
 QWidget {{ color: {text}; font-family: "{family}"; font-size: {body}px; }}
@@ -219,11 +218,8 @@ QFrame#rule {{ background: {line}; max-height: 1px; min-height: 1px; border: 0; 
 def create_style_sheet(look: DisplayStyle, signs: dict[str, str]) -> str:
     """Return the style sheet.
 
-    Parameters
-    ----------
-    signs : mapping of str to str
-        Paths of the small pictures that style sheets can only take from files:
-        those of `ui.style_sheet`.
+    `signs`: paths of the small pictures that style sheets can only take from files: those of
+    `ui.style_sheet`.
     """
     theme = look.theme
     colors = {

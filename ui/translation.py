@@ -25,9 +25,7 @@ def QT_TR_NOOP(text: str) -> str:
 
 
 def install_translator(
-    application: QCoreApplication,
-    locale: QLocale | None = None,
-    folder: Path = _FOLDER,
+    application: QCoreApplication, locale: QLocale | None = None, folder: Path = _FOLDER
 ) -> None:
     """Load the texts of the window, and with them those of Qt, in a language that has any."""
     global _translator  # noqa: PLW0603 - one language for the process

@@ -10,8 +10,7 @@ from typing import Protocol
 
 from PySide6.QtGui import QUndoCommand, QUndoStack
 
-UNDO_LIMIT = 200
-"""Changes that can be undone."""
+UNDO_LIMIT = 200  # Changes that can be undone.
 
 
 class UndoHistory(Protocol):
@@ -28,18 +27,12 @@ class UndoHistory(Protocol):
 class UndoCommand(QUndoCommand):
     """A change that is made already when it is pushed.
 
-    Parameters
-    ----------
-    merge_key : str
-        A change with the same key right before becomes one with this: letters typed into a field.
+    `merge_key`: a change with the same key right before becomes one with this: letters typed into a
+    field.
     """
 
     def __init__(
-        self,
-        text: str,
-        undo: Callable[[], object],
-        redo: Callable[[], object],
-        merge_key: str = "",
+        self, text: str, undo: Callable[[], object], redo: Callable[[], object], merge_key: str = ""
     ) -> None:
         super().__init__(text)
         self._undo, self._redo = undo, redo

@@ -19,19 +19,14 @@ from ui.translation import tr
 
 ProcessT = TypeVar("ProcessT", bound=BackgroundCommand)
 
-VIRTUAL_AIRCRAFT: Final = "b777"
-"""The shipped aircraft that flies, with its map and certificates."""
+VIRTUAL_AIRCRAFT: Final = "b777"  # The shipped aircraft that flies, with its map and certificates.
 
 
 class VirtualFlightSession(QObject, Generic[ProcessT]):
     """Opens the record first, then lets the aircraft send, and ends both with it.
 
-    Parameters
-    ----------
-    kind : str
-        What its folder is called, with a date and a letter.
-    launch : callable
-        Starts what sends, given the folder for its log and the UDP port to send to.
+    `kind`: what its folder is called, with a date and a letter. `launch`: starts what sends, given
+    the folder for its log and the UDP port to send to.
     """
 
     changed = Signal()  # It began or ended.
@@ -64,11 +59,8 @@ class VirtualFlightSession(QObject, Generic[ProcessT]):
     def start(self) -> bool:
         """Record what will be sent, and open it; the sending begins when that is done.
 
-        Returns
-        -------
-        bool
-            Whether it could: a slip of the hand must not take the place of a flight that is
-            recorded.
+        Returns whether it could: a slip of the hand must not take the place of a flight that is
+        recorded.
         """
         if self._controller.is_recording and not self.running:
             self._controller.message_posted.emit(

@@ -38,14 +38,9 @@ def simulate_virtual_flight(
 ) -> Path:
     """Let the virtual aircraft fly, as fast as it goes.
 
-    Parameters
-    ----------
-    folder : Path
-        Flight folder to write; not there yet. A flight that is stopped leaves none.
-    tell : callable
-        Told what is being done; what it raises stops the flight.
-    hide : str
-        Effect that the aircraft has and its model lacks; empty for none.
+    `folder`: flight folder to write; not there yet. A flight that is stopped leaves none. `tell`:
+    told what is being done; what it raises stops the flight. `hide`: effect that the aircraft has
+    and its model lacks; empty for none.
     """
     folder.parent.mkdir(parents=True, exist_ok=True)
     # A flight that is stopped leaves what it was about: in a folder that can be taken away.

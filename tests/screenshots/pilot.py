@@ -8,16 +8,15 @@ debrief, and a training flight with the sticks taken over.
 from __future__ import annotations
 
 import math
-import sys
 import tempfile
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
-from gsapp.foundation import GroundStationError
 from tests.screenshots.screenshot_taker import (
     ScreenshotTaker,
     WindowAppearance,
+    exit_with_message,
     screenshot_parser,
     screenshot_window,
 )
@@ -51,22 +50,7 @@ def _picture_name(event: CueEvent) -> str:
 
 
 def take_pilot_screenshots(flight: Path, out: Path, guise: WindowAppearance) -> tuple[Path, ...]:
-    """Save the states of the page as a flight shows them, the debrief, and training.
-
-    Parameters
-    ----------
-    flight : Path
-        Flight folder.
-    out : Path
-        Folder of the pictures.
-    guise : WindowAppearance
-        How the window looks.
-
-    Raises
-    ------
-    GroundStationError
-        If the flight does not open in time, or a picture cannot be written.
-    """
+    """Save the states of the page as a flight shows them, the debrief, and training."""
     with screenshot_window(guise) as window:
         crew = ScreenshotTaker(window, out, settles=_SETTLE_SECONDS, patience=_TIMEOUT_SECONDS)
         return (*_capture_flight(crew, flight), *_capture_training(crew))
@@ -142,21 +126,17 @@ def _capture_training(crew: ScreenshotTaker) -> Iterator[Path]:
     yield crew.take_screenshot("training")
 
 
-def main(arguments: Sequence[str] | None = None) -> int:
+def main(arguments: Sequence[str] | None = None) -> None:
     """Take the pictures; see the module's text."""
     parser = screenshot_parser("tests.screenshots.pilot", __doc__)
     parser.add_argument("--flight", type=Path, help="flight to show; a virtual one by default")
     given = parser.parse_args(arguments)
-    with tempfile.TemporaryDirectory() as scratch:
-        try:
-            take_pilot_screenshots(
-                given.flight or _write_virtual_flight(Path(scratch)),
-                given.out,
-                WindowAppearance.from_arguments(given),
-            )
-        except GroundStationError as error:
-            sys.exit(str(error))
-    return 0
+    with tempfile.TemporaryDirectory() as scratch, exit_with_message():
+        take_pilot_screenshots(
+            given.flight or _write_virtual_flight(Path(scratch)),
+            given.out,
+            WindowAppearance.from_arguments(given),
+        )
 
 
 def _write_virtual_flight(folder: Path) -> Path:
@@ -170,4 +150,4 @@ def _write_virtual_flight(folder: Path) -> Path:
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    main()

@@ -7,15 +7,15 @@ step, and saves what is on screen.
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from gsapp.foundation import GroundStationError, write_toml
+from gsapp.foundation import write_toml
 from tests.screenshots.screenshot_taker import (
     ScreenshotTaker,
     WindowAppearance,
+    exit_with_message,
     screenshot_parser,
     screenshot_window,
 )
@@ -45,20 +45,7 @@ _CARD = {
 
 
 def take_preflight_screenshots(out: Path, guise: WindowAppearance) -> tuple[Path, ...]:
-    """Go through the steps before a flight and save a picture of each.
-
-    Parameters
-    ----------
-    out : Path
-        Folder of the pictures.
-    guise : WindowAppearance
-        How the window looks.
-
-    Raises
-    ------
-    GroundStationError
-        If a step does not come in time, or a picture cannot be written.
-    """
+    """Go through the steps before a flight and save a picture of each."""
 
     def lay_out(home: Path) -> None:
         write_toml(home / "next flight" / "flight.toml", _CARD)
@@ -201,15 +188,12 @@ def _follow_prompts(
     crew.wait_until(goes_on, "what the helper at the bench does")
 
 
-def main(arguments: Sequence[str] | None = None) -> int:
+def main(arguments: Sequence[str] | None = None) -> None:
     """Take the pictures; see the module's text."""
     given = screenshot_parser("tests.screenshots.preflight", __doc__).parse_args(arguments)
-    try:
+    with exit_with_message():
         take_preflight_screenshots(given.out, WindowAppearance.from_arguments(given))
-    except GroundStationError as error:
-        sys.exit(str(error))
-    return 0
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    main()

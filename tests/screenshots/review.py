@@ -6,16 +6,15 @@ goes, opens it, estimates twice with keys alone, and saves each chapter and some
 
 from __future__ import annotations
 
-import sys
 import tempfile
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Final
 
-from gsapp.foundation import GroundStationError
 from tests.screenshots.screenshot_taker import (
     ScreenshotTaker,
     WindowAppearance,
+    exit_with_message,
     screenshot_parser,
     screenshot_window,
 )
@@ -32,22 +31,7 @@ _FIGURES: Final = ("fit", "residuals", "online", "linear", "correlations", "boun
 def take_review_screenshots(
     flights: Sequence[Path], out: Path, guise: WindowAppearance
 ) -> tuple[Path, ...]:
-    """Save the chapters of the review of some flights.
-
-    Parameters
-    ----------
-    flights : sequence of Path
-        Flight folders or files.
-    out : Path
-        Folder of the pictures.
-    guise : WindowAppearance
-        How the window looks.
-
-    Raises
-    ------
-    GroundStationError
-        If a chapter does not come in time, or a picture cannot be written.
-    """
+    """Save the chapters of the review of some flights."""
     with screenshot_window(guise) as window:
         window.store.change(review_flights=tuple(str(path.absolute()) for path in flights))
         crew = ScreenshotTaker(window, out, settles=_SETTLE_SECONDS, patience=_TIMEOUT_SECONDS)
@@ -104,24 +88,20 @@ def _run_estimate(crew: ScreenshotTaker, keys: str) -> None:
     crew.wait_until(lambda: review.outcome is not before and not review.work.running, "the run")
 
 
-def main(arguments: Sequence[str] | None = None) -> int:
+def main(arguments: Sequence[str] | None = None) -> None:
     """Take the pictures; see the module's text."""
     parser = screenshot_parser("tests.screenshots.review", __doc__)
     parser.add_argument(
         "--flight", type=Path, action="append", help="flight to show; a virtual one by default"
     )
     given = parser.parse_args(arguments)
-    with tempfile.TemporaryDirectory() as scratch:
-        try:
-            take_review_screenshots(
-                given.flight or [write_virtual_flight(Path(scratch), "default")],
-                given.out,
-                WindowAppearance.from_arguments(given),
-            )
-        except GroundStationError as error:
-            sys.exit(str(error))
-    return 0
+    with tempfile.TemporaryDirectory() as scratch, exit_with_message():
+        take_review_screenshots(
+            given.flight or [write_virtual_flight(Path(scratch), "default")],
+            given.out,
+            WindowAppearance.from_arguments(given),
+        )
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    main()

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import contextlib
 import os
+import sys
 import tempfile
 import time
 from collections.abc import Callable, Iterator
@@ -25,20 +26,10 @@ _TIMEOUT = 60.0
 
 @dataclass(frozen=True)
 class WindowAppearance:
-    """How a window looks in a picture.
-
-    Attributes
-    ----------
-    theme : str
-        Name of a theme.
-    scale : int
-        Percent, 100 to 250.
-    size : tuple of int
-        Width and height of the window.
-    """
+    """How a window looks in a picture."""
 
     theme: str = "daylight"
-    scale: int = 100
+    scale: int = 100  # Percent, 100 to 250.
     size: tuple[int, int] = (1280, 800)
 
     @classmethod
@@ -50,24 +41,11 @@ class WindowAppearance:
 class ScreenshotTaker:
     """A window, the keys pressed in it, and the pictures taken of it.
 
-    Parameters
-    ----------
-    window : MainWindow
-    folder : Path
-        Where pictures go.
-    settles : float
-        Seconds that the window works before a picture is taken.
-    patience : float
-        Seconds that something may take.
+    It works `settles` seconds before a picture is taken; nothing may take more than `patience`.
     """
 
     def __init__(
-        self,
-        window: MainWindow,
-        folder: Path,
-        *,
-        settles: float = 0.0,
-        patience: float = _TIMEOUT,
+        self, window: MainWindow, folder: Path, *, settles: float = 0.0, patience: float = _TIMEOUT
     ) -> None:
         from PySide6.QtWidgets import QApplication
 
@@ -106,13 +84,7 @@ class ScreenshotTaker:
         self.wait_until(lambda: time.monotonic() > end, "time")
 
     def take_screenshot(self, name: str) -> Path:
-        """Save what is on screen.
-
-        Raises
-        ------
-        GroundStationError
-            If the picture cannot be written.
-        """
+        """Save what is on screen."""
         return self.save_screenshot(self._folder / f"{name}.png")
 
     def save_screenshot(self, path: Path) -> Path:
@@ -141,13 +113,7 @@ def hide_recorders(folder: Path) -> Iterator[None]:
 def wait_until(
     work: Callable[[], object], done: Callable[[], bool], what: str, patience: float = _TIMEOUT
 ) -> None:
-    """Let a window work until something is done, for so many seconds at most.
-
-    Raises
-    ------
-    GroundStationError
-        If it does not come in time.
-    """
+    """Let a window work until something is done, for so many seconds at most."""
     end = time.monotonic() + patience
     while not done():
         if time.monotonic() > end:
@@ -162,12 +128,7 @@ def screenshot_window(
 ) -> Iterator[MainWindow]:
     """Open a window with settings of its own, and close it whatever happens.
 
-    Parameters
-    ----------
-    guise : WindowAppearance
-        How it looks.
-    prepare : callable, optional
-        Called with the folder of the settings before the window opens.
+    `prepare` is called with the folder of the settings before the window opens.
     """
     from ui.app import create_application
     from ui.error_reporter import ErrorReporter
@@ -209,6 +170,15 @@ def screenshot_parser(
         "--size", type=parse_window_size, default=WindowAppearance.size, help="1280x800, ..."
     )
     return parser
+
+
+@contextlib.contextmanager
+def exit_with_message() -> Iterator[None]:
+    """End the program with what was wrong, in one sentence."""
+    try:
+        yield
+    except GroundStationError as error:
+        sys.exit(str(error))
 
 
 def parse_window_size(text: str) -> tuple[int, int]:

@@ -16,6 +16,7 @@ from gsapp.foundation import GroundStationError
 from tests.screenshots.screenshot_taker import (
     ScreenshotTaker,
     WindowAppearance,
+    exit_with_message,
     screenshot_parser,
     screenshot_window,
 )
@@ -40,30 +41,9 @@ def write_virtual_flight(folder: Path, plan: str = "short") -> Path:
 
 
 def save_window_screenshot(
-    flight: Path,
-    out: Path,
-    guise: WindowAppearance,
-    *,
-    at: float | None = None,
+    flight: Path, out: Path, guise: WindowAppearance, *, at: float | None = None
 ) -> Path:
-    """Open a flight in a window of its own and save what it shows.
-
-    Parameters
-    ----------
-    flight : Path
-        Flight folder or file.
-    out : Path
-        Picture to write, ``.png``.
-    guise : WindowAppearance
-        How the window looks.
-    at : float, optional
-        Share of the flight to go to, 0 to 1; two thirds by default.
-
-    Raises
-    ------
-    GroundStationError
-        If the flight does not open in time, or the picture cannot be written.
-    """
+    """Open a flight, go to a share `at` of it, 0 to 1, and save what the window shows."""
     with screenshot_window(guise) as window:
         desk = window.flight_controller
         crew = ScreenshotTaker(window, out.parent, settles=_SETTLING_SECONDS, patience=_TIMEOUT)
@@ -78,20 +58,7 @@ def save_window_screenshot(
 
 
 def save_live_screenshot(out: Path, guise: WindowAppearance) -> Path:
-    """Fly the virtual aircraft in real time, follow it, and save what the window shows.
-
-    Parameters
-    ----------
-    out : Path
-        Picture to write, ``.png``.
-    guise : WindowAppearance
-        How the window looks.
-
-    Raises
-    ------
-    GroundStationError
-        If the flight does not come in time, or the picture cannot be written.
-    """
+    """Fly the virtual aircraft in real time, follow it, and save what the window shows."""
     from ui.dialogs.flight_requests import VirtualFlightRequest
 
     with screenshot_window(guise) as window:
@@ -112,26 +79,20 @@ def save_live_screenshot(out: Path, guise: WindowAppearance) -> Path:
         return crew.save_screenshot(out)
 
 
-def main(arguments: Sequence[str] | None = None) -> int:
+def main(arguments: Sequence[str] | None = None) -> None:
     """Take one picture; see the module's text."""
     parser = screenshot_parser("tests.screenshots.virtual_flight", __doc__, out="picture to write")
     parser.add_argument("--flight", type=Path, help="flight to show; by default one flown live")
     parser.add_argument("--at", type=float, help="share of --flight to go to, 0 to 1")
     given = parser.parse_args(arguments)
-    try:
+    with exit_with_message():
         if given.flight is None:
             save_live_screenshot(given.out, WindowAppearance.from_arguments(given))
         else:
             save_window_screenshot(
-                given.flight,
-                given.out,
-                WindowAppearance.from_arguments(given),
-                at=given.at,
+                given.flight, given.out, WindowAppearance.from_arguments(given), at=given.at
             )
-    except GroundStationError as error:
-        sys.exit(str(error))
-    return 0
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    main()

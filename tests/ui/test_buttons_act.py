@@ -1,7 +1,7 @@
 """Every button and command that looks enabled does something; every gray button says why."""
 
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Collection, Iterator
 from pathlib import Path
 
 import pytest
@@ -21,7 +21,7 @@ from PySide6.QtWidgets import (
 from pytestqt.qtbot import QtBot
 
 import ui.main_window
-from tests.ui.window_kit import open_window, until, write_flight
+from tests.ui.window_kit import open_small_flight, open_window, until
 from ui.main_window import MainWindow
 
 PAGES = {
@@ -97,9 +97,9 @@ def window(qtbot: QtBot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Ite
     made.flight_controller.close()
 
 
-def parts(window: MainWindow) -> Iterator[tuple[str, str]]:
-    for page, names in PAGES.items():
-        for part in names or ("",):
+def parts(pages: Collection[str]) -> Iterator[tuple[str, str]]:
+    for page in pages:
+        for part in PAGES[page] or ("",):
             yield page, f"{page}_{part}" if part else ""
 
 
@@ -123,11 +123,13 @@ def name_of(widget: QWidget | QAction) -> str:
     return named or widget.text()
 
 
-def walk(window: MainWindow, watcher: Watcher) -> tuple[list[str], list[str]]:
-    """Press every button of every page; return those without effect, and gray ones unexplained."""
+def walk(
+    window: MainWindow, watcher: Watcher, pages: Collection[str]
+) -> tuple[list[str], list[str]]:
+    """Press every button of pages; return those without effect, and gray ones unexplained."""
     dead: list[str] = []
     unexplained: list[str] = []
-    for page, command in parts(window):
+    for page, command in parts(pages):
         go(window, page, command)
         hints = {name_of(one) for one in window.commands.actions.values()}
         unexplained += [
@@ -149,21 +151,24 @@ def walk(window: MainWindow, watcher: Watcher) -> tuple[list[str], list[str]]:
     return dead, unexplained
 
 
+@pytest.mark.parametrize("pages", [("flight",), pytest.param((*PAGES,), marks=pytest.mark.long)])
 def test_no_button_is_dead_and_gray_ones_say_why(
-    window: MainWindow, qtbot: QtBot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    window: MainWindow,
+    qtbot: QtBot,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    pages: tuple[str, ...],
 ) -> None:
     watcher = Watcher(window, monkeypatch)
-    assert walk(window, watcher) == ([], [])
-    window.flight_controller.flight_opener.open_flight(write_flight(tmp_path, 90.0), playing=False)
-    until(qtbot, lambda: window.flight_controller.is_loaded)
-    assert walk(window, watcher) == ([], [])
+    assert walk(window, watcher, pages) == ([], [])
+    open_small_flight(window, qtbot, tmp_path, 90.0)
+    assert walk(window, watcher, pages) == ([], [])
 
 
 def test_keys_about_marks_and_alarms_wait_for_them(
     window: MainWindow, qtbot: QtBot, tmp_path: Path
 ) -> None:
-    window.flight_controller.flight_opener.open_flight(write_flight(tmp_path), playing=False)
-    until(qtbot, lambda: window.flight_controller.is_loaded)
+    open_small_flight(window, qtbot, tmp_path)
     actions = window.commands.actions
     until(qtbot, actions["mark"].isEnabled)
     for name in ("previous_mark", "next_mark", "acknowledge"):

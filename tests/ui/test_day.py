@@ -22,6 +22,7 @@ def walk(name: str, folder: Path, where: dict[str, str]) -> dict[str, object]:
     return json.loads((folder / f"{name}.json").read_text())
 
 
+@pytest.mark.long
 @pytest.mark.skipif(sys.platform != "linux", reason="X servers are for Linux")
 def test_a_day_by_mouse_and_keys(tmp_path: Path) -> None:
     if missing := missing_programs():

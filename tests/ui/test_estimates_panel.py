@@ -6,6 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 from pytestqt.qtbot import QtBot
@@ -96,27 +97,27 @@ def test_history_points_and_excitation_are_drawn(qtbot: QtBot) -> None:
     assert panel.list.currentIndex().row() == 0
 
 
+@pytest.mark.long
 def test_derivatives_form_while_a_flight_is_watched(
     qtbot: QtBot, window: MainWindow, tmp_path: Path, flown_short: Callable[[int], VirtualFlight]
 ) -> None:
+    controller = window.flight_controller
     path = tmp_path / "flight"
     import_flight(write_block(tmp_path / "flight.csv", flown_short(6).measured, "csv"), path)
     FlightFolder.open(path).store_aircraft(SHIPPED_AIRCRAFT.find("b777"))
-    window.flight_controller.flight_opener.open_flight(path, speed=UNLIMITED_SPEED)
-    until(qtbot, lambda: window.flight_controller.is_replay, 60_000)
+    controller.flight_opener.open_flight(path, speed=UNLIMITED_SPEED)
+    until(qtbot, lambda: controller.is_replay, 60_000)
     window.commands.actions["panel_estimates"].trigger()
     panel = window.view.estimates
-    workers = window.flight_controller.session.estimates.fits._workers
+    workers = controller.session.estimates.fits._workers
     until(qtbot, lambda: bool(getattr(workers._pool, "_processes", None)), 60_000)
     # The system kills the process of the fits: the window goes on, and so do the fits.
     os.kill(next(iter(workers._pool._processes)), KILL)
     until(qtbot, lambda: any(row.value.points for row in panel.list.row_model.rows), 120_000)
-    assert not window.flight_controller.session.estimates.fits.failures
+    assert not controller.session.estimates.fits.failures
     names = [row.key for row in panel.list.row_model.rows]
     assert "Cm_de" in names
     given = next(row.value for row in panel.list.row_model.rows if row.value.points)
     panel.list.setCurrentIndex(panel.list.row_model.index(names.index(given.name), 0))
     QTest.keyClick(panel.list, Qt.Key.Key_Return)
-    until(
-        qtbot, lambda: (window.flight_controller.time or 0.0) <= given.points[-1].time + 1.0, 30_000
-    )
+    until(qtbot, lambda: (controller.time or 0.0) <= given.points[-1].time + 1.0, 30_000)

@@ -50,6 +50,7 @@ def wait_for(condition: Callable[[], bool], seconds: float = 180.0) -> None:
         time.sleep(0.02)
 
 
+@pytest.mark.long
 @pytest.mark.skipif(not hasattr(signal, "SIGSTOP"), reason="no SIGSTOP on Windows")
 def test_a_frozen_window_loses_no_byte_and_draws_what_came_meanwhile(
     recorder: RecorderHandle, tmp_path: Path

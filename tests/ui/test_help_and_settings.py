@@ -14,8 +14,8 @@ from PySide6.QtWidgets import QApplication, QPushButton
 from pytestqt.qtbot import QtBot
 
 from tests.ui.window_kit import answer_dialog, until, write_flight
+from ui.appearance_controller import SettingsDialog
 from ui.dialogs.flight_dialogs import GoToDialog
-from ui.dialogs.settings import SettingsDialog
 from ui.display_style import DisplayStyle
 from ui.help_menu import AboutDialog, GuideWindow, guide_folder, guide_pages
 from ui.main_window import MainWindow
@@ -184,11 +184,12 @@ def test_an_installed_guide_holds_what_its_pages_show_and_link_to() -> None:
 def test_flights_opened_last_are_offered_and_those_gone_can_be_removed(
     window: MainWindow, qtbot: QtBot, tmp_path: Path
 ) -> None:
+    controller = window.flight_controller
     path = write_flight(tmp_path)
-    window.flight_controller.flight_opener.open_flight(path, playing=False)
-    until(qtbot, lambda: window.flight_controller.is_loaded)
+    controller.flight_opener.open_flight(path, playing=False)
+    until(qtbot, lambda: controller.is_loaded)
     until(qtbot, lambda: window.store.current.recent_flights[0].date != "")
-    window.flight_controller.close_flight()
+    controller.close_flight()
     (kept,) = SettingsStore(window.store.path).current.recent_flights
     assert kept.path == str(path)
     assert kept.duration == pytest.approx(19.98)
@@ -205,9 +206,9 @@ def test_flights_opened_last_are_offered_and_those_gone_can_be_removed(
     until(qtbot, is_listed)
     assert "00:19" in button("Open small").text()
     button("Open small").click()
-    until(qtbot, lambda: window.flight_controller.is_open)
+    until(qtbot, lambda: controller.is_open)
     path.unlink()
-    window.flight_controller.close_flight()
+    controller.close_flight()
     until(qtbot, is_listed)
     assert not button("Open small").isEnabled()
     assert str(path) in button("Open small").toolTip()

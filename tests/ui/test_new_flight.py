@@ -8,7 +8,7 @@ from PySide6.QtCore import Qt
 from pytestqt.qtbot import QtBot
 
 from gsapp.flight.folder import FlightFolder
-from tests.ui.window_kit import answer_dialog, free_port, until
+from tests.ui.window_kit import answer_dialog, free_port, is_followed, until
 from ui.dialogs.connect import ConnectDialog
 from ui.dialogs.virtual_flight import VirtualFlightDialog
 from ui.main_window import MainWindow
@@ -32,21 +32,17 @@ def connect(window: MainWindow, qtbot: QtBot, title: str = "", parent: Path | No
 
 
 def test_a_title_names_one_flight_and_no_folder(window: MainWindow, qtbot: QtBot) -> None:
+    controller = window.flight_controller
     first = connect(window, qtbot, "Maiden flight")
-    until(qtbot, lambda: window.flight_controller.is_recording)
+    until(qtbot, lambda: controller.is_recording)
     assert first.name.endswith("-a")
-    assert FlightFolder(path=first).name == window.flight_controller.name == "Maiden flight"
-    window.flight_controller.recorders.stop_recording_and_wait()
+    assert FlightFolder(path=first).name == controller.name == "Maiden flight"
+    controller.recorders.stop_recording_and_wait()
     second = connect(window, qtbot)
-    until(
-        qtbot,
-        lambda: (
-            window.flight_controller.is_open and window.flight_controller.session.path == second
-        ),
-    )
-    until(qtbot, lambda: window.flight_controller.is_recording)
+    until(qtbot, lambda: is_followed(window, second))
+    until(qtbot, lambda: controller.is_recording)
     assert second.name.endswith("-b")
-    assert window.flight_controller.name == second.name
+    assert controller.name == second.name
 
 
 def test_a_folder_is_remembered_once_a_recording_began_in_it(

@@ -20,9 +20,9 @@ from tests.ui.window_kit import open_window, until
 from ui.background_job import JobProgress
 from ui.dialogs.flight_dialogs import CertificatesDialog
 from ui.display_style import DisplayStyle
-from ui.flight.flight_view_state import ChannelOrigin
 from ui.flight.panel_rows import build_cursor_value_rows
 from ui.main_window import MainWindow
+from ui.strips.chart_annotations import ChannelOrigin
 
 _GONE = ("elevator_left", "flap")
 _PATIENCE = 30_000
@@ -89,22 +89,17 @@ def test_read_anew_with_other_certificates_and_back(
     qtbot: QtBot, window: MainWindow, other: Path, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     """The numbers, the bar, the banner and an export are those of the set; the time stays."""
-    window.flight_controller.seek(12.0)
-    own = window.flight_controller.history.samples("alpha", 1020, 1180)
-    before = window.flight_controller.session
+    controller = window.flight_controller
+    controller.seek(12.0)
+    own = controller.history.samples("alpha", 1020, 1180)
+    before = controller.session
     assert bar_part(window) == ("CALIBRATION", "18", "example values", "caution")
     said = choose(monkeypatch, str(other))
     window.commands.actions["certificates"].trigger()
     assert "elevator_left, flap" in said[0]
-    until(
-        qtbot,
-        lambda: (
-            window.flight_controller.session is not before and window.flight_controller.is_loaded
-        ),
-        _PATIENCE,
-    )
-    until(qtbot, lambda: window.flight_controller.time == pytest.approx(12.0), _PATIENCE)
-    read = window.flight_controller.history.samples("alpha", 1020, 1180)
+    until(qtbot, lambda: controller.session is not before and controller.is_loaded, _PATIENCE)
+    until(qtbot, lambda: controller.time == pytest.approx(12.0), _PATIENCE)
+    read = controller.history.samples("alpha", 1020, 1180)
     np.testing.assert_allclose(read - own, np.deg2rad(1.0))
     assert bar_part(window) == ("CALIBRATION  OTHER", "16", "2 uncalibrated", "warning")
     until(
@@ -112,25 +107,17 @@ def test_read_anew_with_other_certificates_and_back(
         lambda: any("instead of those of the flight" in text for text in banners(window)),
         _PATIENCE,
     )
-    written = window.flight_controller.export(
-        "csv", tmp_path / "out.csv", JobProgress(lambda *_: None)
-    )
+    written = controller.export("csv", tmp_path / "out.csv", JobProgress(lambda *_: None))
     exported = load_flight(written).block["alpha"]
     np.testing.assert_allclose(exported[20:180], read, atol=1e-12)
 
     choose(monkeypatch, "")
-    before = window.flight_controller.session
+    before = controller.session
     window.commands.actions["certificates"].trigger()
-    until(
-        qtbot,
-        lambda: (
-            window.flight_controller.session is not before and window.flight_controller.is_loaded
-        ),
-        _PATIENCE,
-    )
-    until(qtbot, lambda: window.flight_controller.time == pytest.approx(12.0), _PATIENCE)
+    until(qtbot, lambda: controller.session is not before and controller.is_loaded, _PATIENCE)
+    until(qtbot, lambda: controller.time == pytest.approx(12.0), _PATIENCE)
     assert bar_part(window)[0] == "CALIBRATION"
-    assert np.array_equal(window.flight_controller.history.samples("alpha", 1020, 1180), own)
+    assert np.array_equal(controller.history.samples("alpha", 1020, 1180), own)
 
 
 def banners(window: MainWindow) -> list[str]:
@@ -141,13 +128,11 @@ def test_what_has_no_certificate_is_charted_hatched_and_called_uncalibrated(
     qtbot: QtBot, window: MainWindow, other: Path
 ) -> None:
     """The instrument, its volts, and what would be derived from it: chart, panels, tree."""
-    window.flight_controller.reload_with_certificates(str(other))
+    controller = window.flight_controller
+    controller.reload_with_certificates(str(other))
     until(
         qtbot,
-        lambda: (
-            window.flight_controller.calibration.override_source == str(other)
-            and window.flight_controller.is_loaded
-        ),
+        lambda: controller.calibration.override_source == str(other) and controller.is_loaded,
         _PATIENCE,
     )
     until(qtbot, lambda: "flap" in window.view._state.uncalibrated, _PATIENCE)
@@ -157,14 +142,14 @@ def test_what_has_no_certificate_is_charted_hatched_and_called_uncalibrated(
     }  # fmt: skip
     window.view.layouts.show_layout("Overview")
     charts = window.view.charts
-    window.view.advance(window.flight_controller.time)
+    window.view.advance(controller.time)
     order = [strip.traces[0].channel for strip in charts.strip_layout.strips]
     assert "de" in order  # not simply gone
     reading = charts.displayed_values(order.index("de"))[0]
     assert (reading.uncalibrated, reading.stale) == (True, True)
     assert not charts.displayed_values(order.index("alpha"))[0].uncalibrated
     assert "uncalibrated" in window.view.channels._notes["flap"]
-    history = window.flight_controller.history
+    history = controller.history
     at = {"cursor": history.last("alpha")[0]}
     lines = build_cursor_value_rows(history, ["de", "alpha"], at, "US", picture.sources)
     assert [line.cells[0].endswith("uncal") for line in lines] == [True, False]

@@ -13,9 +13,16 @@ from gsapp.flight.raw_files import RawTail
 from gsapp.telemetry.recorder_control import find_recorder, find_recorders, start_recorder
 from gsapp.telemetry.recorder_folder import record_state
 from gsapp.telemetry.recorder_status import RUNTIME_VARIABLE
-from tests.ui.window_kit import Aircraft, answer_dialog, free_port, open_window, until
+from tests.ui.window_kit import (
+    Aircraft,
+    answer_dialog,
+    connect,
+    free_port,
+    is_followed,
+    open_window,
+    until,
+)
 from ui.dialogs.connect import ConnectDialog
-from ui.dialogs.flight_requests import ConnectRequest
 from ui.main_window import MainWindow
 from ui.window_frame.status_bar import _break_text
 
@@ -41,24 +48,10 @@ def records_in(folder: Path) -> int:
     return len(RawTail(folder).poll()) if folder.is_dir() else 0
 
 
-def connect(window: MainWindow, port: int, folder: Path, *, append: bool = False) -> None:
-    window.flight_controller.flight_opener.connect_aircraft(
-        ConnectRequest(
-            link=f"udpin:127.0.0.1:{port}", folder=folder, channel_map="b777", aircraft="b777",
-            calibration="b777", append=append,
-        )
-    )  # fmt: skip
-
-
 def fly(window: MainWindow, qtbot: QtBot, port: int, folder: Path, *, append: bool = False) -> int:
     before = records_in(folder)
     connect(window, port, folder, append=append)
-    until(
-        qtbot,
-        lambda: (
-            window.flight_controller.is_open and window.flight_controller.session.path == folder
-        ),
-    )
+    until(qtbot, lambda: is_followed(window, folder))
     with Aircraft(port):
         until(qtbot, lambda: records_in(folder) > before + 50)
     window.flight_controller.recorders.stop_recording_and_wait()
@@ -124,12 +117,13 @@ def test_several_recorders_are_chosen_from_a_menu_on_the_record_tile(
     window: MainWindow, qtbot: QtBot, tmp_path: Path, by_key: bool
 ) -> None:
     """Esc attaches to none; a line attaches to its recorder, and is not listed beside it."""
+    controller = window.flight_controller
     rec = window.status_bar.item_widgets["record"]
     links = {
         start_recorder(f"udpin:127.0.0.1:{free_port()}", tmp_path / name).folder: name
         for name in ("one", "two", "three")
     }
-    until(qtbot, lambda: len(window.flight_controller.recorders.others) == 3)
+    until(qtbot, lambda: len(controller.recorders.others) == 3)
 
     def menu() -> QMenu:
         qtbot.mouseClick(rec, Qt.MouseButton.LeftButton)
@@ -139,12 +133,12 @@ def test_several_recorders_are_chosen_from_a_menu_on_the_record_tile(
     opened = menu()
     assert len(opened.actions()) == 3
     qtbot.keyClick(opened, Qt.Key.Key_Escape)
-    assert (opened.isVisible(), window.flight_controller.is_open) == (False, False)
+    assert (opened.isVisible(), controller.is_open) == (False, False)
     for others in (3, 2):
         opened = menu()
         assert len(opened.actions()) == others
         row = others - 2
-        wanted = window.flight_controller.recorders.others[row].handle.folder
+        wanted = controller.recorders.others[row].handle.folder
         assert links[wanted] in opened.actions()[row].text()
         if by_key:
             for _ in range(row + 1):
@@ -153,8 +147,8 @@ def test_several_recorders_are_chosen_from_a_menu_on_the_record_tile(
         else:
             place = opened.actionGeometry(opened.actions()[row]).center()
             qtbot.mouseClick(opened, Qt.MouseButton.LeftButton, pos=place)
-        until(qtbot, lambda wanted=wanted: window.flight_controller.is_open
-              and window.flight_controller.session.path == wanted)  # fmt: skip
+        until(qtbot, lambda wanted=wanted: controller.is_open
+              and controller.session.path == wanted)  # fmt: skip
     assert len(find_recorders()) == 3
 
 
@@ -176,12 +170,7 @@ def test_the_bar_shows_a_recorder_of_a_closed_flight_and_attaches_with_a_click(
         until(qtbot, lambda: rec.item.value == "first")
         assert not stop.isVisible()
         qtbot.mouseClick(rec, Qt.MouseButton.LeftButton)
-        until(
-            qtbot,
-            lambda: (
-                window.flight_controller.is_open and window.flight_controller.session.path == folder
-            ),
-        )
+        until(qtbot, lambda: is_followed(window, folder))
         # Another that runs beside the open flight is counted.
         other = start_recorder(f"udpin:127.0.0.1:{free_port()}", tmp_path / "flights" / "second")
         until(qtbot, lambda: "+1" in rec.item.title)
@@ -193,17 +182,13 @@ def test_the_bar_shows_a_recorder_of_a_closed_flight_and_attaches_with_a_click(
 def test_a_flight_ends_with_its_alarms_and_goes_to_review(
     window: MainWindow, qtbot: QtBot, tmp_path: Path
 ) -> None:
+    controller = window.flight_controller
     port, folder = free_port(), tmp_path / "flights" / "first"
     with Aircraft(port):
         connect(window, port, folder)
-        until(
-            qtbot,
-            lambda: (
-                window.flight_controller.is_open and (window.flight_controller.time or 0.0) > 1.5
-            ),
-        )
+        until(qtbot, lambda: controller.is_open and (controller.time or 0.0) > 1.5)
     # Switched off: silent, with an alarm.
-    until(qtbot, lambda: window.flight_controller.session.alarm_registry.get("link") is not None)
+    until(qtbot, lambda: controller.session.alarm_registry.get("link") is not None)
     assert window.status_bar.item_widgets["link"].item.state == "warning"
     # Words that the tile cuts off are in its tool tip, also under a pointer that rests on it.
     alarms = window.status_bar.item_widgets["alarms"]
@@ -216,14 +201,14 @@ def test_a_flight_ends_with_its_alarms_and_goes_to_review(
     assert rest
     assert metrics.horizontalAdvance(rest) <= wide
     # Were it known to have landed, the silence would be none.
-    window.flight_controller.session.landing.landed_at = 1.2
+    controller.session.landing.landed_at = 1.2
     until(qtbot, lambda: window.status_bar.item_widgets["link"].item.state != "warning")
     until(qtbot, lambda: any("landed" in text for text in window.banners.texts()))
     (banner,) = [one for one in window.banners.banners if "landed" in one.label.text()]
     qtbot.mouseClick(banner.buttons[0], Qt.MouseButton.LeftButton)
     until(qtbot, window.review_page.isVisible)
     until(qtbot, lambda: find_recorder(folder) is None)
-    session = window.flight_controller.session
+    session = controller.session
     assert session.alarm_registry.current_alarms == ()
     assert any(one.key == "link" for one in session.alarm_registry.episodes)
     assert window.status_bar.item_widgets["alarms"].item.state == "good"

@@ -22,15 +22,12 @@ from gsapp.foundation import FlightError
 from gsapp.quantities import Block
 from gsapp.session.limits import Severity
 from tests.ui.fuse_disk import FuseDisk
-from tests.ui.window_kit import Aircraft, free_port, until
+from tests.ui.window_kit import Aircraft, connect, free_port, open_window, until
 from ui.dialogs.file_dialogs import ask_save_file
-from ui.dialogs.flight_requests import ConnectRequest
 from ui.dialogs.form_dialog import PathField
 from ui.disk_checks import path_kind
-from ui.error_reporter import ErrorReporter
 from ui.main_window import MainWindow
 from ui.preflight.form_editor import FormEditor
-from ui.settings import SettingsStore
 
 _LONGEST = 1.5
 """Seconds between two ticks: what the window waits for a disk, and drawing on a busy machine."""
@@ -83,11 +80,8 @@ def make(qtbot: QtBot, tmp_path: Path, alone: None) -> Iterator[Callable[..., Ma
     made: list[MainWindow] = []
 
     def window(**settings: object) -> MainWindow:
-        store = SettingsStore(tmp_path / "settings" / "window.toml")
-        store.change(**{"flights": str(tmp_path / "flights"), "muted": True, **settings})
-        one = MainWindow(store, ErrorReporter())
+        one = open_window(tmp_path, **settings)
         qtbot.addWidget(one)
-        one.show()
         qtbot.wait(50)
         made.append(one)
         return one
@@ -290,15 +284,6 @@ def disk(tmp_path: Path) -> Iterator[FuseDisk]:
     made.end()
 
 
-def _record_on(window: MainWindow, folder: Path, port: int) -> None:
-    window.flight_controller.flight_opener.connect_aircraft(
-        ConnectRequest(
-            link=f"udpin:127.0.0.1:{port}", folder=folder, channel_map="b777", aircraft="b777",
-            calibration="b777", append=False,
-        )
-    )  # fmt: skip
-
-
 @pytest.mark.parametrize("mode", ["live", "replay"])
 def test_an_open_flight_survives_a_disk_that_stops_and_goes_on(
     make: Callable[..., MainWindow], qtbot: QtBot, disk: FuseDisk, mode: str
@@ -306,7 +291,7 @@ def test_an_open_flight_survives_a_disk_that_stops_and_goes_on(
     window, folder, port = make(), disk.place / "flight", free_port()
     desk = window.flight_controller
     with Aircraft(port):
-        _record_on(window, folder, port)
+        connect(window, port, folder)
         until(qtbot, lambda: (desk.time or 0.0) > 3.0, 20_000)
         if mode == "replay":
             desk.recorders.stop_recording_and_wait()
@@ -341,7 +326,7 @@ def test_looking_for_recorders_does_not_wait_for_the_disk_of_one(
     make: Callable[..., MainWindow], qtbot: QtBot, disk: FuseDisk
 ) -> None:
     window, port = make(), free_port()
-    _record_on(window, disk.place / "flight", port)
+    connect(window, port, disk.place / "flight")
     until(qtbot, lambda: window.flight_controller.is_recording, 20_000)
     window.flight_controller.close_flight()
     until(qtbot, lambda: len(window.flight_controller.recorders.others) == 1)

@@ -84,6 +84,7 @@ def test_charts_do_not_wait_for_what_only_maneuvers_need(tmp_path: Path) -> None
     assert "scipy.signal" in in_the_end.split()
 
 
+@pytest.mark.long
 def test_a_window_that_waits_for_a_flight_gets_ready_for_what_may_come(tmp_path: Path) -> None:
     homes = {f"XDG_{name}_HOME": str(tmp_path) for name in ("CONFIG", "STATE", "CACHE", "DATA")}
     done = subprocess.run(

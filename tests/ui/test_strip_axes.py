@@ -24,7 +24,6 @@ from ui.strips.strip_view import WINDOWS
 )
 @settings(max_examples=50, deadline=None)
 def test_the_columns_hold_exactly_the_window_asked_for(window, width, rate):
-    """Proves that "1 min" shows a minute, at every width and rate."""
     scale = select_column_scale(window, width, rate)
     # To a thousandth of a sample, and windows are whole numbers of samples as a rule.
     assert width * scale.seconds == pytest.approx(window, rel=1e-9, abs=1e-3 / rate)
@@ -53,7 +52,6 @@ def test_columns_share_the_samples_without_a_gap(window, width, rate, first):
 
 @pytest.mark.parametrize(("window", "width"), [(60.0, 641), (600.0, 777), (7200.0, 640)])
 def test_columns_have_the_extremes_of_their_samples(window, width):
-    """Proves every way in which extremes are found against the samples one by one."""
     generator = np.random.default_rng(5)
     values = np.cumsum(generator.standard_normal(200_000))
     values[5000:9000] = math.nan
@@ -73,7 +71,6 @@ def test_columns_have_the_extremes_of_their_samples(window, width):
 
 
 def test_a_time_on_the_grid_lies_in_its_own_column():
-    """Proves that floating point takes no sample into the column before, even after days."""
     for scale in (ColumnScale(rate=100.0), ColumnScale(rate=1000.0, samples=7)):
         for index in (0, 1, 29, 57, 10**6 + 3, 3 * 10**8 + 1, -5):
             assert scale.column(index / scale.rate) == index // scale.samples
@@ -85,7 +82,6 @@ def test_a_time_on_the_grid_lies_in_its_own_column():
 )
 @settings(max_examples=60, deadline=None)
 def test_columns_narrower_than_a_sample_hold_the_line_between_samples(values, width):
-    """Proves straight lines, samples inside of columns, and gaps that stay gaps."""
     given_values = np.array([math.nan if one is None else one for one in values])
     history = SampleHistory(("q",), 1.0)
     times = np.arange(len(values), dtype=float)
@@ -109,7 +105,6 @@ def test_columns_narrower_than_a_sample_hold_the_line_between_samples(values, wi
 
 
 def test_a_sample_several_columns_wide_is_joined_by_straight_lines():
-    """Proves interpolation between samples, and that a gap is neither bridged nor extended."""
     history = SampleHistory(("q",), 100.0)
     values = np.array([0.0, 4.0, math.nan, 2.0, math.nan, 8.0])
     history.append(Block(channels=("q",), times=np.arange(6) / 100.0, values=values[:, None]))
@@ -129,7 +124,6 @@ def test_a_sample_several_columns_wide_is_joined_by_straight_lines():
 )
 @settings(max_examples=50, deadline=None)
 def test_labels_of_a_value_axis_never_touch(low, span, length, scale):
-    """Proves that labels, once moved inwards at the edges, stay apart and within the range."""
     low, high = round_range(low, low + span)
     apart, pad = 13.5 * scale, 2.0 * scale
     length = length * scale
@@ -144,7 +138,6 @@ def test_labels_of_a_value_axis_never_touch(low, span, length, scale):
 
 @pytest.mark.parametrize(("low", "high"), [(-2.5, 2.5), (-1.0, 1.0), (12.5, 12.7), (0.9, 1.1)])
 def test_a_low_chart_has_a_scale_all_the_same(low, high):
-    """Proves two labels where 16 charts share a small window, each with the digits it needs."""
     ticks = value_ticks(low, high, 34.0, 2.0, 13.5)
     assert len(ticks) >= 2
     decimals = tick_decimals(ticks)
@@ -152,7 +145,6 @@ def test_a_low_chart_has_a_scale_all_the_same(low, high):
 
 
 def test_numbers_and_times_read_as_they_should():
-    """Proves signs, digits and the clock."""
     assert number_text(-0.04, 1) == "0.0"
     assert number_text(-2.5, 1) == "\N{MINUS SIGN}2.5"
     assert clock_text(247.0) == "04:07"
@@ -167,7 +159,6 @@ def test_numbers_and_times_read_as_they_should():
 
 
 def test_a_range_is_steady_and_still_follows():
-    """Proves hysteresis: widens at once, narrows only after seconds, never flickers."""
     steady = AutoRange(1.0)
     assert steady.update(-4.0, 4.0, 0.0)
     first = (steady.low, steady.high)
@@ -194,7 +185,6 @@ def test_a_range_is_steady_and_still_follows():
 
 
 def test_noise_of_the_sensor_does_not_fill_a_chart():
-    """Proves the least span of the automatic range."""
     steady = AutoRange(2.0)
     steady.update(5.0, 5.05, 0.0)
     assert steady.high - steady.low >= 2.0

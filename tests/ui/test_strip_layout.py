@@ -54,7 +54,6 @@ LAYOUT = StripLayout(
 
 
 def test_a_layout_survives_its_file(tmp_path):
-    """Proves that TOML and JSON give back the same layout, with units in the file."""
     path = save_layout(tmp_path / "stalls.toml", LAYOUT)
     text = path.read_text(encoding="utf-8")
     assert 'low = "-5 deg"' in text
@@ -89,7 +88,6 @@ def test_a_layout_survives_its_file(tmp_path):
     ],
 )
 def test_a_mistake_in_a_file_is_named(tmp_path, text, words):
-    """Proves that a bad layout gets a clear sentence."""
     path = tmp_path / "bad.toml"
     path.write_text(text, encoding="utf-8")
     with pytest.raises(FileProblemsError, match=words):
@@ -97,7 +95,6 @@ def test_a_mistake_in_a_file_is_named(tmp_path, text, words):
 
 
 def test_charts_move_within_groups_and_across_them():
-    """Proves ordering: nothing is lost, groups are crossed at their ends."""
     moved = LAYOUT.with_strip_moved(0, 1)
     assert [strip.channel for strip in moved.groups[0].strips] == ["alpha", "elevator_left"]
     crossed = LAYOUT.with_strip_moved(1, 1)
@@ -109,7 +106,6 @@ def test_charts_move_within_groups_and_across_them():
 
 
 def test_lines_of_one_chart_differ_and_previous_ones_can_still_be_read():
-    """Proves colors and styles: measured solid, computed dashed, previous gray."""
     traces = (
         Trace(channel="q"),
         Trace(channel="r", style="computed"),
@@ -189,7 +185,6 @@ def test_every_limit_is_a_band_from_itself_outward():
 
 
 def test_sixteen_charts_by_default_for_what_the_flight_has():
-    """Proves the default choice, with and without knowing the flight's channels."""
     assert len(default_layout().strips) == 16
     thin = default_layout(("elevator_left", "alpha", "q", "qbar", "throttle", "alpha_volts"))
     shown = {strip.channel for strip in thin.strips}

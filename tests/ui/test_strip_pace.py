@@ -42,7 +42,6 @@ def test_every_sample_of_a_hundred_hertz_has_its_frame_and_no_more():
 
 
 def test_a_late_frame_does_not_put_off_the_next_one():
-    """Proves that after a wait for the processor the samples that follow are in time again."""
     pace = FrameRateLimiter(MIN_LIVE_FRAME_SECONDS)
     for k in range(5):
         pace.record_frame(0.01 * k, 0.01 * k + 0.002)
@@ -57,7 +56,6 @@ def test_a_late_frame_does_not_put_off_the_next_one():
 @given(cost=st.floats(0.004, 0.2))
 @settings(max_examples=30, deadline=None)
 def test_dear_frames_leave_most_of_the_time_to_everything_else(cost):
-    """Proves that on a slow machine painting takes no more than two fifths of the time."""
     begun = frames(
         FrameRateLimiter(MIN_LIVE_FRAME_SECONDS), [0.001 * k for k in range(20_000)], cost
     )
@@ -67,7 +65,6 @@ def test_dear_frames_leave_most_of_the_time_to_everything_else(cost):
 def test_a_replay_is_painted_with_the_screen_and_a_paused_one_not_at_all(
     qtbot, tmp_path, monkeypatch
 ):
-    """Proves that looks cost no frames: a playing replay has sixty a second, a still one four."""
     clock = [100.0]
     monkeypatch.setattr(ui.session_poller.time, "monotonic", lambda: clock[0])
     window = open_window(tmp_path)

@@ -106,7 +106,6 @@ def rows_of_line(pixels, box, plot, x):
 
 @pytest.mark.parametrize("window", [1.0, 3.0, 30.0])
 def test_a_step_appears_in_its_own_column(window):
-    """Proves that the column of the first sample after a step, and no other, holds the jump."""
     values = np.where(np.arange(4000) < 3950, -0.8, 0.8)
     history = history_of(values)
     view = view_of(history, width=300, window=window)
@@ -128,7 +127,6 @@ def test_a_step_appears_in_its_own_column(window):
 
 
 def test_all_charts_share_their_columns_exactly():
-    """Proves alignment: one pulse in every channel at once stands in the same column of all."""
     values = np.zeros(2000)
     values[1850] = 0.9
     history = history_of(values, CHANNELS)
@@ -148,7 +146,6 @@ def test_all_charts_share_their_columns_exactly():
 
 
 def test_a_value_lies_at_its_row():
-    """Proves the y axis: the center of the line is where the value belongs, to half a pixel."""
     for value in (-1.0, -0.5, 0.0, 0.37, 1.0):
         history = history_of(np.full(400, value))
         view = view_of(history)
@@ -163,7 +160,6 @@ def test_a_value_lies_at_its_row():
 
 @pytest.mark.parametrize("window", [1.0, 3.0, 12.0])
 def test_a_gap_stays_empty(window):
-    """Proves that nothing is drawn where nothing was measured, not even by a thick line."""
     values = np.where((np.arange(1200) > 1120) & (np.arange(1200) < 1160), np.nan, 0.5)
     values[1160:] = -0.5
     history = history_of(values)
@@ -184,7 +180,6 @@ def test_a_gap_stays_empty(window):
 
 
 def test_limits_are_bands_at_their_rows():
-    """Proves that caution and warning begin at the row of their value."""
     history = history_of(np.full(400, -0.9))
     view = view_of(history)
     limits = LimitBands(caution_high=0.2, warning_high=0.6, warning_low=-0.7)
@@ -210,7 +205,6 @@ def test_limits_are_bands_at_their_rows():
 
 @pytest.mark.parametrize(("thickness", "ratio"), [(2, 1.0), (4, 2.0), (5, 2.5), (6, 3.0)])
 def test_lines_are_as_thick_as_they_should_be(thickness, ratio):
-    """Proves the width of flat and of upright lines on screens of different density."""
     values = np.where(np.arange(600) < 500, -0.5, 0.5)
     history = history_of(values)
     view = view_of(history, width=300)
@@ -231,7 +225,6 @@ def test_lines_are_as_thick_as_they_should_be(thickness, ratio):
 
 
 def test_the_brush_is_round_and_symmetric():
-    """Proves the brush: full height in the middle, less at the sides, never beyond."""
     for width in (1, 2, 3, 4, 5, 8, 15):
         pairs = create_brush(float(width))
         assert len(pairs) == width
@@ -255,7 +248,6 @@ def test_a_computed_trace_is_dashed_where_the_samples_are():
 
 
 def test_a_value_off_the_scale_stays_visible_at_the_edge():
-    """Proves that a value beyond a fixed range is not taken for a gap."""
     history = history_of(np.full(400, 7.0))
     view = view_of(history)
     picture, geometry = picture_of(view, (fixed("alpha"),), height=60)
@@ -266,7 +258,6 @@ def test_a_value_off_the_scale_stays_visible_at_the_edge():
 
 
 def test_spans_and_marks_cross_all_charts_at_their_columns():
-    """Proves tints and borders from the first to the last row, between charts as well."""
     history = history_of(np.full(1000, np.nan), CHANNELS)
     history.append(Block(channels=("alpha",), times=np.array([9.99]), values=np.array([[0.0]])))
     view = view_of(history, width=500, window=10.0)
@@ -298,7 +289,6 @@ others = st.tuples(st.sampled_from(["pause", "live", "frame"]))
 )
 @settings(max_examples=50, deadline=None)
 def test_any_number_of_frames_gives_the_full_picture_bit_for_bit(operations, window, ratio, seed):
-    """Proves that incremental painting leaves nothing behind and forgets nothing."""
     rng = np.random.default_rng(seed)
     history = SampleHistory(CHANNELS, RATE)
     ends = dict.fromkeys(CHANNELS, 0)
@@ -339,7 +329,6 @@ def test_any_number_of_frames_gives_the_full_picture_bit_for_bit(operations, win
 
 
 def test_what_was_rewritten_is_painted_anew():
-    """Proves that a history that changes its past voids the picture."""
     history = history_of(np.zeros(600))
     view = view_of(history)
     picture, _ = picture_of(view, (fixed("alpha"),), height=60)
@@ -357,7 +346,6 @@ def test_what_was_rewritten_is_painted_anew():
 
 @pytest.mark.parametrize("window", [0.8, 3.0, 20.0])
 def test_a_replay_shows_what_a_live_flight_would(window):
-    """Proves the horizon: playing, jumping back and playing again equal a picture made at once."""
     rng = np.random.default_rng(3)
     history = history_of(rng.normal(0.0, 0.3, (3000, len(CHANNELS))), CHANNELS)
     history.horizon = 10.0
@@ -393,7 +381,6 @@ class CountingHistory:
 
 
 def test_a_frame_asks_for_new_samples_only():
-    """Proves that the work of a frame does not grow with the window or the flight."""
     history = CountingHistory(history_of(np.zeros(60_000), CHANNELS))
     view = view_of(history, width=800, window=100.0)
     picture, _ = picture_of(view)
@@ -421,7 +408,6 @@ def test_a_frame_asks_for_new_samples_only():
 
 
 def test_after_a_long_silence_of_the_window_columns_are_asked_for():
-    """Proves that a window that stood still does not look at every sample it missed."""
     history = CountingHistory(history_of(np.zeros(60_000), CHANNELS))
     view = view_of(history, width=800, window=400.0)
     picture, _ = picture_of(view)
@@ -440,7 +426,6 @@ def test_after_a_long_silence_of_the_window_columns_are_asked_for():
 
 
 def test_an_axis_follows_what_is_in_sight():
-    """Proves that an automatic range holds all values in sight, and grid and limits go along."""
     t = np.arange(3000) / RATE
     history = history_of(0.3 * np.sin(t), ("alpha",))
     view = view_of(history, window=20.0)

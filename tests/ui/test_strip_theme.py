@@ -10,7 +10,6 @@ READ = ("text", "muted", "good", "caution", "warning", *(f"traces.{name}" for na
 
 
 def test_contrast_is_that_of_the_standard():
-    """Proves the measure itself on the ends and on a published value (WCAG: #767676, 4.54)."""
     assert contrast("#000000", "#ffffff") == pytest.approx(21.0)
     assert contrast("#123456", "#123456") == pytest.approx(1.0)
     assert contrast("#767676", "#ffffff") == pytest.approx(4.54, abs=0.01)
@@ -18,7 +17,6 @@ def test_contrast_is_that_of_the_standard():
 
 @pytest.mark.parametrize("theme", [DAYLIGHT, HIGH_CONTRAST, DARK], ids=lambda theme: theme.name)
 def test_text_stands_out_from_its_background(theme):
-    """Proves 7:1 for all that is read in daylight and high contrast, on both backgrounds."""
     colors = dict(theme.colors())
     least = 4.5 if theme is DARK else 7.0
     for name in READ:
@@ -35,7 +33,6 @@ def test_text_stands_out_from_its_background(theme):
 
 @pytest.mark.parametrize("theme", THEMES.values(), ids=lambda theme: theme.name)
 def test_traces_stand_out_from_every_area_behind_them(theme):
-    """Proves that a line stays visible upon bands and maneuvers."""
     for name in TRACE_COLORS:
         for behind in (theme.caution_band, theme.warning_band, theme.span, theme.event):
             assert contrast(theme.trace(name), behind) >= 4.5, (theme.name, name, behind)
@@ -51,7 +48,6 @@ def test_no_trace_takes_the_color_of_a_state(theme):
 
 
 def test_every_theme_names_the_same_colors():
-    """Proves that no theme lacks a color, and that each is written in full."""
     names = {tuple(name for name, _ in theme.colors()) for theme in THEMES.values()}
     assert len(names) == 1
     for theme in THEMES.values():
@@ -59,7 +55,6 @@ def test_every_theme_names_the_same_colors():
 
 
 def test_all_sizes_grow_together_and_stay_within_bounds():
-    """Proves the scale: 100 to 250 %, type and controls alike."""
     assert (
         compute_sizes(1.0).body,
         compute_sizes(1.0).label,
@@ -72,7 +67,6 @@ def test_all_sizes_grow_together_and_stay_within_bounds():
 
 
 def test_figures_are_equally_wide(qapp):
-    """Proves that changing numbers do not jitter, whatever family the system has."""
     for pixels in (11, 18, 36):
         assert has_tabular_figures(sans_serif_font(pixels))
         assert has_tabular_figures(sans_serif_font(pixels, bold=True))

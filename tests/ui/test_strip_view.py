@@ -12,7 +12,6 @@ def live_view(now=500.0, width=1000, window=60.0):
 
 
 def test_live_the_newest_sample_is_in_the_last_column():
-    """Proves that the right edge follows."""
     view = live_view()
     for now in (500.0, 500.01, 500.5, 777.77):
         view.now = now
@@ -22,7 +21,6 @@ def test_live_the_newest_sample_is_in_the_last_column():
 
 
 def test_a_paused_view_stands_still_and_counts_the_seconds_behind():
-    """Proves that a pause holds the picture, whatever comes."""
     view = live_view()
     view.pause()
     before = view.columns
@@ -35,7 +33,6 @@ def test_a_paused_view_stands_still_and_counts_the_seconds_behind():
 
 
 def test_scrolling_back_pauses_and_reaching_the_newest_sample_goes_on():
-    """Proves scrolling: it pauses, is bounded by the flight's start, and ends at now."""
     view = live_view()
     view.scroll(-30.0)
     assert view.paused
@@ -47,7 +44,6 @@ def test_scrolling_back_pauses_and_reaching_the_newest_sample_goes_on():
 
 
 def test_a_short_flight_does_not_scroll_out_of_sight():
-    """Proves that a flight shorter than the window stays where it is."""
     view = live_view(now=10.0)
     view.scroll(-100.0)
     assert 0 <= view.x(0.0) < view.width
@@ -56,7 +52,6 @@ def test_a_short_flight_does_not_scroll_out_of_sight():
 
 @pytest.mark.parametrize("steps", [1, -1, 3, -3])
 def test_zoom_keeps_the_anchor_in_place_while_paused(steps):
-    """Proves that what one points at stays under the pointer, to a column of the new scale."""
     view = live_view(now=5000.0)
     view.scroll(-2000.0)
     anchor = view.time(300)
@@ -65,7 +60,6 @@ def test_zoom_keeps_the_anchor_in_place_while_paused(steps):
 
 
 def test_zoom_goes_through_all_windows_and_stops_at_the_ends():
-    """Proves that every step changes the picture, and none goes beyond the list."""
     view = live_view(now=9000.0)
     seen = [view.seconds]
     for _ in range(40):
@@ -89,7 +83,6 @@ def test_time_and_columns_agree():
 
 
 def test_cursors_stand_on_samples():
-    """Proves that a cursor names a time at which something was measured."""
     view = live_view()
     view.set_cursor("a", 12.3456)
     assert view.cursors["a"] == pytest.approx(12.35)
@@ -100,7 +93,6 @@ def test_cursors_stand_on_samples():
 
 
 def test_go_to_brings_a_time_to_the_middle():
-    """Proves jumps to a time and to the start."""
     view = live_view()
     view.go_to(200.0)
     assert view.x(200.0) == pytest.approx(view.width / 2, abs=1)
@@ -109,7 +101,6 @@ def test_go_to_brings_a_time_to_the_middle():
 
 
 def test_a_jump_back_of_a_replay_ends_a_pause_in_what_is_now_the_future():
-    """Proves that after a jump the display is not stuck where nothing has happened yet."""
     view = live_view()
     view.scroll(-20.0)
     view.set_now(490.0)

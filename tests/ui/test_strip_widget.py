@@ -16,10 +16,9 @@ from PySide6.QtGui import QColor, QImage, QPainter, QWheelEvent
 from gsapp.quantities import Block, channel
 from gsapp.session.limits import LimitBands
 from gsapp.session.sample_history import SampleHistory
-from ui.flight.flight_view_state import ChannelOrigin
 from ui.flight.panel_rows import build_cursor_value_rows
 from ui.strips import chart_painter
-from ui.strips.chart_annotations import AlarmSpan, ChartMark, ChartSpan
+from ui.strips.chart_annotations import AlarmSpan, ChannelOrigin, ChartMark, ChartSpan
 from ui.strips.chart_keys import ACTION_BY_KEY, KEY_ACTIONS
 from ui.strips.strip_chart import StripChart
 from ui.strips.strip_layout import Strip, StripGroup, StripLayout, Trace, default_layout
@@ -103,7 +102,6 @@ def press(qtbot, widget, key, modifier=Qt.KeyboardModifier.NoModifier):
 
 
 def test_the_screen_shows_the_raster_to_the_pixel(qtbot, strips):
-    """Proves that what was painted is what is seen, wherever the ring's seam is."""
     for second in range(7):
         strips.model.history.append(rows(60.0 + second, 100))
         settle(qtbot, strips)
@@ -114,7 +112,6 @@ def test_the_screen_shows_the_raster_to_the_pixel(qtbot, strips):
 
 
 def test_partial_repaints_equal_a_full_repaint(qtbot, strips):
-    """Proves that repainting only parts leaves nothing stale on the screen."""
     screen = QImage(strips.size(), QImage.Format.Format_RGB32)
     for second in range(5):
         strips.model.history.append(rows(60.0 + second, 100))
@@ -128,7 +125,6 @@ def test_partial_repaints_equal_a_full_repaint(qtbot, strips):
 
 
 def test_space_pauses_says_so_and_recording_goes_on(qtbot, strips, history):
-    """Proves the pause: picture still, banner with seconds, history still growing."""
     strips.set_recording(True)
     with qtbot.waitSignal(strips.view_changed):
         qtbot.keyClick(strips, Qt.Key.Key_Space)
@@ -150,7 +146,6 @@ def test_space_pauses_says_so_and_recording_goes_on(qtbot, strips, history):
 
 
 def test_a_pause_speaks_of_recording_only_while_there_is_any(qtbot, strips):
-    """Proves that a finished flight, paused, does not claim to be recorded."""
     press(qtbot, strips, Qt.Key.Key_Space)
     without = pixels_of(image_of(strips))[:20]
     strips.set_recording(True)
@@ -160,7 +155,6 @@ def test_a_pause_speaks_of_recording_only_while_there_is_any(qtbot, strips):
 
 
 def test_arrows_scroll_back_while_the_stream_goes_on(qtbot, strips, history):
-    """Proves that scrolled back the same columns show the same pixels as live before."""
     live, _ = raster_of(strips)
     columns = strips.view.columns
     history.append(rows(60.0, 1500))
@@ -182,7 +176,6 @@ def test_arrows_scroll_back_while_the_stream_goes_on(qtbot, strips, history):
 
 
 def test_plus_and_minus_zoom(qtbot, strips):
-    """Proves zoom by keys, and that the time axis changes with it."""
     seconds = strips.view.seconds
     press(qtbot, strips, Qt.Key.Key_Plus)
     assert strips.view.seconds < seconds
@@ -195,7 +188,6 @@ def test_plus_and_minus_zoom(qtbot, strips):
 
 
 def test_the_wheel_zooms_about_the_pointer(qtbot, strips):
-    """Proves that the time under the pointer stays there."""
     press(qtbot, strips, Qt.Key.Key_PageUp)
     plot = strips.geometry_in_pixels.plot
     x = plot.x + 200
@@ -207,7 +199,6 @@ def test_the_wheel_zooms_about_the_pointer(qtbot, strips):
 
 
 def test_a_touchpad_zooms_by_how_far_the_fingers_move(strips):
-    """Proves that small turns add up to one step, and that slanting ones count as the larger."""
     plot = strips.geometry_in_pixels.plot
     x, y = plot.x + 200, plot.y + 50
     seconds = strips.view.seconds
@@ -267,7 +258,6 @@ def test_the_cursor_stands_in_all_charts_and_reads_every_value(qtbot, strips, hi
 
 
 def test_a_and_b_give_differences(qtbot, strips):
-    """Proves A and B: delta t, and the difference of every value in displayed digits."""
     press(qtbot, strips, Qt.Key.Key_C)
     press(qtbot, strips, Qt.Key.Key_A)
     for _ in range(3):
@@ -291,7 +281,6 @@ def test_a_and_b_give_differences(qtbot, strips):
 
 
 def test_charts_are_chosen_enlarged_and_moved_by_keys(qtbot, strips):
-    """Proves that the charts need no mouse, and that the change is announced."""
     press(qtbot, strips, Qt.Key.Key_Down)
     press(qtbot, strips, Qt.Key.Key_Down)
     assert strips.view.selected == 2
@@ -390,10 +379,10 @@ def test_a_text_stands_where_it_is_asked_for_in_its_size(qapp, align, points):
     image = QImage(400, 80, QImage.Format.Format_RGB32)
     image.fill(QColor("#ffffff"))
     pen = chart_painter.PaintStyle(DAYLIGHT, 1.0)
-    painter = QPainter(image)
-    painter.setFont(pen.font(40)[0])
-    width = pen.text(painter, 200.0, 40.0, "HHHHH", "#000000", points, align=align)
-    painter.end()
+    pen.painter = QPainter(image)
+    pen.painter.setFont(pen.font(40)[0])
+    width = pen.text(200.0, 40.0, "HHHHH", "#000000", points, align=align)
+    pen.painter.end()
     rows_inked, columns = np.nonzero(pixels_of(image) != 0xFFFFFFFF)
     left = 200.0 - {"left": 0.0, "center": 0.5, "right": 1.0}[align] * width
     assert columns.min() == pytest.approx(left, abs=0.2 * points)
@@ -404,7 +393,6 @@ def test_a_text_stands_where_it_is_asked_for_in_its_size(qapp, align, points):
 
 
 def test_m_asks_for_a_mark_at_the_newest_sample_or_at_the_cursor(qtbot, strips, history):
-    """Proves the mark: now while live, at the cursor while paused."""
     with qtbot.waitSignal(strips.mark_requested) as caught:
         qtbot.keyClick(strips, Qt.Key.Key_M)
     assert caught.args == [history.end]
@@ -416,7 +404,6 @@ def test_m_asks_for_a_mark_at_the_newest_sample_or_at_the_cursor(qtbot, strips, 
 
 
 def test_every_key_of_the_table_does_something_known(qtbot, strips):
-    """Proves that table and widget agree, and no key is given twice."""
     keys = [key for action in KEY_ACTIONS for key in action.keys]
     assert len(keys) == len(set(keys))
     for action in KEY_ACTIONS:
@@ -427,7 +414,6 @@ def test_every_key_of_the_table_does_something_known(qtbot, strips):
 
 
 def test_a_stale_value_becomes_a_dash(qtbot, strips, history):
-    """Proves that the last value is never left standing when nothing comes any more."""
     settle(qtbot, strips)
     assert strips.displayed_values(3)[0].text.startswith("1")
     strips.set_now(history.end + 10.0)
@@ -450,7 +436,6 @@ def test_a_value_that_comes_seldom_is_left_standing_until_it_is_late(qtbot, stri
 
 
 def test_a_channel_without_data_is_a_dash_from_the_start(qtbot, strips):
-    """Proves that a missing channel is absent, not zero, and breaks nothing."""
     strips.set_layout(default_layout())
     settle(qtbot, strips)
     place = [strip.channel for strip in default_layout().strips].index("beta")
@@ -458,7 +443,6 @@ def test_a_channel_without_data_is_a_dash_from_the_start(qtbot, strips):
 
 
 def test_estimated_uncalibrated_and_out_of_limits_are_said_beside_the_value(qtbot, strips):
-    """Proves that state is a word as well as a color."""
     plain = image_of(strips)
     strips.set_sources(
         {"q": ChannelOrigin("estimated", True), "alpha": ChannelOrigin("measured", False)}
@@ -489,7 +473,6 @@ def test_estimated_uncalibrated_and_out_of_limits_are_said_beside_the_value(qtbo
 
 
 def test_values_at_cursors_say_that_they_lie_beyond_what_was_calibrated(qtbot, strips):
-    """Proves it for a measured channel, one derived from it, and where the range was not left."""
     history = strips.model.history
     alpha = history.samples("alpha", 0, round(history.end * history.rate))
     half = float(np.nanmax(alpha)) / 2.0
@@ -513,7 +496,6 @@ def test_values_at_cursors_say_that_they_lie_beyond_what_was_calibrated(qtbot, s
 
 
 def test_units_change_the_numbers_and_not_the_line(qtbot, strips):
-    """Proves US and SI: another number, another axis, the same samples."""
     us = strips.displayed_values(3)[0].text
     strips.set_units("SI")
     settle(qtbot, strips)
@@ -524,7 +506,6 @@ def test_units_change_the_numbers_and_not_the_line(qtbot, strips):
 
 @pytest.mark.parametrize("theme", THEMES.values(), ids=lambda theme: theme.name)
 def test_every_theme_paints_its_own_colors(qtbot, strips, theme):
-    """Proves that a theme reaches lines, plot and background."""
     strips.set_theme(theme)
     settle(qtbot, strips)
     screen = pixels_of(image_of(strips))
@@ -536,7 +517,6 @@ def test_every_theme_paints_its_own_colors(qtbot, strips, theme):
 
 
 def test_spans_and_marks_are_labeled_across_all_charts(qtbot, strips):
-    """Proves that a maneuver reaches from the lane through the last chart."""
     strips.set_spans([ChartSpan(label="doublet 1", start=55.0, stop=57.0)])
     strips.set_marks([ChartMark(label="gust", time=53.0)])
     settle(qtbot, strips)
@@ -556,7 +536,6 @@ def test_spans_and_marks_are_labeled_across_all_charts(qtbot, strips):
 
 @pytest.mark.parametrize("from_edge", [1, 300])
 def test_marks_of_one_moment_share_their_label(qtbot, strips, from_edge):
-    """Proves that a note written at the place of a mark is read there, too, beside the mark."""
 
     def lane(*labels):
         time = strips.view.time(strips.view.width - from_edge)
@@ -572,7 +551,6 @@ def test_marks_of_one_moment_share_their_label(qtbot, strips, from_edge):
 
 
 def test_words_without_room_before_a_mark_are_cut_there(qtbot, strips):
-    """Proves that a long note at the right edge is told as far as it fits, not left out."""
     settle(qtbot, strips)
     geometry = strips.geometry_in_pixels
     latest = strips.view.time(strips.view.width - 1)
@@ -588,7 +566,6 @@ def test_words_without_room_before_a_mark_are_cut_there(qtbot, strips):
 
 
 def test_a_mark_just_made_has_its_words_before_it(qtbot, strips):
-    """Proves that a label without room at the right edge is not cut, but stands at the left."""
     settle(qtbot, strips)
     plain = pixels_of(image_of(strips))
     latest = strips.view.time(strips.view.width - 3)
@@ -602,7 +579,6 @@ def test_a_mark_just_made_has_its_words_before_it(qtbot, strips):
 
 
 def test_at_200_percent_everything_is_twice_as_large(qtbot, strips):
-    """Proves the scale: thicker lines, larger type, and no chart lost."""
     strips.resize(1280, 800)
     settle(qtbot, strips)
     small = strips.geometry_in_pixels
@@ -617,7 +593,6 @@ def test_at_200_percent_everything_is_twice_as_large(qtbot, strips):
 
 @pytest.mark.parametrize("scale", [1.0, 1.5, 2.5])
 def test_nothing_overlaps_at_any_scale(qtbot, strips, scale):
-    """Proves that charts, columns and lanes have places of their own at 1280 by 800."""
     strips.resize(1280, 800)
     strips.set_layout(default_layout())
     strips.set_scale(scale)
@@ -637,7 +612,6 @@ def test_nothing_overlaps_at_any_scale(qtbot, strips, scale):
 
 
 def test_the_beginning_is_where_the_samples_begin(qtbot, strips):
-    """Proves that the way back ends there, however long the vehicle was switched on before."""
     late = SampleHistory(CHANNELS, RATE)
     strips.set_history(late)
     late.append(rows(1200.0, 9000))
@@ -650,7 +624,6 @@ def test_the_beginning_is_where_the_samples_begin(qtbot, strips):
 
 @pytest.mark.parametrize("key", [Qt.Key.Key_C, Qt.Key.Key_Right, Qt.Key.Key_A, Qt.Key.Key_B])
 def test_a_new_cursor_stands_where_there_are_samples(qtbot, strips, key):
-    """Proves it at the beginning of a flight, and while nothing comes any more."""
     young = SampleHistory(CHANNELS, RATE)
     young.append(rows(2.0, 2800))
     strips.set_history(young)
@@ -671,7 +644,6 @@ def test_a_new_cursor_stands_where_there_are_samples(qtbot, strips, key):
 @pytest.mark.parametrize("scale", [1.0, 1.5, 2.0, 2.5])
 @pytest.mark.parametrize("height", [300, 420, 560])
 def test_every_chart_in_sight_has_two_labels_or_more(qtbot, strips, scale, height):
-    """Proves that an amplitude can be read also where charts are low: rather fewer of them."""
     layout = default_layout()
     strips.set_layout(layout.with_strip(2, layout.strips[2].model_copy(update={"height": 0.25})))
     strips.resize(900, height)
@@ -686,12 +658,11 @@ def test_every_chart_in_sight_has_two_labels_or_more(qtbot, strips, scale, heigh
 @pytest.mark.parametrize("past", [0.0, 5.0, 10.0, 3600.0, 3611.0, 3627.0])
 @pytest.mark.parametrize("width", [560, 640, 700, 900])
 def test_the_time_axis_has_two_labels_or_more(qtbot, monkeypatch, past, width):
-    """Proves that times can be read off beside cursors and after an hour, and none touch."""
     drawn = []
     former = chart_painter.PaintStyle.text
 
-    def watched(pen, painter, x, center, text, *rest, **more):
-        taken = former(pen, painter, x, center, text, *rest, **more)
+    def watched(pen, x, center, text, *rest, **more):
+        taken = former(pen, x, center, text, *rest, **more)
         if more.get("align") == "center" and ":" in text:
             drawn.append((x - taken / 2.0, x + taken / 2.0))
         return taken
@@ -723,16 +694,21 @@ def test_the_time_axis_has_two_labels_or_more(qtbot, monkeypatch, past, width):
     found.close()
 
 
-def test_a_pause_says_how_much_time_is_in_sight(qtbot, strips, monkeypatch):
-    """Proves that the banner does not hide what stands there otherwise."""
-    said = []
+@pytest.fixture
+def said(monkeypatch):
+    """Return the texts that are painted from now on."""
+    texts = []
     former = chart_painter.PaintStyle.text
 
-    def watched(pen, painter, x, center, text, *rest, **more):
-        said.append(text)
-        return former(pen, painter, x, center, text, *rest, **more)
+    def watched(pen, x, center, text, *rest, **more):
+        texts.append(text)
+        return former(pen, x, center, text, *rest, **more)
 
     monkeypatch.setattr(chart_painter.PaintStyle, "text", watched)
+    return texts
+
+
+def test_a_pause_says_how_much_time_is_in_sight(qtbot, strips, said):
     press(qtbot, strips, Qt.Key.Key_Space)
     said.clear()
     image_of(strips)
@@ -740,16 +716,7 @@ def test_a_pause_says_how_much_time_is_in_sight(qtbot, strips, monkeypatch):
     assert any("Home" in text for text in said)
 
 
-def test_titles_stand_at_all_charts_of_a_height_or_at_none(qtbot, strips, monkeypatch):
-    """Proves that a pixel of height more does not tell charts apart."""
-    said = []
-    former = chart_painter.PaintStyle.text
-
-    def watched(pen, painter, x, center, text, *rest, **more):
-        said.append(text)
-        return former(pen, painter, x, center, text, *rest, **more)
-
-    monkeypatch.setattr(chart_painter.PaintStyle, "text", watched)
+def test_titles_stand_at_all_charts_of_a_height_or_at_none(qtbot, strips, said):
     layout = default_layout()
     strips.set_layout(layout)
     titles = {channel(strip.channel).title for strip in layout.strips}
@@ -764,7 +731,6 @@ def test_titles_stand_at_all_charts_of_a_height_or_at_none(qtbot, strips, monkey
 
 
 def test_a_subscript_of_the_last_chart_is_whole(qtbot, strips):
-    """Proves that a name has all its ink in the lowest chart in sight, however low that is."""
     lateral = Strip(traces=(Trace(channel="ay"),))
     strips.set_layout(StripLayout(groups=(StripGroup(strips=(lateral, lateral)),)))
     strips.set_scale(2.5)
@@ -784,7 +750,6 @@ def test_a_subscript_of_the_last_chart_is_whole(qtbot, strips):
 
 
 def test_charts_that_find_no_room_come_into_sight_when_chosen(qtbot, strips):
-    """Proves that on a small window every chart can still be reached by keys."""
     strips.set_layout(default_layout())
     strips.resize(700, 200)
     settle(qtbot, strips)
@@ -795,7 +760,6 @@ def test_charts_that_find_no_room_come_into_sight_when_chosen(qtbot, strips):
 
 
 def test_being_told_the_same_again_costs_nothing(qtbot, strips):
-    """Proves that a window may tell everything on every tick: nothing is made anew."""
     limits = {"V": LimitBands(warning_high=30.0)}
     spans, marks = [ChartSpan(label="one", start=52.0)], [ChartMark(label="here", time=53.0)]
 
@@ -816,7 +780,6 @@ def test_being_told_the_same_again_costs_nothing(qtbot, strips):
 
 
 def test_a_widget_never_shown_can_be_pictured(qtbot, history):
-    """Proves that a report or a headless run gets a full picture."""
     widget = StripChart(timed=False)
     qtbot.addWidget(widget)
     widget.resize(800, 400)
@@ -828,7 +791,6 @@ def test_a_widget_never_shown_can_be_pictured(qtbot, history):
 
 
 def test_nothing_yet_is_said(qtbot):
-    """Proves that an empty display explains itself and does not fail."""
     widget = StripChart(timed=False)
     qtbot.addWidget(widget)
     widget.resize(600, 400)
@@ -843,7 +805,6 @@ def test_nothing_yet_is_said(qtbot):
 
 
 def test_the_widget_follows_by_itself_and_rests_while_hidden(qtbot, history):
-    """Proves the timer: what is appended appears without any signal per sample."""
     widget = StripChart()
     qtbot.addWidget(widget)
     widget.resize(600, 400)
@@ -1012,7 +973,6 @@ print(density, raster.width, int((part != shown).sum()), raster.reach)
 
 @pytest.mark.parametrize(("density", "reach"), [(1.25, 1), (2.0, 2), (3.0, 3)])
 def test_screens_of_any_density_show_every_pixel_exactly(density, reach):
-    """Proves that on dense screens the raster has the screen's own pixels, unscaled."""
     found = run_at_density(DENSITY_SCRIPT, density)
     shown, width, wrong, found_reach = found.split()
     assert float(shown) == pytest.approx(density)
@@ -1022,7 +982,6 @@ def test_screens_of_any_density_show_every_pixel_exactly(density, reach):
 
 
 def test_the_wheel_over_a_value_axis_scales_that_chart_alone(qtbot, strips):
-    """Proves that the value under the pointer stays, and dragging and autoscale by the axis."""
     geometry = strips.geometry_in_pixels
     box = geometry.charts[2]
     x, y = geometry.plot.x - 5, box.y + box.height // 4
@@ -1051,7 +1010,6 @@ def test_the_wheel_over_a_value_axis_scales_that_chart_alone(qtbot, strips):
 
 
 def test_alarms_stand_above_the_charts_and_on_their_own(qtbot, strips):
-    """Proves place and length in pixels, on the chart of the channel alone."""
     strips.set_alarms([AlarmSpan(start=52.0, stop=54.0, state="warning", channel="q")])
     settle(qtbot, strips)
     pixels, geometry = pixels_of(image_of(strips)), strips.geometry_in_pixels

@@ -222,6 +222,7 @@ def untranslated(text: str, literals: set[str], exempt: set[str]) -> str | None:
     return None
 
 
+@pytest.mark.long
 def test_all_that_the_window_shows_is_translated(
     translated: None, qtbot: QtBot, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:

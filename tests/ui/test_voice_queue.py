@@ -44,46 +44,41 @@ def words(queue: SpeechQueue) -> tuple[str | None, str | None]:
     )
 
 
-def test_never_more_than_one_sentence_behind(queue: SpeechQueue) -> None:
-    for number in range(10):
-        queue.enqueue(f"point {number}", PROMPT)
-    assert list(heard(queue)) == ["point 0", "point 9"]
-
-
-def test_a_warning_cuts_in_and_the_prompt_is_said_again(queue: SpeechQueue) -> None:
-    queue.enqueue("plus ten", PROMPT)
-    queue.enqueue("link lost", WARNING)
-    assert words(queue) == ("link lost", "plus ten")
-
-
-def test_what_is_newer_than_the_cut_off_sentence_waits_in_its_place(queue: SpeechQueue) -> None:
-    queue.enqueue("plus ten", PROMPT)
-    queue.enqueue("plus fifteen", PROMPT)
-    queue.enqueue("link lost", WARNING)
-    assert list(heard(queue)) == ["link lost", "plus fifteen"]
-
-
-def test_the_lesser_gives_way_to_what_waits(queue: SpeechQueue) -> None:
-    queue.enqueue("plus ten", PROMPT)
-    queue.enqueue("hold still", PROMPT)
-    queue.enqueue("four points left", NOTE)
-    assert list(heard(queue)) == ["plus ten", "hold still"]
-
-
-def test_a_prompt_takes_the_place_of_a_note_that_waits(queue: SpeechQueue) -> None:
-    queue.enqueue("plus ten", PROMPT)
-    queue.enqueue("four points left", NOTE)
-    queue.enqueue("hold still", PROMPT)
-    assert list(heard(queue)) == ["plus ten", "hold still"]
-
-
-def test_a_prompt_waits_for_a_warning_and_a_second_warning_goes_before_it(
-    queue: SpeechQueue,
+@pytest.mark.parametrize(
+    ("offered", "said"),
+    [
+        ([(f"point {number}", PROMPT) for number in range(10)], ["point 0", "point 9"]),
+        ([("plus ten", PROMPT), ("link lost", WARNING)], ["link lost", "plus ten"]),
+        (
+            [("plus ten", PROMPT), ("plus fifteen", PROMPT), ("link lost", WARNING)],
+            ["link lost", "plus fifteen"],
+        ),
+        (
+            [("plus ten", PROMPT), ("hold still", PROMPT), ("four points left", NOTE)],
+            ["plus ten", "hold still"],
+        ),
+        (
+            [("plus ten", PROMPT), ("four points left", NOTE), ("hold still", PROMPT)],
+            ["plus ten", "hold still"],
+        ),
+        (
+            [("link lost", WARNING), ("plus ten", PROMPT), ("disk full", WARNING)],
+            ["link lost", "disk full"],
+        ),
+        ([("  ", WARNING)], []),
+    ],
+    ids=[
+        "never more than one behind", "a warning cuts in, the prompt is said again",
+        "newer than what was cut off", "the lesser gives way to what waits",
+        "a prompt in place of a note", "a second warning before a prompt", "nothing",
+    ],
+)  # fmt: skip
+def test_the_more_urgent_and_then_the_newer_is_heard(
+    queue: SpeechQueue, offered: list[tuple[str, UtterancePriority]], said: list[str]
 ) -> None:
-    queue.enqueue("link lost", WARNING)
-    queue.enqueue("plus ten", PROMPT)
-    queue.enqueue("disk full", WARNING)
-    assert list(heard(queue)) == ["link lost", "disk full"]
+    for text, priority in offered:
+        queue.enqueue(text, priority)
+    assert list(heard(queue)) == said
 
 
 def test_no_repeats_until_time_or_other_words_are_between(queue: SpeechQueue, clock: Clock) -> None:
@@ -138,11 +133,6 @@ def test_the_late_end_of_what_was_cut_off_changes_nothing(queue: SpeechQueue) ->
     assert cut_off is not None
     queue.finished(cut_off)
     assert words(queue) == ("link lost", "plus ten")
-
-
-def test_empty_words_are_nothing(queue: SpeechQueue) -> None:
-    queue.enqueue("  ", WARNING)
-    assert words(queue) == (None, None)
 
 
 def test_a_hush_cuts_off_all_but_warnings_and_forgets_the_rest(queue: SpeechQueue) -> None:

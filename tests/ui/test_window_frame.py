@@ -50,7 +50,15 @@ from gsapp.session.equipment_monitor import DiskSummary, LinkSummary, RecorderSu
 from gsapp.session.limits import LimitBands, Severity
 from gsapp.session.user_limit_store import UserLimitStore
 from gsapp.telemetry.link_registry import parse_link
-from tests.ui.window_kit import activate, answer_dialog, in_window, open_window, until, write_flight
+from tests.ui.window_kit import (
+    activate,
+    answer_dialog,
+    in_window,
+    open_small_flight,
+    open_window,
+    until,
+    write_flight,
+)
 from ui.background_job import BackgroundJob, JobProgress
 from ui.commands import COMMANDS, CommandSet, shortcut_text
 from ui.dialogs.connect import ConnectDialog, ConnectionOptions
@@ -82,8 +90,8 @@ pytestmark = pytest.mark.usefixtures("alone")
 
 @pytest.fixture
 def flight(window: MainWindow, qtbot: QtBot, tmp_path: Path) -> MainWindow:
-    window.flight_controller.flight_opener.open_flight(write_flight(tmp_path), playing=False)
-    until(qtbot, lambda: window.flight_controller.is_loaded and window.view.replay.isVisible())
+    open_small_flight(window, qtbot, tmp_path)
+    until(qtbot, window.view.replay.isVisible)
     window.flight_controller.seek(19.0)
     until(qtbot, lambda: window.flight_controller.is_up_to_date)
     window.flight_controller.poller.tick()
@@ -186,16 +194,17 @@ def test_only_what_has_had_the_keyboard_is_looked_at_for_keys(
 
 
 def test_a_key_that_is_held_does_once_what_does_not_move(flight: MainWindow, qtbot: QtBot) -> None:
+    controller = flight.flight_controller
     flight.view.charts.setFocus()
     hold(Qt.Key.Key_M, "m")
-    assert len(flight.flight_controller.session.marks) == 1
-    playing = flight.flight_controller.session.replay_feed.playing
+    assert len(controller.session.marks) == 1
+    playing = controller.session.replay_feed.playing
     hold(Qt.Key.Key_Space, " ")
-    assert flight.flight_controller.session.replay_feed.playing is not playing
-    flight.flight_controller.session.replay_feed.pause()
-    before = flight.flight_controller.time
+    assert controller.session.replay_feed.playing is not playing
+    controller.session.replay_feed.pause()
+    before = controller.time
     hold(Qt.Key.Key_Comma, ",")
-    assert flight.flight_controller.time == pytest.approx(before - 6 * 0.02)
+    assert controller.time == pytest.approx(before - 6 * 0.02)
 
 
 def test_a_control_is_pressed_once_and_a_text_goes_on_while_a_key_is_held(
@@ -303,23 +312,24 @@ def test_a_channel_that_never_has_a_sample_gets_no_chart(
 def test_a_note_is_typed_in_place_found_again_and_taken_back(
     flight: MainWindow, qtbot: QtBot
 ) -> None:
+    controller = flight.flight_controller
     flight.crew.add_note()
     editor = flight.view.marks.view.findChild(QLineEdit)
     editor.setText("gust from the left")
     qtbot.keyClick(editor, Qt.Key.Key_Return)
-    until(qtbot, lambda: flight.flight_controller.session.marks[0].text == "gust from the left")
+    until(qtbot, lambda: controller.session.marks[0].text == "gust from the left")
     # The next key is for the charts again.
     until(qtbot, flight.view.charts.hasFocus)
-    marks = flight.flight_controller.session.marks
+    marks = controller.session.marks
     assert [mark.kind for mark in marks] == ["note"]
     assert marks[0].time == pytest.approx(19.0)
-    flight.flight_controller.seek(3.0)
+    controller.seek(3.0)
     flight.crew.step_mark(1)
-    assert flight.flight_controller.time == pytest.approx(19.0)
+    assert controller.time == pytest.approx(19.0)
     flight.view.marks.deleted.emit(marks[0].id)
-    assert not flight.flight_controller.session.marks
-    flight.flight_controller.undo_mark()
-    assert len(flight.flight_controller.session.marks) == 1
+    assert not controller.session.marks
+    controller.undo_mark()
+    assert len(controller.session.marks) == 1
 
 
 def test_the_keyboard_goes_into_no_panel_that_nobody_sees(flight: MainWindow, qtbot: QtBot) -> None:
@@ -342,18 +352,17 @@ def test_the_keyboard_goes_into_no_panel_that_nobody_sees(flight: MainWindow, qt
 def test_a_note_half_typed_is_kept_when_its_flight_goes(
     flight: MainWindow, qtbot: QtBot, tmp_path: Path, end: str
 ) -> None:
-    former = flight.flight_controller.session
+    controller = flight.flight_controller
+    former = controller.session
     flight.crew.add_note()
     qtbot.keyClicks(flight.view.marks.view.findChild(QLineEdit), "half typ")
     if end == "window":
         flight.close()
     elif end == "closed":
-        flight.flight_controller.close_flight()
+        controller.close_flight()
     else:
-        flight.flight_controller.flight_opener.open_flight(
-            write_flight(tmp_path / "other"), playing=False
-        )
-        until(qtbot, lambda: flight.flight_controller.session is not former)
+        controller.flight_opener.open_flight(write_flight(tmp_path / "other"), playing=False)
+        until(qtbot, lambda: controller.session is not former)
     assert [mark.text for mark in former.marks] == ["half typ"]
 
 
@@ -932,10 +941,10 @@ def test_only_the_left_button_presses(
 @pytest.mark.parametrize("kind", [MarksPanel, AlarmsPanel, MessagesPanel])
 @pytest.mark.parametrize("scale", [100, 200])
 def test_times_are_whole_after_an_hour(
-    flight: MainWindow, qtbot: QtBot, kind: type[ListPanel], scale: int
+    window: MainWindow, qtbot: QtBot, kind: type[ListPanel], scale: int
 ) -> None:
-    flight.display_style.set_scale(scale)
-    panel = kind(flight.display_style)
+    window.display_style.set_scale(scale)
+    panel = kind(window.display_style)
     qtbot.addWidget(panel)
     panel.setStyleSheet(QApplication.instance().styleSheet())
     panel.resize(500, 300)
@@ -948,11 +957,11 @@ def test_times_are_whole_after_an_hour(
 
 @pytest.mark.parametrize("scale", [100, 200])
 def test_the_last_line_of_long_words_in_a_table_is_not_cut(
-    flight: MainWindow, qtbot: QtBot, scale: int
+    window: MainWindow, qtbot: QtBot, scale: int
 ) -> None:
     """A row is as high as the words are that wrap within the padding of the style."""
-    flight.display_style.set_scale(scale)
-    panel = AlarmsPanel(flight.display_style)
+    window.display_style.set_scale(scale)
+    panel = AlarmsPanel(window.display_style)
     qtbot.addWidget(panel)
     panel.setStyleSheet(QApplication.instance().styleSheet())
     panel.resize(500, 300)
@@ -1021,8 +1030,7 @@ def test_an_alarm_is_in_sight_at_every_scale(flight: MainWindow, qtbot: QtBot) -
     flight.flight_controller.session.alarm_registry.raise_(
         "x", Severity.WARNING, 1.0, "angle of sideslip too large " * 3
     )
-    for _step in range(7):
-        flight.appearance.step_scale(1)
+    flight.display_style.set_scale(250)
     flight.flight_controller.poller.tick()
     until(qtbot, lambda: flight.status_bar.item_widgets["alarms"].item.state == "warning")
     until(
@@ -1310,20 +1318,21 @@ def test_the_log_of_alarms_is_whole_sorted_copied_and_leads_into_the_replay(
     flight: MainWindow, qtbot: QtBot
 ) -> None:
     """Also what lies after the playhead, and what was seen and is over; ticks stand beside it."""
-    assert flight.flight_controller.session is not None
-    session, panel = flight.flight_controller.session, flight.view.alarms
-    flight.flight_controller.seek(0.5)
+    controller = flight.flight_controller
+    assert controller.session is not None
+    session, panel = controller.session, flight.view.alarms
+    controller.seek(0.5)
     flight.view.show_panel(3)
     session.set_user_limits("alpha", LimitBands(caution_high=0.06))
     # alpha passes 3.4 degrees every 2 s.
     until(qtbot, lambda: len(panel.view.row_model.rows) == 10)
     slider = flight.view.replay.slider
     assert len(slider._alarms) == len(flight.view.charts.model.alarms) == 10
-    flight.flight_controller.seek(3.0)
-    until(qtbot, lambda: bool(flight.flight_controller.unacknowledged_alarms()))
+    controller.seek(3.0)
+    until(qtbot, lambda: bool(controller.unacknowledged_alarms()))
     flight.commands.actions["acknowledge"].trigger()
     until(qtbot, lambda: "menu" in panel.view.row_model.rows[-1].cells[-1])
-    flight.flight_controller.seek(5.0)
+    controller.seek(5.0)
     until(qtbot, flight.commands.actions["acknowledge"].isEnabled)
     flight.activateWindow()
     qtbot.keyClick(flight, Qt.Key.Key_K)
@@ -1343,7 +1352,7 @@ def test_the_log_of_alarms_is_whole_sorted_copied_and_leads_into_the_replay(
     next(one for one in panel.view.actions() if one.text() == "Copy table").trigger()
     assert len(QGuiApplication.clipboard().text().splitlines()) == 11
     qtbot.keyClick(panel.view, Qt.Key.Key_Return)
-    assert flight.flight_controller.time == pytest.approx(max(onsets))
+    assert controller.time == pytest.approx(max(onsets))
 
 
 @pytest.mark.parametrize("scale", [100, 200])

@@ -32,7 +32,10 @@ from tests.ui.window_kit import (
     activate,
     alpha_sent,
     answer_dialog,
+    connect,
     free_port,
+    is_followed,
+    open_small_flight,
     open_window,
     until,
     write_flight,
@@ -71,14 +74,15 @@ def test_the_flown_system_is_shown_and_chosen_on_the_link_tile(
     window: MainWindow, qtbot: QtBot, tmp_path: Path
 ) -> None:
     """One click on a system of the menu: the flight is read again, and says so."""
+    controller = window.flight_controller
     port, folder = free_port(), tmp_path / "flights" / "first"
-    window.flight_controller.flight_opener.connect_aircraft(
+    controller.flight_opener.connect_aircraft(
         ConnectRequest(
             link=f"udpin:127.0.0.1:{port}", folder=folder, channel_map="ardupilot-plane",
             aircraft="b777", calibration="",
         )
     )  # fmt: skip
-    until(qtbot, lambda: window.flight_controller.is_open)
+    until(qtbot, lambda: controller.is_open)
     stop = threading.Event()
 
     def transmit() -> None:
@@ -100,7 +104,7 @@ def test_the_flown_system_is_shown_and_chosen_on_the_link_tile(
     try:
         tile = window.status_bar.item_widgets["link"]
         until(qtbot, lambda: tile.item.title == "LINK  SYSTEM 1")
-        former = window.flight_controller.session
+        former = controller.session
         report = former.link_report() if former is not None else None
         assert [vehicle.system for vehicle in report.vehicles] == [1, 7]
         qtbot.mouseClick(tile, Qt.MouseButton.LeftButton)
@@ -111,13 +115,13 @@ def test_the_flown_system_is_shown_and_chosen_on_the_link_tile(
         choices[1].trigger()
         menu.close()
         until(qtbot, lambda: tile.item.title == "LINK  SYSTEM 7")
-        assert window.flight_controller.session is not former
-        until(qtbot, lambda: window.flight_controller.session.history.has("phi"))
-        assert window.flight_controller.session.history.last("phi")[1] == pytest.approx(0.7)
+        assert controller.session is not former
+        until(qtbot, lambda: controller.session.history.has("phi"))
+        assert controller.session.history.last("phi")[1] == pytest.approx(0.7)
     finally:
         stop.set()
         transmitter.join()
-        window.flight_controller.recorders.stop_recording_and_wait()
+        controller.recorders.stop_recording_and_wait()
 
 
 def test_what_arrives_and_is_in_no_channel_is_not_called_nothing(
@@ -149,12 +153,7 @@ def test_from_the_first_byte_to_the_end_of_the_recording(
     """Connect, record, draw, mark, pause, close, find again, stop: as a crew would."""
     port, folder = free_port(), tmp_path / "flights" / "first"
     with Aircraft(port):
-        window.flight_controller.flight_opener.connect_aircraft(
-            ConnectRequest(
-                link=f"udpin:127.0.0.1:{port}", folder=folder, channel_map="b777",
-                aircraft="b777", calibration="b777",
-            )
-        )  # fmt: skip
+        connect(window, port, folder)
         until(qtbot, lambda: window.flight_controller.is_open and samples(window) > 60)
         history = window.flight_controller.history
         until(qtbot, lambda: traced_pixels(window) > 200)
@@ -252,44 +251,42 @@ def test_from_the_first_byte_to_the_end_of_the_recording(
 def test_a_flight_is_replayed_with_keys_alone(
     window: MainWindow, qtbot: QtBot, tmp_path: Path
 ) -> None:
-    window.flight_controller.flight_opener.open_flight(write_flight(tmp_path), playing=False)
-    until(qtbot, lambda: window.flight_controller.is_loaded)
+    controller = window.flight_controller
+    open_small_flight(window, qtbot, tmp_path)
     until(qtbot, window.view.replay.isVisible)
-    assert window.flight_controller.replay_span == (0.0, pytest.approx(19.98))
-    start = window.flight_controller.time
+    assert controller.replay_span == (0.0, pytest.approx(19.98))
+    start = controller.time
 
     press(qtbot, window, Qt.Key.Key_Space)
-    until(qtbot, lambda: (window.flight_controller.time or 0.0) > 0.2)
+    until(qtbot, lambda: (controller.time or 0.0) > 0.2)
     press(qtbot, window, Qt.Key.Key_Space)
-    held = window.flight_controller.time
+    held = controller.time
     qtbot.wait(60)
-    assert window.flight_controller.time == held > start
+    assert controller.time == held > start
 
     press(qtbot, window, Qt.Key.Key_Period)
     # It was held between two samples, and goes to the next one.
-    assert held < window.flight_controller.time <= held + 0.02 + 1e-9
-    assert window.flight_controller.time * 50 == pytest.approx(
-        round(window.flight_controller.time * 50)
-    )
+    assert held < controller.time <= held + 0.02 + 1e-9
+    assert controller.time * 50 == pytest.approx(round(controller.time * 50))
     press(qtbot, window, Qt.Key.Key_BracketRight)
-    assert window.flight_controller.speed == 2.0
+    assert controller.speed == 2.0
     until(qtbot, lambda: window.view.replay.speed.currentText() == "2x")
 
     # By the slider, with the keyboard: 10 s on, to the end, back to the start.
     slider = window.view.replay.slider
     slider.setFocus()
-    window.flight_controller.seek(5.0)
-    window.flight_controller.poller.tick()
+    controller.seek(5.0)
+    controller.poller.tick()
     until(qtbot, lambda: slider.accessibleDescription().startswith("00:05"))
     qtbot.keyClick(slider, Qt.Key.Key_PageDown)
-    assert window.flight_controller.time == pytest.approx(15.0)
+    assert controller.time == pytest.approx(15.0)
     qtbot.keyClick(slider, Qt.Key.Key_Home)
-    assert window.flight_controller.time == 0.0
+    assert controller.time == 0.0
 
     # As fast as it can, to the end.
-    window.flight_controller.set_speed(float("inf"))
+    controller.set_speed(float("inf"))
     press(qtbot, window, Qt.Key.Key_Space)
-    until(qtbot, lambda: window.flight_controller.time == pytest.approx(19.98))
+    until(qtbot, lambda: controller.time == pytest.approx(19.98))
     assert traced_pixels(window) > 200
 
 
@@ -305,12 +302,7 @@ def test_a_recording_is_not_forgotten_when_another_flight_opens(
 
     monkeypatch.setattr(ui.main_window, "ask_closing", answer)
     folder = tmp_path / "flights" / "first"
-    window.flight_controller.flight_opener.connect_aircraft(
-        ConnectRequest(
-            link=f"udpin:127.0.0.1:{free_port()}", folder=folder, channel_map="b777",
-            aircraft="b777", calibration="b777",
-        )
-    )  # fmt: skip
+    connect(window, free_port(), folder)
     until(qtbot, lambda: window.flight_controller.is_recording)
     window.flight_controller.flight_opener.open_flight(write_flight(tmp_path), playing=False)
     until(qtbot, lambda: window.flight_controller.is_replay)
@@ -327,8 +319,7 @@ def test_cursors_give_values_and_differences(
     window: MainWindow, qtbot: QtBot, tmp_path: Path
 ) -> None:
     """A and B half a period of alpha apart: the table says twice the amplitude."""
-    window.flight_controller.flight_opener.open_flight(write_flight(tmp_path), playing=False)
-    until(qtbot, lambda: window.flight_controller.is_loaded)
+    open_small_flight(window, qtbot, tmp_path)
     window.flight_controller.seek(19.0)
     until(qtbot, lambda: window.flight_controller.is_up_to_date)
     window.view.show_panel(1)
@@ -381,8 +372,7 @@ def test_a_flight_is_exported_in_the_background(
 ) -> None:
     from gsapp.flight import load_flight
 
-    window.flight_controller.flight_opener.open_flight(write_flight(tmp_path), playing=False)
-    until(qtbot, lambda: window.flight_controller.is_loaded)
+    open_small_flight(window, qtbot, tmp_path)
     target = tmp_path / "out.csv"
     work = BackgroundJob(
         "Exporting",
@@ -422,8 +412,7 @@ def test_an_export_that_is_given_up_leaves_nothing_behind(
     kind: str, closes: bool,
 ) -> None:  # fmt: skip
     """By a press on Cancel, or with the window, which asks before."""
-    window.flight_controller.flight_opener.open_flight(write_flight(tmp_path), playing=False)
-    until(qtbot, lambda: window.flight_controller.is_loaded)
+    open_small_flight(window, qtbot, tmp_path)
     held, target = Held(), tmp_path / "out" / f"flight.{kind}"
     work = BackgroundJob(
         "Exporting",
@@ -469,27 +458,23 @@ def test_a_flight_folder_that_disappears_is_said_and_its_recording_followed(
     window: MainWindow, qtbot: QtBot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """It is renamed: an alarm says so, the window goes on with all samples, and it can be ended."""
+    controller = window.flight_controller
     port = free_port()
     with Aircraft(port):
-        window.flight_controller.flight_opener.connect_link(
+        controller.flight_opener.connect_link(
             f"udpin:127.0.0.1:{port}", channel_map="b777", aircraft="b777"
         )
-        until(qtbot, lambda: window.flight_controller.is_open and samples(window) > 20)
-        folder = window.flight_controller.session.path
+        until(qtbot, lambda: controller.is_open and samples(window) > 20)
+        folder = controller.session.path
         part = window.status_bar.item_widgets["record"]
         until(qtbot, lambda: part.item.state == "good")
-        first = window.flight_controller.history.start
+        first = controller.history.start
         folder.rename(folder.with_name("elsewhere"))
         beside = folder.with_name(f"{folder.name}-2")
-        until(
-            qtbot,
-            lambda: (
-                window.flight_controller.is_open and window.flight_controller.session.path == beside
-            ),
-        )
+        until(qtbot, lambda: is_followed(window, beside))
         until(qtbot, lambda: samples(window) > 60 and part.item.state == "good")
-        assert window.flight_controller.history.start == first
-        alarm = window.flight_controller.session.alarm_registry.get("folder")
+        assert controller.history.start == first
+        alarm = controller.session.alarm_registry.get("folder")
         assert not alarm.acknowledged
         # Asked at closing, the crew stays; then it ends the recording with the key.
         asked: list[str] = []
@@ -533,8 +518,7 @@ def test_a_record_that_cannot_be_read_floods_neither_window_nor_log(
 def test_what_fails_in_a_replay_is_told_once(
     window: MainWindow, qtbot: QtBot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    window.flight_controller.flight_opener.open_flight(write_flight(tmp_path), playing=False)
-    until(qtbot, lambda: window.flight_controller.is_loaded)
+    open_small_flight(window, qtbot, tmp_path)
     calls: list[float] = []
 
     def fail(_session: Session, budget: float) -> None:
@@ -559,8 +543,7 @@ def test_what_heals_and_fails_again_is_told_again(
     window: MainWindow, qtbot: QtBot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """A crew that closed the banner of the first time would else look at charts that stand."""
-    window.flight_controller.flight_opener.open_flight(write_flight(tmp_path), playing=False)
-    until(qtbot, lambda: window.flight_controller.is_loaded)
+    open_small_flight(window, qtbot, tmp_path)
     snapshot, problem, asked = Session.snapshot, [""], [0]
 
     def look(session: Session) -> SessionSnapshot:
@@ -583,6 +566,7 @@ def test_a_connection_that_is_cancelled_leaves_nothing_behind(
     window: MainWindow, qtbot: QtBot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, moment: str
 ) -> None:
     """Neither recorder nor folder: connecting again works at once, and the card still waits."""
+    controller = window.flight_controller
     card = next_flight_path(window.store.path) / "flight.toml"
     card.parent.mkdir(parents=True, exist_ok=True)
     card.write_text('notes = "new tire"\n', encoding="utf-8")
@@ -593,7 +577,7 @@ def test_a_connection_that_is_cancelled_leaves_nothing_behind(
         works.append(work)
         work.canceled.connect(lambda: ended.append("cancelled"))
 
-    window.flight_controller.job_started.connect(keep)
+    controller.job_started.connect(keep)
     follow = Session.follow
 
     def slow(folder: Path, **options: object) -> Session:
@@ -615,23 +599,21 @@ def test_a_connection_that_is_cancelled_leaves_nothing_behind(
     flights = tmp_path / "flights"
     if moment == "done":
         monkeypatch.setattr(BackgroundJob, "_finish", cancel_and_finish)
-    window.flight_controller.flight_opener.connect_link(link)
+    controller.flight_opener.connect_link(link)
     if moment == "early":
         works[0].cancel()
     until(qtbot, lambda: bool(ended))
     until(qtbot, lambda: find_recorders() == [] and not list(flights.glob("*")))
-    assert not window.flight_controller.is_open
+    assert not controller.is_open
     assert "new tire" in card.read_text(encoding="utf-8")
-    window.flight_controller.flight_opener.connect_link(link)
-    until(qtbot, lambda: window.flight_controller.is_open)
+    controller.flight_opener.connect_link(link)
+    until(qtbot, lambda: controller.is_open)
     assert window.banners.texts() == () or not any(
         "in use" in one for one in window.banners.texts()
     )
-    assert "new tire" in (window.flight_controller.session.path / "flight.toml").read_text(
-        encoding="utf-8"
-    )
+    assert "new tire" in (controller.session.path / "flight.toml").read_text(encoding="utf-8")
     assert "new tire" not in card.read_text(encoding="utf-8")
-    window.flight_controller.recorders.stop_recording_and_wait()
+    controller.recorders.stop_recording_and_wait()
 
 
 def test_a_connection_that_is_cancelled_keeps_what_came(
@@ -662,6 +644,7 @@ def test_a_connection_that_fails_leaves_no_recorder_behind(
     window: MainWindow, qtbot: QtBot, monkeypatch: pytest.MonkeyPatch, sends: bool
 ) -> None:
     """It ran on unseen, and held the link against the next attempt."""
+    controller = window.flight_controller
     card = next_flight_path(window.store.path) / "flight.toml"
     card.parent.mkdir(parents=True, exist_ok=True)
     card.write_text('notes = "new tire"\n', encoding="utf-8")
@@ -681,10 +664,10 @@ def test_a_connection_that_fails_leaves_no_recorder_behind(
     port = free_port()
     link = f"udpin:127.0.0.1:{port}"
     with Aircraft(port) if sends else nullcontext():
-        window.flight_controller.flight_opener.connect_link(link)
+        controller.flight_opener.connect_link(link)
         until(qtbot, lambda: any("taken away" in text for text in window.banners.texts()))
     assert find_recorders() == []
-    kept = list(window.flight_controller.flight_opener.next_flight_folder().parent.glob("*"))
+    kept = list(controller.flight_opener.next_flight_folder().parent.glob("*"))
     assert [FlightFolder(path=one).nonempty_raw_files != () for one in kept] == (
         [True] if sends else []
     )
@@ -692,22 +675,21 @@ def test_a_connection_that_fails_leaves_no_recorder_behind(
     # The card went with the bytes, or waits on.
     assert ("new tire" in card.read_text(encoding="utf-8")) != sends
     monkeypatch.setattr(Session, "follow", follow)
-    window.flight_controller.flight_opener.connect_link(link)
-    until(qtbot, lambda: window.flight_controller.is_open)
-    window.flight_controller.recorders.stop_recording_and_wait()
+    controller.flight_opener.connect_link(link)
+    until(qtbot, lambda: controller.is_open)
+    controller.recorders.stop_recording_and_wait()
 
 
 def test_a_second_connection_joins_the_recorder_of_the_first(
     window: MainWindow, qtbot: QtBot
 ) -> None:
+    controller = window.flight_controller
     link = f"udpin:127.0.0.1:{free_port()}"
-    window.flight_controller.flight_opener.connect_link(link)
+    controller.flight_opener.connect_link(link)
     qtbot.wait(20)
-    window.flight_controller.flight_opener.connect_link(link)
-    until(qtbot, lambda: window.flight_controller.is_open)
+    controller.flight_opener.connect_link(link)
+    until(qtbot, lambda: controller.is_open)
     qtbot.wait(600)
-    assert [handle.folder for handle in find_recorders()] == [
-        window.flight_controller.session.path.absolute()
-    ]
-    assert window.flight_controller.session.recorder.is_alive()
-    window.flight_controller.recorders.stop_recording_and_wait()
+    assert [handle.folder for handle in find_recorders()] == [controller.session.path.absolute()]
+    assert controller.session.recorder.is_alive()
+    controller.recorders.stop_recording_and_wait()

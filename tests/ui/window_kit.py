@@ -7,11 +7,11 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Self, TypeVar
+from typing import Any, Self, TypeVar
 
 import numpy as np
 import pytest
-from PySide6.QtCore import QPoint, QRect, Qt, QTimer
+from PySide6.QtCore import QEvent, QPoint, QRect, Qt, QTimer
 from PySide6.QtGui import QGuiApplication, QImage
 from PySide6.QtWidgets import QApplication, QDialog, QWidget
 from pytestqt.qtbot import QtBot
@@ -22,6 +22,7 @@ from gsapp.decoding.dialect import dialect
 from gsapp.flight.writers import write_flight_csv
 from gsapp.quantities import Block, FloatArray
 from gsapp.telemetry.recorder_status import RUNTIME_VARIABLE
+from ui.dialogs.flight_requests import ConnectRequest
 from ui.error_reporter import ErrorReporter
 from ui.main_window import MainWindow
 from ui.settings import SettingsStore
@@ -50,17 +51,27 @@ def alpha_sent(times: FloatArray) -> FloatArray:
     return 0.05 * np.sin(2 * np.pi * (times - _SWITCHED_ON))
 
 
-def open_window(folder: Path, **settings: object) -> MainWindow:
+def open_window(folder: Path, /, **settings: object) -> MainWindow:
+    _clear_style_sheet()
     store = SettingsStore(folder / "settings" / "window.toml")
-    store.change(flights=str(folder / "flights"), muted=True, **settings)
+    store.change(**{"flights": str(folder / "flights"), "muted": True, **settings})
     window = MainWindow(store, ErrorReporter())
     window.resize(1280, 800)
     window.show()
     return window
 
 
+def _clear_style_sheet() -> None:
+    """Let a window be built as the first one is; with a sheet each part is styled many times."""
+    application = QApplication.instance()
+    assert isinstance(application, QApplication)
+    application.sendPostedEvents(None, QEvent.Type.DeferredDelete)
+    if not any(isinstance(one, MainWindow) for one in application.topLevelWidgets()):
+        application.setStyleSheet("")
+
+
 @contextmanager
-def opened_window(folder: Path, **settings: object) -> Iterator[MainWindow]:
+def opened_window(folder: Path, /, **settings: object) -> Iterator[MainWindow]:
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv(RUNTIME_VARIABLE, str(folder / "run"))
         patch.setattr(ui.main_window, "ask_closing", lambda *_: "leave")
@@ -85,6 +96,29 @@ def write_flight(folder: Path, seconds: float = 20.0) -> Path:
     block = Block(channels=("alpha", "q", "V", "de"), times=times, values=values)
     folder.mkdir(parents=True, exist_ok=True)
     return write_flight_csv(folder / "small.csv", block, "us")
+
+
+def open_small_flight(
+    window: MainWindow, qtbot: QtBot, folder: Path, seconds: float = 20.0
+) -> MainWindow:
+    """Open a replay that stands at its beginning, and return the window."""
+    path = write_flight(folder, seconds)
+    window.flight_controller.flight_opener.open_flight(path, playing=False)
+    until(qtbot, lambda: window.flight_controller.is_loaded)
+    return window
+
+
+def connect(window: MainWindow, port: int, folder: Path, **options: Any) -> None:
+    request = ConnectRequest(
+        link=f"udpin:127.0.0.1:{port}", folder=folder, channel_map="b777", aircraft="b777",
+        calibration="b777", **options,
+    )  # fmt: skip
+    window.flight_controller.flight_opener.connect_aircraft(request)
+
+
+def is_followed(window: MainWindow, folder: Path) -> bool:
+    session = window.flight_controller.session
+    return session is not None and session.path == folder
 
 
 def free_port() -> int:

@@ -18,10 +18,10 @@ from tests.ui.pilot_kit import CARDS, STATES, debrief
 from tests.ui.review_kit import ThreadEngine, write_flights
 from tests.ui.shown_text import PaintedText, shown_texts
 from tests.ui.window_kit import answer_dialog, open_window, until
+from ui.appearance_controller import SettingsDialog
 from ui.dialogs.connect import ConnectDialog
 from ui.dialogs.flight_dialogs import ExportDialog, GoToDialog, RangeDialog
 from ui.dialogs.limits import LimitsDialog
-from ui.dialogs.settings import SettingsDialog
 from ui.dialogs.virtual_flight import VirtualFlightDialog
 from ui.estimate_form import EstimateForm
 from ui.gap.search_request import GapRequest

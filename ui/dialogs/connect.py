@@ -7,13 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from PySide6.QtCore import Qt, QTimer
-from PySide6.QtWidgets import (
-    QComboBox,
-    QHBoxLayout,
-    QPushButton,
-    QVBoxLayout,
-    QWidget,
-)
+from PySide6.QtWidgets import QComboBox, QHBoxLayout, QPushButton, QVBoxLayout, QWidget
 
 from calibration import shipped_certificate_sets
 from gsapp.aircraft.aircraft_loader import shipped_aircraft
@@ -30,10 +24,10 @@ from ui.dialogs.mavlink_inspector import describe_vehicle
 from ui.display_style import DisplayStyle
 from ui.settings import Settings
 from ui.translation import tr
+from ui.widgets.flow_layout import arrange
 
 _TEST_POLL_MS = 300
-_TEST_TIMEOUT = 2.0
-"""Seconds of a test before it is said what is wrong."""
+_TEST_TIMEOUT = 2.0  # Seconds of a test before it is said what is wrong.
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -74,9 +68,7 @@ class LinkTestField(QWidget):
         super().__init__()
         self._link = ""
         self._test: LinkTest | None = None
-        column = QVBoxLayout(self)
-        column.setContentsMargins(0, 0, 0, 0)
-        column.setSpacing(look.px(8))
+        column = arrange(QVBoxLayout(self), look.px(8))
         row = QHBoxLayout()
         row.setSpacing(look.px(8))
         self.systems = QComboBox()  # The first autopilot heard, or one of those heard.

@@ -59,10 +59,7 @@ def ask_save_file(parent: QWidget | None, title: str, start: Path, kinds: str) -
     found again by a dialog that opens files of this kind. A file that then has the name already is
     only replaced if the user says so.
 
-    Parameters
-    ----------
-    kinds : str
-        As Qt writes them, one ending each: ``Picture (*.png);;Drawing (*.svg)``.
+    `kinds`: as Qt writes them, one ending each: ``Picture (*.png);;Drawing (*.svg)``.
     """
     endings = dict(re.findall(r"([^;]+\(\*(\.\w+)\))", kinds))
     start = nearest_folder(start.parent) / start.name
@@ -83,10 +80,7 @@ def ask_and_save(
 ) -> None:
     """Ask for a file as `ask_save_file` does and write it, or say why it cannot be written.
 
-    Parameters
-    ----------
-    content : callable
-        Returns what is written, from the path chosen.
+    `content`: returns what is written, from the path chosen.
     """
     path = ask_save_file(parent, title, start, kinds)
     if path is None:

@@ -16,6 +16,7 @@ from ui.disk_checks import nearest_folder, path_kind
 from ui.display_style import DisplayStyle
 from ui.settings import writable_folder
 from ui.translation import QT_TR_NOOP, tr
+from ui.widgets.flow_layout import arrange
 
 _OTHER_FILE = QT_TR_NOOP("Other file…")
 _RETRY_MS = 1000
@@ -24,10 +25,7 @@ _RETRY_MS = 1000
 class ShippedFileField(QComboBox):
     """A file by name, or one of the user's own.
 
-    Parameters
-    ----------
-    none : str
-        Words for going without one; empty if there must be one.
+    `none`: words for going without one; empty if there must be one.
     """
 
     def __init__(
@@ -92,24 +90,15 @@ class ShippedFileField(QComboBox):
 class FlightFolderField(QWidget):
     """Title and folder of a new flight, with a sentence about them.
 
-    Parameters
-    ----------
-    parent_folder : Path
-        Where flights are recorded; the usual folder takes its place if it cannot be written.
-
-    Attributes
-    ----------
-    proposed_parent : Path
-        Folder of the flights, as proposed.
+    `parent_folder`: where flights are recorded; the usual folder takes its place if it cannot be
+    written. `proposed_parent`: folder of the flights, as proposed.
     """
 
     changed = Signal()  # Something else is typed now.
 
     def __init__(self, parent_folder: Path, look: DisplayStyle) -> None:
         super().__init__()
-        column = QVBoxLayout(self)
-        column.setContentsMargins(0, 0, 0, 0)
-        column.setSpacing(look.px(8))
+        column = arrange(QVBoxLayout(self), look.px(8))
         self.title = QLineEdit()
         self.title.setPlaceholderText(tr("Title (optional)"))
         self.title.setAccessibleName(tr("Title of the flight"))
@@ -152,12 +141,8 @@ class FlightFolderField(QWidget):
 class RecordingDialog(FormDialog):
     """Asks for a flight to be recorded, and stays open until its recording has begun.
 
-    Attributes
-    ----------
-    folder_field : FlightFolderField
-        Title and folder of the flight.
-    is_connecting : bool
-        Whether the recording is about to begin.
+    `folder_field`: title and folder of the flight. `is_connecting`: whether the recording is about
+    to begin.
     """
 
     # The user wants the flight. The dialog stays until it is accepted once more, or told of a

@@ -83,10 +83,7 @@ class GoToDialog(FormDialog):
 class RangeDialog(FormDialog):
     """Asks for the y range of a chart; two empty fields leave it to the program.
 
-    Parameters
-    ----------
-    low, high : float
-        The range in force, in that unit.
+    `low`, `high`: the range in force, in that unit.
     """
 
     def __init__(

@@ -66,10 +66,7 @@ class VirtualFlightRequest(FlightSettings):
 def check_link(text: str, parse: Callable[[str], LinkAddress], ports: Iterable[str]) -> InputCheck:
     """Return what is to be said of a LINK as it is typed.
 
-    Parameters
-    ----------
-    parse : callable
-        Reads a LINK; raises `GroundStationError` with a sentence if it is none.
+    `parse`: reads a LINK; raises `GroundStationError` with a sentence if it is none.
     """
     text = text.strip()
     if not text:

@@ -25,6 +25,7 @@ from PySide6.QtWidgets import (
 from ui.disk_checks import nearest_folder
 from ui.display_style import DisplayStyle
 from ui.translation import tr
+from ui.widgets.flow_layout import arrange
 from ui.widgets.labels import create_label
 
 
@@ -82,9 +83,7 @@ class PathField(QWidget):
     def __init__(self, name: str, look: DisplayStyle, *, folder: bool = True) -> None:
         super().__init__()
         self._name, self._folder = name, folder
-        row = QHBoxLayout(self)
-        row.setContentsMargins(0, 0, 0, 0)
-        row.setSpacing(look.px(8))
+        row = arrange(QHBoxLayout(self), look.px(8))
         self.edit = QLineEdit()
         self.edit.setAccessibleName(name)
         row.addWidget(self.edit, 1)
@@ -133,9 +132,7 @@ class FormDialog(SelfDeletingDialog):
         super().__init__(parent)
         self.display_style = look
         self.setWindowTitle(title)
-        outer = QVBoxLayout(self)
-        outer.setContentsMargins(0, 0, 0, 0)
-        outer.setSpacing(0)
+        outer = arrange(QVBoxLayout(self), 0)
         area = QScrollArea()
         area.setFrameShape(QFrame.Shape.NoFrame)
         area.setFocusPolicy(Qt.FocusPolicy.NoFocus)
@@ -147,9 +144,9 @@ class FormDialog(SelfDeletingDialog):
         self._body = QWidget()
         self._body.setObjectName("page")
         self._area = area
-        column = QVBoxLayout(self._body)
-        column.setContentsMargins(look.px(24), look.px(24), look.px(24), look.px(16))
-        column.setSpacing(look.px(16))
+        column = arrange(
+            QVBoxLayout(self._body), look.px(16), look.px(24), look.px(24), look.px(24), look.px(16)
+        )
         column.addWidget(create_label(title, "title"))
         column.addWidget(create_label(purpose, "muted", wrap=True))
         self.grid = QGridLayout()

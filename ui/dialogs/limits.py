@@ -27,12 +27,8 @@ _FIELDS = (
 class LimitsDialog(FormDialog):
     """Asks for the limits of a channel; an empty field is no limit.
 
-    Parameters
-    ----------
-    bands : LimitBands
-        The limits in force, SI.
-    typed : bool
-        Whether they were typed before, so that there is something to take back.
+    `bands`: the limits in force, SI. `typed`: whether they were typed before, so that there is
+    something to take back.
     """
 
     def __init__(
@@ -115,14 +111,8 @@ def check_limits(
 ) -> InputCheck:
     """Return what is to be said of four limits as they are typed, the highest first.
 
-    Parameters
-    ----------
-    texts : list of str
-        As typed; empty is no limit.
-    ends : tuple of float
-        What an instrument can show at all, SI.
-    to_inside : callable
-        From the unit of the screen to SI.
+    `texts`: as typed; empty is no limit. `ends`: what an instrument can show at all, SI.
+    `to_inside`: from the unit of the screen to SI.
     """
     numbers = [parse_number(text) for text in texts if text]
     if not numbers:

@@ -17,6 +17,7 @@ from ui.dialogs.flight_requests import InputCheck, check_link
 from ui.dialogs.form_dialog import FieldMessage, IntegerField, repolish
 from ui.display_style import DisplayStyle
 from ui.translation import tr
+from ui.widgets.flow_layout import arrange
 
 _PORT_CHECK_MS = 1500
 
@@ -29,10 +30,7 @@ def named_serial_ports() -> tuple[tuple[str, str], ...]:
 class LinkField(QWidget):
     """A LINK, put together from fields or typed; a sentence says whether it will do.
 
-    Parameters
-    ----------
-    list_ports : callable
-        Returns (path, words) of the serial ports that are there now.
+    `list_ports`: returns (path, words) of the serial ports that are there now.
     """
 
     changed = Signal()  # Something else is typed now.
@@ -50,9 +48,7 @@ class LinkField(QWidget):
         self._busy = False
         self._ports: tuple[tuple[str, str], ...] = ()
         self._kinds = {kind.name: kind for kind in link_kinds() if kind.title}
-        column = QVBoxLayout(self)
-        column.setContentsMargins(0, 0, 0, 0)
-        column.setSpacing(look.px(8))
+        column = arrange(QVBoxLayout(self), look.px(8))
         self.kind = QComboBox()
         self.kind.setAccessibleName(tr("Kind of link"))
         for kind in self._kinds.values():
@@ -99,9 +95,7 @@ class LinkField(QWidget):
             box.activated.connect(self._from_fields)
         self.port.value_changed.connect(self._from_fields)
         page = QWidget()
-        row = QHBoxLayout(page)
-        row.setContentsMargins(0, 0, 0, 0)
-        row.setSpacing(look.px(8))
+        row = arrange(QHBoxLayout(page), look.px(8))
         self._labels = {}
         by_field: dict[str, list[QWidget]] = {
             "host": [self.host], "port": [self.port], "path": [self.path, self.device],
@@ -124,7 +118,6 @@ class LinkField(QWidget):
         return {"host": self.host, "port": self.port, "path": self.path, "baud": self.baud}[name]
 
     def _show_kind(self) -> None:
-        """Show the editors of the fields that this kind has."""
         fields = {field.name: field for field in self._current_kind.fields}
         for name, label in self._labels.items():
             label.setVisible(name in fields)

@@ -13,6 +13,7 @@ from ui.display_style import DisplayStyle
 from ui.flight.side_panels import ListPanel
 from ui.number_format import DASH, count_text, duration_text, number_text, percent_text
 from ui.translation import QT_TR_NOOP, tr
+from ui.widgets.flow_layout import arrange
 from ui.widgets.labels import create_label
 from ui.widgets.row_model import TableRow, TableRowModel
 from ui.widgets.table_view import TableRowView
@@ -21,8 +22,7 @@ LINK_COLUMN_TITLES = (
     QT_TR_NOOP("Message"), QT_TR_NOOP("Frames"), QT_TR_NOOP("Per s"), QT_TR_NOOP("Age"),
     QT_TR_NOOP("Delay"),
 )  # fmt: skip
-LIVE_ONLY_COLUMNS = (2, 3)
-"""Columns that mean nothing once the record has ended."""
+LIVE_ONLY_COLUMNS = (2, 3)  # Columns that mean nothing once the record has ended.
 
 
 def describe_senders(report: LinkReport) -> tuple[str, ...]:
@@ -95,12 +95,8 @@ _DELAY = QT_TR_NOOP(
 class MavlinkInspector(SelfDeletingDialog):
     """Loss by sender; count, rate, age and delay by message.
 
-    Parameters
-    ----------
-    ask : callable
-        Returns how the link stands; None where nothing came as frames.
-    live : bool
-        Whether the flight goes on, so that rates and ages mean something.
+    `ask`: returns how the link stands; None where nothing came as frames. `live`: whether the
+    flight goes on, so that rates and ages mean something.
     """
 
     def __init__(
@@ -116,9 +112,9 @@ class MavlinkInspector(SelfDeletingDialog):
         self.setWindowTitle(tr("MAVLink inspector"))
         room = self.screen().availableSize() - QSize(32, 64)
         self.resize(QSize(look.px(760), look.px(600)).boundedTo(room))
-        column = QVBoxLayout(self)
-        column.setContentsMargins(look.px(24), look.px(16), look.px(24), look.px(16))
-        column.setSpacing(look.px(8))
+        column = arrange(
+            QVBoxLayout(self), look.px(8), look.px(24), look.px(16), look.px(24), look.px(16)
+        )
         self.senders = create_label("", wrap=True)
         column.addWidget(self.senders)
         model = TableRowModel(look, LINK_COLUMN_TITLES, right=frozenset({1, 2, 3, 4}))

@@ -26,6 +26,7 @@ from ui.dialogs.flight_requests import VirtualFlightRequest
 from ui.dialogs.form_dialog import FieldMessage, IntegerField
 from ui.display_style import DisplayStyle
 from ui.translation import tr
+from ui.widgets.flow_layout import arrange
 
 _SPEEDS = (1.0, 2.0, 5.0, 10.0)
 _USUAL_PLAN = "default"
@@ -125,9 +126,7 @@ class VirtualFlightDialog(RecordingDialog):
         )
         self._reading.start()
         holder = QWidget()
-        column = QVBoxLayout(holder)
-        column.setContentsMargins(0, 0, 0, 0)
-        column.setSpacing(look.px(8))
+        column = arrange(QVBoxLayout(holder), look.px(8))
         column.addWidget(self.search)
         column.addWidget(self.effects)
         holder.setFocusProxy(self.search)

@@ -37,6 +37,7 @@ from ui.flight.chart_selection import (
 from ui.number_format import count_text, symbol_text
 from ui.strips.strip_layout import StripLayout
 from ui.translation import tr
+from ui.widgets.flow_layout import arrange
 from ui.widgets.labels import create_label
 from ui.widgets.table_menu import TableMenu, create_table_actions
 
@@ -91,9 +92,7 @@ class ChannelPanel(QWidget):
         self._charts = StripLayout()
         self._notes: dict[str, str] = {}
         self._busy = False
-        column = QVBoxLayout(self)
-        column.setContentsMargins(8, 8, 8, 8)
-        column.setSpacing(8)
+        column = arrange(QVBoxLayout(self), 8, 8, 8, 8, 8)
         column.addLayout(self._layout_row())
         self.search = QLineEdit()
         self.search.setPlaceholderText(tr("Search channels"))
@@ -111,9 +110,7 @@ class ChannelPanel(QWidget):
         self.tree.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         split.addWidget(self.tree)
         lower = QWidget()
-        below = QVBoxLayout(lower)
-        below.setContentsMargins(0, 8, 0, 0)
-        below.setSpacing(4)
+        below = arrange(QVBoxLayout(lower), 4, 0, 8, 0, 0)
         head = QHBoxLayout()
         self._count = create_label("", "label")
         head.addWidget(self._count, 1)
@@ -136,7 +133,6 @@ class ChannelPanel(QWidget):
         look.changed.connect(self._restyle)
 
     def _add_menus(self) -> None:
-        """Give tree and order their menus."""
         show = QAction(tr("Show or hide in the charts"), self.tree)
         show.triggered.connect(self._toggle_current)
         self.tree.currentItemChanged.connect(
@@ -220,10 +216,7 @@ class ChannelPanel(QWidget):
     ) -> None:
         """Show what the flight has and what is charted.
 
-        Parameters
-        ----------
-        notes : mapping of str to str
-            What is to be said of a channel, such as ``estimated``.
+        `notes`: what is to be said of a channel, such as ``estimated``.
         """
         self._charts = charts
         if (tuple(available), dict(notes)) != (self._available, self._notes):

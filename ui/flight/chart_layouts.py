@@ -32,10 +32,7 @@ _UNSAFE_CHARACTERS = re.compile(r"[^\w\-]+")
 class LayoutStore:
     """Layouts by name, on disk.
 
-    Parameters
-    ----------
-    folder : Path
-        Where they are kept; made when the first is saved.
+    `folder`: where they are kept; made when the first is saved.
     """
 
     def __init__(self, folder: Path) -> None:
@@ -78,10 +75,8 @@ class LayoutStore:
     def save(self, layout: StripLayout, name: str) -> None:
         """Keep a layout under a name.
 
-        Raises
-        ------
-        FlightError
-            If the name belongs to a layout that comes with the program, or the disk refuses.
+        Raises `FlightError` if the name belongs to a layout that comes with the program, or the
+        disk refuses.
         """
         if name in SHIPPED_LAYOUT_NAMES or not name.strip():
             raise FlightError(
@@ -191,7 +186,6 @@ class LayoutController(QObject):
         self._set_charts(layout, "")
 
     def _follow_charts(self, layout: StripLayout) -> None:
-        """Follow a change made on the charts themselves."""
         if layout.name in SHIPPED_LAYOUT_NAMES:
             self._set_charts(layout, "")
             return

@@ -14,8 +14,7 @@ from ui.number_format import symbol_text
 from ui.strips.strip_layout import Strip, StripGroup, StripLayout, Trace, default_layout
 from ui.translation import QT_TR_NOOP, tr
 
-LayoutRow = str | Strip
-"""A heading, or a chart."""
+LayoutRow = str | Strip  # A heading, or a chart.
 
 OVERVIEW_LAYOUT = QT_TR_NOOP("Overview")
 
@@ -40,8 +39,7 @@ _SHIPPED_LAYOUTS: Mapping[str, tuple[tuple[str, tuple[str, ...]], ...]] = Mappin
     }
 )
 
-SHIPPED_LAYOUT_NAMES = (OVERVIEW_LAYOUT, *_SHIPPED_LAYOUTS)
-"""Layouts that come with the program."""
+SHIPPED_LAYOUT_NAMES = (OVERVIEW_LAYOUT, *_SHIPPED_LAYOUTS)  # Layouts that come with the program.
 
 _CHANNEL_ORDER = {name: index for index, name in enumerate(CHANNELS)}
 

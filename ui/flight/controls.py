@@ -5,40 +5,27 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from PySide6.QtCore import Qt, Signal
-from PySide6.QtGui import (
-    QAction,
-    QResizeEvent,
-)
-from PySide6.QtWidgets import (
-    QComboBox,
-    QHBoxLayout,
-    QLabel,
-    QPushButton,
-    QSizePolicy,
-    QWidget,
-)
+from PySide6.QtGui import QAction, QResizeEvent
+from PySide6.QtWidgets import QComboBox, QHBoxLayout, QLabel, QPushButton, QSizePolicy, QWidget
 
 from ui.display_style import DisplayStyle
 from ui.number_format import clock_text, time_span_text
 from ui.strips.chart_annotations import AlarmSpan
 from ui.translation import tr
 from ui.widgets.action_button import ActionButton
-from ui.widgets.flow_layout import FlowLayout
+from ui.widgets.flow_layout import FlowLayout, arrange
 from ui.widgets.time_slider import TimeSlider
 
-TIME_SPANS = (10.0, 30.0, 60.0, 120.0, 600.0)
-"""Seconds in sight that have a button."""
+TIME_SPANS = (10.0, 30.0, 60.0, 120.0, 600.0)  # Seconds in sight that have a button.
 
 REPLAY_SPEEDS = (0.1, 0.25, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, float("inf"))
 """Speeds of a replay; the last is as fast as it can."""
 
 
-_SPANS_MIN_WIDTH = 640
-"""Points of width below which the buttons for the time in sight give way."""
+_SPANS_MIN_WIDTH = 640  # Points of width below which the buttons for the time in sight give way.
 
 
-_NOTE_MIN_WIDTH = 520
-"""Points of width below which only the key N notes."""
+_NOTE_MIN_WIDTH = 520  # Points of width below which only the key N notes.
 
 
 def speed_text(speed: float) -> str:
@@ -130,9 +117,7 @@ class ControlRow(QWidget):
         super().__init__()
         self._look = look
         self._replay = replay
-        outer = QHBoxLayout(self)
-        outer.setContentsMargins(0, 0, 0, 0)
-        outer.setSpacing(0)
+        outer = arrange(QHBoxLayout(self), 0)
         left, right = QWidget(), QWidget()
         outer.addWidget(left, 1)
         outer.addWidget(right, 0, Qt.AlignmentFlag.AlignTop)
@@ -147,9 +132,7 @@ class ControlRow(QWidget):
             flow.addWidget(widget)
         self.spans: dict[float, QPushButton] = {}
         holder = QWidget()
-        row = QHBoxLayout(holder)
-        row.setContentsMargins(0, 0, 0, 0)
-        row.setSpacing(look.px(4))
+        row = arrange(QHBoxLayout(holder), look.px(4))
         for seconds in TIME_SPANS:
             button = QPushButton(time_span_text(seconds))
             button.setProperty("role", "segment")

@@ -6,22 +6,8 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
-from PySide6.QtCore import (
-    QPointF,
-    QRectF,
-    QSize,
-    Qt,
-    Signal,
-)
-from PySide6.QtGui import (
-    QColor,
-    QFontMetricsF,
-    QKeyEvent,
-    QPainter,
-    QPaintEvent,
-    QPen,
-    QPolygonF,
-)
+from PySide6.QtCore import QPointF, QRectF, QSize, Qt, Signal
+from PySide6.QtGui import QColor, QFontMetricsF, QKeyEvent, QPainter, QPaintEvent, QPen, QPolygonF
 from PySide6.QtWidgets import (
     QAbstractItemView,
     QListView,
@@ -38,6 +24,7 @@ from ui.display_limits import DISPLAY
 from ui.display_style import DisplayStyle
 from ui.number_format import DASH, count_text, number_text, symbol_text
 from ui.translation import QT_TR_NOOP, tr
+from ui.widgets.flow_layout import arrange
 from ui.widgets.labels import create_label
 from ui.widgets.row_model import VALUE_ROLE, ModelIndex, TableRow, TableRowModel
 from ui.widgets.table_menu import TableMenu
@@ -45,16 +32,12 @@ from ui.widgets.table_menu import TableMenu
 if TYPE_CHECKING:
     from gsapp.session.live_estimation.estimate_table import EstimateRow
 
-_ROW_HEIGHT: Final = 64
-"""Height of a derivative, points at 100 %."""
+_ROW_HEIGHT: Final = 64  # Height of a derivative, points at 100 %.
 _MARGIN: Final = 12
-_PLOT_WIDTH: Final = 112
-"""Width of the history, points."""
-_TEXT_WIDTH: Final = 150
-"""Width that words and numbers take beside it at least."""
+_PLOT_WIDTH: Final = 112  # Width of the history, points.
+_TEXT_WIDTH: Final = 150  # Width that words and numbers take beside it at least.
 
-_ARROW: Final = "→"
-"""Between the bounds in percent before and after the last maneuver."""
+_ARROW: Final = "→"  # Between the bounds in percent before and after the last maneuver.
 
 
 def _build_row(row: EstimateRow) -> TableRow:
@@ -237,7 +220,6 @@ _CENTER = Qt.AlignmentFlag.AlignVCenter
 
 
 def _contiguous_segments(good: np.ndarray) -> list[slice]:
-    """Return the stretches without a gap."""
     edges = np.flatnonzero(np.diff(np.concatenate(([0], good.astype(int), [0]))))
     return [slice(int(one), int(other)) for one, other in edges.reshape(-1, 2)]
 
@@ -371,9 +353,7 @@ class EstimatesPanel(QWidget):
 
     def __init__(self, look: DisplayStyle) -> None:
         super().__init__()
-        column = QVBoxLayout(self)
-        column.setContentsMargins(0, 0, 0, 0)
-        column.setSpacing(0)
+        column = arrange(QVBoxLayout(self), 0)
         self._state = create_label("", "label", wrap=True)
         self._state.setContentsMargins(12, 8, 12, 4)
         column.addWidget(self._state)

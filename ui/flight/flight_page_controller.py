@@ -173,7 +173,6 @@ class FlightPageController(QObject):
             self.go_to_time(at)
 
     def _go_to_maneuver_of(self, derivative: str) -> None:
-        """Go to the last maneuver that gave a derivative."""
         rows = {row.key: row.value for row in self._view.estimates.list.row_model.rows}
         if derivative in rows and rows[derivative].points:
             self.go_to_time(rows[derivative].points[-1].time)

@@ -29,9 +29,9 @@ from ui.strips.pixel_columns import SampleSource
 from ui.strips.strip_chart import StripChart
 from ui.style_sheet import TAB_MARGIN
 from ui.translation import QT_TR_NOOP, tr
+from ui.widgets.flow_layout import arrange
 
-_ZOOM_MARGIN = 1.2
-"""Time in sight beside a maneuver that is zoomed to, times its length."""
+_ZOOM_MARGIN = 1.2  # Time in sight beside a maneuver that is zoomed to, times its length.
 
 
 def create_chart_menu(
@@ -44,10 +44,7 @@ def create_chart_menu(
 ) -> QMenu:
     """Return the menu of the selected chart.
 
-    Parameters
-    ----------
-    time : float or None
-        Flight time under the pointer, s.
+    `time`: flight time under the pointer, s.
     """
     menu = QMenu(parent)
     chart = charts.model.selected_chart
@@ -112,8 +109,7 @@ def export_chart_image(charts: StripChart) -> None:
         raise FlightError(tr("{path} cannot be written; choose another folder").format(path=path))
 
 
-_PANEL_WIDTH = 344
-"""Points of the side panel, if the words of its tabs are not longer."""
+_PANEL_WIDTH = 344  # Points of the side panel, if the words of its tabs are not longer.
 _ALARMS = QT_TR_NOOP("Alarms")
 _TAB_NAMES = (
     QT_TR_NOOP("Channels"), QT_TR_NOOP("Values"), QT_TR_NOOP("Marks"), _ALARMS,
@@ -145,16 +141,13 @@ class FlightView(QWidget):
         self._history: SampleSource | None = None
         self._state = FlightViewState()
         self._requested_panel: bool | None = None
-        column = QVBoxLayout(self)
-        column.setContentsMargins(0, 0, 0, 0)
-        column.setSpacing(0)
+        column = arrange(QVBoxLayout(self), 0)
         self._split = QSplitter(Qt.Orientation.Horizontal)
         self._split.setChildrenCollapsible(False)
         self.charts = StripChart(timed=False)
         self.charts.navigator.set_window(store.current.span)
         self._split.addWidget(self.charts)
         self.tabs = self._make_panels()
-        # Chooses the charts.
         self.layouts = LayoutController(self.charts, self.channels, store, layouts, self)
         self._split.addWidget(self.tabs)
         self._split.setStretchFactor(0, 1)
@@ -169,9 +162,7 @@ class FlightView(QWidget):
         foot = QWidget()
         foot.setObjectName("controls")
         foot.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
-        below = QVBoxLayout(foot)
-        below.setContentsMargins(0, 0, 0, 0)
-        below.setSpacing(0)
+        below = arrange(QVBoxLayout(foot), 0)
         self.replay = ReplayBar(actions, look)
         below.addWidget(self.replay.slider)
         self.controls = ControlRow(actions, look, self.replay)
@@ -314,7 +305,6 @@ class FlightView(QWidget):
         self._size_panel()
 
     def _panel_drawn(self) -> None:
-        """Remember how wide the panel was drawn."""
         self._panel_width = round(self.tabs.width() / self._look.sizes.scale)
         self._drawn.start()
 
@@ -368,9 +358,7 @@ class FlightView(QWidget):
         self.alarms.show_rows(picture.alarm_rows)
         self.alarms.set_unacknowledged_count(picture.unacknowledged_count)
         replay = picture.replay
-        played = replay is None or (
-            replay.time == replay.last and picture.monitored_fraction == 1.0
-        )
+        played = replay is None or (replay.time == replay.end and picture.monitored_fraction == 1.0)
         self.alarms.cues_note.setHidden(played)
         self.messages.show_rows(picture.message_rows)
         if picture.estimates is not former.estimates:
@@ -387,8 +375,8 @@ class FlightView(QWidget):
         if replay is not None:
             self.replay.show_replay(
                 replay.time,
-                replay.first,
-                replay.last,
+                replay.start,
+                replay.end,
                 playing=replay.playing,
                 speed=replay.speed,
                 marks=[mark.time for mark in picture.marks],
@@ -439,7 +427,6 @@ class FlightView(QWidget):
 
 
 def _no_alarms_text(watched: float) -> str:
-    """Return what is said in the place of alarms while there are none."""
     if watched < 1.0:
         return tr("Catching up, {percent} %: reading the flight so far.").format(
             percent=floor_percent(watched)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import TYPE_CHECKING
@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING
 from gsapp.decoding.derived_channels import underivable_channels
 from gsapp.decoding.pipeline import ChannelSource
 from gsapp.flight.certificates import calibrated_ranges, uncalibrated_channels
-from gsapp.flight.events import Event
 from gsapp.session import LimitBands, Session, SessionSnapshot
 from gsapp.session.alarms import AlarmEpisode
+from gsapp.session.snapshot import Playhead
 from ui.display_limits import DISPLAY
 from ui.flight.estimates_panel import fit_status_text
 from ui.flight.panel_rows import (
@@ -23,24 +23,12 @@ from ui.flight.panel_rows import (
     build_mark_rows,
     build_message_rows,
 )
-from ui.strips.chart_annotations import AlarmSpan, ChannelLimits, ChartMark, ChartSpan, OriginInfo
+from ui.strips.chart_annotations import AlarmSpan, ChannelOrigin, ChartMark, ChartSpan
 from ui.translation import tr
 from ui.widgets.row_model import TableRow
 
 if TYPE_CHECKING:
     from gsapp.session.live_estimation.estimate_table import EstimateRow
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class ReplayState:
-    """Where a replay is and how it runs; times in s."""
-
-    time: float
-    first: float
-    last: float
-    playing: bool
-    speed: float
-    complete: bool
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -53,9 +41,8 @@ class FlightViewState:
     uncalibrated: frozenset[str] = frozenset()
     # Whether `present` can be trusted: every message had time to come.
     channels_known: bool = False
-    sources: Mapping[str, OriginInfo] = field(default_factory=dict)  # Where each comes from.
-    # What is drawn behind the traces.
-    limits: Mapping[str, ChannelLimits] = field(default_factory=dict)
+    sources: Mapping[str, ChannelOrigin] = field(default_factory=dict)  # Where each comes from.
+    limits: Mapping[str, LimitBands] = field(default_factory=dict)
     # Age (s) at which the value of each is stale.
     stale_ages: Mapping[str, float] = field(default_factory=dict)
     marks: tuple[ChartMark, ...] = ()  # On the time axis.
@@ -68,7 +55,7 @@ class FlightViewState:
     unacknowledged_count: int = 0  # Alarms that nobody has acknowledged.
     estimates: tuple[EstimateRow, ...] = ()  # Derivatives as they form.
     estimates_state: str = ""  # How the fits of the maneuvers stand.
-    replay: ReplayState | None = None  # None while live.
+    replay: Playhead | None = None  # None while live.
     now: float | None = None  # Flight time, s.
     empty_text: str = ""  # What the charts say while there is no sample at all.
     recording: bool = False  # Whether the flight is being recorded.
@@ -78,21 +65,7 @@ class FlightViewState:
     monitored_fraction: float = 1.0
 
 
-@dataclass(frozen=True, slots=True)
-class ChannelOrigin:
-    """Where a channel comes from, as charts show it: an `OriginInfo`.
-
-    A value that the aircraft sends in engineering units wants no certificate of ours: only what
-    should have one and has none is called uncalibrated.
-    """
-
-    kind: str  # ``measured``, ``estimated`` or ``derived``.
-    calibrated: bool  # Whether what should have a certificate has one.
-    # What the instruments behind it were calibrated for, SI; beyond it their curves go on straight.
-    calibrated_ranges: Mapping[str, tuple[float, float]] = field(default_factory=dict)
-
-
-def origin_note(source: OriginInfo) -> str:
+def origin_note(source: ChannelOrigin) -> str:
     """Return what is to be said of a channel's origin; empty if it is measured and calibrated."""
     words = []
     if source.kind != "measured":
@@ -109,15 +82,6 @@ _MESSAGES_INTERVAL = 5
 _ESTIMATES_INTERVAL = 10
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _PanelMessage:
-    """A message of the aircraft for the panel."""
-
-    time: float | None
-    text: str
-    severity: int | None
-
-
 class FlightViewStateBuilder:
     """Takes pictures of a session."""
 
@@ -125,7 +89,7 @@ class FlightViewStateBuilder:
         self.session = session
         self._available: tuple[str, ...] = ()
         self._known = 0
-        self._sources: Mapping[str, OriginInfo] = {}
+        self._sources: Mapping[str, ChannelOrigin] = {}
         self._limits: Mapping[str, LimitBands] = {}
         self._limits_revision = -1
         self._stale_timeouts: Mapping[str, float] = {}
@@ -143,14 +107,13 @@ class FlightViewStateBuilder:
         session = self.session
         self._update_channels()
         if self._count % _MESSAGES_INTERVAL == 0:
-            self._messages = build_message_rows(_to_messages(session.messages()))
+            self._messages = build_message_rows(session.messages())
             self._stale_timeouts = session.stale_timeouts(self._available)
         if self._count % _ESTIMATES_INTERVAL == 0:
             self._update_estimates()
         self._update_alarms(snapshot, units)
         self._count += 1
         marks = session.marks
-        playhead = snapshot.playhead
         return FlightViewState(
             available=self._available,
             present=frozenset(session.history.channels_with_data),
@@ -170,16 +133,7 @@ class FlightViewStateBuilder:
             unacknowledged_count=snapshot.unacknowledged_count,
             estimates=self._estimates,
             estimates_state=self._estimates_state,
-            replay=None
-            if playhead is None
-            else ReplayState(
-                time=playhead.time,
-                first=playhead.start,
-                last=playhead.end,
-                playing=playhead.playing,
-                speed=playhead.speed,
-                complete=playhead.complete,
-            ),
+            replay=snapshot.playhead,
             now=snapshot.now,
             empty_text=self._empty(snapshot),
             recording=session.recorder is not None,
@@ -255,16 +209,13 @@ class FlightViewStateBuilder:
 def find_channel_origins(
     sources: Mapping[str, ChannelSource],
     covered: Mapping[str, Mapping[str, tuple[float, float]]] = MappingProxyType({}),
-) -> dict[str, OriginInfo]:
+) -> dict[str, ChannelOrigin]:
     """Return where every channel comes from, those among them that only a certificate would give.
 
     Instruments without one, and what would be derived from them, are there to be shown: hatched,
     and called uncalibrated, rather than not at all.
 
-    Parameters
-    ----------
-    covered : mapping of str to mapping
-        From `gsapp.flight.certificates.calibrated_ranges`.
+    `covered`: from `gsapp.flight.certificates.calibrated_ranges`.
     """
     lacking = [name for name in uncalibrated_channels(sources) if name not in sources]
     return {
@@ -277,10 +228,3 @@ def find_channel_origins(
             name: ChannelOrigin("derived", False) for name in underivable_channels(sources, lacking)
         },
     }
-
-
-def _to_messages(events: Sequence[Event]) -> tuple[_PanelMessage, ...]:
-    return tuple(
-        _PanelMessage(time=event.time, text=event.text, severity=event.data.get("severity"))
-        for event in events
-    )

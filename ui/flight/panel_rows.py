@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from types import MappingProxyType
-from typing import Protocol
 
-from gsapp.quantities import FloatArray, channel
+from gsapp.flight.events import Event
+from gsapp.quantities import channel
 from gsapp.session.alarms import AlarmEpisode
 from gsapp.session.limits import Severity
 from gsapp.session.marks import FlightMark as FlightMark
@@ -21,33 +21,25 @@ from ui.number_format import (
     symbol_text,
     unit_text,
 )
-from ui.strips.chart_annotations import AlarmSpan, ChartMark, ChartSpan, DisplayFormat, OriginInfo
+from ui.strips.chart_annotations import (
+    AlarmSpan,
+    ChannelOrigin,
+    ChartMark,
+    ChartSpan,
+    DisplayFormat,
+)
 from ui.strips.chart_state import (
     BEYOND_CALIBRATION_MARK,
     BEYOND_CALIBRATION_TEXT,
     channel_difference,
     is_beyond_calibration,
 )
+from ui.strips.pixel_columns import SampleSource
 from ui.translation import QT_TR_NOOP, tr
 from ui.widgets.row_model import TableRow
 
 
-class SampleReader(Protocol):
-    """What is read from; `gsapp.session.sample_history.SampleHistory` fits."""
-
-    @property
-    def rate(self) -> float:
-        """Return samples per second."""
-
-    @property
-    def channels(self) -> Iterable[str]:
-        """Return the channels that exist."""
-
-    def samples(self, channel_id: str, first: int, last: int) -> FloatArray:
-        """Return samples by absolute index."""
-
-
-def find_sample(history: SampleReader, channel_id: str, time: float | None) -> float:
+def find_sample(history: SampleSource, channel_id: str, time: float | None) -> float:
     """Return the sample (SI) nearest to a time (s); NaN where there is none.
 
     A channel slower than the grid has its last sample before, if that is within half a second.
@@ -63,11 +55,11 @@ def find_sample(history: SampleReader, channel_id: str, time: float | None) -> f
 
 
 def build_cursor_value_rows(
-    history: SampleReader,
+    history: SampleSource,
     channels: Iterable[str],
     cursors: Mapping[str, float],
     units: str,
-    sources: Mapping[str, OriginInfo] = MappingProxyType({}),
+    sources: Mapping[str, ChannelOrigin] = MappingProxyType({}),
 ) -> tuple[TableRow, ...]:
     """Return one line for each channel: at the cursor, at A, at B, and B minus A.
 
@@ -108,7 +100,7 @@ def build_cursor_value_rows(
 
 
 def _is_sample_beyond_calibration(
-    history: SampleReader, source: OriginInfo | None, time: float | None
+    history: SampleSource, source: ChannelOrigin | None, time: float | None
 ) -> bool:
     return is_beyond_calibration(source, lambda name: find_sample(history, name, time))
 
@@ -139,22 +131,6 @@ _SEVERITY_STATES: dict[Severity, IndicatorState] = {
 _SEVERITY_SYMBOLS = {Severity.CAUTION: "▲", Severity.WARNING: "■"}
 _WARNING_SEVERITY, _CAUTION_SEVERITY = 3, 4
 """MAVLink severities: up to error is a warning, a warning is a caution."""
-
-
-class StatusMessage(Protocol):
-    """Something that the aircraft said; `gsapp.decoding.decoder.Notice` fits."""
-
-    @property
-    def time(self) -> float | None:
-        """Return flight time, s."""
-
-    @property
-    def text(self) -> str:
-        """Return what was said."""
-
-    @property
-    def severity(self) -> int | None:
-        """Return MAVLink's severity, 0 to 7."""
 
 
 def mark_title(mark: FlightMark, number: int) -> str:
@@ -197,12 +173,8 @@ def build_alarm_rows(
 ) -> tuple[TableRow, ...]:
     """Return one line for each alarm of the flight; those that nobody has seen are strong.
 
-    Parameters
-    ----------
-    episodes : iterable of AlarmEpisode
-        By onset.
-    last : float or None
-        Flight time (s) up to which an alarm lasts whose cause is still there.
+    `episodes`: by onset. `last`: flight time (s) up to which an alarm lasts whose cause is still
+    there.
     """
     found = []
     for one in episodes:
@@ -241,7 +213,6 @@ def build_alarm_rows(
 
 
 def _value_and_limit_text(one: AlarmEpisode, units: str) -> str:
-    """Return the farthest value over the limit that it passed; empty for alarms without one."""
     if one.rule is None:
         return ""
     spec, sign = channel(one.rule.channel), ">" if one.rule.side == "high" else "<"
@@ -250,7 +221,6 @@ def _value_and_limit_text(one: AlarmEpisode, units: str) -> str:
 
 
 def _alarm_cause_text(one: AlarmEpisode) -> str:
-    """Return what an alarm is about, without numbers."""
     words = one.meaning
     if one.rule is not None:
         head = f"{channel(one.rule.channel).title} {one.rule.side}"
@@ -273,11 +243,11 @@ def build_chart_alarms(episodes: Iterable[AlarmEpisode]) -> tuple[AlarmSpan, ...
     )
 
 
-def build_message_rows(messages: Iterable[StatusMessage]) -> tuple[TableRow, ...]:
+def build_message_rows(events: Iterable[Event]) -> tuple[TableRow, ...]:
     """Return what the aircraft said, newest first."""
     found = []
-    for number, message in enumerate(messages):
-        severity = message.severity
+    for number, message in enumerate(events):
+        severity = message.data.get("severity")
         state: IndicatorState = "plain"
         if severity is not None and severity <= _CAUTION_SEVERITY:
             state = "warning" if severity <= _WARNING_SEVERITY else "caution"

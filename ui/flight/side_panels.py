@@ -10,7 +10,7 @@ from PySide6.QtWidgets import QLabel, QPushButton, QStackedLayout, QVBoxLayout, 
 from ui.commands import shortcut_text
 from ui.display_style import DisplayStyle
 from ui.translation import QT_TR_NOOP, tr
-from ui.widgets.flow_layout import FlowLayout
+from ui.widgets.flow_layout import FlowLayout, arrange
 from ui.widgets.labels import create_label
 from ui.widgets.row_model import TableRow, TableRowModel
 from ui.widgets.table_view import WIDEST_TIME_TEXT, TableRowView
@@ -21,19 +21,14 @@ _NO_MARK_TEXT = QT_TR_NOOP("Choose a mark first")
 class ListPanel(QWidget):
     """A table with a sentence in its place while it is empty, and a row of buttons below.
 
-    Parameters
-    ----------
-    empty : str
-        What is said while there is nothing.
+    `empty`: what is said while there is nothing.
     """
 
     def __init__(self, view: TableRowView, look: DisplayStyle, empty: str) -> None:
         super().__init__()
         self.look = look
         self.view = view
-        column = QVBoxLayout(self)
-        column.setContentsMargins(0, 0, 0, 0)
-        column.setSpacing(0)
+        column = arrange(QVBoxLayout(self), 0)
         self.head = QVBoxLayout()
         column.addLayout(self.head)
         holder = QWidget()
@@ -57,12 +52,8 @@ class ListPanel(QWidget):
     def add_button(self, words: str, name: str, why: str = "") -> QPushButton:
         """Add a button below the table, also to the menu of its rows.
 
-        Parameters
-        ----------
-        words, name : str
-            On it, and what it does as a tool tip.
-        why : str
-            Why it is gray while no row is chosen; empty for a button that is about all rows.
+        `words`, `name`: on it, and what it does as a tool tip. `why`: why it is gray while no row
+        is chosen; empty for a button that is about all rows.
         """
         button = QPushButton(words)
         button.setAccessibleName(name)

@@ -17,10 +17,8 @@ from ui.background_job import JobCanceledError
 from ui.job_process.job_server import JobProgressCallback, JobReport
 from ui.translation import tr
 
-_STOP_TIMEOUT = 2.0
-"""Seconds that the process has to stop by itself before it is ended."""
-_POLL_SECONDS = 0.05
-"""Seconds between two looks at whether the job is still wanted."""
+_STOP_TIMEOUT = 2.0  # Seconds that the process has to stop by itself before it is ended.
+_POLL_SECONDS = 0.05  # Seconds between two looks at whether the job is still wanted.
 
 
 class JobError(GroundStationError):
@@ -40,14 +38,8 @@ class JobRunner(Protocol):
 class ProcessJobRunner:
     """Does the jobs in a process of its own, so that neither stream nor charts wait for it.
 
-    Parameters
-    ----------
-    serve : callable
-        What the process does: called with its end of the pipe and the event that stops a job.
-    name : str
-        What it does: ``search``.
-    remedy : str
-        What to try where it died.
+    `serve`: what the process does: called with its end of the pipe and the event that stops a job.
+    `name`: what it does: ``search``. `remedy`: what to try where it died.
     """
 
     def __init__(
@@ -70,14 +62,9 @@ class ProcessJobRunner:
     def do(self, job: Any, tell: JobProgressCallback) -> Any:
         """Hand a job to the process and wait for it; see `JobRunner.do`.
 
-        Raises
-        ------
-        JobError
-            If the job failed for a reason that the program knows, or the process died.
-        RuntimeError
-            If it failed for another.
-        JobCanceledError
-            If it was stopped.
+        Raises `JobError` if the job failed for a reason that the program knows, or the process
+        died. Raises `RuntimeError` if it failed for another. Raises `JobCanceledError` if it was
+        stopped.
         """
         with self._lock:
             connection = self._begin()

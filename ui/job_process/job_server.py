@@ -55,11 +55,8 @@ def serve_jobs(
 ) -> None:
     """Do jobs until the window hangs up.
 
-    Parameters
-    ----------
-    make : callable
-        Makes the bench; what it is given says how far a job is, and raises `JobStoppedError` where
-        the window does not want it any more.
+    `make`: makes the bench; what it is given says how far a job is, and raises `JobStoppedError`
+    where the window does not want it any more.
     """
     # The charts come first on a machine with few cores.
     lower_priority(5)

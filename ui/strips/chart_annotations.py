@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
-from typing import Literal, Protocol
+from dataclasses import dataclass, field
+from typing import Literal
 
 from gsapp.quantities import ChannelSpec, Values, from_si
+from gsapp.session.limits import LimitBands
 from ui.translation import tr
 
 SpanKind = Literal["maneuver", "event"]
@@ -43,43 +44,21 @@ class AlarmSpan:
     channel: str = ""  # Whose limit it is; empty for other alarms.
 
 
-class OriginInfo(Protocol):
-    """What is known of a channel's origin."""
+@dataclass(frozen=True, slots=True)
+class ChannelOrigin:
+    """Where a channel comes from, as charts show it.
 
-    @property
-    def kind(self) -> str:
-        """Return ``measured``, ``estimated`` or ``derived``."""
+    A value that the aircraft sends in engineering units wants no certificate of ours: only what
+    should have one and has none is called uncalibrated.
+    """
 
-    @property
-    def calibrated(self) -> bool:
-        """Return whether a calibration was in force."""
-
-    @property
-    def calibrated_ranges(self) -> Mapping[str, tuple[float, float]]:
-        """Return the values (SI) that the instruments behind it were calibrated for."""
+    kind: str  # ``measured``, ``estimated`` or ``derived``.
+    calibrated: bool  # Whether what should have a certificate has one.
+    # What the instruments behind it were calibrated for, SI; beyond it their curves go on straight.
+    calibrated_ranges: Mapping[str, tuple[float, float]] = field(default_factory=dict)
 
 
-class ChannelLimits(Protocol):
-    """Limits of a channel, SI; `gsapp.session.limits.LimitBands` fits."""
-
-    @property
-    def warning_low(self) -> float | None:
-        """Return the value below which it is a warning."""
-
-    @property
-    def caution_low(self) -> float | None:
-        """Return the value below which it is a caution."""
-
-    @property
-    def caution_high(self) -> float | None:
-        """Return the value above which it is a caution."""
-
-    @property
-    def warning_high(self) -> float | None:
-        """Return the value above which it is a warning."""
-
-
-def find_limit_state(value: float, limits: ChannelLimits | None) -> tuple[LimitState, str]:
+def find_limit_state(value: float, limits: LimitBands | None) -> tuple[LimitState, str]:
     """Return the state of a value (SI) and the word for its side."""
     if limits is None or math.isnan(value):
         return "", ""

@@ -24,14 +24,8 @@ from ui.translation import tr
 class RepaintRegion:
     """The region of a repaint, asked part by part.
 
-    Parameters
-    ----------
-    painter : QPainter
-        Set up for whole pixels of the screen.
-    region : QRegion
-        In pixels of the design.
-    density : float
-        Pixels of the screen to one of the design.
+    `painter`: set up for whole pixels of the screen. `region`: in pixels of the design. `density`:
+    pixels of the screen to one of the design.
     """
 
     def __init__(self, painter: QPainter, region: QRegion, density: float) -> None:
@@ -228,6 +222,8 @@ class ChartCanvas:
         geometry = self.geometry
         if geometry is None:
             return
+        pen = self._pen
+        pen.painter, pen.geometry, pen.view = painter, geometry, self._model.view
         if not exposed.is_within(geometry.plot):
             self._paint_above(painter, geometry, exposed)
             self._paint_beside(painter, geometry, exposed, focused=focused)
@@ -239,22 +235,20 @@ class ChartCanvas:
     def _paint_above(
         self, painter: QPainter, geometry: ChartGeometry, exposed: RepaintRegion
     ) -> None:
-        model, pen, view = self._model, self._pen, self._model.view
+        model, pen = self._model, self._pen
         background, lane = QColor(model.theme.background), geometry.lane
         header = replace(geometry.header, width=geometry.values.x)
         if exposed.clip_to(header):
             painter.fillRect(_rect(header), background)
-            chart_painter.draw_header(
-                painter, pen, geometry, view, tr(model.layout.name), recording=model.recording
-            )
+            chart_painter.draw_header(pen, tr(model.layout.name), recording=model.recording)
         clock = _clock_box(geometry)
         if exposed.clip_to(clock):
             painter.fillRect(_rect(clock), background)
-            chart_painter.draw_clock(painter, pen, geometry, view, tr(model.newest_text))
+            chart_painter.draw_clock(pen, tr(model.newest_text))
         if exposed.clip_to(lane):
             painter.fillRect(_rect(lane), background)
-            chart_painter.draw_lane(painter, pen, geometry, view, model.spans, model.marks)
-            chart_painter.draw_lane_alarms(painter, pen, geometry, view, model.alarms)
+            chart_painter.draw_lane(pen, model.spans, model.marks)
+            chart_painter.draw_lane_alarms(pen, model.alarms)
         for left, right in ((0, lane.x), (lane.right, geometry.values.right)):
             box = PixelBox(x=left, y=lane.y, width=right - left, height=lane.height)
             if exposed.clip_to(box):
@@ -263,31 +257,24 @@ class ChartCanvas:
     def _paint_beside(
         self, painter: QPainter, geometry: ChartGeometry, exposed: RepaintRegion, *, focused: bool
     ) -> None:
-        """Paint the columns at the left and right of the charts, and the time axis."""
         model, pen, view = self._model, self._pen, self._model.view
         background, plot, axis = QColor(model.theme.background), geometry.plot, geometry.axis
         left = PixelBox(x=0, y=plot.y, width=plot.x, height=plot.height)
         if exposed.clip_to(left):
             painter.fillRect(_rect(left), background)
-            chart_painter.draw_names(painter, pen, geometry, model.charts, view.selected, focused)
+            chart_painter.draw_names(pen, model.charts, view.selected, focused)
         units = exposed.intersects(geometry.units)
         end = geometry.values.right if units else geometry.units.x
         right = PixelBox(x=plot.right, y=plot.y, width=end - plot.right, height=plot.height)
         if exposed.clip_to(right):
             painter.fillRect(_rect(right), background)
-            self._paint_values(painter, geometry, right, exposed, units=units)
+            self._paint_values(geometry, right, exposed, units=units)
         if exposed.clip_to(axis):
             painter.fillRect(_rect(axis), background)
-            chart_painter.draw_time_axis(painter, pen, geometry, view, self._tick, geometry.hidden)
+            chart_painter.draw_time_axis(pen, self._tick, geometry.hidden)
 
     def _paint_values(
-        self,
-        painter: QPainter,
-        geometry: ChartGeometry,
-        right: PixelBox,
-        exposed: RepaintRegion,
-        *,
-        units: bool,
+        self, geometry: ChartGeometry, right: PixelBox, exposed: RepaintRegion, *, units: bool
     ) -> None:
         pen, model = self._pen, self._model
         with_cursors = bool(geometry.cursors) and exposed.intersects(geometry.cursors[0])
@@ -299,12 +286,10 @@ class ChartCanvas:
             values = self.displayed_values.get(number_of_chart) or tuple(
                 DisplayedValue(text=DASH, stale=True) for _ in chart.specs
             )
-            chart_painter.draw_displayed_values(
-                painter, pen, geometry, chart, box, values, unit=units
-            )
+            chart_painter.draw_displayed_values(pen, chart, box, values, unit=units)
             if with_cursors:
                 texts = model.cursor_texts(number_of_chart)
-                chart_painter.draw_cursor_values(painter, pen, box, geometry.cursors, texts, chart)
+                chart_painter.draw_cursor_values(pen, box, geometry.cursors, texts, chart)
 
     def _paint_plot(
         self, painter: QPainter, geometry: ChartGeometry, first: int, last: int
@@ -316,7 +301,7 @@ class ChartCanvas:
             for box in geometry.charts:
                 painter.fillRect(_rect(box), QColor(model.theme.plot))
             text = model.empty_text if geometry.charts else tr("No chart chosen")
-            chart_painter.draw_empty_message(painter, self._pen, geometry, text)
+            chart_painter.draw_empty_message(self._pen, text)
             return
         seam = view.columns[0] % image.width()
         for ring, part in split_ring(seam + first, seam + last, image.width()):
@@ -326,10 +311,8 @@ class ChartCanvas:
                 QRect(ring.start, 0, ring.stop - ring.start, image.height()),
             )
         if model.alarms:
-            chart_painter.draw_alarms(
-                painter, self._pen, geometry, view, model.charts, model.alarms, first, last
-            )
-        chart_painter.draw_cursor_lines(painter, self._pen, geometry, view, first, last)
+            chart_painter.draw_alarms(self._pen, model.charts, model.alarms, first, last)
+        chart_painter.draw_cursor_lines(self._pen, first, last)
 
 
 def _clock_box(geometry: ChartGeometry) -> PixelBox:

@@ -8,8 +8,7 @@ from dataclasses import dataclass, replace
 
 _MIN_CHART_HEIGHT = 20
 """Logical pixels in which a line of values and the two labels of a scale still stand."""
-_MIN_VALUE_HEIGHT = 9
-"""Logical pixels from one value at a cursor to the next below it, at least."""
+_MIN_VALUE_HEIGHT = 9  # Logical pixels from one value at a cursor to the next below it, at least.
 _CHART_GAP = 3
 _GROUP_GAP = 9
 

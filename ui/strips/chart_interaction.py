@@ -222,8 +222,7 @@ class ChartEditor(QObject):
             self.layout_edited.emit(changed)
 
 
-_VALUE_ZOOM = 1.25
-"""Of the range of values, by a notch of the wheel."""
+_VALUE_ZOOM = 1.25  # Of the range of values, by a notch of the wheel.
 
 
 class ChartMouse:

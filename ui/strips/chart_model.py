@@ -10,9 +10,10 @@ from typing import Any
 import numpy as np
 
 from gsapp.quantities import channel
+from gsapp.session.limits import LimitBands
 from ui.display_limits import DISPLAY
 from ui.number_format import DASH, number_text
-from ui.strips.chart_annotations import AlarmSpan, ChannelLimits, ChartMark, ChartSpan, OriginInfo
+from ui.strips.chart_annotations import AlarmSpan, ChannelOrigin, ChartMark, ChartSpan
 from ui.strips.chart_state import (
     BEYOND_CALIBRATION_MARK,
     ChartState,
@@ -44,8 +45,8 @@ class ChartModel:
     marks: tuple[ChartMark, ...] = ()
     alarms: tuple[AlarmSpan, ...] = ()
     # By channel id: limits, origin, and the age (s) from which its value is stale.
-    limits: Mapping[str, ChannelLimits] = field(default_factory=dict)
-    sources: Mapping[str, OriginInfo] = field(default_factory=dict)
+    limits: Mapping[str, LimitBands] = field(default_factory=dict)
+    sources: Mapping[str, ChannelOrigin] = field(default_factory=dict)
     stale_ages: Mapping[str, float] = field(default_factory=dict)
     recording: bool = False  # Whether a recorder runs, which a paused display says.
     # What the newest flight time is; what to show while there is no sample.

@@ -15,14 +15,7 @@ from PySide6.QtGui import QColor, QFont, QFontMetricsF, QPainter, QPen
 from gsapp.quantities import ChannelSpec, symbol_parts
 from ui.display_style import sans_serif_font
 from ui.icons import paint_indicator
-from ui.number_format import (
-    DASH,
-    clock_text,
-    elapsed_text,
-    number_text,
-    time_span_text,
-    unit_text,
-)
+from ui.number_format import DASH, clock_text, elapsed_text, number_text, time_span_text, unit_text
 from ui.strips.axis_ticks import multiples, step_decimals, time_step
 from ui.strips.chart_annotations import AlarmSpan, ChartMark, ChartSpan, DisplayFormat
 from ui.strips.chart_geometry import ChartGeometry, ColumnWidths, PixelBox
@@ -44,14 +37,17 @@ least."""
 _WIDTH_CACHE_SIZE = 4096
 _CURSOR_LETTERS = {"cursor": "C", "a": "A", "b": "B", "delta": "Δ"}
 """Before the values at cursors, in their order."""
-_CURSOR_STEP = 18
-"""Logical pixels from one value at a cursor to the next, at most."""
+_CURSOR_STEP = 18  # Logical pixels from one value at a cursor to the next, at most.
 
 
 class PaintStyle:
-    """Fonts, colors and strokes of a theme at a pixel ratio."""
+    """Fonts, colors and strokes of a theme at a pixel ratio, and what they paint now."""
 
     def __init__(self, theme: Theme, ratio: float) -> None:
+        # Set before each repaint; the painter is set up for whole pixels of the screen.
+        self.painter = QPainter()
+        self.geometry: ChartGeometry
+        self.view: StripView
         self.theme = theme
         self.ratio = ratio
         self._fonts: dict[tuple[int, bool, bool], tuple[QFont, QFontMetricsF]] = {}
@@ -93,7 +89,6 @@ class PaintStyle:
 
     def text(
         self,
-        painter: QPainter,
         x: float,
         center: float,
         text: str,
@@ -122,9 +117,9 @@ class PaintStyle:
             x -= width
         elif align == "center":
             x -= width / 2.0
-        painter.setFont(font)
-        painter.setPen(self.color(color))
-        painter.drawText(QPointF(round(x), round(center + metrics.capHeight() / 2.0)), text)
+        self.painter.setFont(font)
+        self.painter.setPen(self.color(color))
+        self.painter.drawText(QPointF(round(x), round(center + metrics.capHeight() / 2.0)), text)
         return width
 
 
@@ -175,76 +170,63 @@ def _symbol_width(pen: PaintStyle, symbol: str) -> float:
 
 
 def draw_names(
-    painter: QPainter,
-    pen: PaintStyle,
-    geometry: ChartGeometry,
-    charts: Mapping[int, ChartState],
-    selected: int,
-    focused: bool,
+    pen: PaintStyle, charts: Mapping[int, ChartState], selected: int, focused: bool
 ) -> None:
     """Write group names, symbols, units, titles and the labels of the y axes."""
     theme = pen.theme
-    for name, box in geometry.groups:
-        _draw_group(painter, pen, tr(name), box)
+    for name, box in pen.geometry.groups:
+        _draw_group(pen, tr(name), box)
     lowest: dict[float, int] = {}
-    for number_of_chart, box in zip(geometry.numbers, geometry.charts, strict=True):
+    for number_of_chart, box in zip(pen.geometry.numbers, pen.geometry.charts, strict=True):
         share = charts[number_of_chart].strip.height
         lowest[share] = min(lowest.get(share, box.height), box.height)
-    for number_of_chart, box in zip(geometry.numbers, geometry.charts, strict=True):
+    for number_of_chart, box in zip(pen.geometry.numbers, pen.geometry.charts, strict=True):
         chart = charts[number_of_chart]
-        x = geometry.columns.gutter
+        x = pen.geometry.columns.gutter
         if number_of_chart == selected and focused:
             bar = QRect(x - pen.px(4), box.y, pen.px(3), box.height)
-            painter.fillRect(bar, pen.color(theme.selection))
+            pen.painter.fillRect(bar, pen.color(theme.selection))
         # Charts that are to be equally high differ by a pixel: all have their title, or none.
         titled = lowest[chart.strip.height] >= pen.px(34)
-        _draw_name(painter, pen, geometry, chart, box, titled=titled)
-        draw_ticks(painter, pen, geometry, chart, box)
+        _draw_name(pen, chart, box, titled=titled)
+        draw_ticks(pen, chart, box)
 
 
-def _draw_group(painter: QPainter, pen: PaintStyle, name: str, box: PixelBox) -> None:
+def _draw_group(pen: PaintStyle, name: str, box: PixelBox) -> None:
     if not name:
         return
     theme = pen.theme
     line = max(pen.px(1), 1)
     x = box.right - pen.px(8)
-    painter.fillRect(QRect(x, box.y, line, box.height), pen.color(theme.axis))
+    pen.painter.fillRect(QRect(x, box.y, line, box.height), pen.color(theme.axis))
     room = box.height - pen.px(2)
     if pen.width(name, _LABEL_SIZE) > room and room < pen.px(36):
         return
-    painter.save()
-    painter.translate(x - pen.px(7), box.center)
-    painter.rotate(-90.0)
-    pen.text(painter, 0.0, 0.0, name, theme.muted, _LABEL_SIZE, align="center", room=room)
-    painter.restore()
+    pen.painter.save()
+    pen.painter.translate(x - pen.px(7), box.center)
+    pen.painter.rotate(-90.0)
+    pen.text(0.0, 0.0, name, theme.muted, _LABEL_SIZE, align="center", room=room)
+    pen.painter.restore()
 
 
-def _draw_name(
-    painter: QPainter,
-    pen: PaintStyle,
-    geometry: ChartGeometry,
-    chart: ChartState,
-    box: PixelBox,
-    *,
-    titled: bool,
-) -> None:
+def _draw_name(pen: PaintStyle, chart: ChartState, box: PixelBox, *, titled: bool) -> None:
     theme = pen.theme
-    x: float = geometry.columns.gutter + pen.px(4)
-    room: float = geometry.columns.names - pen.px(8)
+    x: float = pen.geometry.columns.gutter + pen.px(4)
+    room: float = pen.geometry.columns.names - pen.px(8)
     count = len(chart.specs)
     if count == 1:
         spec, display = chart.specs[0], chart.displays[0]
         center = box.center - (pen.px(8) if titled else 0)
-        _draw_symbol(painter, pen, x, center, spec.symbol, chart.text_colors[0], display.unit, room)
+        _draw_symbol(pen, x, center, spec.symbol, chart.text_colors[0], display.unit, room)
         if titled:
             below = box.center + pen.px(9)
-            pen.text(painter, x, below, spec.title, theme.muted, _LABEL_SIZE, room=room)
+            pen.text(x, below, spec.title, theme.muted, _LABEL_SIZE, room=room)
         return
     fitting = max(min(count, int(box.height // pen.px(15))), 1)
     if fitting < count:
         # One line for all: the letters alone, each in its color.
         for spec, color in zip(chart.specs, chart.text_colors, strict=True):
-            used = _draw_symbol(painter, pen, x, box.center, spec.symbol, color, "", room)
+            used = _draw_symbol(pen, x, box.center, spec.symbol, color, "", room)
             x, room = x + used + pen.px(6), room - used - pen.px(6)
             if room <= pen.px(10):
                 break
@@ -255,55 +237,43 @@ def _draw_name(
         center = box.center + (place - (count - 1) / 2.0) * step
         center = min(center, box.bottom - pen.px(10))
         unit = chart.displays[place].unit
-        _draw_symbol(painter, pen, x, center, spec.symbol, color, unit, room)
+        _draw_symbol(pen, x, center, spec.symbol, color, unit, room)
 
 
 def _draw_symbol(
-    painter: QPainter,
-    pen: PaintStyle,
-    x: float,
-    center: float,
-    symbol: str,
-    color: str,
-    unit: str,
-    room: float,
+    pen: PaintStyle, x: float, center: float, symbol: str, color: str, unit: str, room: float
 ) -> float:
     base, below, rest = symbol_parts(symbol)
     start = x
-    x += pen.text(painter, x, center, base, color, _SYMBOL_SIZE, bold=True)
+    x += pen.text(x, center, base, color, _SYMBOL_SIZE, bold=True)
     if below:
         x += pen.px(1)
-        x += pen.text(painter, x, center + pen.px(2.5), below, color, _LABEL_SIZE, bold=True)
+        x += pen.text(x, center + pen.px(2.5), below, color, _LABEL_SIZE, bold=True)
     if rest:
-        x += pen.text(
-            painter, x, center, rest, color, _BODY_SIZE, room=max(room - (x - start), 1.0)
-        )
+        x += pen.text(x, center, rest, color, _BODY_SIZE, room=max(room - (x - start), 1.0))
     if unit:
         text = unit_text(unit)
         if x - start + pen.px(5) + pen.width(text, _LABEL_SIZE) <= room + pen.px(2):
-            pen.text(painter, x + pen.px(5), center, text, pen.theme.muted, _LABEL_SIZE)
+            pen.text(x + pen.px(5), center, text, pen.theme.muted, _LABEL_SIZE)
     return x - start
 
 
-def draw_ticks(
-    painter: QPainter, pen: PaintStyle, geometry: ChartGeometry, chart: ChartState, box: PixelBox
-) -> None:
+def draw_ticks(pen: PaintStyle, chart: ChartState, box: PixelBox) -> None:
     """Write the labels of a y axis, kept within the chart."""
     theme = pen.theme
     line = max(pen.px(1), 1)
-    edge = geometry.plot.x
-    free = line_width(theme, geometry.ratio) / 2.0 + 1.0
-    painter.fillRect(QRect(edge - line, box.y, line, box.height), pen.color(theme.axis))
+    edge = pen.geometry.plot.x
+    free = line_width(theme, pen.geometry.ratio) / 2.0 + 1.0
+    pen.painter.fillRect(QRect(edge - line, box.y, line, box.height), pen.color(theme.axis))
     decimals = tick_decimals(chart.ticks)
     half = pen.px(_LABEL_SIZE) * 0.42
     for value in chart.ticks:
         row = box.y + value_y_offset(chart, box, value, free)
-        painter.fillRect(
+        pen.painter.fillRect(
             QRect(edge - pen.px(4), round(row - line / 2.0), pen.px(4), line), pen.color(theme.axis)
         )
         center = min(max(row, box.y + half), box.bottom - half)
         pen.text(
-            painter,
             edge - pen.px(7),
             center,
             number_text(value, decimals),
@@ -325,9 +295,7 @@ def value_y_offset(chart: ChartState, box: PixelBox, value: float, free: float) 
 
 
 def draw_displayed_values(
-    painter: QPainter,
     pen: PaintStyle,
-    geometry: ChartGeometry,
     chart: ChartState,
     box: PixelBox,
     readings: Sequence[DisplayedValue],
@@ -335,25 +303,24 @@ def draw_displayed_values(
     unit: bool,
 ) -> None:
     """Write the current values of a chart, with their unit if that needs to be drawn, too."""
-    place = geometry.values
+    place = pen.geometry.values
     count = len(readings)
     step = box.height / count
-    unit_x = geometry.units.x
+    unit_x = pen.geometry.units.x
     pixels = min(pen.px(_VALUE_SIZE), round((step - pen.px(1)) / (0.78 if count > 1 else 0.74)))
     pixels = max(pixels, pen.px(8))
     if unit and not all(reading.stale for reading in readings):
         words = unit_text(chart.displays[0].unit)
-        pen.text(painter, unit_x, box.center, words, pen.theme.muted, _LABEL_SIZE)
+        pen.text(unit_x, box.center, words, pen.theme.muted, _LABEL_SIZE)
     for index, reading in enumerate(readings):
         center = box.y + (index + 0.5) * step
         cell = QRect(
             place.x + pen.px(6), box.y + round(index * step), place.width - pen.px(10), round(step)
         )
-        _draw_displayed_value(painter, pen, chart, index, reading, cell, center, unit_x, pixels)
+        _draw_displayed_value(pen, chart, index, reading, cell, center, unit_x, pixels)
 
 
 def _draw_displayed_value(
-    painter: QPainter,
     pen: PaintStyle,
     chart: ChartState,
     index: int,
@@ -367,10 +334,9 @@ def _draw_displayed_value(
     color = chart.text_colors[index]
     if reading.stale:
         color = theme.muted
-        _draw_hatching(painter, pen, cell, unit_x)
+        _draw_hatching(pen, cell, unit_x)
     text = f"≈{reading.text}" if reading.estimated and not reading.stale else reading.text
     pen.text(
-        painter,
         unit_x - pen.px(5),
         center,
         text,
@@ -381,29 +347,27 @@ def _draw_displayed_value(
         align="right",
         pixels=pixels,
     )
-    _draw_tags(painter, pen, reading, cell, center)
+    _draw_tags(pen, reading, cell, center)
 
 
-def _draw_hatching(painter: QPainter, pen: PaintStyle, cell: QRect, unit_x: float) -> None:
+def _draw_hatching(pen: PaintStyle, cell: QRect, unit_x: float) -> None:
     """Hatch a cell, but for the place of its dash and its tags."""
     left = cell.x() + pen.px(38)
     right = round(unit_x - pen.px(5) - pen.width(DASH, _VALUE_SIZE, bold=True) - pen.px(8))
     box = QRect(left, cell.y() + pen.px(1), right - left, cell.height() - 2 * pen.px(1))
     if box.width() <= 0:
         return
-    painter.save()
-    painter.setClipRect(box, Qt.ClipOperation.IntersectClip)
-    painter.setRenderHint(QPainter.RenderHint.Antialiasing, True)
-    painter.setPen(QPen(pen.color(pen.theme.axis), max(pen.px(1), 1)))
+    pen.painter.save()
+    pen.painter.setClipRect(box, Qt.ClipOperation.IntersectClip)
+    pen.painter.setRenderHint(QPainter.RenderHint.Antialiasing, True)
+    pen.painter.setPen(QPen(pen.color(pen.theme.axis), max(pen.px(1), 1)))
     step = pen.px(6)
     for x in range(box.x() - box.height(), box.x() + box.width(), step):
-        painter.drawLine(x, box.y() + box.height(), x + box.height(), box.y())
-    painter.restore()
+        pen.painter.drawLine(x, box.y() + box.height(), x + box.height(), box.y())
+    pen.painter.restore()
 
 
-def _draw_tags(
-    painter: QPainter, pen: PaintStyle, reading: DisplayedValue, cell: QRect, center: float
-) -> None:
+def _draw_tags(pen: PaintStyle, reading: DisplayedValue, cell: QRect, center: float) -> None:
     theme = pen.theme
     tags: list[tuple[str, str, str]] = []
     if reading.state:
@@ -429,17 +393,16 @@ def _draw_tags(
         x = cell.x() + pen.px(2)
         if fill:
             box = QRectF(x, round(middle - pen.px(7)), width + pen.px(8), pen.px(14))
-            painter.setRenderHint(QPainter.RenderHint.Antialiasing, True)
-            painter.setPen(Qt.PenStyle.NoPen)
-            painter.setBrush(pen.color(fill))
-            painter.drawRoundedRect(box, pen.px(3), pen.px(3))
-            painter.setRenderHint(QPainter.RenderHint.Antialiasing, False)
+            pen.painter.setRenderHint(QPainter.RenderHint.Antialiasing, True)
+            pen.painter.setPen(Qt.PenStyle.NoPen)
+            pen.painter.setBrush(pen.color(fill))
+            pen.painter.drawRoundedRect(box, pen.px(3), pen.px(3))
+            pen.painter.setRenderHint(QPainter.RenderHint.Antialiasing, False)
             x += pen.px(4)
-        pen.text(painter, x, middle, word, color, 10, bold=bool(fill))
+        pen.text(x, middle, word, color, 10, bold=bool(fill))
 
 
 def draw_cursor_values(
-    painter: QPainter,
     pen: PaintStyle,
     box: PixelBox,
     columns: Sequence[PixelBox],
@@ -461,8 +424,7 @@ def draw_cursor_values(
         column = columns[number // rows]
         middle = box.center + (number % rows - (rows - 1) / 2.0) * step
         color = cursor_color(pen.theme, name) if name != "delta" else pen.theme.text
-        pen.text(
-            painter, column.x + pen.px(6), middle, _CURSOR_LETTERS[name], color, _LABEL_SIZE,
+        pen.text(column.x + pen.px(6), middle, _CURSOR_LETTERS[name], color, _LABEL_SIZE,
             bold=True,
             pixels=min(pixels, pen.px(_LABEL_SIZE)),
         )  # fmt: skip
@@ -471,9 +433,8 @@ def draw_cursor_values(
             and rows == 1
             and box.height >= pen.px(3 * _BODY_SIZE)
         ):
-            _draw_beyond_calibration(painter, pen, column, middle + pen.px(_BODY_SIZE))
+            _draw_beyond_calibration(pen, column, middle + pen.px(_BODY_SIZE))
         pen.text(
-            painter,
             column.right - pen.px(6),
             middle,
             text,
@@ -485,12 +446,9 @@ def draw_cursor_values(
         )
 
 
-def _draw_beyond_calibration(
-    painter: QPainter, pen: PaintStyle, column: PixelBox, middle: float
-) -> None:
+def _draw_beyond_calibration(pen: PaintStyle, column: PixelBox, middle: float) -> None:
     """Say under a value that it lies beyond what was calibrated."""
-    pen.text(
-        painter, column.right - pen.px(6), middle, BEYOND_CALIBRATION_TEXT, pen.theme.caution, 10,
+    pen.text(column.right - pen.px(6), middle, BEYOND_CALIBRATION_TEXT, pen.theme.caution, 10,
         align="right",
     )  # fmt: skip
 
@@ -500,70 +458,53 @@ def cursor_color(theme: Theme, name: str) -> str:
     return {"a": theme.cursor_a, "b": theme.cursor_b}.get(name, theme.cursor)
 
 
-def draw_header(
-    painter: QPainter,
-    pen: PaintStyle,
-    geometry: ChartGeometry,
-    view: StripView,
-    title: str,
-    *,
-    recording: bool,
-) -> None:
+def draw_header(pen: PaintStyle, title: str, *, recording: bool) -> None:
     """Write the pause or the time in sight above the plot."""
     theme = pen.theme
-    header, plot = geometry.header, geometry.plot
+    header, plot = pen.geometry.header, pen.geometry.plot
     center = header.center + pen.px(1)
-    if view.paused:
+    if pen.view.paused:
         banner = QRect(0, 0, plot.right, header.height - pen.px(3))
-        painter.fillRect(banner, pen.color(theme.banner))
+        pen.painter.fillRect(banner, pen.color(theme.banner))
         middle = banner.height() / 2.0
         x = float(pen.px(10))
         bar = pen.px(3)
         for shift in (0, 2 * bar):
-            painter.fillRect(
+            pen.painter.fillRect(
                 QRectF(x + shift, middle - pen.px(5), bar, pen.px(10)), pen.color(theme.banner_text)
             )
         x += pen.px(18)
-        behind = tr("PAUSED   {elapsed} behind").format(elapsed=elapsed_text(view.seconds_behind))
-        x += pen.text(painter, x, middle, behind, theme.banner_text, _BODY_SIZE, bold=True)
+        behind = tr("PAUSED   {elapsed} behind").format(
+            elapsed=elapsed_text(pen.view.seconds_behind)
+        )
+        x += pen.text(x, middle, behind, theme.banner_text, _BODY_SIZE, bold=True)
         note = tr("Home: back to now")
         if recording:
             note = tr("Still recording. {note}").format(note=note)
         end: float = plot.right - pen.px(10)
         if x + pen.px(14) + pen.width(note, _BODY_SIZE) < end:
-            end -= pen.text(
-                painter, end, middle, note, theme.banner_text, _BODY_SIZE, align="right"
+            end -= pen.text(end, middle, note, theme.banner_text, _BODY_SIZE, align="right"
             )  # fmt: skip
-        x, sight = x + pen.px(16), visible_time_text(view)
+        x, sight = x + pen.px(16), visible_time_text(pen.view)
         if x + pen.width(sight, _LABEL_SIZE) + pen.px(12) < end:
-            pen.text(painter, x, middle, sight, theme.banner_text, _LABEL_SIZE)
+            pen.text(x, middle, sight, theme.banner_text, _LABEL_SIZE)
     else:
-        room = plot.x - geometry.columns.gutter - pen.px(8)
-        x = geometry.columns.gutter + pen.px(4)
-        pen.text(painter, x, center, title, theme.muted, _LABEL_SIZE, room=room)
+        room = plot.x - pen.geometry.columns.gutter - pen.px(8)
+        x = pen.geometry.columns.gutter + pen.px(4)
+        pen.text(x, center, title, theme.muted, _LABEL_SIZE, room=room)
         pen.text(
-            painter,
-            plot.right,
-            center,
-            visible_time_text(view),
-            theme.muted,
-            _LABEL_SIZE,
-            align="right",
+            plot.right, center, visible_time_text(pen.view), theme.muted, _LABEL_SIZE, align="right"
         )
 
 
-def draw_clock(
-    painter: QPainter, pen: PaintStyle, geometry: ChartGeometry, view: StripView, newest: str
-) -> None:
+def draw_clock(pen: PaintStyle, newest: str) -> None:
     """Write the newest flight time above the values, and what it is."""
     theme = pen.theme
-    center = geometry.header.center + pen.px(1)
-    now = clock_text(view.now, decimals=1)
-    right = geometry.values.right - pen.px(10)
-    width = pen.text(painter, right, center, now, theme.text, _BODY_SIZE, bold=True, align="right")
-    pen.text(
-        painter, right - width - pen.px(6), center, newest, theme.muted, _LABEL_SIZE, align="right"
-    )
+    center = pen.geometry.header.center + pen.px(1)
+    now = clock_text(pen.view.now, decimals=1)
+    right = pen.geometry.values.right - pen.px(10)
+    width = pen.text(right, center, now, theme.text, _BODY_SIZE, bold=True, align="right")
+    pen.text(right - width - pen.px(6), center, newest, theme.muted, _LABEL_SIZE, align="right")
 
 
 def visible_time_text(view: StripView) -> str:
@@ -575,35 +516,30 @@ def visible_time_text(view: StripView) -> str:
     return tr("B−A {number} s · {sight}").format(number=number_text(b - a, 2), sight=sight)
 
 
-def draw_lane(
-    painter: QPainter,
-    pen: PaintStyle,
-    geometry: ChartGeometry,
-    view: StripView,
-    spans: Sequence[ChartSpan],
-    marks: Sequence[ChartMark],
-) -> None:
+def draw_lane(pen: PaintStyle, spans: Sequence[ChartSpan], marks: Sequence[ChartMark]) -> None:
     """Write the labels of spans and marks above the charts, none upon another."""
     theme = pen.theme
-    lane, plot = geometry.lane, geometry.plot
+    lane, plot = pen.geometry.lane, pen.geometry.plot
     line = max(pen.px(1), 1)
     latest = plot.width
     labels: list[tuple[int, str, bool]] = []
     for span in spans:
-        begin = view.x(span.start)
-        end = view.x(span.stop) if span.stop is not None else latest
+        begin = pen.view.x(span.start)
+        end = pen.view.x(span.stop) if span.stop is not None else latest
         if end < 0 or begin >= latest:
             continue
         left, right = max(begin, 0), min(end + line, latest)
         color = pen.color(theme.span if span.kind == "maneuver" else theme.event)
         top = lane.y + pen.px(2)
-        painter.fillRect(QRect(plot.x + left, top, right - left, lane.bottom - top), color)
-        painter.fillRect(QRect(plot.x + left, top, right - left, line), pen.color(theme.span_edge))
+        pen.painter.fillRect(QRect(plot.x + left, top, right - left, lane.bottom - top), color)
+        pen.painter.fillRect(
+            QRect(plot.x + left, top, right - left, line), pen.color(theme.span_edge)
+        )
         labels.append((left, span.label, True))
-    for x, label in _mark_labels_by_column(view, marks).items():
+    for x, label in _mark_labels_by_column(pen.view, marks).items():
         flag = QRect(plot.x + x, lane.y + pen.px(5), pen.px(6), pen.px(7))
-        painter.fillRect(flag, pen.color(theme.span_edge))
-        painter.fillRect(
+        pen.painter.fillRect(flag, pen.color(theme.span_edge))
+        pen.painter.fillRect(
             QRect(plot.x + x, lane.y + pen.px(5), line, lane.height - pen.px(5)),
             pen.color(theme.span_edge),
         )
@@ -625,13 +561,7 @@ def draw_lane(
         if room < pen.px(16):
             continue
         width = pen.text(
-            painter,
-            plot.x + start,
-            lane.center + pen.px(1),
-            text,
-            theme.text,
-            _LABEL_SIZE,
-            room=room,
+            plot.x + start, lane.center + pen.px(1), text, theme.text, _LABEL_SIZE, room=room
         )
         taken = start + math.ceil(width) + pen.px(6)
 
@@ -641,42 +571,32 @@ def _alarm_color(theme: Theme, alarm: AlarmSpan) -> str:
 
 
 def _alarm_columns(view: StripView, alarm: AlarmSpan) -> tuple[int, int]:
-    """Return first and one past the last column of an alarm, counted from the left edge."""
     stop = view.now if alarm.stop is None else alarm.stop
     begin = view.x(alarm.start)
     return begin, max(begin, begin if stop is None else view.x(stop)) + 1
 
 
-def draw_lane_alarms(
-    painter: QPainter,
-    pen: PaintStyle,
-    geometry: ChartGeometry,
-    view: StripView,
-    alarms: Sequence[AlarmSpan],
-) -> None:
+def draw_lane_alarms(pen: PaintStyle, alarms: Sequence[AlarmSpan]) -> None:
     """Draw the alarms in sight below the labels of spans and marks: how long, and how bad."""
-    lane, plot = geometry.lane, geometry.plot
+    lane, plot = pen.geometry.lane, pen.geometry.plot
     high, side = pen.px(3), pen.px(8)
     for alarm in alarms:
-        begin, end = _alarm_columns(view, alarm)
+        begin, end = _alarm_columns(pen.view, alarm)
         if end <= 0 or begin >= plot.width:
             continue
         color = pen.color(_alarm_color(pen.theme, alarm))
         left, right = max(begin, 0), min(end, plot.width)
-        painter.fillRect(QRect(plot.x + left, lane.bottom - high, right - left, high), color)
+        pen.painter.fillRect(QRect(plot.x + left, lane.bottom - high, right - left, high), color)
         if begin >= 0:
             # Triangle or square: the shape tells the state without its color.
             box = QRectF(plot.x + begin - side // 2, lane.bottom - side, side, side)
             state: Literal["caution", "warning"]
             state = "warning" if alarm.state == "warning" else "caution"
-            paint_indicator(painter, state, box, color)
+            paint_indicator(pen.painter, state, box, color)
 
 
 def draw_alarms(
-    painter: QPainter,
     pen: PaintStyle,
-    geometry: ChartGeometry,
-    view: StripView,
     charts: Mapping[int, ChartState],
     alarms: Sequence[AlarmSpan],
     first: int,
@@ -686,19 +606,19 @@ def draw_alarms(
 
     Only what lies in the columns ``first <= x < last`` from the left edge needs to be drawn.
     """
-    plot, high = geometry.plot, pen.px(3)
+    plot, high = pen.geometry.plot, pen.px(3)
     boxes = {
         trace.channel: box
-        for number, box in zip(geometry.numbers, geometry.charts, strict=True)
+        for number, box in zip(pen.geometry.numbers, pen.geometry.charts, strict=True)
         for trace in charts[number].strip.traces
     }
     for alarm in alarms:
         box = boxes.get(alarm.channel)
-        begin, end = _alarm_columns(view, alarm)
+        begin, end = _alarm_columns(pen.view, alarm)
         left, right = max(begin, first), min(end, last)
         if box is not None and left < right:
             color = pen.color(_alarm_color(pen.theme, alarm))
-            painter.fillRect(QRect(plot.x + left, box.y, right - left, high), color)
+            pen.painter.fillRect(QRect(plot.x + left, box.y, right - left, high), color)
 
 
 def _mark_labels_by_column(view: StripView, marks: Sequence[ChartMark]) -> dict[int, str]:
@@ -755,31 +675,24 @@ def _place_labels(labels: list[tuple[float, float, str]], width: int) -> list[tu
     return placed
 
 
-def draw_time_axis(
-    painter: QPainter,
-    pen: PaintStyle,
-    geometry: ChartGeometry,
-    view: StripView,
-    step: float,
-    hidden: int,
-) -> None:
+def draw_time_axis(pen: PaintStyle, step: float, hidden: int) -> None:
     """Write the time axis: flight time under the grid lines and at the cursors."""
     theme = pen.theme
-    axis, plot = geometry.axis, geometry.plot
+    axis, plot = pen.geometry.axis, pen.geometry.plot
     line = max(pen.px(1), 1)
-    painter.fillRect(QRect(plot.x, axis.y, plot.width, line), pen.color(theme.axis))
+    pen.painter.fillRect(QRect(plot.x, axis.y, plot.width, line), pen.color(theme.axis))
     center = axis.y + pen.px(14)
-    first, last = view.columns
+    first, last = pen.view.columns
     decimals = _step_digits(step)
     labels: list[tuple[float, float, str]] = []
-    for time in multiples(view.scale.time(first), view.scale.time(last), step):
-        x = view.x(time)
+    for time in multiples(pen.view.scale.time(first), pen.view.scale.time(last), step):
+        x = pen.view.x(time)
         if not 0 <= x < plot.width:
             continue
-        painter.fillRect(QRect(plot.x + x, axis.y, line, pen.px(5)), pen.color(theme.axis))
+        pen.painter.fillRect(QRect(plot.x + x, axis.y, line, pen.px(5)), pen.color(theme.axis))
         label = clock_text(time, decimals=decimals)
         labels.append((x, pen.width(label, _LABEL_SIZE) / 2.0, label))
-    times = _cursor_times(pen, plot.width, view)
+    times = _cursor_times(pen, plot.width, pen.view)
     placed = _place_labels(labels, plot.width)
     free = [
         (x, label)
@@ -793,23 +706,21 @@ def draw_time_axis(
         # A single label is no scale.
         times, free = [], placed
     for label_x, label in free:
-        pen.text(painter, plot.x + label_x, center, label, theme.text, _LABEL_SIZE, align="center")
+        pen.text(plot.x + label_x, center, label, theme.text, _LABEL_SIZE, align="center")
     for left, right, text, color in times:
         box = QRect(plot.x + left, axis.y + pen.px(5), right - left, pen.px(18))
-        painter.fillRect(box, pen.color(color))
-        pen.text(
-            painter, plot.x + (left + right) / 2.0, center, text, theme.background, _LABEL_SIZE,
+        pen.painter.fillRect(box, pen.color(color))
+        pen.text(plot.x + (left + right) / 2.0, center, text, theme.background, _LABEL_SIZE,
             bold=True, align="center",
         )  # fmt: skip
     note = tr("flight time") if not hidden else tr("{hidden} more: Up, Down").format(hidden=hidden)
     pen.text(
-        painter,
-        geometry.columns.gutter + pen.px(4),
+        pen.geometry.columns.gutter + pen.px(4),
         center,
         note,
         theme.muted if not hidden else theme.text,
         _LABEL_SIZE,
-        room=plot.x - geometry.columns.gutter - pen.px(12),
+        room=plot.x - pen.geometry.columns.gutter - pen.px(12),
     )
 
 
@@ -834,51 +745,41 @@ def _cursor_times(
     return taken
 
 
-def draw_cursor_lines(
-    painter: QPainter,
-    pen: PaintStyle,
-    geometry: ChartGeometry,
-    view: StripView,
-    first: int,
-    last: int,
-) -> None:
+def draw_cursor_lines(pen: PaintStyle, first: int, last: int) -> None:
     """Draw the cursors through all charts, and a bar from A to B.
 
     Only what lies in the columns ``first <= x < last`` from the left edge needs to be drawn.
     """
-    theme, plot = pen.theme, geometry.plot
-    places = {name: view.x(time) for name, time in view.cursors.items()}
+    theme, plot = pen.theme, pen.geometry.plot
+    places = {name: pen.view.x(time) for name, time in pen.view.cursors.items()}
     if "a" in places and "b" in places:
         left, right = sorted((places["a"], places["b"]))
         left, right = max(left, first), min(right, last)
         if right > left:
             bracket = QRect(plot.x + left, plot.y + pen.px(6), right - left, max(pen.px(2), 1))
-            painter.fillRect(bracket, pen.color(theme.cursor))
+            pen.painter.fillRect(bracket, pen.color(theme.cursor))
     line = max(pen.px(1), 1)
     near = pen.px(14)
     for name, x in places.items():
         if not 0 <= x < plot.width or not first - near <= x < last + near:
             continue
         color = pen.color(cursor_color(theme, name))
-        painter.fillRect(QRect(plot.x + x, plot.y, line, plot.height), color)
+        pen.painter.fillRect(QRect(plot.x + x, plot.y, line, plot.height), color)
         if name != "cursor":
             size = near
             left = min(max(x - size // 2, 0), plot.width - size)
-            painter.fillRect(QRect(plot.x + left, plot.y, size, size), color)
-            pen.text(
-                painter, plot.x + left + size / 2.0, plot.y + size / 2.0, name.upper(),
+            pen.painter.fillRect(QRect(plot.x + left, plot.y, size, size), color)
+            pen.text(plot.x + left + size / 2.0, plot.y + size / 2.0, name.upper(),
                 theme.background, _LABEL_SIZE, bold=True, align="center",
             )  # fmt: skip
 
 
-def draw_empty_message(
-    painter: QPainter, pen: PaintStyle, geometry: ChartGeometry, words: str
-) -> None:
+def draw_empty_message(pen: PaintStyle, words: str) -> None:
     """Say in the middle of the plot why there is nothing to see, in as many lines as it takes."""
-    plot, margin = geometry.plot, pen.px(8)
-    painter.setPen(QPen(pen.color(pen.theme.muted)))
-    painter.setFont(pen.font(pen.px(_BODY_SIZE), bold=False, italic=False)[0])
-    painter.drawText(
+    plot, margin = pen.geometry.plot, pen.px(8)
+    pen.painter.setPen(QPen(pen.color(pen.theme.muted)))
+    pen.painter.setFont(pen.font(pen.px(_BODY_SIZE), bold=False, italic=False)[0])
+    pen.painter.drawText(
         QRectF(plot.x + margin, plot.y, plot.width - 2 * margin, plot.height),
         Qt.AlignmentFlag.AlignCenter | Qt.TextFlag.TextWordWrap,
         words,

@@ -53,10 +53,7 @@ class NewSamples:
 class ChartRaster:
     """The raster of the charts in sight, and how far it has followed the history.
 
-    Parameters
-    ----------
-    tick : float
-        Seconds between grid lines.
+    `tick`: seconds between grid lines.
     """
 
     def __init__(
@@ -83,7 +80,6 @@ class ChartRaster:
         self._free = width / 2.0 + 1.0
         for chart, box in zip(self._charts, geometry.charts, strict=True):
             update_ticks(chart, box, self._free, geometry.ratio)
-        # The pixels.
         self.raster = Raster(
             geometry.plot.width,
             geometry.plot.height,
@@ -178,7 +174,6 @@ class ChartRaster:
         return min([new, *(begin for begin, end, _ in stretches if begin < end)])
 
     def _arrived(self, history: SampleSource, view: StripView) -> list[NewSamples]:
-        """Return what arrived since the last call."""
         seen, last = self._seen, history.last
         known = set(history.channels)
         # Most channels are in step: what arrived is told by few pairs of times.

@@ -14,15 +14,10 @@ from gsapp.quantities import (
     channel,
     trace_color,
 )
+from gsapp.session.limits import LimitBands
 from ui.number_format import DASH, number_text
 from ui.strips.axis_ticks import AutoRange, value_ticks
-from ui.strips.chart_annotations import (
-    ChannelLimits,
-    DisplayFormat,
-    LimitState,
-    OriginInfo,
-    find_limit_state,
-)
+from ui.strips.chart_annotations import ChannelOrigin, DisplayFormat, LimitState, find_limit_state
 from ui.strips.chart_geometry import PixelBox
 from ui.strips.pixel_columns import SampleSource
 from ui.strips.raster import BandPaint, ChartPaint, Color, TracePaint
@@ -49,7 +44,7 @@ class ChartState:
     colors: tuple[str, ...]
     text_colors: tuple[str, ...]
     dashed: tuple[bool, ...]
-    limits: ChannelLimits | None  # Of the first channel.
+    limits: LimitBands | None  # Of the first channel.
     auto_range: AutoRange  # The automatic range.
     # The range in force, displayed units.
     low: float
@@ -108,9 +103,7 @@ def assign_trace_colors(
     return tuple(colors)
 
 
-def create_chart(
-    strip: Strip, theme: Theme, system: str, limits: ChannelLimits | None
-) -> ChartState:
+def create_chart(strip: Strip, theme: Theme, system: str, limits: LimitBands | None) -> ChartState:
     """Return a chart of the layout, in ``US`` or ``SI`` units, with nothing measured yet."""
     names = assign_trace_colors(
         [trace.channel for trace in strip.traces], [trace.color for trace in strip.traces]
@@ -147,8 +140,7 @@ def create_chart(
     return chart
 
 
-def _range_of_limits(spec: ChannelSpec, limits: ChannelLimits | None) -> tuple[float, float]:
-    """Return a range (SI) in which all limits of a channel are seen."""
+def _range_of_limits(spec: ChannelSpec, limits: LimitBands | None) -> tuple[float, float]:
     low, high = spec.limits
     edges = [] if limits is None else [edge for edge in _limit_edges(limits) if edge is not None]
     if len(edges) > 1:
@@ -157,7 +149,7 @@ def _range_of_limits(spec: ChannelSpec, limits: ChannelLimits | None) -> tuple[f
     return low, high
 
 
-def _limit_edges(limits: ChannelLimits) -> tuple[float | None, ...]:
+def _limit_edges(limits: LimitBands) -> tuple[float | None, ...]:
     return limits.warning_low, limits.caution_low, limits.caution_high, limits.warning_high
 
 
@@ -188,7 +180,7 @@ def create_chart_paint(
     )
 
 
-def _create_bands(limits: ChannelLimits | None, theme: Theme) -> tuple[BandPaint, ...]:
+def _create_bands(limits: LimitBands | None, theme: Theme) -> tuple[BandPaint, ...]:
     if limits is None:
         return ()
     warning_low, caution_low, caution_high, warning_high = _limit_edges(limits)
@@ -218,15 +210,12 @@ def find_displayed_value(
     display: DisplayFormat,
     now: float | None,
     patience: float,
-    limits: ChannelLimits | None,
-    source: OriginInfo | None,
+    limits: LimitBands | None,
+    source: ChannelOrigin | None,
 ) -> DisplayedValue:
     """Return the current value of a channel.
 
-    Parameters
-    ----------
-    patience : float
-        Age (s) from which a value is stale.
+    `patience`: age (s) from which a value is stale.
     """
     estimated = source is not None and source.kind == "estimated"
     uncalibrated = source is not None and not source.calibrated
@@ -244,13 +233,11 @@ def find_displayed_value(
     )
 
 
-def is_beyond_calibration(source: OriginInfo | None, value_of: Callable[[str], float]) -> bool:
+def is_beyond_calibration(source: ChannelOrigin | None, value_of: Callable[[str], float]) -> bool:
     """Return whether a value stands on an instrument beyond what that was calibrated for.
 
-    Parameters
-    ----------
-    value_of : callable
-        From the id of an instrument's channel to its value (SI) at the same time; NaN for none.
+    `value_of`: from the id of an instrument's channel to its value (SI) at the same time; NaN for
+    none.
     """
     for name, (low, high) in source.calibrated_ranges.items() if source is not None else ():
         value = value_of(name)

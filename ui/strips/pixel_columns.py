@@ -19,10 +19,8 @@ import numpy.typing as npt
 
 from gsapp.quantities import FloatArray
 
-_CELLS = (4096, 256, 16)
-"""Samples of which the history keeps lowest and highest value."""
-_CELLS_IN_COLUMN = 4
-"""So many cells in a column are fine enough for its edges."""
+_CELLS = (4096, 256, 16)  # Samples of which the history keeps lowest and highest value.
+_CELLS_IN_COLUMN = 4  # So many cells in a column are fine enough for its edges.
 
 
 class SampleSource(Protocol):

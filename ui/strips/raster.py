@@ -171,7 +171,6 @@ def _compute_shades(
     *,
     lines: bool = True,
 ) -> Pixels:
-    """Return the pixels of each kind of row: shape (kinds, classes, shades)."""
     behind = np.empty((len(rows), _CLASSES, 3))
     behind[:] = rows[:, None, :]
     for tint, tinted in ((_SPAN, backdrop.span), (_EVENT, backdrop.event)):
@@ -451,7 +450,6 @@ class Raster:
         return whole[0], whole[1]
 
     def _around(self, rows: slice | npt.NDArray[np.intp], first: int, last: int) -> FloatArray:
-        """Return highest and lowest values of columns, shape (2, rows, last - first)."""
         begin = first % self._loaded
         end = begin + last - first
         if end <= self._loaded:
@@ -580,7 +578,6 @@ def _pixel_coverage(
     source: npt.NDArray[np.intp],
     local: npt.NDArray[np.signedinteger],
 ) -> npt.NDArray[np.signedinteger]:
-    """Return how many sixteenths of each pixel lie between top and bottom."""
     before = top.take(source, axis=0)
     before -= local
     np.maximum(before, 0, out=before)

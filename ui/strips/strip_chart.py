@@ -21,7 +21,8 @@ from PySide6.QtGui import (
 )
 from PySide6.QtWidgets import QSizePolicy, QWidget
 
-from ui.strips.chart_annotations import AlarmSpan, ChannelLimits, ChartMark, ChartSpan, OriginInfo
+from gsapp.session.limits import LimitBands
+from ui.strips.chart_annotations import AlarmSpan, ChannelOrigin, ChartMark, ChartSpan
 from ui.strips.chart_canvas import ChartCanvas, RepaintRegion
 from ui.strips.chart_geometry import ChartGeometry, PixelBox
 from ui.strips.chart_interaction import ChartEditor, ChartMouse, ViewNavigator
@@ -35,21 +36,16 @@ from ui.strips.strip_view import StripView
 from ui.theme import Theme, compute_sizes
 from ui.translation import tr
 
-_FRAME_MS = 16
-"""Between looks at the history, ms."""
-_VALUE_INTERVAL = 0.15
-"""Between new values, s: faster, nobody can read them."""
+_FRAME_MS = 16  # Between looks at the history, ms.
+_VALUE_INTERVAL = 0.15  # Between new values, s: faster, nobody can read them.
 
 
 class StripChart(QWidget):
     """All strip charts in one widget.
 
-    Parameters
-    ----------
-    timed : bool
-        Whether the widget looks at the history by itself, 60 times a second while it is
-        visible. Where the window has a timer that polls the feed, False and a call of
-        `advance` after the poll save up to a frame of delay.
+    `timed`: whether the widget looks at the history by itself, 60 times a second while it is
+    visible. Where the window has a timer that polls the feed, False and a call of `advance` after
+    the poll save up to a frame of delay.
     """
 
     mark_requested = Signal(float)  # The user wants a mark at this flight time, s.
@@ -68,7 +64,6 @@ class StripChart(QWidget):
         self.setMouseTracking(False)
         self.setAccessibleName(tr("Strip charts"))
         self.model = ChartModel()  # What is shown.
-        # Pauses, scrolls, zooms, and moves the cursors.
         self.navigator = ViewNavigator(self.model, self)
         self.editor = ChartEditor(self.model, self)  # Selects and changes charts.
         self._canvas = ChartCanvas(self.model)
@@ -117,7 +112,7 @@ class StripChart(QWidget):
     def set_units(self, system: str) -> None:
         self._change_charts("units", system)
 
-    def set_limits(self, limits: Mapping[str, ChannelLimits]) -> None:
+    def set_limits(self, limits: Mapping[str, LimitBands]) -> None:
         """Draw these limits, and name the values beyond them; by channel id."""
         self._change_charts("limits", dict(limits))
 
@@ -163,7 +158,7 @@ class StripChart(QWidget):
         if self.model.change(name, value):
             self.update()
 
-    def set_sources(self, sources: Mapping[str, OriginInfo]) -> None:
+    def set_sources(self, sources: Mapping[str, ChannelOrigin]) -> None:
         """Say which channels are estimated or not calibrated; by channel id."""
         self.model.sources = dict(sources)
         self._values_read_at = -math.inf

@@ -209,11 +209,8 @@ _SUBSTITUTE_CHANNELS = {
 def default_layout(channels: Sequence[str] | None = None) -> StripLayout:
     """Return 16 charts for a flight test.
 
-    Parameters
-    ----------
-    channels : sequence of str or None
-        Channels that the flight has. Charts without data give way to what the flight has in
-        their stead; None knows nothing and takes the list as it is.
+    `channels`: channels that the flight has. Charts without data give way to what the flight has in
+    their stead; None knows nothing and takes the list as it is.
     """
     known = None if channels is None else dict.fromkeys(channels)
     used: set[str] = set()

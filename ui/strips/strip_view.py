@@ -19,12 +19,7 @@ CURSORS = ("cursor", "a", "b")
 class StripView:
     """The window in time, the pause, the cursors, the chart chosen.
 
-    Parameters
-    ----------
-    rate : float
-        Samples per second, Hz.
-    window : float
-        Seconds wanted in sight.
+    `rate`: samples per second, Hz. `window`: seconds wanted in sight.
     """
 
     def __init__(self, *, width: int = 1, rate: float = 100.0, window: float = 60.0) -> None:
@@ -100,10 +95,7 @@ class StripView:
     def set_window(self, seconds: float, anchor: float | None = None) -> None:
         """Show another stretch of time.
 
-        Parameters
-        ----------
-        anchor : float or None
-            Time (s) that stays where it is while paused; None keeps the right edge.
+        `anchor`: time (s) that stays where it is while paused; None keeps the right edge.
         """
         place = None if anchor is None else self.x(anchor) / self._width
         self._window = min(max(seconds, WINDOWS[0]), WINDOWS[-1])
@@ -176,7 +168,6 @@ class StripView:
         self._held = latest
 
     def _earliest(self, start: float) -> float:
-        """Return the right edge (s) at which the flight's start is at the left one."""
         return self._scale.time(self._scale.column(start) + self._width - 1)
 
     def _rescale(self) -> None:

@@ -123,10 +123,7 @@ class _ToneFiles:
 class CommandTonePlayer(QObject):
     """Plays tones with a program of the system; beeps where that fails.
 
-    Parameters
-    ----------
-    command : sequence of str
-        Program and arguments; the sound file is added.
+    `command`: program and arguments; the sound file is added.
     """
 
     def __init__(self, command: Sequence[str], parent: QObject | None = None) -> None:
@@ -155,10 +152,7 @@ class CommandTonePlayer(QObject):
 class WindowsTonePlayer:
     """Plays tones as Windows plays its own; beeps where it refuses.
 
-    Raises
-    ------
-    ImportError
-        On any other system.
+    Raises `ImportError` on any other system.
     """
 
     def __init__(self) -> None:
@@ -181,12 +175,8 @@ class WindowsTonePlayer:
 class QtTonePlayer(QObject):
     """Plays tones through QtMultimedia.
 
-    Raises
-    ------
-    ImportError
-        If it is not installed, or a library of the system that it stands on is missing.
-    OSError
-        If there is no loudspeaker, or none that takes these samples.
+    Raises `ImportError` if it is not installed, or a library of the system that it stands on is
+    missing. Raises `OSError` if there is no loudspeaker, or none that takes these samples.
     """
 
     def __init__(self, parent: QObject | None = None) -> None:
@@ -244,8 +234,7 @@ _SPEECH_COMMANDS: SoundCommands = {
 }  # fmt: skip
 """Programs that speak what they read from their input."""
 
-_PAUSE_SECONDS = 0.15
-"""Seconds of silence after a tone that stands for words."""
+_PAUSE_SECONDS = 0.15  # Seconds of silence after a tone that stands for words.
 
 
 class Speaker(QObject):
@@ -319,12 +308,8 @@ class CommandSpeaker(Speaker):
 class QtSpeaker(Speaker):
     """Speaks through QtTextToSpeech.
 
-    Raises
-    ------
-    ImportError
-        If it is not installed, or a library of the system that it stands on is missing.
-    OSError
-        If there is no engine that speaks.
+    Raises `ImportError` if it is not installed, or a library of the system that it stands on is
+    missing. Raises `OSError` if there is no engine that speaks.
     """
 
     def __init__(self, parent: QObject | None = None) -> None:

@@ -59,10 +59,7 @@ class SpeechQueue:
     def enqueue(self, words: str, priority: UtterancePriority, *, through: bool = False) -> None:
         """Take words to be said, now, next, or not at all.
 
-        Parameters
-        ----------
-        through : bool
-            Whether they may be heard in a hush, because whoever offers them knows of it.
+        `through`: whether they may be heard in a hush, because whoever offers them knows of it.
         """
         words = words.strip()
         if self.is_muted or not words or self._is_repeat(words, priority):

@@ -15,11 +15,9 @@ import numpy.typing as npt
 
 from ui.voice.speech_queue import UtterancePriority
 
-SAMPLE_RATE = 44_100
-"""Samples per second."""
+SAMPLE_RATE = 44_100  # Samples per second.
 
-_FADE = 0.006
-"""Seconds in which a note swells and dies: cut off, it would click."""
+_FADE = 0.006  # Seconds in which a note swells and dies: cut off, it would click.
 
 _LOUDNESS = 0.6
 

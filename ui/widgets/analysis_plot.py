@@ -30,25 +30,20 @@ from ui.shortcut_filter import ArrowKeyNavigation
 from ui.strips.axis_ticks import step_decimals, time_step
 from ui.translation import QT_TR_NOOP, tr
 from ui.widgets.figure_menu import ContentFunction, FigureMenu, render_widget
-from ui.widgets.flow_layout import FlowLayout, clear_layout
+from ui.widgets.flow_layout import FlowLayout, arrange, clear_layout
 from ui.widgets.labels import create_label
 from ui.widgets.paint_primitives import curve_color, paint_focus_frame, paint_readout
 from ui.widgets.table_menu import format_delimited_rows
 
-_MIN_HEIGHT = 168
-"""Points of height below which a plot says too little."""
+_MIN_HEIGHT = 168  # Points of height below which a plot says too little.
 _MOST_POINTS = 4000
-_TICK_SPACING = 1.7
-"""Distance of times along an axis, in widths of a time."""
-_LARGE_SYMBOL_SIZE = 11
-"""Points across of a point with a shape of its own."""
+_TICK_SPACING = 1.7  # Distance of times along an axis, in widths of a time.
+_LARGE_SYMBOL_SIZE = 11  # Points across of a point with a shape of its own.
 _MARGIN, _MARGIN_OF_POINTS = 0.02, 0.05
 """Beyond the ends of what is drawn, as shares of its width: a large point is not cut."""
 _TARGET_ALPHA = 0.28
-_MIN_TICKS_WIDTH = 8
-"""Points up to which a line is no curve to be read: limits, means."""
-_ZOOM = 0.8
-"""Factor of the range that a notch of the wheel zooms by."""
+_MIN_TICKS_WIDTH = 8  # Points up to which a line is no curve to be read: limits, means.
+_ZOOM = 0.8  # Factor of the range that a notch of the wheel zooms by.
 _UNIT_PATTERN = re.compile(r"(.*?)(?:, | \[)([^\],]*)\]?")
 """Symbol and unit in the title of an axis."""
 FLIGHT_TIME_LABEL = QT_TR_NOOP("flight time, mm:ss.s")
@@ -176,9 +171,7 @@ class AnalysisPlot(QFrame):
         self._high = high
         self._drawn: tuple[tuple[PlotCurve, ...], tuple[PlotBand, ...]] = ((), ())
         self._labels = ("", "")
-        column = QVBoxLayout(self)
-        column.setContentsMargins(0, 0, 0, 0)
-        column.setSpacing(look.px(4))
+        column = arrange(QVBoxLayout(self), look.px(4))
         self._column = column
         self.title = create_label(name, "heading", wrap=True)
         column.addWidget(self.title)
@@ -203,10 +196,7 @@ class AnalysisPlot(QFrame):
     ) -> None:
         """Draw other curves.
 
-        Parameters
-        ----------
-        words : str
-            The picture in a sentence, for those who hear it.
+        `words`: the picture in a sentence, for those who hear it.
         """
         self._drawn = (tuple(curves), tuple(bands))
         self.menu.enable(bool(curves))
@@ -430,7 +420,6 @@ class _PlotArea(ArrowKeyNavigation, pyqtgraph.PlotWidget):
         self.viewport().update()
 
     def _area(self) -> QRectF:
-        """Return where curves are drawn, in pixels."""
         box = self.getPlotItem().getViewBox()
         return QRectF(self.mapFromScene(box.sceneBoundingRect()).boundingRect())
 

@@ -20,18 +20,14 @@ _KINDS = QT_TR_NOOP("Picture (*.png);;PDF (*.pdf);;Drawing (*.svg);;Numbers (*.c
 _EXACT = QPageSize.SizeMatchPolicy.ExactMatch
 _POINTS_PER_INCH, _PIXELS_PER_INCH = 72.0, 96
 
-ContentFunction = Callable[[], bytes]
-"""Makes the content of a file, in a thread."""
+ContentFunction = Callable[[], bytes]  # Makes the content of a file, in a thread.
 
 
 class FigureMenu(QObject):
     """Adds the menu to the widget that shows a figure, whatever draws it.
 
-    Parameters
-    ----------
-    content : callable
-        Returns the `ContentFunction` for an ending: ``.png``, ``.pdf``, ``.svg``, or for the
-        numbers ``.csv`` and ``.tsv``. Called only while the menu is enabled.
+    `content`: returns the `ContentFunction` for an ending: ``.png``, ``.pdf``, ``.svg``, or for the
+    numbers ``.csv`` and ``.tsv``. Called only while the menu is enabled.
     """
 
     message_posted = Signal(str)  # What was copied or saved.

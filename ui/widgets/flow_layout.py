@@ -2,8 +2,19 @@
 
 from __future__ import annotations
 
+from typing import TypeVar
+
 from PySide6.QtCore import QPoint, QRect, QSize, Qt
 from PySide6.QtWidgets import QLayout, QLayoutItem, QWidget
+
+LayoutT = TypeVar("LayoutT", bound=QLayout)
+
+
+def arrange(layout: LayoutT, spacing: int, *margins: int) -> LayoutT:
+    """Return a layout with a spacing, and margins left, top, right and bottom; zero by default."""
+    layout.setSpacing(spacing)
+    layout.setContentsMargins(*margins or (0, 0, 0, 0))
+    return layout
 
 
 def clear_layout(layout: QLayout) -> None:
@@ -17,11 +28,8 @@ def clear_layout(layout: QLayout) -> None:
 class FlowLayout(QLayout):
     """Places its items side by side and begins a new row when one does not fit.
 
-    Parameters
-    ----------
-    fill : bool
-        Whether what is left of a row's width goes to its items: to those that expand, or else
-        to all alike.
+    `fill`: whether what is left of a row's width goes to its items: to those that expand, or else
+    to all alike.
     """
 
     def __init__(self, parent: QWidget, *, spacing: int = 8, fill: bool = False) -> None:

@@ -19,11 +19,10 @@ from PySide6.QtWidgets import (
 )
 
 from ui.display_style import DisplayStyle
-from ui.widgets.flow_layout import FlowLayout, clear_layout
+from ui.widgets.flow_layout import FlowLayout, arrange, clear_layout
 from ui.widgets.labels import create_label
 
-_MIN_COLUMN_WIDTH = 360
-"""Points a column needs."""
+_MIN_COLUMN_WIDTH = 360  # Points a column needs.
 
 
 class FormSection(QFrame):
@@ -155,9 +154,7 @@ class LabeledComboBox(QWidget):
 
     def __init__(self, look: DisplayStyle, name: str, *, letters: int = 12) -> None:
         super().__init__()
-        row = QHBoxLayout(self)
-        row.setContentsMargins(0, 0, 0, 0)
-        row.setSpacing(look.px(8))
+        row = arrange(QHBoxLayout(self), look.px(8))
         self.title = create_label(name, "label")
         row.addWidget(self.title)
         self.box = QComboBox()

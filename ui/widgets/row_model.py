@@ -14,8 +14,7 @@ from ui.icons import IndicatorState
 from ui.translation import tr
 
 ModelIndex = QModelIndex | QPersistentModelIndex
-VALUE_ROLE = Qt.ItemDataRole.UserRole
-"""Role of `TableRow.value`, for delegates."""
+VALUE_ROLE = Qt.ItemDataRole.UserRole  # Role of `TableRow.value`, for delegates.
 _INVALID_INDEX = QModelIndex()
 
 
@@ -63,10 +62,7 @@ class TableRow:
 class TableRowModel(QAbstractTableModel):
     """Rows for a table or a list; some columns may be edited.
 
-    Parameters
-    ----------
-    title_details : mapping of int to str
-        Tool tips of titles.
+    `title_details`: tool tips of titles.
     """
 
     edited = Signal(object, str, int)  # Key of the row, its new text, the column.
@@ -230,7 +226,6 @@ class TableRowModel(QAbstractTableModel):
 
 
 def _runs(flags: Iterable[bool]) -> list[tuple[int, int]]:
-    """Return the first and last index of each run of true flags."""
     runs: list[tuple[int, int]] = []
     for index, flag in enumerate(flags):
         if flag and runs and runs[-1][1] == index - 1:

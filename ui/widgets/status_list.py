@@ -23,8 +23,7 @@ from ui.widgets.row_model import VALUE_ROLE, ModelIndex, TableRow, TableRowModel
 from ui.widgets.table_menu import TableMenu
 
 _WRAP = Qt.TextFlag.TextWordWrap | Qt.AlignmentFlag.AlignTop | Qt.AlignmentFlag.AlignLeft
-_LEFT, _RIGHT = 44, 108
-"""Points for the sign on the left and for the state on the right."""
+_LEFT, _RIGHT = 44, 108  # Points for the sign on the left and for the state on the right.
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -56,7 +55,6 @@ class _StatusListDelegate(QStyledItemDelegate):
         return strong, self._look.font("body")
 
     def _parts(self, line: StatusListItem, width: int) -> tuple[QRect, QRect]:
-        """Return where the words, and what is below them, stand at a width."""
         px = self._look.px
         strong, plain = self._fonts()
         room = max(width - px(_LEFT) - px(_RIGHT) - px(14), px(80))

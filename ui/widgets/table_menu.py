@@ -49,10 +49,7 @@ def format_csv(rows: TableRows) -> str:
 def create_table_actions(owner: QWidget, table: Callable[[], TableRows]) -> tuple[QAction, ...]:
     """Return what every table offers.
 
-    Parameters
-    ----------
-    owner : QWidget
-        Its accessible name names the file.
+    `owner`: its accessible name names the file.
     """
 
     def save() -> None:
@@ -84,10 +81,7 @@ class TableMenu(QObject):
 
     Ctrl+C copies the selected rows.
 
-    Parameters
-    ----------
-    table : callable, optional
-        Returns headings and rows as texts, where the cells of the model are not texts.
+    `table`: returns headings and rows as texts, where the cells of the model are not texts.
     """
 
     def __init__(

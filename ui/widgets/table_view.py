@@ -24,8 +24,7 @@ from ui.display_style import DisplayStyle
 from ui.widgets.row_model import ModelIndex, TableRow, TableRowModel
 from ui.widgets.table_menu import TableMenu
 
-WIDEST_TIME_TEXT = "0:00:00.0"
-"""A flight time after the first hour, as wide as any."""
+WIDEST_TIME_TEXT = "0:00:00.0"  # A flight time after the first hour, as wide as any.
 _SELECT_ONE_ROW = (
     QItemSelectionModel.SelectionFlag.ClearAndSelect | QItemSelectionModel.SelectionFlag.Rows
 )
@@ -81,18 +80,11 @@ class WordWrapDelegate(TextEditDelegate):
 class TableRowView(QTableView):
     """A table of rows; Enter or a double press opens, text columns may be edited in place.
 
-    Parameters
-    ----------
-    stretch : int or None
-        Column that takes the rest of the width; None where `_fit_columns` sets all widths.
-    widths : mapping of int to int or str
-        Of the others, pixels of the design; or a text that must have room in strong letters.
-    least : int
-        Width that is left to `stretch` at least, pixels of the design; where there is less room
-        the table scrolls. 0 never scrolls.
-    sortable : bool
-        Whether a press on a title sorts, and several rows can be selected; at first backward by
-        the first column.
+    `stretch`: column that takes the rest of the width; None where `_fit_columns` sets all widths.
+    `widths`: of the others, pixels of the design; or a text that must have room in strong letters.
+    `least`: width that is left to `stretch` at least, pixels of the design; where there is less
+    room the table scrolls. 0 never scrolls. `sortable`: whether a press on a title sorts, and
+    several rows can be selected; at first backward by the first column.
     """
 
     opened = Signal(object)  # Key of the row the user pressed Enter on.
@@ -268,12 +260,8 @@ class TableRowView(QTableView):
 class FittedTableView(TableRowView):
     """A table that is as high as its rows, up to a number of them.
 
-    Parameters
-    ----------
-    look, name, stretch, widths, wrap, row_height
-        As for `TableRowView`.
-    least, most : int
-        Rows in sight.
+    `look`, `name`, `stretch`, `widths`, `wrap`, `row_height`: as for `TableRowView`. `least`,
+    `most`: rows in sight.
     """
 
     def __init__(
@@ -347,7 +335,6 @@ class FittedTableView(TableRowView):
             self._settle.start(0)
 
     def _rewrap(self) -> None:
-        """Give wrapped rows the height they need at the width they have."""
         state = (
             tuple(row.cells for row in self.row_model.rows),
             tuple(self.columnWidth(column) for column in range(self.row_model.columnCount())),

@@ -25,6 +25,7 @@ from gsapp.quantities import convert_text_units
 from ui.display_style import DisplayStyle
 from ui.icons import IndicatorState, paint_indicator
 from ui.translation import QT_TR_NOOP, tr
+from ui.widgets.flow_layout import arrange
 from ui.widgets.labels import UnitConvertingLabel
 
 MessageLevel = Literal["note", "caution", "warning", "work"]
@@ -38,10 +39,8 @@ _STATES: dict[MessageLevel, IndicatorState] = {
 _MAX_OPEN = 3  # open at a time; older ones stand in the list
 _HEIGHT, _FLAT_HEIGHT = 34, 26
 """Points of height, reserved whether there is a message or not: nothing moves or is covered."""
-_LOW_WINDOW_HEIGHT = 440
-"""Points of height of a window below which the line is flat."""
-_MAX_MESSAGES = 200
-"""Messages in the list."""
+_LOW_WINDOW_HEIGHT = 440  # Points of height of a window below which the line is flat.
+_MAX_MESSAGES = 200  # Messages in the list.
 LEVEL_TITLES: dict[MessageLevel, str] = {
     "note": QT_TR_NOOP("Note"),
     "caution": QT_TR_NOOP("Caution"),
@@ -129,10 +128,7 @@ def _button(
 class Banner(QFrame):
     """One sentence with up to a few buttons.
 
-    Parameters
-    ----------
-    choices : sequence of (str, callable)
-        Buttons; each closes the banner after its work, unless it is of level ``work``.
+    `choices`: buttons; each closes the banner after its work, unless it is of level ``work``.
     """
 
     closed = Signal()  # The banner was closed.
@@ -149,9 +145,7 @@ class Banner(QFrame):
         self.level = level
         self.setObjectName("banner")
         self.setProperty("level", level)
-        row = QHBoxLayout(self)
-        row.setContentsMargins(look.px(8), 0, 0, 0)
-        row.setSpacing(look.px(8))
+        row = arrange(QHBoxLayout(self), look.px(8), look.px(8), 0, 0, 0)
         if _STATES[level] != "plain":
             row.addWidget(_LevelIcon(level, look))
         if LEVEL_TITLES[level]:

@@ -12,6 +12,7 @@ from ui.background_job import BackgroundJob
 from ui.display_style import DisplayStyle
 from ui.translation import tr
 from ui.widgets.action_button import ActionButton
+from ui.widgets.flow_layout import arrange
 from ui.widgets.labels import create_label
 from ui.window_frame.banners import Banner, BannerStack
 
@@ -24,9 +25,9 @@ class JobProgressPanel(QFrame):
         self._look = look
         self.setObjectName("banner")
         self.setAccessibleName(tr("{name} that runs").format(name=name.capitalize()))
-        row = QHBoxLayout(self)
-        row.setContentsMargins(look.px(16), look.px(6), look.px(8), look.px(6))
-        row.setSpacing(look.px(12))
+        row = arrange(
+            QHBoxLayout(self), look.px(12), look.px(16), look.px(6), look.px(8), look.px(6)
+        )
         self.title = ""
         self.text_label = create_label("", wrap=True)
         self.text_label.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Preferred)
@@ -99,10 +100,8 @@ class JobBanner:
             self._end = None
 
 
-_SHORT_JOB_MS = 300
-"""A job that ends sooner gets no banner."""
-_STOP_SECONDS = 2.0
-"""For a job to stop as the window closes."""
+_SHORT_JOB_MS = 300  # A job that ends sooner gets no banner.
+_STOP_SECONDS = 2.0  # For a job to stop as the window closes.
 
 
 class JobBannerController(QObject):

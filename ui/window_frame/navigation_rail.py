@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 
 from PySide6.QtCore import QObject, QRectF, QSize, Qt, Signal
-from PySide6.QtGui import QAction, QColor, QPainter, QPaintEvent
+from PySide6.QtGui import QColor, QPainter, QPaintEvent
 from PySide6.QtWidgets import QAbstractButton, QButtonGroup, QSizePolicy, QVBoxLayout, QWidget
 
 from ui.display_style import DisplayStyle
 from ui.icons import paint_icon
 from ui.translation import QT_TR_NOOP, tr
+from ui.widgets.flow_layout import arrange
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -21,53 +21,27 @@ class PageInfo:
     id: str  # Name in code; ``place_<id>`` is the command that goes there.
     title: str  # Word on the rail.
     shortcut: str  # Key that goes there.
-    icon: str  # Sign on the rail.
     purpose: str  # What the place is for, one sentence.
 
 
-PAGES: tuple[PageInfo, ...] = (
-    PageInfo(
-        id="preflight",
-        title=QT_TR_NOOP("Preflight"),
-        shortcut="F1",
-        icon="preflight",
-        purpose=QT_TR_NOOP(
+PAGES = tuple(
+    PageInfo(id=page_id, title=title, shortcut=f"F{number}", purpose=purpose)
+    for number, (page_id, title, purpose) in enumerate((
+        ("preflight", QT_TR_NOOP("Preflight"), QT_TR_NOOP(
             "Calibrate the surfaces and vanes, and check the aircraft before take-off."
-        ),
-    ),
-    PageInfo(
-        id="flight",
-        title=QT_TR_NOOP("Flight"),
-        shortcut="F2",
-        icon="flight",
-        purpose=QT_TR_NOOP("Watch the flight on strip charts."),
-    ),
-    PageInfo(
-        id="pilot",
-        title=QT_TR_NOOP("Pilot"),
-        shortcut="F3",
-        icon="pilot",
-        purpose=QT_TR_NOOP(
+        )),
+        ("flight", QT_TR_NOOP("Flight"), QT_TR_NOOP("Watch the flight on strip charts.")),
+        ("pilot", QT_TR_NOOP("Pilot"), QT_TR_NOOP(
             "Large cues for the pilot, readable from three meters: trim, speed, next maneuver."
-        ),
-    ),
-    PageInfo(
-        id="review",
-        title=QT_TR_NOOP("Review"),
-        shortcut="F4",
-        icon="review",
-        purpose=QT_TR_NOOP("Cut the maneuvers, estimate the derivatives, and compare the models."),
-    ),
-    PageInfo(
-        id="gap",
-        title=QT_TR_NOOP("Model gap"),
-        shortcut="F5",
-        icon="gap",
-        purpose=QT_TR_NOOP(
+        )),
+        ("review", QT_TR_NOOP("Review"), QT_TR_NOOP(
+            "Cut the maneuvers, estimate the derivatives, and compare the models."
+        )),
+        ("gap", QT_TR_NOOP("Model gap"), QT_TR_NOOP(
             "Find where simulation and measurement disagree, and which effect the model lacks."
-        ),
-    ),
-)
+        )),
+    ), start=1)
+)  # fmt: skip
 """From top to bottom."""
 
 
@@ -126,7 +100,7 @@ class NavigationButton(QAbstractButton):
         ink: QColor = look.color("text" if chosen else "muted")
         side = look.px(24)
         top = (box.height() - side) / 2 if self.narrow else look.px(8)
-        paint_icon(painter, self.page.icon, QRectF((box.width() - side) / 2, top, side, side), ink)
+        paint_icon(painter, self.page.id, QRectF((box.width() - side) / 2, top, side, side), ink)
         if not self.narrow:
             painter.setPen(ink)
             painter.setFont(look.font("label", strong=chosen))
@@ -153,9 +127,7 @@ class NavigationRail(QWidget):
         self.setObjectName("rail")
         self.setAccessibleName(tr("Places"))
         self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
-        column = QVBoxLayout(self)
-        column.setContentsMargins(0, 0, 0, 0)
-        column.setSpacing(0)
+        column = arrange(QVBoxLayout(self), 0)
         self.buttons: dict[str, NavigationButton] = {}
         self._group = ExclusiveButtonGroup(self)
         for place in PAGES:
@@ -179,10 +151,6 @@ class NavigationRail(QWidget):
             for button in self.buttons.values():
                 button.narrow = narrow
             self._refresh()
-
-    def bind(self, actions: Mapping[str, QAction]) -> None:
-        """Run the same commands as the keys do."""
-        self.page_selected.connect(lambda name: actions[f"place_{name}"].trigger())
 
     def _refresh(self) -> None:
         for button in self.buttons.values():

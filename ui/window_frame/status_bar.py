@@ -6,14 +6,7 @@ import math
 from collections.abc import Iterable, Mapping
 
 from PySide6.QtCore import QPointF, QRectF, QSize, Qt, Signal
-from PySide6.QtGui import (
-    QBrush,
-    QFont,
-    QFontMetricsF,
-    QMouseEvent,
-    QPainter,
-    QPaintEvent,
-)
+from PySide6.QtGui import QBrush, QFont, QFontMetricsF, QMouseEvent, QPainter, QPaintEvent
 from PySide6.QtWidgets import QApplication, QSizePolicy, QToolTip, QWidget
 
 from ui.display_style import DisplayStyle
@@ -22,8 +15,7 @@ from ui.translation import tr
 from ui.widgets.flow_layout import FlowLayout
 from ui.window_frame.status_bar_model import StatusItem
 
-_LOW_WINDOW_HEIGHT = 440
-"""Points of height below which the bar is flat."""
+_LOW_WINDOW_HEIGHT = 440  # Points of height below which the bar is flat.
 
 _FLAT_STEP = 24
 """Points by which the width of a flat part grows, so that it does not follow every digit."""
@@ -113,7 +105,6 @@ class StatusItemWidget(QWidget):
         return font
 
     def _flat_widths(self) -> tuple[float, float]:
-        """Return what the word, and value and note beside it, need on one line."""
         small = QFontMetricsF(self._look.font("label"))
         part, gap = self.item, self._look.px(8)
         value = QFontMetricsF(self._value_font()).horizontalAdvance(part.value)
@@ -188,10 +179,7 @@ class StatusItemWidget(QWidget):
 class StatusBar(QWidget):
     """All parts in a row, or in two where the window is narrow.
 
-    Parameters
-    ----------
-    buttons : mapping of str to QWidget, optional
-        What stands beside a part, by its id, while that has an action.
+    `buttons`: what stands beside a part, by its id, while that has an action.
     """
 
     pressed = Signal(str)  # Id of the part the user pressed.

@@ -354,7 +354,6 @@ def format_alarm(alarm: Alarm, units: str) -> str:
 
 
 def _share(done: float) -> str:
-    """Return how far something is that is not done, in percent."""
     return f" {floor_percent(done)} %" if done < 1.0 else ""
 
 

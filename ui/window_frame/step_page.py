@@ -32,6 +32,7 @@ from ui.settings import SettingsStore
 from ui.shortcut_filter import ArrowKeyNavigation
 from ui.translation import tr
 from ui.undo import UndoHistory
+from ui.widgets.flow_layout import arrange
 from ui.window_frame.banners import BannerStack
 from ui.window_frame.job_banner import JobBanner, JobProgressPanel
 from ui.window_frame.navigation_rail import ExclusiveButtonGroup
@@ -133,10 +134,7 @@ class StepButton(QAbstractButton, ArrowKeyNavigation):
 class StepList(QWidget):
     """All steps in a row.
 
-    Parameters
-    ----------
-    actions : mapping of str to QAction
-        ``<prefix>_<id>`` goes to a step.
+    `actions`: ``<prefix>_<id>`` goes to a step.
     """
 
     def __init__(
@@ -153,9 +151,7 @@ class StepList(QWidget):
         self.setObjectName("bar")
         self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
         self.setAccessibleName(name)
-        row = QHBoxLayout(self)
-        row.setContentsMargins(0, 0, 0, 1)
-        row.setSpacing(0)
+        row = arrange(QHBoxLayout(self), 0, 0, 0, 0, 1)
         self._group = ExclusiveButtonGroup(self)
         self.buttons: dict[str, StepButton] = {}
         for number, step in enumerate(steps, start=1):
@@ -247,9 +243,7 @@ class WindowPage(QWidget):
         self._look = look
         self._store = store
         self.setAccessibleName(name)
-        self.column = QVBoxLayout(self)
-        self.column.setContentsMargins(0, 0, 0, 0)
-        self.column.setSpacing(0)
+        self.column = arrange(QVBoxLayout(self), 0)
         self.stack = QStackedWidget()
         self.column.addWidget(self.stack, 1)
 
