@@ -78,16 +78,13 @@ class AddStage(StageView):
         self.effects.selectionModel().currentChanged.connect(lambda *_: self._show_effect())
 
     def begin(self) -> None:
-        """Begin on the effects."""
         (self.effects if self.effects.row_model.rows else self.buttons["gap_force"]).setFocus()
 
     @property
     def selected_effect(self) -> str:
-        """Return the effect the keyboard is on; empty for none."""
         return str(self.effects.current_key() or "")
 
     def refresh(self) -> None:
-        """Show effects and values."""
         result, step = self.result, self.selection.step
         if result is None:
             return

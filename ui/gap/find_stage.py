@@ -69,11 +69,9 @@ class FindStage(StageView):
         )
 
     def begin(self) -> None:
-        """Begin on the map."""
         self.map.setFocus()
 
     def refresh(self) -> None:
-        """Draw map, list and charts."""
         result, selection = self.result, self.selection
         if result is None:
             return

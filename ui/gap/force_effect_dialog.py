@@ -95,6 +95,5 @@ class ForceEffectDialog(FormDialog):
 
     @property
     def selected_effect(self) -> ForceableEffect | None:
-        """Return the effect chosen; None while nothing fits the words."""
         row = self.listed.currentIndex().row()
         return self.listed.row_model.rows[row].value if row >= 0 else None

@@ -57,7 +57,6 @@ class ChannelGapBars(_PaintedWidget):
         self._pairs: tuple[ChannelGapPair, ...] = ()
 
     def show_pairs(self, pairs: Sequence[ChannelGapPair]) -> None:
-        """Show other gaps."""
         self._pairs = tuple(pairs)
         words = "; ".join(
             tr("{channel} from {before} to {after} times the noise").format(
@@ -127,7 +126,6 @@ class MisfitWaterfall(_PaintedWidget):
     def show_steps(
         self, steps: Sequence[WaterfallStep], titles: Sequence[str], current: int
     ) -> None:
-        """Show other steps, one of them current."""
         self._steps, self._titles, self._current = tuple(steps), tuple(titles), current
         words = "; ".join(
             tr("{title}: {after} times the noise floor").format(
@@ -220,7 +218,6 @@ class StepSlider(ArrowKeyNavigation, QSlider):
         look.changed.connect(self.updateGeometry)
 
     def show_steps(self, names: Sequence[str], step: int) -> None:
-        """Show other models, with one chosen."""
         self.blockSignals(True)
         self._names = tuple(names) or (tr("Baseline"),)
         self.setRange(0, len(self._names) - 1)

@@ -90,24 +90,10 @@ class _ScrollContent(QWidget):
 
 
 class GapResultView(QScrollArea):
-    """Verdict, the way through the models, and one of the four steps.
-
-    Parameters
-    ----------
-    actions : mapping of str to QAction
-        The commands.
-    look : DisplayStyle
-        Colors, sizes, units.
-    store : SettingsStore
-        Remembers what was looked at.
-
-    Attributes
-    ----------
-    step_changed : Signal
-        Another model or effect is looked at: other commands may be of use.
-    """
+    """Verdict, the way through the models, and one of the four steps."""
 
     step_changed = Signal()
+    """Another model or effect is looked at: other commands may be of use."""
 
     def __init__(
         self, actions: Mapping[str, QAction], look: DisplayStyle, store: SettingsStore
@@ -249,7 +235,6 @@ class GapResultView(QScrollArea):
         self.about.setText(result.request.text)
 
     def _choose(self, selection: GapSelection) -> None:
-        """Look at what the crew chose."""
         former = self.selection
         self._chose |= selection.maneuver != former.maneuver
         if self.stage == "show" and selection.channel != former.channel:
@@ -260,7 +245,6 @@ class GapResultView(QScrollArea):
         self.set_selection(selection)
 
     def set_selection(self, selection: GapSelection) -> None:
-        """Look at something else."""
         if self.result is None:
             return
         self.selection = nearest_valid_selection(self.result, selection)
@@ -269,7 +253,6 @@ class GapResultView(QScrollArea):
         self.step_changed.emit()
 
     def go_to_stage(self, stage: str, *, focus: bool = True) -> None:
-        """Go to one of the four steps."""
         if self.result is None:
             return
         last = len(self.result.discrepancy.steps) - 1
@@ -293,7 +276,6 @@ class GapResultView(QScrollArea):
             self.stages[stage].begin()
 
     def begin(self) -> None:
-        """Put the keyboard into the step that is shown."""
         if self.stage:
             self.stages[self.stage].begin()
 
@@ -304,12 +286,10 @@ class GapResultView(QScrollArea):
         self.set_selection(replace(self.selection, step=step))
 
     def move_step(self, steps: int) -> None:
-        """Go on along the models, or back."""
         self._moved = True
         self.set_selection(replace(self.selection, step=self.selection.step + steps))
 
     def next_maneuver(self, steps: int) -> None:
-        """Look at another maneuver."""
         if self.result is None or not self.result.discrepancy.maneuvers:
             return
         ids = [view.id for view in self.result.discrepancy.maneuvers]
@@ -319,7 +299,6 @@ class GapResultView(QScrollArea):
 
     @property
     def can_accept(self) -> bool:
-        """Return whether a proven effect waits."""
         if self.result is None:
             return False
         return find_step_effect(self.result, self.selection.step + 1) is not None

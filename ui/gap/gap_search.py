@@ -24,32 +24,17 @@ def create_search_job_runner() -> ProcessJobRunner:
 
 
 class GapSearch(QObject):
-    """The search of the window: at most one runs; the result stays until another one comes.
-
-    Parameters
-    ----------
-    job_runner : JobRunner
-        Does the work.
-
-    Attributes
-    ----------
-    began : Signal(object)
-        A `BackgroundJob` begins: a search, or a report being written.
-    progressed : Signal(object, str)
-        Share done or None, and what is being done with the time left.
-    ended : Signal(str)
-        The work ended: ``found``, ``written``, ``cancelled`` or ``failed``.
-    changed : Signal
-        There is another result.
-    written : Signal(object)
-        The path of a report.
-    """
+    """The search of the window: at most one runs; the result stays until another one comes."""
 
     began = Signal(object)
+    """A `BackgroundJob` begins: a search, or a report being written."""
     progressed = Signal(object, str)
+    """Share done or None, and what is being done with the time left."""
     ended = Signal(str)
+    """The work ended: ``found``, ``written``, ``cancelled`` or ``failed``."""
     changed = Signal()
     written = Signal(object)
+    """The path of a report."""
 
     def __init__(
         self,
@@ -68,7 +53,6 @@ class GapSearch(QObject):
 
     @property
     def running(self) -> bool:
-        """Return whether something is being done."""
         return self._job is not None and self._job.is_running
 
     @property
@@ -77,7 +61,6 @@ class GapSearch(QObject):
         return self._job.title if self._job is not None else ""
 
     def search(self, request: GapRequest) -> None:
-        """Search flights from the beginning."""
         self._look(request, tr("Searching for missing effects"), tr("search"))
 
     def refuse(self, effect: str, title: str) -> None:
@@ -103,7 +86,6 @@ class GapSearch(QObject):
         self.changed.emit()
 
     def write_report(self, path: Path, units: str) -> None:
-        """Write the report of the result in the background, in ``US`` or ``SI`` units."""
         result = self.result
         if result is None or self.running:
             return
@@ -116,7 +98,6 @@ class GapSearch(QObject):
             self._job.cancel()
 
     def close(self) -> None:
-        """Stop everything, as the window closes."""
         self.cancel()
         self._job_runner.close()
 

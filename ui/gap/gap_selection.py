@@ -12,16 +12,10 @@ from ui.translation import tr
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class GapSelection:
-    """What is looked at.
-
-    Attributes
-    ----------
-    step : int
-        Model on the way: 0 is the baseline.
-    maneuver, coefficient, variable, channel : str
-    """
+    """What is looked at."""
 
     step: int = 0
+    """Model on the way: 0 is the baseline."""
     maneuver: str = ""
     coefficient: str = ""
     variable: str = ""
@@ -33,7 +27,6 @@ def initial_selection(result: SearchResult, *, variable: str, channel: str) -> G
 
     Parameters
     ----------
-    result : SearchResult
     variable, channel : str
         Looked at last, kept where this result has them.
     """

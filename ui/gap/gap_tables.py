@@ -56,15 +56,10 @@ class _MapCellDelegate(QStyledItemDelegate):
 
 
 class DisagreementMapView(FittedTableView):
-    """The map; arrows or the mouse choose a cell.
-
-    Attributes
-    ----------
-    cell_selected : Signal(str, str)
-        Maneuver and coefficient.
-    """
+    """The map; arrows or the mouse choose a cell."""
 
     cell_selected = Signal(str, str)
+    """Maneuver and coefficient."""
 
     def __init__(self, look: DisplayStyle) -> None:
         super().__init__(
@@ -93,7 +88,6 @@ class DisagreementMapView(FittedTableView):
     def show_map(
         self, coefficients: Sequence[str], rows: Sequence[TableRow], maneuver: str, coefficient: str
     ) -> None:
-        """Show a map with one cell chosen."""
         self._is_quiet = True
         names = [COEFFICIENT_TITLES.get(name, name) for name in coefficients]
         self.row_model.set_titles(coefficients, dict(enumerate(names)))
@@ -109,7 +103,6 @@ class DisagreementMapView(FittedTableView):
         self._fit_columns()
 
     def cell(self, maneuver: str, coefficient: str) -> MapCell | None:
-        """Return a cell of the map; None if it is not there."""
         row = self.row_model.find_row(maneuver)
         if row < 0 or coefficient not in self.row_model.titles:
             return None

@@ -55,21 +55,14 @@ ARROW = "\N{NARROW NO-BREAK SPACE}→\N{NARROW NO-BREAK SPACE}"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MapCell:
-    """One maneuver and coefficient of the map.
-
-    Attributes
-    ----------
-    ratio : float
-        Missing part over the noise floor.
-    level : int
-        0 to 4, by `DISPLAY.map_levels`.
-    proven : bool
-        Whether the baseline's disagreement here is more than chance.
-    """
+    """One maneuver and coefficient of the map."""
 
     ratio: float
+    """Missing part over the noise floor."""
     level: int
+    """0 to 4, by `DISPLAY.map_levels`."""
     proven: bool
+    """Whether the baseline's disagreement here is more than chance."""
 
 
 def find_map_level(ratio: float) -> int:
@@ -116,27 +109,18 @@ def build_map_rows(result: SearchResult, step: int) -> tuple[TableRow, ...]:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class MissingCoefficientScatter:
-    """The missing part of one coefficient against what it may depend on.
-
-    Attributes
-    ----------
-    title, axis, unit : str
-    selected : (ndarray, ndarray)
-        Condition in the unit of the screen, and missing part, of the chosen maneuver.
-    others : tuple of (ndarray, ndarray)
-        Of the other maneuvers.
-    floor : float
-    region : (float, float) or None
-        Where the chosen disagreement grows, in the unit of the screen.
-    """
+    """The missing part of one coefficient against what it may depend on."""
 
     title: str
     axis: str
     unit: str
     selected: tuple[FloatArray, FloatArray]
+    """Condition in the unit of the screen, and missing part, of the chosen maneuver."""
     others: tuple[tuple[FloatArray, FloatArray], ...]
+    """Of the other maneuvers."""
     floor: float
     region: tuple[float, float] | None
+    """Where the chosen disagreement grows, in the unit of the screen."""
 
 
 def build_missing_scatter(
@@ -377,21 +361,14 @@ def build_alternative_rows(result: SearchResult, system: str) -> tuple[tuple[str
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class EffectStatus:
-    """One effect and where it stands.
-
-    Attributes
-    ----------
-    effect, title : str
-    text : str
-        ``in the model``, ``next``, ``later``, ``refused``.
-    step : int
-        Its step; 0 for one that was refused.
-    """
+    """One effect and where it stands."""
 
     effect: str
     title: str
     text: str
+    """``in the model``, ``next``, ``later``, ``refused``."""
     step: int
+    """Its step; 0 for one that was refused."""
 
 
 def list_effect_statuses(result: SearchResult, step: int) -> tuple[EffectStatus, ...]:

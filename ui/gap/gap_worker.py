@@ -60,10 +60,6 @@ def serve_gap_jobs(
 
     Parameters
     ----------
-    connection : Connection
-        Jobs come in, `Told` goes out.
-    stop : StopEvent
-        Set by the window to stop the job at hand.
     prepare : callable, optional
         Makes a search of maneuvers, aircraft and model; that of `gsapp.discrepancy` by default.
     """
@@ -75,22 +71,13 @@ def serve_gap_jobs(
 def _prepare_investigation(
     maneuvers: Sequence[Maneuver], aircraft: Aircraft, model: Model | None
 ) -> PreparedSearch:
-    """Return the program's own search."""
     from gsapp.discrepancy.investigation import Investigation
 
     return Investigation(maneuvers, aircraft, model)
 
 
 class GapJobHandler:
-    """Does jobs one after the other and keeps what the next may need.
-
-    Parameters
-    ----------
-    tell : callable
-        Says how far the job is; raises where the window does not want it any more.
-    prepare : callable
-        Makes a search.
-    """
+    """Does jobs one after the other and keeps what the next may need."""
 
     def __init__(self, tell: JobProgressCallback, prepare: PrepareSearch) -> None:
         self._report_progress = tell
@@ -103,7 +90,6 @@ class GapJobHandler:
         self._aircraft = ""
 
     def do(self, job: GapJob) -> SearchResult | Path:
-        """Do one job and return its result."""
         if isinstance(job, GapReportJob):
             return self._write(job)
         return self._look(job)

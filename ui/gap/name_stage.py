@@ -64,16 +64,13 @@ class NameStage(StageView):
         self.hidden_only.toggled.connect(lambda _on: self._show_observability())
 
     def begin(self) -> None:
-        """Begin on the competition."""
         self.ranking.setFocus()
 
     @property
     def candidate(self) -> str:
-        """Return the effect that is looked at."""
         return self._candidate
 
     def refresh(self) -> None:
-        """Show the competition of the chosen model."""
         result, step = self.result, self.selection.step
         if result is None:
             return

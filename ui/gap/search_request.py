@@ -53,53 +53,31 @@ class GapRequest(DiscrepancySettings):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class EffectInfo:
-    """What the catalog says of an effect.
-
-    Attributes
-    ----------
-    effect, title, equation : str
-    mistaken_for : tuple of str
-        Ids of effects that it is taken for, or words.
-    distinguished_by : str
-        What tells it from them.
-    remedy : str
-        The measurement on the ground that settles it; empty where flying does.
-    units : mapping of str to str
-        SI unit of each parameter.
-    """
+    """What the catalog says of an effect."""
 
     effect: str
     title: str
     equation: str = ""
     mistaken_for: tuple[str, ...] = ()
+    """Ids of effects that it is taken for, or words."""
     distinguished_by: str = ""
     remedy: str = ""
+    """The measurement on the ground that settles it; empty where flying does."""
     units: Mapping[str, str]
+    """SI unit of each parameter."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class SearchResult:
-    """What a search gave.
-
-    Attributes
-    ----------
-    request : GapRequest
-    discrepancy : DiscrepancyResult
-    effect_infos : mapping of str to EffectInfo
-        The catalog, by id.
-    remarks : tuple of str
-        About the flights: maneuvers left out, channels missing.
-    kinds : mapping of str to str
-        Surfaces and shape of each maneuver, ``de doublet``, by its id.
-    aircraft : str
-        Name of the one that flew.
-    """
+    """What a search gave."""
 
     request: GapRequest
     discrepancy: DiscrepancyResult
     effect_infos: Mapping[str, EffectInfo]
     remarks: tuple[str, ...] = ()
+    """About the flights: maneuvers left out, channels missing."""
     kinds: Mapping[str, str] = field(default_factory=dict)
+    """Surfaces and shape of each maneuver, ``de doublet``, by its id."""
     aircraft: str = ""
 
     def continues(self, former: SearchResult) -> bool:

@@ -40,21 +40,10 @@ _STAGE_DESCRIPTIONS = {
 
 
 class SearchSetupPage(CenteredPage):
-    """Asks what to search.
-
-    Attributes
-    ----------
-    search_requested : Signal(object)
-        A `GapRequest`.
-    virtual_flight_requested : Signal
-        Fly the virtual aircraft with a hidden effect and search that flight.
-    back_requested : Signal
-        Back to the result that is there.
-    command_requested : Signal(str)
-        A command of the window to run.
-    """
+    """Asks what to search."""
 
     search_requested = Signal(object)
+    """A `GapRequest`."""
     virtual_flight_requested = Signal()
     back_requested = Signal()
     command_requested = Signal(str)
@@ -298,13 +287,11 @@ class SearchSetupPage(CenteredPage):
         return GapRequest(flights=self.paths, aircraft=self.aircraft.value, model=self.model.value)
 
     def request_search(self) -> None:
-        """Search what is listed."""
         if self.search.isEnabled():
             self.save_settings(self.paths)
             self.search_requested.emit(self.request)
 
     def save_settings(self, flights: Sequence[Path]) -> None:
-        """Keep what was asked for the next time."""
         self._store.change(
             gap_flights=tuple(str(path.absolute()) for path in flights),
             gap_aircraft=self.aircraft.value,
@@ -323,5 +310,4 @@ class SearchSetupPage(CenteredPage):
         self.request_search()
 
     def begin(self) -> None:
-        """Put the keyboard where one goes on."""
         (self.search if self.search.isEnabled() else self.trial).setFocus()

@@ -86,11 +86,9 @@ class ShowStage(StageView):
         self.numbers.setColumnHidden(_NOISE_COLUMN, narrow)
 
     def begin(self) -> None:
-        """Begin on the maneuvers."""
         self.maneuver.box.setFocus()
 
     def refresh(self) -> None:
-        """Draw everything."""
         result, selection = self.result, self.selection
         if result is None:
             return

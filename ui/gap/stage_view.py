@@ -11,20 +11,10 @@ from ui.gap.search_request import SearchResult
 
 
 class StageView(QWidget):
-    """One step of the story.
-
-    Parameters
-    ----------
-    look : DisplayStyle
-        Colors, sizes, units.
-
-    Attributes
-    ----------
-    selection_requested : Signal(object)
-        What to look at instead, a `GapSelection`.
-    """
+    """One step of the story."""
 
     selection_requested = Signal(object)
+    """What to look at instead, a `GapSelection`."""
 
     def __init__(self, look: DisplayStyle) -> None:
         super().__init__()
@@ -40,9 +30,7 @@ class StageView(QWidget):
         self.refresh()
 
     def refresh(self) -> None:
-        """Draw what is chosen."""
         raise NotImplementedError
 
     def begin(self) -> None:
-        """Put the keyboard where it is of most use."""
         raise NotImplementedError

@@ -13,7 +13,6 @@ class CardBrowser:
         self._id = ""
 
     def reset(self) -> None:
-        """Look at no card in particular."""
         self._id = ""
 
     def browsed_card(self, cards: CardSet | None) -> TestCard | None:

@@ -24,15 +24,7 @@ STATEMENT_SEPARATOR: Final = " · "
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Hint:
-    """One thing that is off, or a piece of advice.
-
-    Attributes
-    ----------
-    text : str
-    sign : str
-        Which way.
-    tone : str
-    """
+    """One thing that is off, or a piece of advice."""
 
     text: str
     sign: SignName = ""
@@ -41,98 +33,58 @@ class Hint:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Gauge:
-    """A value with the band that is wanted.
-
-    Attributes
-    ----------
-    title : str
-        What it is.
-    number, unit : str
-        The value now; a dash where it is missing.
-    target_text : str
-        In words: ``want 100 ± 5``; empty where nothing is wanted.
-    marker : float or None
-        Where the value stands on the bar, 0 to 1; beyond, it stands at the end as an arrow.
-    low, high : float or None
-        Where the wanted band stands on the bar; None where nothing is wanted.
-    """
+    """A value with the band that is wanted."""
 
     title: str
     number: str
     unit: str = ""
+    """The value now; a dash where it is missing."""
     target_text: str = ""
+    """In words: ``want 100 ± 5``; empty where nothing is wanted."""
     marker: float | None = None
+    """Where the value stands on the bar, 0 to 1; beyond, it stands at the end as an arrow."""
     low: float | None = None
     high: float | None = None
+    """Where the wanted band stands on the bar; None where nothing is wanted."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CardDisplay:
-    """The card that comes next, and what time there is.
-
-    Attributes
-    ----------
-    heading : str
-        Which card, how many of it are good: ``NEXT C1 · 2 of 4``.
-    text : str
-        In the pilot's words.
-    benefit_text : str
-        What it would bring.
-    problem : bool
-        Whether `benefit_text` says instead what is wrong with it.
-    time_left_text, maneuvers_left_text : str
-        Flight time left, and how many maneuvers fit into it.
-    """
+    """The card that comes next, and what time there is."""
 
     heading: str = ""
+    """Which card, how many of it are good: ``NEXT C1 · 2 of 4``."""
     text: str = ""
     benefit_text: str = ""
     problem: bool = False
+    """Whether `benefit_text` says instead what is wrong with it."""
     time_left_text: str = ""
     maneuvers_left_text: str = ""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CueDisplay:
-    """The whole page.
-
-    Attributes
-    ----------
-    status_text : str
-        The one big state.
-    sign : str
-        Its shape.
-    tone : str
-        Its color.
-    ring : float or None
-        Share of a ring around the sign: how much of the steady time has passed, or how much of
-        the hands-off interval is left; None for no ring.
-    count : str
-        Number inside the ring, in place of the sign.
-    hints : tuple of Hint
-        What is off, the largest first, or the advice; two at most.
-    gauges : tuple of Gauge
-        The test point, or the input while it is made; two at most.
-    leg_time_text : str
-        Seconds of straight leg left; a dash where nobody knows.
-    leg_short : bool
-        Whether it is too short for an input.
-    card : CardDisplay
-    footer : str
-        What can and cannot be judged.
-    """
+    """The whole page."""
 
     status_text: str
     sign: SignName = ""
     tone: DisplayTone = "plain"
     ring: float | None = None
+    """Share of a ring around the sign: how much of the steady time has passed, or how much of
+    the hands-off interval is left; None for no ring."""
     count: str = ""
+    """Number inside the ring, in place of the sign."""
     hints: tuple[Hint, ...] = ()
+    """What is off, the largest first, or the advice; two at most."""
     gauges: tuple[Gauge, ...] = ()
+    """The test point, or the input while it is made; two at most."""
     leg_time_text: str = ""
+    """Seconds of straight leg left; a dash where nobody knows."""
     leg_short: bool = False
+    """Whether it is too short for an input."""
     card: CardDisplay = CardDisplay()
     footer: str = ""
+    """What can and cannot be judged."""
 
     @property
     def accessible_text(self) -> str:

@@ -46,36 +46,22 @@ _MAX_HINTS: Final = 2
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CueDisplayInput:
-    """What the page is made of, beside the cues.
-
-    Attributes
-    ----------
-    cues : CueSnapshot or None
-        None where no flight is open, or it gives no cues.
-    units : str
-        ``US`` or ``SI``.
-    is_flight_open : bool
-        Whether a flight is open.
-    seconds_without_data : float or None
-        Seconds without a new sample, once they are too many to believe what was said; else None.
-    monitored_fraction : float
-        How much of the flight so far the cues have seen, 0 to 1.
-    dismissed_verdict_id : str
-        Id of the maneuver whose verdict was waved away.
-    browsed_card : TestCard or None
-        Card that the crew is looking at without having chosen it.
-    target_input : TargetInput or None
-        What was wanted of the input that the latest verdict is on.
-    """
+    """What the page is made of, beside the cues."""
 
     cues: CueSnapshot | None = None
+    """None where no flight is open, or it gives no cues."""
     units: str = "US"
     is_flight_open: bool = False
     seconds_without_data: float | None = None
+    """Seconds without a new sample, once they are too many to believe what was said; else None."""
     monitored_fraction: float = 1.0
+    """How much of the flight so far the cues have seen, 0 to 1."""
     dismissed_verdict_id: str = ""
+    """Id of the maneuver whose verdict was waved away."""
     browsed_card: TestCard | None = None
+    """Card that the crew is looking at without having chosen it."""
     target_input: TargetInput | None = None
+    """What was wanted of the input that the latest verdict is on."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

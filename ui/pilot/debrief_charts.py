@@ -21,13 +21,7 @@ _MIN_CHART_HEIGHT: Final = 150
 
 
 class ManeuverCharts(QWidget):
-    """The charts of one maneuver.
-
-    Parameters
-    ----------
-    look : DisplayStyle
-        Colors, sizes, units.
-    """
+    """The charts of one maneuver."""
 
     def __init__(self, look: DisplayStyle) -> None:
         super().__init__()
@@ -46,7 +40,6 @@ class ManeuverCharts(QWidget):
         self._grid.addWidget(self.response, 1, 0, 1, _MAX_SURFACES)
 
     def show_maneuver(self, judged: EvaluatedManeuver) -> None:
-        """Draw another maneuver."""
         self._grid.setSpacing(self._look.px(8))
         shown = [name for name in judged.verdict.surfaces if name in judged.curves.series]
         for chart, name in zip(self.surfaces, (*shown, "", ""), strict=False):

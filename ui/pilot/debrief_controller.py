@@ -23,34 +23,10 @@ if TYPE_CHECKING:
 
 
 class DebriefController(QObject):
-    """Makes the page of the debrief and does what its commands say.
-
-    Parameters
-    ----------
-    place : QWidget
-        Where it belongs.
-    look : DisplayStyle
-        Colors, sizes, units.
-    store : SettingsStore
-        Says where flights lie, and their catalog.
-    error_reporter : ErrorReporter
-        Where errors go.
-    controller : FlightController
-        The open flight.
-    cues : FlightCues
-        Its cues.
-    commands : sequence of QAction
-        What the menu of the list of maneuvers offers.
-
-    Attributes
-    ----------
-    time_requested : Signal(float)
-        A flight time (s) should be on screen, in the charts.
-    page : DebriefPage or None
-        None until it is seen.
-    """
+    """Makes the page of the debrief and does what its commands say."""
 
     time_requested = Signal(float)
+    """A flight time (s) should be on screen, in the charts."""
 
     def __init__(
         self,
@@ -73,7 +49,6 @@ class DebriefController(QObject):
         self._events: int | None = None
 
     def get_page(self) -> DebriefPage:
-        """Return the page; what it is made of is loaded with it."""
         if self.page is None:
             from ui.pilot.debrief_page import DebriefPage
 
@@ -93,7 +68,6 @@ class DebriefController(QObject):
             self.page.show_debrief(self._cues.debrief())
 
     def read_trends(self) -> None:
-        """Show what the catalog holds of flights in a row."""
         from ui.pilot.debrief_storage import load_trends
 
         if self.page is None:
@@ -104,7 +78,6 @@ class DebriefController(QObject):
             self._error_reporter.report(error)
 
     def store(self) -> None:
-        """Write the debrief into the catalog, in the background."""
         from ui.pilot.debrief_storage import save_debrief
 
         session, debrief = self._controller.session, self._cues.debrief()
@@ -126,7 +99,6 @@ class DebriefController(QObject):
         work.start()
 
     def show_in_charts(self) -> None:
-        """Go to the maneuver that is looked at, in the charts."""
         judged = None if self.page is None else self.page.current_maneuver
         if judged is not None:
             self.time_requested.emit(judged.verdict.t_input)

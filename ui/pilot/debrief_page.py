@@ -35,20 +35,7 @@ _SCROLL_STEP: Final = 60
 
 
 class DebriefPage(QWidget):
-    """Goes through the maneuvers of the open flight by keys.
-
-    Parameters
-    ----------
-    look : DisplayStyle
-        Colors, sizes, units.
-    commands : sequence of QAction
-        What the menu of the list offers for a maneuver.
-
-    Attributes
-    ----------
-    changed : Signal
-        Another maneuver is looked at, or there are others.
-    """
+    """Goes through the maneuvers of the open flight by keys."""
 
     changed = Signal()
 
@@ -107,7 +94,6 @@ class DebriefPage(QWidget):
     # What it shows
 
     def show_debrief(self, debrief: Debrief | None) -> None:
-        """Show the debrief of a flight as far as it went."""
         self.debrief = debrief
         maneuvers = () if debrief is None else debrief.maneuvers
         state = (
@@ -124,7 +110,6 @@ class DebriefPage(QWidget):
         self.changed.emit()
 
     def show_trends(self, trends: Sequence[FlightTrend]) -> None:
-        """Show flights in a row."""
         self.trends.show_rows(
             build_trend_rows(trends),
             tr("No flight in the catalog. {keys} saves this one.").format(
@@ -134,7 +119,6 @@ class DebriefPage(QWidget):
 
     @property
     def current_maneuver(self) -> EvaluatedManeuver | None:
-        """Return the maneuver that is looked at."""
         maneuvers = () if self.debrief is None else self.debrief.maneuvers
         key = self.list.current_key
         return next((one for one in maneuvers if one.verdict.id == key), None)
@@ -157,7 +141,6 @@ class DebriefPage(QWidget):
     # Keys
 
     def begin(self) -> None:
-        """Put the keyboard into the list."""
         self._reading = False
         self._fit()
         self.list.setFocus()

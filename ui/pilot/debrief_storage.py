@@ -14,16 +14,6 @@ from gsapp.flight.flight_loader import load_flight
 def save_debrief(path: Path, debrief: Debrief, catalog: Path, aircraft: str = "") -> Path:
     """Write a debrief into a catalog, in place of that of the same flight; return the catalog.
 
-    Parameters
-    ----------
-    path : Path
-        Of the flight.
-    debrief : Debrief
-    catalog : Path
-        Made if it is not there.
-    aircraft : str
-        Its name.
-
     Raises
     ------
     FlightError

@@ -13,11 +13,6 @@ class DisplayRateLimiter:
     """Lets another state through at once, and the words beside it when they have stood.
 
     Bars move all the time; numbers and sentences do not.
-
-    Parameters
-    ----------
-    clock : callable
-        Seconds of a clock that never goes back.
     """
 
     def __init__(self, clock: Callable[[], float]) -> None:
@@ -30,7 +25,6 @@ class DisplayRateLimiter:
         self._shown = None
 
     def limit(self, sheet: CueDisplay) -> CueDisplay:
-        """Return what is to be shown now."""
         shown, now = self._shown, self._clock()
         if (
             shown is None
@@ -51,7 +45,6 @@ class DisplayRateLimiter:
 
 
 def _with_new_marker(shown: Gauge, new: Gauge) -> Gauge:
-    """Return the gauge as it is shown with its marker where it is now."""
     return replace(shown, marker=new.marker)
 
 

@@ -17,15 +17,7 @@ if TYPE_CHECKING:
 
 
 class FlightCues:
-    """What the pilot's page knows of the open flight.
-
-    Parameters
-    ----------
-    controller : FlightController
-        The open flight.
-    clock : callable
-        Seconds of a clock that never goes back.
-    """
+    """What the pilot's page knows of the open flight."""
 
     def __init__(
         self, controller: FlightController, clock: Callable[[], float] = time.monotonic
@@ -37,7 +29,6 @@ class FlightCues:
 
     @property
     def is_open(self) -> bool:
-        """Return whether a flight is open."""
         return self._controller.is_open
 
     def snapshot(self) -> CueSnapshot | None:
@@ -66,7 +57,6 @@ class FlightCues:
 
     @property
     def cards(self) -> CardSet | None:
-        """Return the test cards of the flight."""
         session = self._controller.session
         return None if session is None else session.crew_cues.cards
 
@@ -76,7 +66,6 @@ class FlightCues:
         return None if session is None else session.crew_cues.debrief()
 
     def set_units(self, units: str) -> None:
-        """Have the cues of the open flight said in these units, ``US`` or ``SI``."""
         if self._controller.session is not None:
             self._controller.session.crew_cues.set_units(units)
 

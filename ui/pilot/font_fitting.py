@@ -35,13 +35,8 @@ def fit_font(
 
     Parameters
     ----------
-    text : str
-    box : QRectF
     largest, least : int
         Pixels between which it lies. What does not fit in the least is narrowed, and fits or not.
-    bold : bool
-    wrap : bool
-        Whether it may take several lines.
     """
     pixels, stretch = _fit_font_size(
         text, int(box.width()), int(box.height()), largest, least, bold=bold, wrap=wrap

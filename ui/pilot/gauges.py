@@ -37,7 +37,6 @@ def build_test_point_gauges(snapshot: CueSnapshot, units: str) -> tuple[Gauge, .
 def _target_gauge(
     spec: ChannelSpec, value: float | None, wanted: float, tolerance: float, units: str
 ) -> Gauge:
-    """Return a gauge with what is wanted in its middle."""
     decimals = _DECIMALS[spec.id]
     share = None if value is None else 0.5 + _TOLERANCE_SHARE * (value - wanted) / tolerance
     return Gauge(

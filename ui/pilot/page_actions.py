@@ -37,10 +37,6 @@ def build_page_actions(
 
     Parameters
     ----------
-    actions : mapping of str to QAction
-        The commands.
-    debrief : bool
-        Whether the debrief is on screen.
     looking : bool
         Whether another card is looked at than that which is to be flown.
     sticks : str

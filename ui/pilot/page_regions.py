@@ -47,7 +47,6 @@ class PageRegions:
 
         Parameters
         ----------
-        box : QRectF
         share : float
             Of its height for the title, unless the least letters take more.
         """

@@ -18,20 +18,7 @@ if TYPE_CHECKING:
 
 
 class PilotPageState:
-    """What the crew did to the page, and what follows from it.
-
-    Parameters
-    ----------
-    cues : FlightCues
-        Of the open flight.
-    clock : callable
-        Seconds of a clock that never goes back.
-
-    Attributes
-    ----------
-    snapshot : CueSnapshot or None
-        As of the last look.
-    """
+    """What the crew did to the page, and what follows from it."""
 
     def __init__(self, cues: FlightCues, clock: Callable[[], float] = time.monotonic) -> None:
         self._cues = cues
@@ -41,19 +28,16 @@ class PilotPageState:
         self.restart()
 
     def restart(self) -> None:
-        """Begin with another flight."""
         self._choosing.reset()
         self._dismissed = ""
         self._calm = DisplayRateLimiter(self._clock)
         self.snapshot = None
 
     def update(self) -> CueSnapshot | None:
-        """Look at the cues anew, and return them."""
         self.snapshot = self._cues.snapshot()
         return self.snapshot
 
     def build_display(self, units: str) -> CueDisplay:
-        """Return what stands on the page, as of the last look."""
         reading = CueDisplayInput(
             cues=self.snapshot,
             units=units,
@@ -77,26 +61,21 @@ class PilotPageState:
 
     @property
     def is_browsing(self) -> bool:
-        """Return whether another card is looked at than that which is to be flown."""
         return self._choosing.browsed_card(self._cues.cards) is not None
 
     def step_card(self, steps: int) -> None:
-        """Look at another card."""
         self._calm.reset()
         self._choosing.step(self._cues.cards, self.update(), steps)
 
     def select_browsed_card(self) -> None:
-        """Have the card that is looked at flown from now on."""
         self._choose(self._choosing.selected_card_id(self.update()))
 
     def repeat_last_card(self) -> None:
-        """Have the card of the latest maneuver flown again."""
         card = find_last_flown_card(self.update(), self._cues.cards)
         if card:
             self._choose(card)
 
     def clear_card_selection(self) -> None:
-        """Let the program choose again."""
         self._choose("")
 
     def _choose(self, card_id: str) -> None:
@@ -108,7 +87,6 @@ class PilotPageState:
 
     @property
     def shown_verdict_id(self) -> str:
-        """Return the id of the maneuver whose verdict is on the page; empty for none."""
         verdict = None if self.snapshot is None else self.snapshot.fresh_verdict
         return verdict.id if verdict is not None and verdict.id != self._dismissed else ""
 

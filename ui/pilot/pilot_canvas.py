@@ -35,18 +35,7 @@ _BORDER: Final = 2.0
 
 
 class PilotCanvas(QWidget):
-    """Draws a `CueDisplay`.
-
-    Parameters
-    ----------
-    look : DisplayStyle
-        Colors and units, and the least size of letters; all else is as large as the widget allows.
-
-    Attributes
-    ----------
-    display : CueDisplay
-        What it shows.
-    """
+    """Draws a `CueDisplay`."""
 
     def __init__(self, look: DisplayStyle) -> None:
         super().__init__()
@@ -62,7 +51,6 @@ class PilotCanvas(QWidget):
         return QSize(960, 600)
 
     def show_display(self, sheet: CueDisplay) -> None:
-        """Show another page."""
         if sheet == self.display:
             return
         if sheet.accessible_text != self.display.accessible_text:
@@ -77,7 +65,6 @@ class PilotCanvas(QWidget):
             self.update()
 
     def compute_regions(self) -> PageRegions:
-        """Return where everything stands."""
         return compute_regions(float(self.width()), float(self.height()), self._look.sizes.scale)
 
     def paintEvent(self, event: QPaintEvent) -> None:

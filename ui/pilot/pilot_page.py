@@ -35,36 +35,7 @@ MIN_REFRESH_INTERVAL: Final = 0.05
 
 
 class PilotPage(WindowPage):
-    """Shows, speaks, and lets the crew choose.
-
-    Parameters
-    ----------
-    actions : mapping of str to QAction
-        The commands.
-    look : DisplayStyle
-        Colors, sizes, units.
-    store : SettingsStore
-        Remembers the second window, and whether cues are spoken.
-    error_reporter : ErrorReporter
-        Where errors go.
-    controller : FlightController
-        The open flight.
-    voice : Voice
-        Is heard.
-
-    Attributes
-    ----------
-    cues : FlightCues
-        What is known of the open flight.
-    state : PilotPageState
-        What the crew did to the page.
-    own_window : PilotWindowController
-        The page once more, for a second screen.
-    debrief : DebriefController
-        What is said afterwards.
-    training : TrainingFlight
-        The virtual aircraft flown with keys.
-    """
+    """Shows, speaks, and lets the crew choose."""
 
     def __init__(
         self,
@@ -109,7 +80,6 @@ class PilotPage(WindowPage):
 
     @property
     def handlers(self) -> Mapping[str, Callable[[], object]]:
-        """Return what the commands of this place do."""
         return {
             "pilot_page": lambda: self.show_page(debrief=False),
             "pilot_debrief": lambda: self.show_page(debrief=True),
@@ -145,7 +115,6 @@ class PilotPage(WindowPage):
 
     @property
     def present(self) -> tuple[CommandRequirement, ...]:
-        """Return what commands may act on."""
         if not self.shown:
             return ()
         found: list[CommandRequirement] = ["pilot"]
@@ -164,7 +133,6 @@ class PilotPage(WindowPage):
     # What the crew does
 
     def show_page(self, *, debrief: bool) -> None:
-        """Show the page of the cues, or the debrief."""
         if debrief:
             page = self.debrief.get_page()
             if self.stack.indexOf(page) < 0:
@@ -183,14 +151,12 @@ class PilotPage(WindowPage):
         return self.stack.currentWidget() is not self.canvas
 
     def begin(self) -> None:
-        """Put the keyboard where one goes on."""
         if self.is_debrief_shown:
             self.debrief.get_page().begin()
         else:
             self.canvas.setFocus()
 
     def start_training(self) -> None:
-        """Begin a training flight, on the page; not in the place of a flight that is recorded."""
         if self.training.start():
             self.show_page(debrief=False)
             self.show_requested.emit()
@@ -211,13 +177,11 @@ class PilotPage(WindowPage):
 
     @property
     def is_speech_enabled(self) -> bool:
-        """Return whether cues are spoken."""
         wish = self._store.current.flight_speech
         opened = self._was_opened or self.own_window.window is not None
         return wish == "always" or (wish == "page" and opened)
 
     def toggle_speech(self) -> None:
-        """Speak the cues of this flight and of those to come, or none."""
         self._store.change(flight_speech="never" if self.is_speech_enabled else "always")
         self.refresh()
 
@@ -233,14 +197,12 @@ class PilotPage(WindowPage):
         self._present = self.present
 
     def _update_present(self) -> None:
-        """Say so where other commands are of use than a moment ago."""
         present = self.present
         if present != self._present:
             self._present = present
             self.changed.emit()
 
     def _flight_changed(self) -> None:
-        """Another flight is open, or none."""
         self.state.restart()
         self.speech.restart(self.cues.spoken_cues())
         self.debrief.refresh()
@@ -254,7 +216,6 @@ class PilotPage(WindowPage):
             self.begin()
 
     def _restyle(self) -> None:
-        """Show it in other colors, sizes or units; units are spoken, too."""
         if self._look.units != self._units:
             self._units = self._look.units
             self.cues.set_units(self._units)
@@ -266,7 +227,6 @@ class PilotPage(WindowPage):
             self.refresh()
 
     def refresh(self) -> None:
-        """Show and say what the cues are now."""
         self._refreshed_at = time.monotonic()
         second, aloud = self.own_window.window, self.is_speech_enabled
         watched = self.shown or second is not None

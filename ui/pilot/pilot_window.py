@@ -23,15 +23,8 @@ class PilotWindow(QWidget):
 
     Parameters
     ----------
-    look : DisplayStyle
-        Colors and units.
     keys : mapping of str to callable
         What keys do, in the portable text of key sequences.
-
-    Attributes
-    ----------
-    closed : Signal
-        It was closed by hand.
     """
 
     closed = Signal()
@@ -65,7 +58,6 @@ class PilotWindow(QWidget):
             self.show()
 
     def toggle_full_screen(self) -> None:
-        """Fill the screen, or come back to the window as it was."""
         self.setWindowState(self.windowState() ^ Qt.WindowState.WindowFullScreen)
 
     def event(self, event: QEvent) -> bool:

@@ -21,22 +21,8 @@ class PilotWindowController(QObject):
 
     Parameters
     ----------
-    place : QWidget
-        Whose page it is; it knows the main window.
-    actions : mapping of str to QAction
-        The commands.
     acts : mapping of str to callable
         What those of the page do; they need not be enabled in the main window.
-    look : DisplayStyle
-        Colors and units.
-    store : SettingsStore
-        Remembers.
-
-    Attributes
-    ----------
-    changed : Signal
-        It opened or was closed.
-    window : PilotWindow or None
     """
 
     changed = Signal()
@@ -58,7 +44,6 @@ class PilotWindowController(QObject):
         self.window: PilotWindow | None = None
 
     def toggle(self) -> None:
-        """Open it, or close it."""
         if self.window is None:
             self.open()
         else:

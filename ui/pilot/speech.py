@@ -23,10 +23,6 @@ class FlightSpeech:
 
     Which words those are was decided before (`gsapp.excitation.announcer`); of two at once the
     voice chooses.
-
-    Parameters
-    ----------
-    voice : Voice
     """
 
     def __init__(self, voice: Voice) -> None:
@@ -41,17 +37,7 @@ class FlightSpeech:
     def speak_new_cues(
         self, cues: CueSnapshot | None, spoken: Sequence[Announcement], *, aloud: bool
     ) -> None:
-        """Let be heard what is new.
-
-        Parameters
-        ----------
-        cues : CueSnapshot or None
-            As they stand.
-        spoken : sequence of Announcement
-            All of the flight so far.
-        aloud : bool
-            Whether cues are spoken now.
-        """
+        """Let be heard what is new."""
         if len(spoken) < self._spoken_count:
             self._spoken_count = 0  # a replay went back
         new, self._spoken_count = spoken[self._spoken_count :], len(spoken)

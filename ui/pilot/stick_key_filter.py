@@ -20,15 +20,7 @@ _MODIFIERS: Final = (
 
 
 class StickKeyFilter(QObject):
-    """Event filter of the page: keys of the sticks move them, and are no commands meanwhile.
-
-    Parameters
-    ----------
-    training : TrainingFlight
-        Whose sticks they are.
-    page : QWidget
-        That must have the keyboard.
-    """
+    """Event filter of the page: keys of the sticks move them, and are no commands meanwhile."""
 
     def __init__(self, training: TrainingFlight, page: QWidget) -> None:
         super().__init__(page)

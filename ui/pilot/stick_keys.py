@@ -92,7 +92,6 @@ class StickKeys:
 
     @staticmethod
     def is_stick_key(key: Qt.Key) -> bool:
-        """Return whether a key belongs to the sticks while the trainee flies."""
         return key in _STICK_KEYS or key in _LEVER_KEYS or key in _TRAVEL_KEYS or key in _RATE_KEYS
 
     def press(self, key: Qt.Key, *, trim: bool, again: bool) -> StickAction | None:
@@ -100,11 +99,8 @@ class StickKeys:
 
         Parameters
         ----------
-        key : Qt.KeyPath
         trim : bool
             Whether Ctrl is down, which makes the key of a stick one of its trim lever.
-        again : bool
-            Whether it is the keyboard that repeats a key which is down.
         """
         if key in _STICK_KEYS:
             axis, way = _STICK_KEYS[key]
@@ -124,7 +120,6 @@ class StickKeys:
         return None
 
     def release(self, key: Qt.Key) -> None:
-        """Take a key that went up."""
         if key in self._down:
             self._down.remove(key)
 
@@ -134,6 +129,5 @@ class StickKeys:
 
     @property
     def position(self) -> StickPosition:
-        """Return where the keys push now."""
         axes = dict(_STICK_KEYS[key] for key in self._down)
         return StickPosition(**axes)

@@ -15,18 +15,7 @@ from ui.widgets.table_menu import create_table_actions
 
 
 class TextTable(QWidget):
-    """A heading, heads of columns, rows; or a sentence where there are none.
-
-    Parameters
-    ----------
-    look : DisplayStyle
-        Sizes.
-    title : str
-    heads : sequence of str
-        One for each column.
-    stretch : int
-        The column that takes what room is left.
-    """
+    """A heading, heads of columns, rows; or a sentence where there are none."""
 
     def __init__(self, look: DisplayStyle, title: str, heads: Sequence[str], stretch: int) -> None:
         super().__init__()
@@ -46,7 +35,6 @@ class TextTable(QWidget):
         self.setContextMenuPolicy(Qt.ContextMenuPolicy.ActionsContextMenu)
 
     def show_rows(self, rows: Sequence[Sequence[str]], none: str) -> None:
-        """Show other rows, or say why there are none."""
         units = self._look.units
         made = tuple(tuple(convert_text_units(cell, units) for cell in row) for row in rows)
         self.empty_label.setText(none)

@@ -32,24 +32,10 @@ _RECOVERY_TEXT: Final = phase_announcement(RECOVERY_PHASE)
 
 
 class TrainingFlight(QObject):
-    """Flies the virtual aircraft over a link of this machine, with the keys of the page.
-
-    Parameters
-    ----------
-    controller : FlightController
-        Records and follows it as it would an aircraft.
-
-    Attributes
-    ----------
-    changed : Signal
-        The sticks changed hands, or the flight began or ended.
-    seed : int
-        Same seed, same air.
-    turbulence : float
-        Standard deviation of the gusts, m/s.
-    """
+    """Flies the virtual aircraft over a link of this machine, with the keys of the page."""
 
     changed = Signal()
+    """The sticks changed hands, or the flight began or ended."""
 
     def __init__(
         self, controller: FlightController, *, seed: int = 0, turbulence: float = 0.0
@@ -57,7 +43,9 @@ class TrainingFlight(QObject):
         super().__init__()
         self._controller = controller
         self.seed = seed
+        """Same seed, same air."""
         self.turbulence = turbulence
+        """Standard deviation of the gusts, m/s."""
         self.keys = StickKeys()
         self._flight = VirtualFlightSession(controller, "training", self._launch)
         self._size, self._high = _DEFAULT_TRAVEL, True
@@ -71,22 +59,18 @@ class TrainingFlight(QObject):
 
     @property
     def running(self) -> bool:
-        """Return whether the aircraft flies and is what is open."""
         return self._flight.running
 
     @property
     def folder(self) -> Path | None:
-        """Return the folder of the flight; None before the first."""
         return self._flight.folder
 
     @property
     def trainee_has_control(self) -> bool:
-        """Return whether the trainee has the aircraft."""
         return self._flies and self.running
 
     @property
     def settings_text(self) -> str:
-        """Return how the keys are set, in words."""
         return tr("{travel}, {rate} rate").format(
             travel=tr(STICK_TRAVEL_TEXTS[self._size]), rate=tr("high") if self._high else tr("low")
         )
@@ -102,7 +86,6 @@ class TrainingFlight(QObject):
         return self._flight.start()
 
     def stop(self) -> None:
-        """End the flight, and in the background its recording."""
         self._flight.stop()
 
     def _launch(self, folder: Path, port: int) -> TrainingProcess:
@@ -142,7 +125,6 @@ class TrainingFlight(QObject):
             self.changed.emit()
 
     def exchange_control(self) -> None:
-        """Take the sticks, or give them back."""
         aircraft = self._flight.process
         if aircraft is None:
             return
@@ -157,12 +139,10 @@ class TrainingFlight(QObject):
     # Keys
 
     def press(self, key: Qt.Key, *, trim: bool, again: bool) -> None:
-        """Take a key that went down."""
         self._do(self.keys.press(key, trim=trim, again=again))
         self._send_sticks()
 
     def release(self, key: Qt.Key) -> None:
-        """Take a key that went up."""
         self.keys.release(key)
         self._send_sticks()
 

@@ -13,13 +13,7 @@ _CONTROL_KEY_TEXT = shortcut_text("Ctrl+Up").removesuffix(shortcut_text("Up"))
 
 
 class TrainingStatusLine(QLabel):
-    """Says it; hidden without training.
-
-    Parameters
-    ----------
-    look : DisplayStyle
-        Sizes.
-    """
+    """Says it; hidden without training."""
 
     def __init__(self, look: DisplayStyle) -> None:
         super().__init__()
@@ -35,7 +29,6 @@ class TrainingStatusLine(QLabel):
         self.setContentsMargins(px(16), px(4), px(16), px(4))
 
     def show_status(self, training: TrainingFlight) -> None:
-        """Say who has it, and the keys."""
         if training.trainee_has_control:
             self.setText(
                 tr(

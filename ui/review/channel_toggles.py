@@ -17,20 +17,10 @@ from ui.widgets.labels import create_label
 
 
 class ChannelToggles(QWidget):
-    """Toggles that break into rows where the window is narrow.
-
-    Parameters
-    ----------
-    look : DisplayStyle
-        Colors and sizes.
-
-    Attributes
-    ----------
-    selection_changed : Signal(object)
-        The channels to be shown, whether measured in this flight or not.
-    """
+    """Toggles that break into rows where the window is narrow."""
 
     selection_changed = Signal(object)
+    """The channels to be shown, whether measured in this flight or not."""
 
     def __init__(self, look: DisplayStyle) -> None:
         super().__init__()
@@ -67,7 +57,6 @@ class ChannelToggles(QWidget):
             box.blockSignals(False)
 
     def set_available_channels(self, channels: Collection[str]) -> None:
-        """Offer the channels that the flight has."""
         for name, box in self.boxes.items():
             box.setVisible(name in channels)
 

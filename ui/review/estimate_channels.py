@@ -33,13 +33,7 @@ _DEFAULTS_BY_AXIS: Final = {
 
 
 class FitChannelTable(TableRowView):
-    """The table; Space changes a cell.
-
-    Attributes
-    ----------
-    edited : Signal(object)
-        The form with other channels.
-    """
+    """The table; Space changes a cell."""
 
     edited = Signal(object)
 
@@ -60,7 +54,6 @@ class FitChannelTable(TableRowView):
         self.setFixedHeight(len(FIT_CHANNELS) * px(self._row_height) + px(34))
 
     def set_form(self, form: EstimateForm) -> None:
-        """Show another form."""
         self.form = form
         self.row_model.set_rows(self._row(channel) for channel in FIT_CHANNELS)
 

@@ -15,15 +15,7 @@ from ui.widgets.labels import create_label
 
 
 class EstimateHeader(QFrame):
-    """Stays in sight while the settings below it scroll.
-
-    Parameters
-    ----------
-    run : QAction
-        Estimates.
-    look : DisplayStyle
-        Colors, sizes.
-    """
+    """Stays in sight while the settings below it scroll."""
 
     def __init__(self, run: QAction, look: DisplayStyle) -> None:
         super().__init__()
@@ -59,6 +51,5 @@ class EstimateHeader(QFrame):
         self.explained.setMinimumHeight(2 * self.explained.fontMetrics().height() + px(2))
 
     def show_field_help(self, field: str) -> None:
-        """Say what a field does and when to change it."""
         words = FIELD_HELP[field]
         self.explained.setText(f"{tr(words.title)}: {tr(words.help_text)}")

@@ -22,8 +22,6 @@ def select_maneuvers(
 
     Parameters
     ----------
-    form : EstimateForm
-    review : Review
     looked_at : str
         Id of the maneuver that is chosen.
     """

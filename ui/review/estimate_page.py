@@ -45,32 +45,10 @@ if TYPE_CHECKING:
 
 
 class EstimatePage(ReviewStepPage):
-    """Settings that explain themselves, one button, and the kept runs.
-
-    Parameters
-    ----------
-    actions : mapping of str to QAction
-        The commands.
-    display_style : DisplayStyle
-        Colors, sizes, units.
-    store : SettingsStore
-        Remembers the settings.
-    selection : ReviewSelection
-        The maneuver that is looked at.
-    review : Review
-        The flights with their maneuvers.
-    begin_job : JobSubmitter
-        Has a run done.
-    report_error : callable
-        Where errors go.
-
-    Attributes
-    ----------
-    estimated : Signal(object)
-        An `RunOutcome` is there.
-    """
+    """Settings that explain themselves, one button, and the kept runs."""
 
     estimated = Signal(object)
+    """An `RunOutcome` is there."""
 
     def __init__(
         self,
@@ -150,7 +128,6 @@ class EstimatePage(ReviewStepPage):
 
     @property
     def handlers(self) -> Mapping[str, Callable[[], object]]:
-        """Return what the commands of this page do."""
         return {
             "review_run": self.estimate,
             "review_repeat": self.repeat,
@@ -163,7 +140,6 @@ class EstimatePage(ReviewStepPage):
 
     @property
     def present(self) -> tuple[CommandRequirement, ...]:
-        """Return what commands may act on."""
         found: list[CommandRequirement] = ["review_panel"]
         if self.can_run:
             found.append("review_ready")
@@ -173,7 +149,6 @@ class EstimatePage(ReviewStepPage):
 
     @property
     def can_run(self) -> bool:
-        """Return whether what stands on the panel can be run now."""
         return (
             self._checker.ready
             and not self._runner.running
@@ -183,7 +158,6 @@ class EstimatePage(ReviewStepPage):
 
     @property
     def state(self) -> StepStatus:
-        """Return how the chapter stands."""
         if self._runner.running:
             return StepStatus(state="plain", text=tr("running"))
         if self._checker.problem is not None:
@@ -213,7 +187,6 @@ class EstimatePage(ReviewStepPage):
         return self._undo_stack
 
     def begin(self) -> None:
-        """Put the keyboard on the button: Enter alone runs."""
         # Where the button must wait for what it needs, the keyboard waits with it.
         (self.button if self.button.isEnabled() else self).setFocus()
         self.head.show_field_help("run")
@@ -226,7 +199,6 @@ class EstimatePage(ReviewStepPage):
     # What is asked for
 
     def _panel_changed(self) -> None:
-        """Take what the panel says now."""
         before, now = self._form, self.panel.form
         if now != before:
             self._apply_form(now)
@@ -241,16 +213,13 @@ class EstimatePage(ReviewStepPage):
         self.refresh()
 
     def _show(self, form: EstimateForm) -> None:
-        """Show another form on the panel."""
         self.panel.show_form(form)
         self._apply_form(form)
 
     def use_defaults(self) -> None:
-        """Put all settings back to what they are at first."""
         self._replace(EstimateForm())
 
     def load_selected_run(self) -> None:
-        """Fill the panel with the settings of the kept run that has the keyboard."""
         run = self.runs.current_run
         if run is None:
             return
@@ -286,13 +255,11 @@ class EstimatePage(ReviewStepPage):
 
     @property
     def selected_maneuvers(self) -> tuple[SelectedManeuver, ...]:
-        """Return the maneuvers that a run would take."""
         if not self._checker.ready:
             return ()
         return select_maneuvers(self._form, self._review, self._selection.maneuver)
 
     def refresh(self) -> None:
-        """Say what a run would do as everything stands."""
         self._follow_model()
         problem = self._checker.validate(self._form)
         self.panel.show_problem(problem.field if problem else "", str(problem or ""))
@@ -348,7 +315,6 @@ class EstimatePage(ReviewStepPage):
     # Running
 
     def estimate(self) -> None:
-        """Run what is asked for."""
         if not self.can_run:
             field = self._checker.problem.field if self._checker.problem is not None else ""
             self.panel.focus_field(field)
@@ -364,13 +330,11 @@ class EstimatePage(ReviewStepPage):
         self._runner.estimate(request)
 
     def repeat(self) -> None:
-        """Do the kept run that has the keyboard again, exactly."""
         run = self.runs.current_run
         if run is not None:
             self._runner.repeat(run.number)
 
     def _run_changed(self) -> None:
-        """Show that a run began or ended."""
         if self._runner.running:
             self._message = ""
             if self.button.hasFocus():
@@ -385,7 +349,6 @@ class EstimatePage(ReviewStepPage):
         self.estimated.emit(outcome)
 
     def show_outcome(self, outcome: RunOutcome | None) -> None:
-        """Show the values of the run that is looked at beside the settings."""
         self._outcome = outcome
         values = {} if outcome is None else outcome.summary.derivatives
         found = {name: (one.value.mean, one.value.std) for name, one in values.items()}

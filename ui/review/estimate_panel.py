@@ -34,28 +34,12 @@ _TYPING_MS = 300
 
 
 class EstimatePanel(QWidget):
-    """The settings of an estimate.
-
-    Parameters
-    ----------
-    look : DisplayStyle
-        Colors, sizes.
-    form : EstimateForm
-        As they were left.
-
-    Attributes
-    ----------
-    changed : Signal
-        The form holds something else now.
-    field_focused : Signal(str)
-        The keyboard is on a field.
-    run_requested : Signal
-        Enter in a field: estimate.
-    """
+    """The settings of an estimate."""
 
     changed = Signal()
     field_focused = Signal(str)
     run_requested = Signal()
+    """Enter in a field: estimate."""
 
     def __init__(self, look: DisplayStyle, form: EstimateForm) -> None:
         super().__init__()
@@ -206,7 +190,6 @@ class EstimatePanel(QWidget):
     # What is wished
 
     def _set_field(self, field: str, value: object, *, typed: bool = False) -> None:
-        """Take what a control says now."""
         if self._is_updating or getattr(self.form, field) == value:
             return
         self.form = self.form.with_changes(**{field: value})
@@ -247,7 +230,6 @@ class EstimatePanel(QWidget):
         self._update_tables()
 
     def set_file_choices(self, field: str, names: Sequence[str]) -> None:
-        """Offer the names of files that come with the program."""
         self._files[field].add_names(names)
 
     def _update_tables(self) -> None:
@@ -321,7 +303,6 @@ class EstimatePanel(QWidget):
         return super().eventFilter(watched, event)
 
     def focus_field(self, field: str) -> None:
-        """Put the keyboard into a field."""
         edit = self._edits.get(field)
         if edit is not None:
             edit.setFocus()

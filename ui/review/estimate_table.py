@@ -59,20 +59,13 @@ _WIDTHS: Final = {
 
 
 class DerivativeTable(TableRowView):
-    """The table; Space changes the treatment, typing writes, Delete resets a row.
-
-    Attributes
-    ----------
-    edited : Signal(object)
-        The form with another entry for a derivative.
-    names : tuple of str
-        Derivatives of the axis, then the parameters of the model's effects.
-    """
+    """The table; Space changes the treatment, typing writes, Delete resets a row."""
 
     edited = Signal(object)
 
     def __init__(self, look: DisplayStyle) -> None:
         self.names: tuple[str, ...] = ()
+        """Derivatives of the axis, then the parameters of the model's effects."""
         self.form = EstimateForm()
         self.last: Mapping[str, str] = {}
         self.effects: Mapping[str, float] = {}
@@ -95,17 +88,14 @@ class DerivativeTable(TableRowView):
     # Rows
 
     def set_form(self, form: EstimateForm) -> None:
-        """Show another form."""
         self.form = form
         self._show_rows()
 
     def show_effects(self, effects: Mapping[str, float]) -> None:
-        """Show the parameters of the model's effects below the derivatives, with their values."""
         self.effects = effects
         self._show_rows()
 
     def show_last(self, last: Mapping[str, str]) -> None:
-        """Show the values of the last run, as texts."""
         self.last = last
         self._show_rows()
 

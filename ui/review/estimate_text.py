@@ -16,15 +16,7 @@ FieldChoices = tuple[tuple[str, str], ...]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FieldHelp:
-    """A choice explained.
-
-    Attributes
-    ----------
-    title : str
-        What it is called.
-    help_text : str
-        What it does, and when to change it: one sentence or two.
-    """
+    """A choice explained."""
 
     title: str
     help_text: str
@@ -106,7 +98,6 @@ def format_maneuver_count(inputs: Sequence[Sequence[str]], flights: int) -> str:
     ----------
     inputs : sequence of sequence of str
         Surfaces that each maneuver moved.
-    flights : int
     """
     count = len(inputs)
     kinds: dict[str, int] = {}

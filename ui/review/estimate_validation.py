@@ -20,23 +20,10 @@ if TYPE_CHECKING:
 
 
 class EstimateValidator(QObject):
-    """Validates forms once it has loaded what that takes.
-
-    Parameters
-    ----------
-    report_error : callable
-        Where errors go.
-
-    Attributes
-    ----------
-    loaded : Signal(object, object)
-        Names of the models and of the weights that come with the program.
-    ready : bool
-    problem : SettingError or None
-        What could not be asked for when it was judged last.
-    """
+    """Validates forms once it has loaded what that takes."""
 
     loaded = Signal(object, object)
+    """Names of the models and of the weights that come with the program."""
 
     def __init__(
         self, report_error: Callable[[BaseException], None], parent: QObject | None = None
@@ -44,6 +31,7 @@ class EstimateValidator(QObject):
         super().__init__(parent)
         self.ready = False
         self.problem: SettingError | None = None
+        """What could not be asked for when it was judged last."""
         self._validated: EstimateForm | None = None
         self._model = ""
         self.effects: Mapping[str, float] = {}

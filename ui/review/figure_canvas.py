@@ -79,28 +79,16 @@ class FigureCanvas(ArrowKeyNavigation, FigureWidget):
 
     Parameters
     ----------
-    look : DisplayStyle
-        Colors and sizes.
     describe : callable
         Returns what is known of a point, from the chart's name and the maneuver.
-
-    Attributes
-    ----------
-    point_selected : Signal(str, str)
-        Name of the chart and maneuver of the point that was chosen.
-    fit_requested : Signal(str)
-        Maneuver whose fit is wanted.
-    subplot_opened : Signal(str)
-        Name of a chart that is wanted large.
-    views_changed : Signal
-        Another part is wanted: `views`.
-    pointer : QPointF or None
-        Where the mouse is.
     """
 
     point_selected = Signal(str, str)
+    """Name of the chart and maneuver of the point that was chosen."""
     fit_requested = Signal(str)
+    """Maneuver whose fit is wanted."""
     subplot_opened = Signal(str)
+    """Name of a chart that is wanted large."""
     views_changed = Signal()
 
     def __init__(self, look: DisplayStyle, describe: Callable[[str, str], str]) -> None:
@@ -319,7 +307,6 @@ class FigureCanvas(ArrowKeyNavigation, FigureWidget):
         self.update()
 
     def reset_views(self) -> None:
-        """Show everything again."""
         if self.views:
             self.views = {}
             self.views_changed.emit()

@@ -28,20 +28,7 @@ def _input_key(outcome: RunOutcome) -> tuple[object, ...]:
 
 
 class FigureComputations(QObject):
-    """Has things worked out when a figure first asks for them, once for each run.
-
-    Parameters
-    ----------
-    begin_job : JobSubmitter
-    parent : QObject, optional
-
-    Attributes
-    ----------
-    changed : Signal
-        Something is worked out now, or will not be.
-    ftr_histories : tuple of FlightEstimateHistory or None
-    comparison : LinearModelValidation or None
-    """
+    """Has things worked out when a figure first asks for them, once for each run."""
 
     changed = Signal()
 

@@ -23,37 +23,20 @@ _EXCLUDED_TEXT = QT_TR_NOOP("Excluded from the means manually.")
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class FigureData:
-    """A run and what was worked out from it.
-
-    Attributes
-    ----------
-    outcome : RunOutcome
-        The run that is looked at.
-    others : tuple of RunOutcome
-        Runs looked at before, the newest first.
-    maneuver : str
-        The one that is chosen.
-    units : str
-        ``US`` or ``SI``.
-    ftr_histories : tuple of FlightEstimateHistory or None
-        FTR over the flights; None until it has listened.
-    comparison : LinearModelValidation or None
-        Linear models against flight; None until they are compared.
-    selected_options : mapping of str to str
-        What was chosen in the lists above the figures.
-    """
+    """A run and what was worked out from it."""
 
     outcome: RunOutcome
     others: tuple[RunOutcome, ...] = ()
+    """Runs looked at before, the newest first."""
     maneuver: str = ""
     units: str = "US"
     ftr_histories: tuple[FlightEstimateHistory, ...] | None = None
+    """FTR over the flights; None until it has listened."""
     comparison: LinearModelValidation | None = None
     selected_options: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def current_maneuver(self) -> ManeuverResult:
-        """Return the chosen maneuver, or the first of the run."""
         results = self.outcome.result.results
         return find_result(self.outcome, self.maneuver) or results[0]
 

@@ -29,14 +29,7 @@ class ViewRange:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class FigureCurve:
-    """One line over an x axis that rises.
-
-    Attributes
-    ----------
-    label : str
-        In the legend; may be empty.
-    x, y : ndarray, shape (n,)
-    """
+    """One line over an x axis that rises."""
 
     label: str
     x: FloatArray
@@ -54,49 +47,31 @@ class FigureCurve:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Subplot:
-    """One chart of a figure.
-
-    Attributes
-    ----------
-    index : int
-        Among all axes of the figure.
-    name : str
-        What it is about, ``derivative:Cm_alpha``; may be empty.
-    left, top, right, bottom : float
-        Logical pixels.
-    view : ViewRange
-    group : int
-        Charts of one group have the x axis in common.
-    shares_x_axis : bool
-        Whether it shares its x axis with others: then only that is moved and zoomed.
-    x_title, y_title : str
-        Along its axes.
-    x_log, y_log : bool
-        Whether an axis is logarithmic.
-    x_is_time : bool
-        Whether x is flight time.
-    curves : tuple of FigureCurve
-        Lines whose values the cursor reads.
-    """
+    """One chart of a figure."""
 
     index: int
+    """Among all axes of the figure."""
     name: str
+    """What it is about, ``derivative:Cm_alpha``; may be empty."""
     left: float
     top: float
     right: float
     bottom: float
+    """Logical pixels."""
     view: ViewRange
     group: int
+    """Charts of one group have the x axis in common."""
     shares_x_axis: bool
+    """Whether it shares its x axis with others: then only that is moved and zoomed."""
     x_title: str = ""
     y_title: str = ""
     x_log: bool = False
     y_log: bool = False
     x_is_time: bool = False
     curves: tuple[FigureCurve, ...] = field(default=(), compare=False)
+    """Lines whose values the cursor reads."""
 
     def contains(self, x: float, y: float) -> bool:
-        """Return whether a pixel lies within."""
         return self.left <= x <= self.right and self.top <= y <= self.bottom
 
     def to_fractions(self, x: float, y: float) -> tuple[float, float]:
@@ -227,7 +202,6 @@ def next_point(
 
     Parameters
     ----------
-    spots : sequence of ManeuverPoint
     current : ManeuverPoint or None
         Where it stands; None begins at the first point of the first chart.
     key : {"left", "right", "up", "down"}

@@ -31,15 +31,7 @@ _EFFECTS_GROUP = "effects"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FigureOption:
-    """A list above a figure.
-
-    Attributes
-    ----------
-    id : str
-        Key of what is chosen.
-    title : str
-    choices : tuple of (key, words)
-    """
+    """A list above a figure."""
 
     id: str
     title: str

@@ -48,58 +48,34 @@ class FigureSize:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class RenderRequest:
-    """A figure to be drawn.
-
-    Attributes
-    ----------
-    request_id : int
-        Orders count up.
-    build : callable
-        Returns the picture for a palette and the room there is, or why there is none, in words.
-    palette : callable
-        Returns the colors; called in the thread.
-    room : FigureSize
-    dpi : float
-        Logical pixels of an inch.
-    ratio : float
-        Pixels of the screen to a logical pixel.
-    views : mapping of int to ViewRange
-        What charts are to show other than everything, by their place.
-    """
+    """A figure to be drawn."""
 
     request_id: int
     build: Callable[[Palette, FigureSize], DocumentFigure | str]
+    """Returns the picture for a palette and the room there is, or why there is none, in words."""
     palette: Callable[[], Palette]
+    """Returns the colors; called in the thread."""
     room: FigureSize
     dpi: float
+    """Logical pixels of an inch."""
     ratio: float = 1.0
+    """Pixels of the screen to a logical pixel."""
     views: Mapping[int, ViewRange] = field(default_factory=dict)
+    """What charts are to show other than everything, by their place."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class RenderedFigure:
-    """A figure, drawn.
-
-    Attributes
-    ----------
-    request : RenderRequest
-    figure : DocumentFigure or None
-        None where there is nothing to draw.
-    message : str
-        Why not.
-    image : QImage or None
-    width, height : int
-        Logical pixels.
-    subplots : tuple of Subplot
-    points : tuple of ManeuverPoint
-    """
+    """A figure, drawn."""
 
     request: RenderRequest
     figure: DocumentFigure | None = None
+    """None where there is nothing to draw."""
     message: str = ""
     image: QImage | None = None
     width: int = 0
     height: int = 0
+    """Logical pixels."""
     subplots: tuple[Subplot, ...] = ()
     points: tuple[ManeuverPoint, ...] = ()
 
@@ -229,18 +205,12 @@ def _extract_points(figure: Figure, ratio: float) -> tuple[ManeuverPoint, ...]:
 
 
 class FigureRenderer(QObject):
-    """Draws the newest order in a thread of its own.
-
-    Attributes
-    ----------
-    drawn : Signal(object)
-        A `RenderedFigure`; of overtaken orders none.
-    failed : Signal(object, object)
-        The newest order, and the exception that it ended with.
-    """
+    """Draws the newest order in a thread of its own."""
 
     drawn = Signal(object)
+    """A `RenderedFigure`; of overtaken orders none."""
     failed = Signal(object, object)
+    """The newest order, and the exception that it ended with."""
     _ended = Signal(object, object)
 
     def __init__(self, parent: QObject | None = None) -> None:
@@ -254,11 +224,9 @@ class FigureRenderer(QObject):
 
     @property
     def busy(self) -> bool:
-        """Return whether an order has not been drawn yet."""
         return self._newest != 0
 
     def next_request_id(self) -> int:
-        """Return the number of the next order."""
         return next(self._counter)
 
     def submit(self, order: RenderRequest) -> None:

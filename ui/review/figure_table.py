@@ -23,13 +23,7 @@ _MAX_VISIBLE_ROWS = 6
 
 
 class ReportTable(QWidget):
-    """Shows one table with its caption; nothing while there is none.
-
-    Parameters
-    ----------
-    look : DisplayStyle
-        Colors and sizes.
-    """
+    """Shows one table with its caption; nothing while there is none."""
 
     def __init__(self, look: DisplayStyle) -> None:
         super().__init__()
@@ -41,7 +35,6 @@ class ReportTable(QWidget):
         self.hide()
 
     def show_table(self, table: DocumentTable | None) -> None:
-        """Show another table."""
         if table == self._shown:
             return
         self._shown = table
@@ -62,7 +55,6 @@ class ReportTable(QWidget):
         self._column.addWidget(self.lines)
 
     def _width(self, table: DocumentTable, place: int) -> int:
-        """Return the points that a column takes with its heading."""
         words = (table.columns[place], *(row[place] for row in table.rows))
         metrics = QFontMetrics(self._look.font("body"))
         pixels = max(metrics.horizontalAdvance(one) for one in words)

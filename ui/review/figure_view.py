@@ -39,29 +39,10 @@ _MIN_FIGURE_SHARE = 0.55
 
 
 class FigureView(QScrollArea):
-    """Shows one figure with what stands below it, and scrolls where both need more than there is.
-
-    Parameters
-    ----------
-    look : DisplayStyle
-        Colors, sizes.
-    describe : callable
-        Returns what is known of a point, from the chart's name and the maneuver.
-    name : str
-        For those who hear it.
-    below : sequence of QWidget
-        Words and tables under the figure.
-
-    Attributes
-    ----------
-    drawn : Signal(object)
-        The `RenderedFigure` that is on screen now.
-    failed : Signal(object)
-        Why it could not be drawn.
-    canvas : FigureCanvas
-    """
+    """Shows one figure with what stands below it; scrolls where both need more than there is."""
 
     drawn = Signal(object)
+    """The `RenderedFigure` that is on screen now."""
     failed = Signal(object)
 
     def __init__(
@@ -111,12 +92,10 @@ class FigureView(QScrollArea):
 
     @property
     def rendered_figure(self) -> RenderedFigure | None:
-        """Return what is on screen."""
         return self.canvas.rendered_figure
 
     @property
     def is_up_to_date(self) -> bool:
-        """Return whether what is on screen is what is wanted."""
         return not (self._draw_timer.isActive() or self.renderer.busy)
 
     def show_figure(self, make: FigureBuilder, *, same: bool = False) -> None:
@@ -124,7 +103,6 @@ class FigureView(QScrollArea):
 
         Parameters
         ----------
-        make : callable
         same : bool
             Whether it is the same figure with other numbers, so that zoom and place are kept.
         """

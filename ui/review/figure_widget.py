@@ -21,34 +21,16 @@ from ui.widgets.paint_primitives import paint_focus_frame
 
 
 class FigureWidget(QWidget):
-    """Shows a `RenderedFigure`.
-
-    Parameters
-    ----------
-    look : DisplayStyle
-        Colors and sizes.
-
-    Attributes
-    ----------
-    rendered_figure : RenderedFigure or None
-    views : dict of int to ViewRange
-        What charts are to show other than everything, by their place.
-    full_views : dict of int to ViewRange
-        What charts show when they show everything.
-    maneuver : str
-        The one that is ringed.
-    current : ManeuverPoint or None
-        The point that the keyboard stands on.
-    subplot_index : int
-        Of the chart that the keyboard stands in.
-    """
+    """Shows a `RenderedFigure`."""
 
     def __init__(self, look: DisplayStyle) -> None:
         super().__init__()
         self._look = look
         self.rendered_figure: RenderedFigure | None = None
         self.views: dict[int, ViewRange] = {}
+        """What charts are to show other than everything, by their place."""
         self.full_views: dict[int, ViewRange] = {}
+        """What charts show when they show everything."""
         self.maneuver = ""
         self.current: ManeuverPoint | None = None
         self.subplot_index = 0
@@ -71,12 +53,10 @@ class FigureWidget(QWidget):
         self.update()
 
     def show_progress_text(self, words: str) -> None:
-        """Say what is being done in the corner of what is there."""
         self._waiting = words
         self.update()
 
     def select_maneuver(self, maneuver: str) -> None:
-        """Ring the points of a maneuver."""
         self.maneuver = maneuver
         if self.current is not None:
             self.current = find_same_point(self.points, replace(self.current, maneuver=maneuver))
@@ -93,16 +73,13 @@ class FigureWidget(QWidget):
 
     @property
     def subplots(self) -> tuple[Subplot, ...]:
-        """Return the charts."""
         return self.rendered_figure.subplots if self.rendered_figure is not None else ()
 
     @property
     def points(self) -> tuple[ManeuverPoint, ...]:
-        """Return the points where they were drawn."""
         return self.rendered_figure.points if self.rendered_figure is not None else ()
 
     def subplot_at(self, place: int) -> Subplot | None:
-        """Return a chart by its place."""
         return next((one for one in self.subplots if one.index == place), None)
 
     def visible_points(self) -> tuple[ManeuverPoint, ...]:
@@ -120,7 +97,6 @@ class FigureWidget(QWidget):
         return tuple(found)
 
     def view_of(self, pane: Subplot) -> ViewRange:
-        """Return what a chart is to show."""
         return self.views.get(pane.index, pane.view)
 
     def paintEvent(self, _event: QPaintEvent) -> None:

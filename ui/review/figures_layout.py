@@ -30,29 +30,11 @@ _MIN_TALL_HEIGHT = 380
 
 
 class FiguresLayout(QWidget):
-    """The figure with its surroundings.
-
-    Parameters
-    ----------
-    actions : mapping of str to QAction
-        The commands.
-    look : DisplayStyle
-        Colors and sizes.
-    describe : callable
-        Returns what is known of a point, from the chart's name and the maneuver.
-
-    Attributes
-    ----------
-    kind_chosen : Signal(str)
-        Id of the figure that is wanted.
-    option_chosen : Signal(str, str)
-        A list above the figure, and the key chosen in it.
-    view : FigureView
-    table : ReportTable
-    """
+    """The figure with its surroundings."""
 
     kind_chosen = Signal(str)
     option_chosen = Signal(str, str)
+    """A list above the figure, and the key chosen in it."""
 
     def __init__(
         self,
@@ -115,7 +97,6 @@ class FiguresLayout(QWidget):
         return bar
 
     def show_kind(self, kind: FigureKind) -> None:
-        """Show which figure of the list is on screen."""
         with QSignalBlocker(self.list):
             self.list.setCurrentRow(FIGURE_KINDS.index(kind))
         titles = [(one.id, tr(one.title)) for one in FIGURE_KINDS]
@@ -124,7 +105,6 @@ class FiguresLayout(QWidget):
             widget.setAccessibleName(f"{tr(kind.title)}: {tr(kind.description)}")
 
     def show_options(self, options: Sequence[tuple[FigureOption, str]]) -> None:
-        """Show the lists above the figure, each with the key that is chosen."""
         for option, key in options:
             if option.id not in self.choices:
                 choice = LabeledComboBox(self._look, option.title, letters=_COMBO_CHARACTERS)
@@ -144,12 +124,10 @@ class FiguresLayout(QWidget):
             choice.setVisible(name in shown)
 
     def show_message(self, words: str) -> None:
-        """Say something under the figure: what is chosen in it, or what became of it."""
         self.detail.setText(words)
         self.detail.setVisible(bool(words))
 
     def show_caption(self, words: str) -> None:
-        """Say what the figure shows."""
         self.caption.setText(words)
         self.caption.setVisible(bool(words))
 

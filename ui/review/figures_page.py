@@ -45,28 +45,10 @@ log = logging.getLogger(__name__)
 
 
 class FiguresPage(ReviewStepPage):
-    """Lists the figures at the left and shows one.
-
-    Parameters
-    ----------
-    actions : mapping of str to QAction
-        The commands.
-    display_style : DisplayStyle
-        Colors, sizes, units.
-    store : SettingsStore
-        Remembers the folder that figures are saved in.
-    selection : ReviewSelection
-        The maneuver and the derivative that are looked at.
-    begin_job : JobSubmitter
-        Has something done in a process.
-
-    Attributes
-    ----------
-    exclusion_changed : Signal(object)
-        The `RunOutcome` with other maneuvers left out of its means.
-    """
+    """Lists the figures at the left and shows one."""
 
     exclusion_changed = Signal(object)
+    """The `RunOutcome` with other maneuvers left out of its means."""
 
     def __init__(
         self,
@@ -111,7 +93,6 @@ class FiguresPage(ReviewStepPage):
 
     @property
     def handlers(self) -> Mapping[str, Callable[[], object]]:
-        """Return what the commands of this page do."""
         return {
             "review_previous_figure": lambda: self._next_figure(-1),
             "review_next_figure": lambda: self._next_figure(1),
@@ -126,7 +107,6 @@ class FiguresPage(ReviewStepPage):
 
     @property
     def present(self) -> tuple[CommandRequirement, ...]:
-        """Return what commands may act on here."""
         if self._data is None:
             return ()
         needs: list[CommandRequirement] = ["review_figure"]
@@ -144,7 +124,6 @@ class FiguresPage(ReviewStepPage):
 
     @property
     def state(self) -> StepStatus:
-        """Return which run is looked at, and whether something is left out of its means."""
         if self._data is None:
             return StepStatus(state="unknown")
         outcome = self._data.outcome
@@ -157,13 +136,11 @@ class FiguresPage(ReviewStepPage):
         return StepStatus(state="plain", text=words)
 
     def begin(self) -> None:
-        """Put the keyboard into the figure, or on the list where there is none."""
         (self.view if self._data is not None else self.frame.list).setFocus()
 
     # The run
 
     def show_outcome(self, outcome: RunOutcome | None) -> None:
-        """Show the figures of a run; the one before can be compared with."""
         former = self._data
         if outcome is None:
             self._data = None
@@ -194,7 +171,6 @@ class FiguresPage(ReviewStepPage):
         self.changed.emit()
 
     def _computations_changed(self) -> None:
-        """Show what was worked out meanwhile."""
         if self._data is not None:
             self._show_data(
                 replace(
@@ -207,7 +183,6 @@ class FiguresPage(ReviewStepPage):
     # What is shown
 
     def show_kind(self, name: str) -> None:
-        """Show another figure."""
         self.kind = next(one for one in FIGURE_KINDS if one.id == name)
         self._computations.allow_retry()
         self._refresh()
@@ -246,7 +221,6 @@ class FiguresPage(ReviewStepPage):
         return key
 
     def _choose(self, name: str, value: str) -> None:
-        """Take what was chosen in a list."""
         self._chosen[name] = value
         if self._data is None:
             return
@@ -333,7 +307,6 @@ class FiguresPage(ReviewStepPage):
         self.changed.emit()
 
     def _follow_flight(self, outcome: RunOutcome, maneuver: str) -> None:
-        """Show histories of the flight of the chosen maneuver."""
         result = find_result(outcome, maneuver)
         if result is not None:
             self._chosen["flight"] = result.maneuver.flight
@@ -347,7 +320,6 @@ class FiguresPage(ReviewStepPage):
         return bool(flights) and flights != [self._chosen.get("flight")]
 
     def _derivative_chosen(self, derivative: str) -> None:
-        """Look at a derivative that was chosen elsewhere."""
         data = self._data
         if data is None or derivative not in data.outcome.summary.derivatives:
             return
@@ -370,7 +342,6 @@ class FiguresPage(ReviewStepPage):
         self._show_data(replace(data, selected_options=dict(self._chosen)))
 
     def open_fit(self, maneuver: str) -> None:
-        """Show the fit of a maneuver."""
         self._selection.select_maneuver(maneuver)
         self.show_kind("fit")
         self.view.setFocus()

@@ -15,25 +15,12 @@ from ui.translation import tr
 
 
 class FlightLoader(QObject):
-    """Opens flights one after the other.
-
-    Parameters
-    ----------
-    catalog : callable
-        Returns the catalog in which verdicts may have been kept.
-
-    Attributes
-    ----------
-    opened : Signal(object)
-        A `ReviewedFlight`.
-    failed : Signal(object, object)
-        The path, and the exception.
-    changed : Signal
-        `status_text` says something else.
-    """
+    """Opens flights one after the other."""
 
     opened = Signal(object)
+    """A `ReviewedFlight`."""
     failed = Signal(object, object)
+    """The path, and the exception."""
     changed = Signal()
 
     def __init__(self, catalog: Callable[[], Path], parent: QObject | None = None) -> None:
@@ -96,13 +83,7 @@ class FlightLoader(QObject):
 
 
 class CatalogWriter(QObject):
-    """Keeps the maneuvers of changed flights in the catalog, the latest state of each.
-
-    Attributes
-    ----------
-    failed : Signal(object)
-        The exception.
-    """
+    """Keeps the maneuvers of changed flights in the catalog, the latest state of each."""
 
     failed = Signal(object)
 
@@ -114,11 +95,9 @@ class CatalogWriter(QObject):
 
     @property
     def busy(self) -> bool:
-        """Return whether something is still to be kept."""
         return self._job is not None
 
     def store(self, flight: ReviewedFlight) -> None:
-        """Keep the maneuvers of a flight as they stand now."""
         catalog, maneuvers = self._catalog(), flight.maneuvers
         self._waiting[flight.path] = lambda: save_maneuvers_to_catalog(
             catalog, flight.flight, maneuvers, flight.aircraft.name

@@ -25,20 +25,7 @@ _MAX_REMARKS = 3
 
 
 class FlightsPanel(QWidget):
-    """The flights with their maneuvers and grades, what is to be said of the one chosen.
-
-    Parameters
-    ----------
-    actions : mapping of str to QAction
-        The commands.
-    look : DisplayStyle
-        Sizes.
-
-    Attributes
-    ----------
-    flight_selected : Signal(int)
-        Place of a flight in the review.
-    """
+    """The flights with their maneuvers and grades, what is to be said of the one chosen."""
 
     flight_selected = Signal(int)
 
@@ -111,12 +98,10 @@ class FlightsPanel(QWidget):
         self.status.setAccessibleDescription(join_sentences(remarks))
 
     def set_open_flight_available(self, offered: bool) -> None:
-        """Offer the flight that is open in the window, or not."""
         self.buttons["review_add_open"].setVisible(offered)
 
     @property
     def has_keyboard(self) -> bool:
-        """Return whether the keyboard is on one of the buttons."""
         return any(button.hasFocus() for button in self.buttons.values())
 
 

@@ -11,16 +11,7 @@ from ui.translation import tr
 
 
 class GradeDialog(FormDialog):
-    """A grade from A to D, or the one that the samples give; and a reason.
-
-    Parameters
-    ----------
-    display_style : DisplayStyle
-    name : str
-        Id of the maneuver among all flights under review.
-    maneuver : DetectedManeuver
-        That is to be graded.
-    """
+    """A grade from A to D, or the one that the samples give; and a reason."""
 
     def __init__(
         self,
@@ -57,5 +48,4 @@ class GradeDialog(FormDialog):
 
     @property
     def grade(self) -> Grade | None:
-        """Return the grade chosen; None for the program's own."""
         return self.choice.currentData() or None

@@ -41,28 +41,13 @@ class _QueuedJob:
 
 
 class JobQueue(QObject):
-    """Does jobs in the order in which they are asked for; at most one runs.
-
-    Parameters
-    ----------
-    job_runner : JobRunner
-        Does the work.
-    report_error : callable
-        Where errors go.
-
-    Attributes
-    ----------
-    began : Signal(str)
-        A job begins; its title.
-    progressed : Signal(object, str)
-        Share done or None, and what is being done with the time left.
-    ended : Signal(str, str)
-        Title of the job, and ``done``, ``cancelled`` or ``failed``.
-    """
+    """Does jobs in the order in which they are asked for; at most one runs."""
 
     began = Signal(str)
     progressed = Signal(object, str)
+    """Share done or None, and what is being done with the time left."""
     ended = Signal(str, str)
+    """Title of the job, and ``done``, ``cancelled`` or ``failed``."""
 
     def __init__(
         self, job_runner: JobRunner, report_error: FailedCallback, parent: QObject | None = None
@@ -76,7 +61,6 @@ class JobQueue(QObject):
 
     @property
     def running(self) -> bool:
-        """Return whether a job runs."""
         return self._job is not None
 
     @property

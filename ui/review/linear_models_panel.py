@@ -35,17 +35,7 @@ _NO_COMPARISON_TEXT = QT_TR_NOOP(
 
 
 class LinearModelsPanel(QWidget):
-    """Modes and errors of the linear models.
-
-    Parameters
-    ----------
-    look : DisplayStyle
-        Sizes.
-    actions : mapping of str to QAction
-        The commands.
-    begin_job : JobSubmitter
-        Has the models compared in a process.
-    """
+    """Modes and errors of the linear models."""
 
     def __init__(
         self, look: DisplayStyle, actions: Mapping[str, QAction], begin_job: JobSubmitter
@@ -91,7 +81,6 @@ class LinearModelsPanel(QWidget):
         return self._needs.comparison
 
     def show_outcome(self, outcome: RunOutcome) -> None:
-        """Show the models of a run."""
         if outcome is not self._outcome:
             self._outcome = outcome
             self._is_requested = False

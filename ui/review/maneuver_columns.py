@@ -18,44 +18,30 @@ _MISSING_SORT_VALUE = -1e9
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ManeuverColumn:
-    """One column.
-
-    Attributes
-    ----------
-    id, title : str
-    width : int
-        Points.
-    key : callable
-        What its rows are sorted by.
-    text : callable or None
-        What stands in a cell; None for a value in the units of the screen.
-    quantity : str
-        Channel whose unit that value has.
-    hint : str
-        Tool tip of the title.
-    """
+    """One column."""
 
     id: str
     title: str
     width: int
+    """Points."""
     key: Callable[[ManeuverRow], object]
+    """What its rows are sorted by."""
     text: Callable[[ManeuverRow], str] | None = None
+    """What stands in a cell; None for a value in the units of the screen."""
     quantity: str = ""
     hint: str = ""
+    """Tool tip of the title."""
 
     @property
     def is_right_aligned(self) -> bool:
-        """Return whether it holds numbers."""
         return self.text is None or self.id in ("start", "length")
 
     def heading(self, units: str) -> str:
-        """Return the title with the unit."""
         if not self.quantity:
             return tr(self.title)
         return f"{tr(self.title)} [{unit_text(channel(self.quantity).display_unit(units))}]"
 
     def cell_text(self, row: ManeuverRow, units: str) -> str:
-        """Return what stands in a cell."""
         if self.text is not None:
             return self.text(row)
         value = _COLUMN_VALUES[self.id](row)

@@ -24,13 +24,7 @@ from ui.widgets.labels import create_label
 
 
 class ManeuverDetails(QWidget):
-    """Title, grade with its reasons, remarks; while an edge is dragged what it would be.
-
-    Parameters
-    ----------
-    look : DisplayStyle
-        Sizes and units.
-    """
+    """Title, grade with its reasons, remarks; while an edge is dragged what it would be."""
 
     def __init__(self, look: DisplayStyle) -> None:
         super().__init__()
@@ -83,11 +77,9 @@ class ManeuverDetails(QWidget):
         self.remarks.setVisible(bool(self.remarks.text()))
 
     def set_empty_title(self, title: str) -> None:
-        """Take another title for where no maneuver is looked at."""
         self._nothing = title
 
     def show_edge_preview(self, maneuver: DetectedManeuver) -> None:
-        """Show what a maneuver would be with the edges that are being dragged."""
         self._show(maneuver.id if self._row is None else self._row.id, maneuver)
 
     def _show(self, name: str, maneuver: DetectedManeuver) -> None:
@@ -104,6 +96,5 @@ class ManeuverDetails(QWidget):
         self.setAccessibleDescription(words + self.reasons.text())
 
     def show_message(self, words: str, state: str = "") -> None:
-        """Say what came of the last deed; nothing hides the line."""
         self.message.set_message(words, state)
         self.message.setVisible(bool(words))

@@ -25,7 +25,6 @@ def title_text(name: str, maneuver: DetectedManeuver) -> str:
     ----------
     name : str
         Its id among all flights under review.
-    maneuver : DetectedManeuver
     """
     names = [SURFACE_NAMES[name] for name in maneuver.inputs]
     if not names:

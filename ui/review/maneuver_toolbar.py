@@ -24,15 +24,7 @@ _BUTTONS = (
 
 
 class ManeuverToolbar(QWidget):
-    """Buttons of the commands, and whether the maneuver takes part in estimates.
-
-    Parameters
-    ----------
-    actions : mapping of str to QAction
-        The commands.
-    look : DisplayStyle
-        Sizes.
-    """
+    """Buttons of the commands, and whether the maneuver takes part in estimates."""
 
     def __init__(self, actions: Mapping[str, QAction], look: DisplayStyle) -> None:
         super().__init__()
@@ -57,7 +49,6 @@ class ManeuverToolbar(QWidget):
         self.use.setMinimumHeight(self._look.px(30))
 
     def set_in_use(self, used: bool | None) -> None:
-        """Show whether the maneuver takes part; None where there is none."""
         self.use.setEnabled(used is not None)
         known = used is not None
         self.use.setToolTip(self._in_use.text() if known else tr("Choose a maneuver first"))

@@ -37,30 +37,10 @@ _NEW_MANEUVER_SECONDS = 6.0
 
 
 class ManeuversPage(ReviewStepPage):
-    """Flights, time line, table; every change is an event of the flight at once.
-
-    Parameters
-    ----------
-    actions : mapping of str to QAction
-        The commands.
-    display_style : DisplayStyle
-        Colors, sizes, units.
-    store : SettingsStore
-        Remembers flights and channels.
-    selection : ReviewSelection
-        The maneuver that all pages look at.
-    review : Review
-        The flights under review.
-
-    Attributes
-    ----------
-    maneuvers_changed : Signal
-        Flights, maneuvers or their use are others now.
-    opening : FlightLoader
-        Opens flights, also those anew whose record is another now.
-    """
+    """Flights, time line, table; every change is an event of the flight at once."""
 
     maneuvers_changed = Signal()
+    """Flights, maneuvers or their use are others now."""
 
     def __init__(
         self,
@@ -130,7 +110,6 @@ class ManeuversPage(ReviewStepPage):
 
     @property
     def handlers(self) -> Mapping[str, Callable[[], object]]:
-        """Return what the commands of this page do."""
         editing, flights, table = self.editing, self.flights, self.table
         edges = {"start_earlier": (-1, 0), "start_later": (1, 0), "end_earlier": (0, -1),
                  "end_later": (0, 1)}  # fmt: skip
@@ -161,7 +140,6 @@ class ManeuversPage(ReviewStepPage):
 
     @property
     def present(self) -> tuple[CommandRequirement, ...]:
-        """Return what commands may act on."""
         found: list[CommandRequirement] = ["review_flights"]
         if self.flights.flight is not None:
             found.append("review_flight")
@@ -173,7 +151,6 @@ class ManeuversPage(ReviewStepPage):
 
     @property
     def state(self) -> StepStatus:
-        """Return how many maneuvers there are, and how many are used."""
         doing = self.opening.status_text
         if doing:
             return StepStatus(state="unknown", text=tr("opening"), detail=doing)
@@ -196,12 +173,10 @@ class ManeuversPage(ReviewStepPage):
         """Nothing to do: the editor tells what changed."""
 
     def begin(self) -> None:
-        """Put the keyboard where one goes on."""
         known = self.flights.flight is not None
         (self.timeline if known else self.panel.buttons["review_add_folder"]).setFocus()
 
     def set_open_flight(self, path: Path | None) -> None:
-        """Say which flight is open in the window; the first one of all is taken by itself."""
         self.flights.set_open_flight(path)
 
     # What is looked at
@@ -228,7 +203,6 @@ class ManeuversPage(ReviewStepPage):
             self._selection.select_maneuver(ids[min(max(place, 0), len(ids) - 1)])
 
     def zoom(self) -> None:
-        """Zoom to the chosen maneuver."""
         place = self.review.find_maneuver(self._selection.maneuver)
         if place is not None:
             self.timeline.zoom_to(place[1].t_start, place[1].t_end)
@@ -240,7 +214,6 @@ class ManeuversPage(ReviewStepPage):
     # Changes
 
     def _preview_edges(self, name: str, start: float, stop: float) -> None:
-        """Say what a maneuver would be with the edges that are being dragged."""
         flight = self.flights.flight
         if flight is None:
             return
@@ -261,18 +234,15 @@ class ManeuversPage(ReviewStepPage):
         self.editing.add(start, stop)
 
     def _type(self, column: str) -> None:
-        """Begin to type into the row of the chosen maneuver."""
         self.maneuvers_panel.show_table()
         self.table.edit_cell(self._selection.maneuver, column)
 
     def use(self) -> None:
-        """Let the chosen maneuver take part in estimates, or not."""
         row = self.editing.row
         if row is not None:
             self.editing.set_in_use(row.id, not row.in_use)
 
     def grade(self) -> None:
-        """Ask for a grade and a reason."""
         name = self._selection.maneuver
         place = self.review.find_maneuver(name)
         if place is None:
@@ -322,7 +292,6 @@ class ManeuversPage(ReviewStepPage):
         self.changed.emit()
 
     def _hint(self) -> str:
-        """Return what to do where no maneuver is looked at."""
         here = self.flights.flight
         if here is None:
             return tr(
@@ -342,7 +311,6 @@ class ManeuversPage(ReviewStepPage):
         return tr("{found}Drag across the charts and press Add to create one.").format(found=found)
 
     def _refresh(self) -> None:
-        """Show everything as it stands."""
         rows, chosen, here = self.review.rows(), self._selection.maneuver, self.flights.flight
         row = next((one for one in rows if one.id == chosen), None)
         self.table.show_rows(rows)

@@ -25,24 +25,7 @@ _MENU_COMMANDS = (
 
 
 class ManeuversPanel(QScrollArea):
-    """All parts of the page; it scrolls where the window is small for its scale.
-
-    Parameters
-    ----------
-    actions : mapping of str to QAction
-        The commands.
-    look : DisplayStyle
-        Colors, sizes, units.
-
-    Attributes
-    ----------
-    details : ManeuverDetails
-    timeline : Timeline
-    bar : ManeuverToolbar
-    panel : FlightsPanel
-    channels : ChannelToggles
-    table : ManeuversTable
-    """
+    """All parts of the page; it scrolls where the window is small for its scale."""
 
     def __init__(self, actions: Mapping[str, QAction], look: DisplayStyle) -> None:
         super().__init__()
@@ -87,6 +70,5 @@ class ManeuversPanel(QScrollArea):
         self._rest.setVisible(not known)
 
     def show_table(self) -> None:
-        """Bring the table into sight: it ends the page."""
         bar = self.verticalScrollBar()
         bar.setValue(bar.maximum())

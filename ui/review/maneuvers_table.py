@@ -27,29 +27,15 @@ _PADDING = 20
 
 
 class ManeuversTable(TableRowView):
-    """The table. Space uses a maneuver or not, Enter zooms to it, Delete removes what is selected.
-
-    Parameters
-    ----------
-    look : DisplayStyle
-        Colors and sizes.
-    commands : sequence of QAction
-        That the menu offers for a maneuver.
-
-    Attributes
-    ----------
-    maneuver_selected : Signal(str)
-        Id in the campaign that the keyboard is on.
-    renamed, noted : Signal(str, str)
-        Id in the campaign, and the new name or note.
-    used : Signal(str, bool)
-        Id in the campaign, and whether it shall take part.
-    """
+    """Space uses a maneuver or not, Enter zooms to it, Delete removes what is selected."""
 
     maneuver_selected = Signal(str)
+    """Id in the campaign that the keyboard is on."""
     renamed = Signal(str, str)
     noted = Signal(str, str)
+    """Id in the campaign, and the new name or note."""
     used = Signal(str, bool)
+    """Id in the campaign, and whether it shall take part."""
 
     def __init__(self, look: DisplayStyle, commands: Sequence[QAction] = ()) -> None:
         self._given: tuple[ManeuverRow, ...] = ()

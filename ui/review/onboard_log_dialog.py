@@ -35,29 +35,18 @@ _FILE, _LINK, _STORED, _NONE = "file", "link", "kept", "none"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FlightLogs:
-    """A flight that may get an on-board log.
-
-    Attributes
-    ----------
-    path : Path
-        Its folder.
-    name : str
-    in_force : str
-        File name of the log in force; empty for none.
-    state : OnboardLogState or None
-        How it stands; None where the flight has not been opened with it.
-    stored_logs : tuple of str
-        Logs in the folder, in force or not.
-    link : str
-        The LINK that is recorded into it now; empty for none.
-    """
+    """A flight that may get an on-board log."""
 
     path: Path
     name: str
     in_force: str = ""
+    """File name of the log in force; empty for none."""
     state: OnboardLogState | None = None
+    """How it stands; None where the flight has not been opened with it."""
     stored_logs: tuple[str, ...] = ()
+    """Logs in the folder, in force or not."""
     link: str = ""
+    """The LINK that is recorded into it now; empty for none."""
 
 
 class ExistingFileField(QWidget):
@@ -87,18 +76,7 @@ class ExistingFileField(QWidget):
 
 
 class OnboardLogDialog(FormDialog):
-    """Which flight, which log.
-
-    Parameters
-    ----------
-    display_style : DisplayStyle
-    flights : sequence of FlightLogs
-        The one looked at first.
-    links : sequence of str
-        Used before, newest first.
-    parse, list_ports : callable
-        See `ui.dialogs.link_field.LinkField`.
-    """
+    """Which flight, which log."""
 
     def __init__(
         self,
@@ -214,7 +192,6 @@ class OnboardLogDialog(FormDialog):
 
     @property
     def job(self) -> OnboardLogJob:
-        """Return what was asked for."""
         kind, name = self._from
         flight = self._chosen.path
         if kind == _FILE:

@@ -39,19 +39,12 @@ def serve_log_jobs(connection: Connection, stop: StopEvent) -> None:
 
 
 class OnboardLogJobHandler:
-    """Does one job after the other.
-
-    Parameters
-    ----------
-    tell : callable
-        Says how far the job is; raises where the window does not want it any more.
-    """
+    """Does one job after the other."""
 
     def __init__(self, tell: JobProgressCallback) -> None:
         self._report_progress = tell
 
     def do(self, job: OnboardLogJob) -> OnboardLogResult:
-        """Do one job and return how the flight stands."""
         from gsapp.flight.folder import FlightFolder
         from gsapp.flight.onboard_log.log_storage import activate_log
 

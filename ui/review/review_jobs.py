@@ -26,20 +26,14 @@ class EstimateJob:
     """Estimate, and keep the run in a catalog; the result is an `RunOutcome`.
 
     What cannot be kept is an outcome all the same: without a number, with a remark.
-
-    Attributes
-    ----------
-    request : RunRequest
-    catalog : Path or None
-        None keeps nothing.
     """
 
     request: RunRequest
     catalog: Path | None = None
+    """None keeps nothing."""
 
     @property
     def title(self) -> str:
-        """Return what is being done, in words."""
         return (
             tr("Estimating {label}").format(label=self.request.label)
             if self.request.label
@@ -56,7 +50,6 @@ class RepeatJob:
 
     @property
     def title(self) -> str:
-        """Return what is being done, in words."""
         return tr("Repeating run {number}").format(number=self.number)
 
 
@@ -68,55 +61,37 @@ class FtrHistoryJob:
 
     @property
     def title(self) -> str:
-        """Return what is being done, in words."""
         return tr("Computing FTR over the flights")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LinearModelsJob:
-    """Hold linear models against flight; the result is a `LinearModelValidation`.
-
-    Attributes
-    ----------
-    outcome : RunOutcome
-    validate : tuple of Path
-        Flights kept out of the fits; empty lets the comparison choose.
-    """
+    """Hold linear models against flight; the result is a `LinearModelValidation`."""
 
     outcome: RunOutcome
     validate: tuple[Path, ...] = ()
+    """Flights kept out of the fits; empty lets the comparison choose."""
 
     @property
     def title(self) -> str:
-        """Return what is being done, in words."""
         return tr("Comparing linear models with flight")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RunReportJob:
-    """Write the report of an outcome; the result is the path written.
-
-    Attributes
-    ----------
-    outcome : RunOutcome
-    path : Path
-        HTML, PDF or a folder.
-    units : str
-        ``US`` or ``SI``.
-    ftr_histories, linear : optional
-        What came of a `FtrHistoryJob` and a `LinearModelsJob` of the same outcome; done for the
-        report where not given.
-    """
+    """Write the report of an outcome; the result is the path written."""
 
     outcome: RunOutcome
     path: Path
+    """HTML, PDF or a folder."""
     units: str = "US"
     ftr_histories: tuple[FlightEstimateHistory, ...] | None = None
     linear: LinearModelValidation | None = None
+    """What came of a `FtrHistoryJob` and a `LinearModelsJob` of the same outcome; done for the
+    report where not given."""
 
     @property
     def title(self) -> str:
-        """Return what is being done, in words."""
         return tr("Writing {name}").format(name=self.path.name)
 
 
@@ -128,7 +103,6 @@ class VirtualFlightJob:
 
     @property
     def title(self) -> str:
-        """Return what is being done, in words."""
         return tr("Flying the virtual aircraft")
 
 

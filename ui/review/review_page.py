@@ -36,26 +36,6 @@ class ReviewPage(MultiStepPage[ReviewStepPage], JobPage):
     """Leads from step to step; long work goes on whatever is on screen.
 
     Pages are made when they are first seen: a window that only flies does without them.
-
-    Parameters
-    ----------
-    actions : mapping of str to QAction
-        The commands.
-    look : DisplayStyle
-        Colors, sizes, units.
-    store : SettingsStore
-        Remembers flights, chapter and settings of the estimate.
-    banners : BannerStack
-        Tells of work while another place is on screen.
-    error_reporter : ErrorReporter
-        Where errors go.
-    job_runner : JobRunner, optional
-        What does the work; a process of its own by default.
-
-    Attributes
-    ----------
-    outcome : RunOutcome or None
-        The run that is looked at.
     """
 
     prefix = "review"
@@ -162,7 +142,6 @@ class ReviewPage(MultiStepPage[ReviewStepPage], JobPage):
 
     @property
     def review(self) -> Review:
-        """Return the flights under review; made when they are first needed."""
         if self._review is None:
             from gsapp.session.review import Review
 
@@ -170,12 +149,10 @@ class ReviewPage(MultiStepPage[ReviewStepPage], JobPage):
         return self._review
 
     def _maneuvers_changed(self) -> None:
-        """Say on the page of the estimate what a run would take now."""
         if self._estimate_page is not None:
             self._estimate_page.refresh()
 
     def fly_virtual_flight(self) -> None:
-        """Let the virtual aircraft fly, and review that flight."""
         from ui.virtual_flight_simulation import find_virtual_flight_folder
 
         flights, _why = writable_folder(recording_folder(self._store.current))
@@ -183,7 +160,6 @@ class ReviewPage(MultiStepPage[ReviewStepPage], JobPage):
         self.work.submit(VirtualFlightJob(folder=folder), lambda _path: self.add_flights([folder]))
 
     def add_flights(self, flights: Sequence[Path]) -> None:
-        """Take flights under review, too, and show where they stand."""
         self.go_to_step("maneuvers", begin=self.isVisible())
         self._open_flights(flights)
 
@@ -203,13 +179,11 @@ class ReviewPage(MultiStepPage[ReviewStepPage], JobPage):
             self._open_flights([path])
 
     def set_open_flight(self, path: Path | None) -> None:
-        """Say which flight is open in the window."""
         self._open = path
         for page in self.pages.values():
             page.set_open_flight(path)
 
     def show_outcome(self, outcome: RunOutcome | None) -> None:
-        """Look at another run, on all pages."""
         former, self.outcome = self.outcome, outcome
         if former is not None and outcome is not None and former.result is not outcome.result:
             self._former = (*self._former, former)[-PREVIOUS_RUN_COUNT:]
@@ -218,7 +192,6 @@ class ReviewPage(MultiStepPage[ReviewStepPage], JobPage):
         self._page_changed()
 
     def _means_changed(self, outcome: RunOutcome) -> None:
-        """Look at other means of the same run, and keep them with it."""
         self.show_outcome(outcome)
         if self._estimate_page is not None:
             self._estimate_page.run_store.update_means(outcome)
@@ -240,10 +213,8 @@ class ReviewPage(MultiStepPage[ReviewStepPage], JobPage):
 
     @property
     def unfinished_work_title(self) -> tuple[str, ...]:
-        """Return the title of the work that is not done, if there is one."""
         return (self.work.title,) if self.work.running else ()
 
     def close_work(self) -> None:
-        """Stop everything, as the window closes."""
         self.work.close()
         self.onboard.close()

@@ -39,20 +39,13 @@ def serve_review_jobs(connection: Connection, stop: StopEvent) -> None:
 
 
 class ReviewJobHandler:
-    """Does jobs one after the other and keeps the flights for the next.
-
-    Parameters
-    ----------
-    tell : callable
-        Says how far the job is; raises where the window does not want it any more.
-    """
+    """Does jobs one after the other and keeps the flights for the next."""
 
     def __init__(self, tell: JobProgressCallback) -> None:
         self._report_progress = tell
         self._flight_cache: FlightCache | None = None
 
     def do(self, job: ReviewJob) -> object:
-        """Do one job and return its result."""
         match job:
             case EstimateJob():
                 return self._estimate(job)
@@ -69,7 +62,6 @@ class ReviewJobHandler:
 
     @property
     def flights(self) -> FlightCache:
-        """Return the flights that are open."""
         if self._flight_cache is None:
             from gsapp.identification.runs.flight_cache import FlightCache
 
@@ -166,8 +158,6 @@ class _ReadProgress:
 
     Parameters
     ----------
-    tell : callable
-    flights : int
     since, until : float
         Share of the bar.
     each : int

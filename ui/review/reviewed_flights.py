@@ -24,31 +24,10 @@ class ReviewedFlights(QWidget):
     """Opens flights, remembers them, takes them out, and looks at one.
 
     It is never shown itself: the questions for folders and files stand above it.
-
-    Parameters
-    ----------
-    review : Review
-    store : SettingsStore
-        Remembers the flights.
-    selection : ReviewSelection
-        The maneuver that is looked at; its flight is on screen.
-    parent : QWidget
-
-    Attributes
-    ----------
-    current_flight_changed : Signal(object)
-        Another flight is on screen, or None.
-    changed : Signal
-        Others are under review now.
-    status_changed : Signal
-        Something else is being opened.
-    failed : Signal(str)
-        Why one could not be opened.
-    flight : ReviewedFlight or None
-        On screen.
     """
 
     current_flight_changed = Signal(object)
+    """Another flight is on screen, or None."""
     changed = Signal()
     status_changed = Signal()
     failed = Signal(str)
@@ -92,24 +71,20 @@ class ReviewedFlights(QWidget):
 
     @property
     def can_add_open_flight(self) -> bool:
-        """Return whether the flight that is open in the window could be reviewed, too."""
         known = [path.resolve() for path in self._review.paths]
         return self._open is not None and self._open.resolve() not in known
 
     def add_open_flight(self) -> None:
-        """Review the flight that is open in the window, too."""
         if self._open is not None:
             self.opening.open([self._open])
 
     # Others
 
     def add_folder(self) -> None:
-        """Ask for a flight folder and review it, too."""
         if path := ask_flight_folder(self, tr("Add a flight folder"), self._store.current):
             self.opening.open([path])
 
     def add_files(self) -> None:
-        """Ask for files and review them, too."""
         self.opening.open(ask_open_files(self, self._store.current))
 
     def remove_flight(self) -> None:
@@ -163,7 +138,6 @@ class ReviewedFlights(QWidget):
             )
 
     def _show_flight_of(self, campaign_id: str) -> None:
-        """Put the flight of the chosen maneuver on screen."""
         place = self._review.find_maneuver(campaign_id)
         if place is not None and place[0] is not self.flight:
             self.flight = place[0]

@@ -21,28 +21,11 @@ if TYPE_CHECKING:
 
 
 class RunController(QObject):
-    """Has runs done, one at a time.
-
-    Parameters
-    ----------
-    begin_job : JobSubmitter
-        Has a job done.
-    run_store : RunStore
-        Knows the kept runs.
-
-    Attributes
-    ----------
-    changed : Signal
-        A run began or ended.
-    estimated : Signal(object)
-        An `RunOutcome` is there.
-    running : bool
-    status_text : str
-        How the last run ended; empty where there is nothing to say any more.
-    """
+    """Has runs done, one at a time."""
 
     changed = Signal()
     estimated = Signal(object)
+    """An `RunOutcome` is there."""
 
     def __init__(
         self, begin_job: JobSubmitter, run_store: RunStore, parent: QObject | None = None
@@ -56,13 +39,11 @@ class RunController(QObject):
         run_store.changed.connect(self._runs_read)
 
     def estimate(self, request: RunRequest) -> None:
-        """Run what is asked for, and keep it."""
         self._begin()
         job = EstimateJob(request=request, catalog=self._run_store.catalog)
         self._begin_job(job, self._done, failed=self._failed)
 
     def repeat(self, number: int) -> None:
-        """Do a kept run again, exactly."""
         if not self.running:
             self._begin()
             job = RepeatJob(catalog=self._run_store.catalog, number=number)
@@ -117,7 +98,6 @@ class RunController(QObject):
 
 
 def _describe_run_end(outcome: RunOutcome) -> str:
-    """Return how a run ended, in words."""
     from gsapp.identification.runs.outcome import SAME_SAMPLES_TEXT
 
     results = outcome.result.results

@@ -27,11 +27,8 @@ def build_run_rows(
 
     Parameters
     ----------
-    runs : sequence of StoredRun
     marked : int or None
         Number of the run that others are compared with.
-    shown : int or None
-        Of the run that figures and summary show.
     """
     lines = []
     for one in runs:

@@ -22,26 +22,7 @@ CatalogAction = Callable[["Catalog"], object]
 
 
 class RunStore(QObject):
-    """Lists, renames and forgets kept runs.
-
-    Parameters
-    ----------
-    catalog : callable
-        Returns where the catalog is.
-    report_error : callable
-        Where errors go.
-    undo_stack : UndoStack
-        Takes the changes.
-
-    Attributes
-    ----------
-    changed : Signal
-        Other runs are known now.
-    runs : tuple of StoredRun
-        The newest first.
-    read_error : str
-        Why they could not be read; empty where they were.
-    """
+    """Lists, renames and forgets kept runs."""
 
     changed = Signal()
 
@@ -60,23 +41,21 @@ class RunStore(QObject):
         self._waiting: list[CatalogAction | None] = []
         self._only_reads = True
         self.runs: tuple[StoredRun, ...] = ()
+        """The newest first."""
         self.read_error = ""
+        """Why they could not be read; empty where they were."""
 
     @property
     def catalog(self) -> Path:
-        """Return where the catalog is."""
         return self._catalog()
 
     def find_run(self, number: int | None) -> StoredRun | None:
-        """Return a run by its number; None if it is not known."""
         return next((one for one in self.runs if one.number == number), None)
 
     def reload(self) -> None:
-        """Read the runs anew."""
         self._do(None)
 
     def rename(self, number: int, label: str) -> None:
-        """Call a run something else."""
         before = self.find_run(number)
         if before is None or before.label == label.strip():
             return
@@ -91,7 +70,6 @@ class RunStore(QObject):
         )
 
     def remove(self, number: int) -> None:
-        """Leave a run out; it can be brought back."""
         if self.find_run(number) is None:
             return
         self._forget(number)
@@ -104,7 +82,6 @@ class RunStore(QObject):
         )
 
     def update_means(self, outcome: RunOutcome) -> None:
-        """Keep the means of a kept run as they are now."""
         if outcome.number is None:
             return
 

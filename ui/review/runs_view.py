@@ -40,29 +40,12 @@ _VALUE_TITLES = (
 
 
 class RunsView(QWidget):
-    """Kept runs with what was asked for and what came of it.
-
-    Parameters
-    ----------
-    actions : mapping of str to QAction
-        The commands.
-    look : DisplayStyle
-        Colors, sizes.
-    run_store : RunStore
-        Knows them.
-
-    Attributes
-    ----------
-    chosen : Signal
-        Another run has the keyboard, or is marked: other commands may be of use.
-    opened : Signal
-        Enter on a run.
-    focused : Signal
-        The keyboard came here.
-    """
+    """Kept runs with what was asked for and what came of it."""
 
     chosen = Signal()
+    """Another run has the keyboard, or is marked: other commands may be of use."""
     opened = Signal()
+    """Enter on a run."""
     focused = Signal()
 
     def __init__(
@@ -128,7 +111,6 @@ class RunsView(QWidget):
 
     @property
     def current_run(self) -> StoredRun | None:
-        """Return the run that has the keyboard."""
         key = self.list.current_key()
         return self._run_store.find_run(key if isinstance(key, int) else None)
 
@@ -143,7 +125,6 @@ class RunsView(QWidget):
         self.refresh()
 
     def refresh(self) -> None:
-        """Show the runs as they are known now."""
         runs = self._run_store.runs
         if self.marked is not None and self._run_store.find_run(self.marked) is None:
             self.marked = None
@@ -167,21 +148,18 @@ class RunsView(QWidget):
         self._show_run()
 
     def toggle_mark(self) -> None:
-        """Mark the run with the keyboard, to set others beside it; or take its mark away."""
         run = self.current_run
         if run is not None:
             self.marked = None if self.marked == run.number else run.number
             self.refresh()
 
     def rename(self) -> None:
-        """Let the user type another name for the run."""
         run = self.current_run
         if run is not None:
             self.list.setFocus()
             self.list.edit_row(run.number, NAME_COLUMN_INDEX)
 
     def remove(self) -> None:
-        """Leave the run out of the list."""
         run = self.current_run
         if run is not None:
             self._run_store.remove(run.number)
@@ -218,15 +196,7 @@ class RunsView(QWidget):
 
 
 class _RunList(FittedTableView):
-    """The list; Space marks.
-
-    Attributes
-    ----------
-    marked : Signal
-        Space on a run.
-    focused : Signal
-        The keyboard came here.
-    """
+    """The list; Space marks."""
 
     marked = Signal()
     focused = Signal()

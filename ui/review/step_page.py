@@ -30,7 +30,6 @@ class ReviewStepPage(AbstractStepPage):
 
     @property
     def state(self) -> StepStatus:
-        """Return how the chapter stands, for the row of chapters."""
         return StepStatus(state="plain")
 
     def set_open_flight(self, path: Path | None) -> None:

@@ -24,25 +24,10 @@ _REPORT_FILTER: Final = QT_TR_NOOP("HTML (*.html);;PDF (*.pdf)")
 
 
 class SummaryExporter(QObject):
-    """Asks for a place and writes there: reports in the process of the review, files in a thread.
-
-    Parameters
-    ----------
-    store : SettingsStore
-        Remembers the folder.
-    begin_job : JobSubmitter
-    parent : QWidget
-        Of the dialogs.
-
-    Attributes
-    ----------
-    status_reported : Signal(str)
-        What was written, or why not.
-    written : Path or None
-        What was written last.
-    """
+    """Asks for a place and writes: reports in the process of the review, files in a thread."""
 
     status_reported = Signal(str)
+    """What was written, or why not."""
 
     def __init__(self, store: SettingsStore, begin_job: JobSubmitter, parent: QWidget) -> None:
         super().__init__(parent)
@@ -55,7 +40,6 @@ class SummaryExporter(QObject):
     def export_report_as(
         self, outcome: RunOutcome, units: str, linear: LinearModelValidation | None
     ) -> None:
-        """Ask for a file and write the report there."""
         start = self._folder() / f"{_export_title(outcome)} report.html"
         path = ask_save_file(self._window, tr("Write the report"), start, tr(_REPORT_FILTER))
         if path is not None:
@@ -64,7 +48,6 @@ class SummaryExporter(QObject):
     def export_all_as(
         self, outcome: RunOutcome, units: str, linear: LinearModelValidation | None
     ) -> None:
-        """Ask for a folder and write the report, its figures and all files there."""
         path = QFileDialog.getExistingDirectory(
             self._window, tr("Write report and files into this folder"), str(self._folder())
         )
@@ -85,7 +68,6 @@ class SummaryExporter(QObject):
     def export_file_as(
         self, outcome: RunOutcome, name: str, linear: LinearModelValidation | None
     ) -> None:
-        """Ask for a place and write one of the files of a campaign there."""
         ending = Path(name).suffix
         start = self._folder() / f"{_export_title(outcome)} {name}"
         kind = f"{ending[1:].upper()} (*{ending})"
@@ -96,7 +78,6 @@ class SummaryExporter(QObject):
     def write_file(
         self, outcome: RunOutcome, name: str, path: Path, linear: LinearModelValidation | None
     ) -> None:
-        """Write one of the files of a campaign."""
         self._remember(path.parent)
 
         def run(_progress: JobProgress) -> Path:
@@ -112,7 +93,6 @@ class SummaryExporter(QObject):
         work.start()
 
     def open_written(self) -> None:
-        """Open what was written last with the program that this computer has for it."""
         if self.written is not None:
             QDesktopServices.openUrl(QUrl.fromLocalFile(str(self.written)))
 

@@ -46,21 +46,7 @@ _OPTIONAL_COLUMNS = (3, 7)
 
 
 class SummaryPage(ReviewStepPage):
-    """Tells what a run gave, and writes it down.
-
-    Parameters
-    ----------
-    actions : mapping of str to QAction
-        The commands.
-    display_style : DisplayStyle
-        Colors, sizes, units.
-    store : SettingsStore
-        Remembers the folder that reports go to.
-    selection : ReviewSelection
-        The maneuver and the derivative that are looked at.
-    begin_job : JobSubmitter
-        Has something done in a process.
-    """
+    """Tells what a run gave, and writes it down."""
 
     def __init__(
         self,
@@ -199,7 +185,6 @@ class SummaryPage(ReviewStepPage):
 
     @property
     def handlers(self) -> Mapping[str, Callable[[], object]]:
-        """Return what the commands of this page do."""
         return {
             "review_report": lambda: self._with_outcome(
                 lambda run: self.writer.export_report_as(
@@ -227,7 +212,6 @@ class SummaryPage(ReviewStepPage):
 
     @property
     def present(self) -> tuple[CommandRequirement, ...]:
-        """Return what commands may act on here."""
         found: list[CommandRequirement] = []
         if self._outcome is not None:
             found.append("review_results")
@@ -237,7 +221,6 @@ class SummaryPage(ReviewStepPage):
 
     @property
     def state(self) -> StepStatus:
-        """Return how the chapter stands: how many things there are to look at."""
         if self._outcome is None:
             return StepStatus(state="unknown")
         wild = len(self._outcome.summary.outlying_maneuvers)
@@ -247,7 +230,6 @@ class SummaryPage(ReviewStepPage):
         return StepStatus(state="plain", text=count_text(len(earned), "derivative"))
 
     def copy_table(self) -> None:
-        """Put the table on the clipboard, as text with tabs."""
         if self._outcome is not None:
             QGuiApplication.clipboard().setText(format_derivative_table(self._outcome))
             self._show_message(tr("The table is on the clipboard."))
@@ -255,13 +237,11 @@ class SummaryPage(ReviewStepPage):
     # Showing
 
     def begin(self) -> None:
-        """Put the keyboard on the derivatives."""
         self.table.setFocus()
         if not self.table.currentIndex().isValid() and self.table.row_model.rows:
             self.table.setCurrentIndex(self.table.row_model.index(0, 0))
 
     def show_outcome(self, outcome: RunOutcome | None) -> None:
-        """Show a run; None where there is none."""
         self._outcome = outcome
         self._pair.setVisible(outcome is not None)
         self.validity.setVisible(outcome is not None)

@@ -35,19 +35,12 @@ _CONFOUNDED_PATTERN: Final = re.compile("told apart from (.+?) in this maneuver"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class AttentionItem:
-    """Something in a campaign that a crew should look at.
-
-    Attributes
-    ----------
-    kind : {"wild", "outlier", "failed", "gusts", "excluded"}
-    maneuver : str
-    derivative : str
-        Empty where it is about the maneuver as a whole.
-    """
+    """Something in a campaign that a crew should look at."""
 
     kind: Literal["wild", "outlier", "failed", "gusts", "excluded"]
     maneuver: str
     derivative: str = ""
+    """Empty where it is about the maneuver as a whole."""
 
 
 def build_derivative_rows(outcome: RunOutcome) -> tuple[TableRow, ...]:

@@ -31,29 +31,18 @@ _MARGIN = 0.06
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class TimelineCurve:
-    """One channel in sight.
-
-    Attributes
-    ----------
-    channel : str
-    title : str
-        Symbol as it is shown.
-    color : str
-        Name of a trace color.
-    times, values : ndarray, shape (n,)
-        s, and in the unit of the chart; NaN where missing.
-    is_min_max : bool
-        Whether each column has its lowest and highest value only.
-    display : DisplayFormat
-        How its values are shown.
-    """
+    """One channel in sight."""
 
     channel: str
     title: str
+    """Symbol as it is shown."""
     color: str
+    """Name of a trace color."""
     times: FloatArray
     values: FloatArray
+    """s, and in the unit of the chart; NaN where missing."""
     is_min_max: bool
+    """Whether each column has its lowest and highest value only."""
     display: DisplayFormat
 
     def value_text(self, value: float) -> str:
@@ -79,15 +68,8 @@ def build_timeline_charts(
 
     Parameters
     ----------
-    traces : Traces
-    wanted : collection of str
-        Channels to be shown, those measured of them.
     start, stop : float
         In sight, s.
-    columns : int
-        Of the picture.
-    units : str
-        ``US`` or ``SI``.
     """
     found = []
     for group in CHANNEL_GROUPS:

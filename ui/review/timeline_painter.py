@@ -28,31 +28,21 @@ _HANDLE_SIZE = (8.0, 28.0)
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TimelineSpan:
-    """A maneuver on the time line.
-
-    Attributes
-    ----------
-    id : str
-        Within its flight.
-    start, stop : float
-        Edges, s.
-    label : str
-        Id with grade.
-    grade : str
-    used : bool
-        Whether it takes part in estimates; hatched otherwise.
-    t_input, t_input_end : float
-        When the surfaces moved, s; NaN where none did.
-    """
+    """A maneuver on the time line."""
 
     id: str
+    """Within its flight."""
     start: float
     stop: float
+    """Edges, s."""
     label: str
+    """Id with grade."""
     grade: str
     used: bool = True
+    """Whether it takes part in estimates; hatched otherwise."""
     t_input: float = float("nan")
     t_input_end: float = float("nan")
+    """When the surfaces moved, s; NaN where none did."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -35,26 +35,7 @@ class TimelineRegions:
 
 
 class TimelineWidget(QWidget):
-    """One flight with its maneuvers, to be looked at.
-
-    Parameters
-    ----------
-    look : DisplayStyle
-        Colors, sizes, units.
-
-    Attributes
-    ----------
-    segment_marked : Signal
-        Another stretch is marked, or none.
-    marked_segment : tuple of float or None
-        What is marked, s.
-    view : VisibleTimeRange
-        What is in sight.
-    shown_charts : tuple of TimelineChart
-        The charts as they were drawn last.
-    pointer : float or None
-        Where all values are read, s.
-    """
+    """One flight with its maneuvers, to be looked at."""
 
     segment_marked = Signal()
 
@@ -71,8 +52,10 @@ class TimelineWidget(QWidget):
         self._tick = 10.0
         self._boxes: tuple[QRectF, ...] = ()
         self.pointer: float | None = None
+        """Where all values are read, s."""
         self.shown_charts: tuple[TimelineChart, ...] = ()
         self.marked_segment: tuple[float, float] | None = None
+        """What is marked, s."""
         self.view = VisibleTimeRange()
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
         self.setAccessibleName(tr("Time line of the flight"))
@@ -81,7 +64,6 @@ class TimelineWidget(QWidget):
     # What it is given
 
     def show_flight(self, traces: Traces | None) -> None:
-        """Show another flight, whole."""
         self._traces = traces
         self._spans, self._name = (), ""
         self.marked_segment, self._held, self.pointer = None, None, None
@@ -92,13 +74,11 @@ class TimelineWidget(QWidget):
         self._redraw()
 
     def show_spans(self, spans: Sequence[TimelineSpan], chosen: str) -> None:
-        """Show these maneuvers, one of them chosen."""
         self._spans, self._name = tuple(spans), chosen
         self._describe()
         self.update()
 
     def show_channels(self, channels: Sequence[str]) -> None:
-        """Show these channels, those measured of them."""
         self._channels = tuple(channels)
         self._redraw()
 
@@ -113,12 +93,10 @@ class TimelineWidget(QWidget):
         self._redraw()
 
     def show_all(self) -> None:
-        """Show the whole flight."""
         self.view.show_all()
         self._redraw()
 
     def mark_segment(self, stretch: tuple[float, float] | None) -> None:
-        """Mark a stretch (s), or none."""
         if stretch != self.marked_segment:
             self.marked_segment = stretch
             self.update()
@@ -128,7 +106,6 @@ class TimelineWidget(QWidget):
 
     @property
     def regions(self) -> TimelineRegions:
-        """Return where the parts stand."""
         px = self._look.px
         left, right = px(56), self.width() - px(10)
         wide = max(right - left, 1)
@@ -141,7 +118,6 @@ class TimelineWidget(QWidget):
 
     @property
     def scale(self) -> TimeScale:
-        """Return where times lie on the charts."""
         plot = self.regions.plot
         return TimeScale(
             start=self.view.start, stop=self.view.stop, left=plot.left(), right=plot.right()
@@ -149,7 +125,6 @@ class TimelineWidget(QWidget):
 
     @property
     def overview_scale(self) -> TimeScale:
-        """Return where times lie on the whole flight."""
         box = self.regions.overview
         return TimeScale(
             start=self.view.first, stop=self.view.last, left=box.left(), right=box.right()
@@ -192,7 +167,6 @@ class TimelineWidget(QWidget):
 
     @property
     def chosen_span(self) -> TimelineSpan | None:
-        """Return the chosen maneuver as it stands; None if there is none."""
         return next((span for span in self._spans if span.id == self._name), None)
 
     def paintEvent(self, _event: QPaintEvent) -> None:

@@ -28,12 +28,10 @@ class VisibleTimeRange:
 
     @property
     def seconds(self) -> float:
-        """Return the length in sight, s."""
         return self.stop - self.start
 
     @property
     def shows_all(self) -> bool:
-        """Return whether all of the flight is in sight."""
         return self.start <= self.first and self.stop >= self.last
 
     def show(self, start: float, stop: float) -> None:
@@ -44,11 +42,9 @@ class VisibleTimeRange:
         self.stop = self.start + length
 
     def show_all(self) -> None:
-        """Show the whole flight."""
         self.show(self.first, self.last)
 
     def zoom(self, factor: float, anchor: float | None = None) -> None:
-        """Show `factor` times as much, about a time (s) that stays in its place."""
         at = (self.start + self.stop) / 2.0 if anchor is None else anchor
         length = min(max(self.seconds * factor, _MIN_SECONDS), self.last - self.first)
         share = (at - self.start) / self.seconds
