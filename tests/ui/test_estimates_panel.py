@@ -6,6 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 from pytestqt.qtbot import QtBot
@@ -96,6 +97,7 @@ def test_history_points_and_excitation_are_drawn(qtbot: QtBot) -> None:
     assert panel.list.currentIndex().row() == 0
 
 
+@pytest.mark.long
 def test_derivatives_form_while_a_flight_is_watched(
     qtbot: QtBot, window: MainWindow, tmp_path: Path, flown_short: Callable[[int], VirtualFlight]
 ) -> None:

@@ -226,6 +226,7 @@ def test_a_process_that_dies_while_it_starts_is_missed(tmp_path: Path) -> None:
     engine.close()
 
 
+@pytest.mark.long
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="no named pipes here")
 def test_a_process_that_does_not_obey_is_ended(tmp_path: Path) -> None:
     stuck = tmp_path / "stuck.csv"
@@ -263,6 +264,7 @@ def serve_writer(connection: Connection, stop: StopEvent) -> None:
     serve_jobs(connection, stop, _Writer)
 
 
+@pytest.mark.long
 def test_a_process_that_is_closed_leaves_nothing_half_written(tmp_path: Path) -> None:
     engine = ProcessJobRunner(serve_writer, name="writer", remedy="try again")
     half, ended = tmp_path / "half", threading.Event()

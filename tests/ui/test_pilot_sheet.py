@@ -25,12 +25,10 @@ from tests.ui.pilot_kit import (
     moving,
 )
 from ui.display_limits import DISPLAY
-from ui.pilot.card_browser import CardBrowser, find_last_flown_card
-from ui.pilot.cue_display import CueDisplay
+from ui.pilot.cue_display import RESULT_SIGNS, CueDisplay
+from ui.pilot.cue_display import TRIM_STATE_SIGNS as STATE_WORDS
 from ui.pilot.cue_display_builder import CueDisplayInput, build_cue_display
-from ui.pilot.display_rate_limiter import DisplayRateLimiter
-from ui.pilot.pilot_text import RESULT_SIGNS
-from ui.pilot.pilot_text import TRIM_STATE_SIGNS as STATE_WORDS
+from ui.pilot.page_state import CardBrowser, DisplayRateLimiter, find_last_flown_card
 
 
 def sheet(name: str, **more: object) -> CueDisplay:
@@ -336,8 +334,8 @@ def test_a_card_that_is_looked_at_is_told_from_that_to_be_flown() -> None:
 
 def test_the_page_is_made_without_qt() -> None:
     code = (
-        "import sys, ui.pilot.cue_display_builder, ui.pilot.display_rate_limiter; "
-        "import ui.pilot.card_browser; "
+        "import sys, ui.pilot.page_state; "
+        "import ui.pilot.page_state; "
         "sys.exit(any('PySide6' in name for name in sys.modules))"
     )
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0

@@ -30,7 +30,7 @@ from tests.ui.window_kit import FIGURE_MENU, until
 from ui.background_job import JobCanceledError
 from ui.commands import CommandSet
 from ui.display_style import DisplayStyle
-from ui.review.figure_data import FigureData, find_result
+from ui.review.figure_data import FigureData, comparison_run_option, find_result
 from ui.review.figure_geometry import (
     ManeuverPoint,
     Subplot,
@@ -41,12 +41,10 @@ from ui.review.figure_geometry import (
     zoom_view,
 )
 from ui.review.figure_kinds import FIGURE_KINDS
-from ui.review.figure_options import comparison_run_option
-from ui.review.figure_palette import window_palette
-from ui.review.figure_renderer import FigureSize
+from ui.review.figure_renderer import FigureSize, window_palette
 from ui.review.figures_page import FiguresPage
 from ui.review.review_jobs import FtrHistoryJob, ReviewJob
-from ui.review.review_selection import ReviewSelection
+from ui.review.review_steps import ReviewSelection
 from ui.settings import SettingsStore
 from ui.shortcut_filter import ShortcutOverrideFilter
 from ui.theme import THEMES, contrast

@@ -15,20 +15,17 @@ from pytestqt.qtbot import QtBot
 from gsapp.identification.runs.exclusion import exclude_maneuvers
 from gsapp.report.estimate_report import CampaignReportData, estimate_document
 from tests.report.campaign_kit import WILD, gusty, outcome, regressed, unearned
-from tests.ui.window_kit import until
+from tests.ui.window_kit import ALT, CONTROL, until
 from ui.appearance_controller import AppearanceController
 from ui.commands import CommandSet
 from ui.display_style import DisplayStyle
 from ui.review.job_queue import JobQueue
 from ui.review.review_jobs import ReviewJob
-from ui.review.review_selection import ReviewSelection
+from ui.review.review_steps import ReviewSelection
 from ui.review.review_worker import ReviewJobHandler
 from ui.review.summary_page import SummaryPage
 from ui.review.summary_rows import describe_derivative
 from ui.settings import SettingsStore
-
-CONTROL, ALT = Qt.KeyboardModifier.ControlModifier, Qt.KeyboardModifier.AltModifier
-SHIFT = Qt.KeyboardModifier.ShiftModifier
 
 
 class Here:

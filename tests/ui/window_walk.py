@@ -28,7 +28,7 @@ from ui.dialogs.virtual_flight import VirtualFlightDialog
 from ui.estimate_form import EstimateForm
 from ui.gap.search_request import GapRequest
 from ui.main_window import MainWindow
-from ui.pilot.flight_cues import FlightCues
+from ui.pilot.page_state import FlightCues
 from ui.review.figure_kinds import FIGURE_KINDS
 from ui.review.review_jobs import EstimateJob
 

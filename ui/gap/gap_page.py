@@ -299,7 +299,7 @@ class GapPage(JobPage):
         result = self.search.result
         if self.result_view is None or result is None:
             return
-        from ui.gap.force_effect_dialog import ForceEffectDialog
+        from ui.gap.add_and_show import ForceEffectDialog
         from ui.gap.gap_view_models import list_forceable_effects
 
         choices = list_forceable_effects(result, self.result_view.selection.step)

@@ -34,7 +34,6 @@ class GapSearch(QObject):
     """The work ended: ``found``, ``written``, ``cancelled`` or ``failed``."""
     changed = Signal()
     written = Signal(object)
-    """The path of a report."""
 
     def __init__(
         self,
@@ -57,7 +56,6 @@ class GapSearch(QObject):
 
     @property
     def title(self) -> str:
-        """Return what is being done, or was last."""
         return self._job.title if self._job is not None else ""
 
     def search(self, request: GapRequest) -> None:

@@ -23,13 +23,7 @@ class GapSelection:
 
 
 def initial_selection(result: SearchResult, *, variable: str, channel: str) -> GapSelection:
-    """Return what to look at first: where model and flight disagree most.
-
-    Parameters
-    ----------
-    variable, channel : str
-        Looked at last, kept where this result has them.
-    """
+    """Return where model and flight disagree most, variable and channel kept where they can be."""
     found = result.discrepancy
     worst = next((one for one in found.disagreements if one.coefficient), None)
     selection = GapSelection(step=0)

@@ -56,13 +56,7 @@ GapJob = GapRequest | GapReportJob
 def serve_gap_jobs(
     connection: Connection, stop: StopEvent, prepare: PrepareSearch | None = None
 ) -> None:
-    """Do jobs until the window hangs up; see `ui.job_process.job_server.serve_jobs`.
-
-    Parameters
-    ----------
-    prepare : callable, optional
-        Makes a search of maneuvers, aircraft and model; that of `gsapp.discrepancy` by default.
-    """
+    """Do jobs until the window hangs up; `prepare` makes a search, by default the program's own."""
     serve_jobs(
         connection, stop, lambda tell: GapJobHandler(tell, prepare or _prepare_investigation)
     )
@@ -121,6 +115,7 @@ class GapJobHandler:
 
     def _read(self, request: GapRequest) -> PreparedSearch:
         """Open the flights, cut their maneuvers, and prepare the search."""
+        from gsapp.dynamics.model import load_model
         from gsapp.identification.maneuver_extraction import open_flights_with_maneuvers
 
         steps = 2 * len(request.flights) + 2
@@ -151,47 +146,28 @@ class GapJobHandler:
         }
         self._aircraft = flown[0].aircraft.name
         doing(QT_TR_NOOP("preparing the maneuvers"))
-        model = _load_model(request.model) if request.model else None
+        model = load_model(request.model) if request.model else None
         search = self._prepare(maneuvers, flown[0].aircraft, model)
         self._notes = load_effect_infos()
         return search
 
     def _write(self, job: GapReportJob) -> Path:
+        """Write the report of a result, with the files that it was made from."""
+        from gsapp.flight.info import local_timestamp
+        from gsapp.report import discrepancy_report
+        from gsapp.report.discrepancy_provenance import search_provenance
+
         self._report_progress(None, QT_TR_NOOP("drawing the figures"))
-        return write_gap_report(job)
-
-
-def _load_model(name: str) -> Model:
-    from gsapp.dynamics.model import load_model
-
-    return load_model(name)
-
-
-def write_gap_report(job: GapReportJob) -> Path:
-    """Write the report of a result, with the files that it was made from.
-
-    Raises
-    ------
-    GroundStationError
-        If the file's ending is none that a report can have.
-    OSError
-        If the file cannot be written.
-    """
-    from gsapp.flight.info import local_timestamp
-    from gsapp.report import discrepancy_report
-    from gsapp.report.discrepancy_provenance import search_provenance
-
-    result, request = job.result, job.result.request
-    provenance = search_provenance(request.flights, request)
-    written = discrepancy_report.write_discrepancy_report(
-        result.discrepancy,
-        job.path,
-        aircraft=result.aircraft,
-        provenance=provenance,
-        units="SI" if job.units == "SI" else "US",
-        written=local_timestamp(),
-    )
-    return written[0] if written else job.path
+        result, request = job.result, job.result.request
+        written = discrepancy_report.write_discrepancy_report(
+            result.discrepancy,
+            job.path,
+            aircraft=result.aircraft,
+            provenance=search_provenance(request.flights, request),
+            units="SI" if job.units == "SI" else "US",
+            written=local_timestamp(),
+        )
+        return written[0] if written else job.path
 
 
 def load_effect_infos() -> dict[str, EffectInfo]:

@@ -35,7 +35,6 @@ class GapRequest(DiscrepancySettings):
 
     @property
     def undecided(self) -> GapRequest:
-        """Return the request before anything was decided."""
         return self.with_changes(refused=(), forced=())
 
     def refuse(self, effect: str) -> GapRequest:
@@ -64,7 +63,6 @@ class EffectInfo:
     remedy: str = ""
     """The measurement on the ground that settles it; empty where flying does."""
     units: Mapping[str, str]
-    """SI unit of each parameter."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

@@ -43,7 +43,6 @@ class SearchSetupPage(CenteredPage):
     """Asks what to search."""
 
     search_requested = Signal(object)
-    """A `GapRequest`."""
     virtual_flight_requested = Signal()
     back_requested = Signal()
     command_requested = Signal(str)
@@ -283,7 +282,6 @@ class SearchSetupPage(CenteredPage):
 
     @property
     def request(self) -> GapRequest:
-        """Return what is to be searched."""
         return GapRequest(flights=self.paths, aircraft=self.aircraft.value, model=self.model.value)
 
     def request_search(self) -> None:
@@ -299,7 +297,6 @@ class SearchSetupPage(CenteredPage):
         )
 
     def set_flight(self, flight: Path, aircraft: str, model: str) -> None:
-        """Search one flight with a certain aircraft and model."""
         self._show_paths((flight,))
         self._offer_models((model,))
         for field, value in ((self.aircraft, aircraft), (self.model, model)):

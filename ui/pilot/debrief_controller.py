@@ -1,8 +1,10 @@
-"""The debrief within the place: made when it is first seen, kept in the catalog."""
+"""The debrief within the place: made when it is first seen, kept in the catalog of the campaign."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import groupby
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QObject, Signal
@@ -14,11 +16,13 @@ from ui.background_job import BackgroundJob
 from ui.display_style import DisplayStyle
 from ui.error_reporter import ErrorReporter
 from ui.flight_controller import FlightController
-from ui.pilot.flight_cues import FlightCues
+from ui.pilot.page_state import FlightCues
 from ui.settings import SettingsStore, catalog_path
 from ui.translation import tr
 
 if TYPE_CHECKING:
+    from gsapp.excitation.debrief import Debrief
+    from gsapp.excitation.debrief_trends import FlightTrend
     from ui.pilot.debrief_page import DebriefPage
 
 
@@ -56,20 +60,12 @@ class DebriefController(QObject):
         return self.page
 
     def refresh(self, events: int | None = None) -> None:
-        """Show what was judged since.
-
-        Parameters
-        ----------
-        events : int, optional
-            How many there were so far: while there are no more, nothing was judged.
-        """
+        """Show what was judged since; nothing was while there are no more events than before."""
         if self.page is not None and (events is None or events != self._events):
             self._events = events
             self.page.show_debrief(self._cues.debrief())
 
     def read_trends(self) -> None:
-        from ui.pilot.debrief_storage import load_trends
-
         if self.page is None:
             return
         try:
@@ -78,8 +74,6 @@ class DebriefController(QObject):
             self._error_reporter.report(error)
 
     def store(self) -> None:
-        from ui.pilot.debrief_storage import save_debrief
-
         session, debrief = self._controller.session, self._cues.debrief()
         if session is None or debrief is None:
             return
@@ -102,3 +96,40 @@ class DebriefController(QObject):
         judged = None if self.page is None else self.page.current_maneuver
         if judged is not None:
             self.time_requested.emit(judged.verdict.t_input)
+
+
+def save_debrief(path: Path, debrief: Debrief, catalog: Path, aircraft: str = "") -> Path:
+    """Write a debrief into a catalog, in place of that of the same flight; return the catalog.
+
+    Raises
+    ------
+    FlightError
+        If the flight cannot be read, or the catalog cannot be written.
+    """
+    from gsapp.flight.catalog import Catalog, store_debrief
+    from gsapp.flight.flight_loader import load_flight
+
+    flight, verdicts = load_flight(path), debrief.to_stored_verdicts()
+    catalog.parent.mkdir(parents=True, exist_ok=True)
+    with Catalog(catalog) as opened:
+        store_debrief(opened, flight, verdicts, debrief.cards, aircraft=aircraft)
+    return catalog
+
+
+def load_trends(catalog: Path) -> tuple[FlightTrend, ...]:
+    """Return what the flights of a catalog show, in order; none where there is no catalog.
+
+    Raises
+    ------
+    FlightError
+        If it cannot be read.
+    """
+    from gsapp.excitation.debrief_trends import compute_trends
+    from gsapp.flight.catalog import Catalog, list_card_scores, search_verdicts
+
+    if not catalog.is_file():
+        return ()
+    with Catalog(catalog) as opened:
+        verdicts = search_verdicts(opened)
+        names = [name for name, _ in groupby(verdicts, key=lambda one: one.flight)]
+        return compute_trends(verdicts, {name: list_card_scores(opened, name) for name in names})

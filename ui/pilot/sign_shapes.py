@@ -32,7 +32,6 @@ def _polygon(*points: tuple[float, float]) -> QPainterPath:
 
 
 def _polyline(*points: tuple[float, float], width: float = 14.0) -> QPainterPath:
-    """Return the outline of a thick line."""
     path = QPainterPath(QPointF(*points[0]))
     for x, y in points[1:]:
         path.lineTo(x, y)

@@ -76,19 +76,12 @@ class FigureCanvas(ArrowKeyNavigation, FigureWidget):
     Arrows walk from point to point (in figures without points they move and zoom), Shift and
     arrows move the chart, plus and minus zoom, Home shows everything, Enter opens the fit,
     Space shows its chart large.
-
-    Parameters
-    ----------
-    describe : callable
-        Returns what is known of a point, from the chart's name and the maneuver.
     """
 
     point_selected = Signal(str, str)
     """Name of the chart and maneuver of the point that was chosen."""
     fit_requested = Signal(str)
-    """Maneuver whose fit is wanted."""
     subplot_opened = Signal(str)
-    """Name of a chart that is wanted large."""
     views_changed = Signal()
 
     def __init__(self, look: DisplayStyle, describe: Callable[[str, str], str]) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
+from operator import attrgetter
 
 import numpy as np
 
@@ -50,7 +51,6 @@ class Subplot:
     """One chart of a figure."""
 
     index: int
-    """Among all axes of the figure."""
     name: str
     """What it is about, ``derivative:Cm_alpha``; may be empty."""
     left: float
@@ -80,7 +80,6 @@ class Subplot:
         return (x - self.left) / wide, (self.bottom - y) / high
 
     def value_text(self, view: ViewRange, x: float, y: float) -> str:
-        """Return the values at a pixel: of the curves where there are any, else of the axes."""
         across, up = self.to_fractions(x, y)
         at_x, at_y = (
             10.0**value if log else value
@@ -198,15 +197,7 @@ def find_nearest_point(
 def next_point(
     spots: Sequence[ManeuverPoint], current: ManeuverPoint | None, key: str
 ) -> ManeuverPoint | None:
-    """Return the point that a walk comes to next.
-
-    Parameters
-    ----------
-    current : ManeuverPoint or None
-        Where it stands; None begins at the first point of the first chart.
-    key : {"left", "right", "up", "down"}
-        Left and right go on within the chart, up and down to the same maneuver in another chart.
-    """
+    """Return the point to the left or right in its chart, or up or down in another one."""
     if not spots:
         return None
     if current is None:
@@ -217,27 +208,12 @@ def next_point(
     if key in ("left", "right"):
         row = sorted(
             (one for one in spots if one.subplot_index == current.subplot_index),
-            key=_point_sort_key,
+            key=attrgetter("x", "y", "maneuver"),
         )
         place = row.index(current) + (1 if key == "right" else -1)
         return row[min(max(place, 0), len(row) - 1)]
     same = [one for one in spots if one.maneuver == current.maneuver]
+    here, index = current.subplot_index, attrgetter("subplot_index")
     if key == "down":
-        return min(
-            (one for one in same if one.subplot_index > current.subplot_index),
-            key=_point_subplot,
-            default=current,
-        )
-    return max(
-        (one for one in same if one.subplot_index < current.subplot_index),
-        key=_point_subplot,
-        default=current,
-    )
-
-
-def _point_sort_key(spot: ManeuverPoint) -> tuple[float, float, str]:
-    return (spot.x, spot.y, spot.maneuver)
-
-
-def _point_subplot(spot: ManeuverPoint) -> int:
-    return spot.subplot_index
+        return min((one for one in same if index(one) > here), key=index, default=current)
+    return max((one for one in same if index(one) < here), key=index, default=current)

@@ -13,17 +13,19 @@ from typing import TYPE_CHECKING, Literal
 
 from gsapp.identification.axes import AXIS_COEFFICIENTS, AXIS_TITLES
 from gsapp.identification.methods import compares_coefficients, estimation_method
-from ui.review.figure_data import FigureData, find_result, format_run_name
-from ui.review.figure_options import (
+from ui.review.figure_data import (
     JOINT_PREFIX,
+    FigureData,
     FigureOption,
     abscissa_option,
     axis_text,
     comparison_run_option,
     derivative_group_option,
     derivatives_in_group,
+    find_result,
     fit_option,
     flight_option,
+    format_run_name,
     ftr_axis_option,
     held_out_option,
     linear_model_axis_option,
@@ -67,23 +69,14 @@ class FigureKind:
     title: str
     description: str
     options: Callable[[FigureData], tuple[FigureOption, ...]]
-    """Returns the lists above it."""
     build: Callable[[FigureData, Palette, FigureSize], DocumentFigure | str]
     """Returns the picture, or why there is none."""
     needs: Literal["", "ftr_histories", "comparison"] = ""
-    """What has to be worked out first."""
     table: Callable[[FigureData], DocumentTable | None] | None = None
-    """Returns a table to be read below it."""
 
 
 def best_column_count(count: int, room: FigureSize, least: float) -> int:
-    """Return how many of so many charts stand beside each other.
-
-    Parameters
-    ----------
-    least : float
-        Inches across that a chart takes.
-    """
+    """Return how many of so many charts, each `least` inches wide, stand beside each other."""
 
     def misshapen(across: int) -> float:
         down = -(-count // across)

@@ -42,7 +42,6 @@ class FigureView(QScrollArea):
     """Shows one figure with what stands below it; scrolls where both need more than there is."""
 
     drawn = Signal(object)
-    """The `RenderedFigure` that is on screen now."""
     failed = Signal(object)
 
     def __init__(
@@ -99,13 +98,7 @@ class FigureView(QScrollArea):
         return not (self._draw_timer.isActive() or self.renderer.busy)
 
     def show_figure(self, make: FigureBuilder, *, same: bool = False) -> None:
-        """Draw another figure.
-
-        Parameters
-        ----------
-        same : bool
-            Whether it is the same figure with other numbers, so that zoom and place are kept.
-        """
+        """Draw another figure, or the same with other numbers: then zoom and place are kept."""
         self._build = make
         self._fits = False
         if not same:
@@ -115,13 +108,11 @@ class FigureView(QScrollArea):
 
     @property
     def available_size(self) -> FigureSize:
-        """Return the inches there are: beside a scroll bar, above what stands below."""
         wide, high = self._pixels()
         dpi = self._dpi
         return FigureSize(width=max(wide / dpi, _MIN_HEIGHT), height=max(high / dpi, 1.0))
 
     def _pixels(self) -> tuple[float, float]:
-        """Return the logical pixels that a figure has across and down."""
         all_high = self.height()
         # A hair less: a figure one pixel too wide would call for a bar below.
         wide = self.width() - self.verticalScrollBar().sizeHint().width() - 2
@@ -149,7 +140,7 @@ class FigureView(QScrollArea):
         theme = self._look.theme
 
         def palette() -> Palette:
-            from ui.review.figure_palette import window_palette
+            from ui.review.figure_renderer import window_palette
 
             return window_palette(theme)
 

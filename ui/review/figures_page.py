@@ -17,21 +17,23 @@ from gsapp.quantities import typeset
 from ui.commands import CommandRequirement
 from ui.display_style import DisplayStyle
 from ui.number_format import sanitize_file_name
-from ui.review.figure_computations import FigureComputations
-from ui.review.figure_data import FigureData, describe_point, find_result, format_run_name
-from ui.review.figure_kinds import FIGURE_KINDS, FigureKind
-from ui.review.figure_options import (
+from ui.review.figure_data import (
     JOINT_PREFIX,
+    FigureData,
     FigureOption,
     derivative_group_option,
     derivatives_in_group,
+    describe_point,
+    find_result,
+    format_run_name,
     selected_choice,
 )
+from ui.review.figure_kinds import FIGURE_KINDS, FigureKind
 from ui.review.figure_renderer import FigureSize, RenderedFigure
 from ui.review.figures_layout import FiguresLayout
+from ui.review.job_queue import FigureComputations
 from ui.review.review_jobs import JobSubmitter
-from ui.review.review_selection import ReviewSelection
-from ui.review.step_page import PREVIOUS_RUN_COUNT, ReviewStepPage, no_run_text
+from ui.review.review_steps import PREVIOUS_RUN_COUNT, ReviewSelection, ReviewStepPage, no_run_text
 from ui.settings import SettingsStore, initial_dialog_folder
 from ui.translation import tr
 from ui.undo import UndoCommand, UndoHistory, UndoStack

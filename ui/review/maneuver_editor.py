@@ -9,9 +9,8 @@ from PySide6.QtCore import QObject, QTimer, Signal
 from gsapp.flight.maneuvers.detected_maneuver import Grade
 from gsapp.foundation import GroundStationError
 from gsapp.session.review import ManeuverRow, Review, ReviewedFlight
-from ui.review.flight_loading import CatalogWriter
-from ui.review.review_selection import ReviewSelection
-from ui.review.reviewed_flights import ReviewedFlights
+from ui.review.review_steps import ReviewSelection
+from ui.review.reviewed_flights import CatalogWriter, ReviewedFlights
 from ui.translation import tr
 
 NUDGE_SECONDS = 0.1
@@ -176,7 +175,6 @@ class ManeuverEditor(QObject):
         )
 
     def regrade(self, flight: ReviewedFlight, name: str, grade: Grade | None, reason: str) -> None:
-        """Give a maneuver of a flight a grade; None leaves it to the samples."""
         self._edit(lambda flight: flight.set_grade(name, grade, reason), flight)
 
     def set_in_use(self, campaign_id: str, wanted: bool) -> None:

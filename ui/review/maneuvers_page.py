@@ -8,27 +8,68 @@ from pathlib import Path
 
 from PySide6.QtCore import QTimer, Signal
 from PySide6.QtGui import QAction, QHideEvent, QShowEvent
-from PySide6.QtWidgets import QVBoxLayout
+from PySide6.QtWidgets import QComboBox, QLineEdit, QVBoxLayout, QWidget
 
+from gsapp.flight.maneuvers.detected_maneuver import GRADED_BY_CREW, GRADES, DetectedManeuver, Grade
 from gsapp.foundation import GroundStationError
 from gsapp.session.review import ManeuverRow, Review, ReviewedFlight
 from gsapp.session.review.traces import Traces
 from ui.commands import CommandRequirement
+from ui.dialogs.form_dialog import FormDialog
 from ui.display_style import DisplayStyle
 from ui.number_format import count_text
-from ui.review.flight_loading import CatalogWriter
-from ui.review.grade_dialog import GradeDialog
 from ui.review.maneuver_editor import ManeuverEditor
 from ui.review.maneuver_text import grade_text
 from ui.review.maneuvers_panel import ManeuversPanel
-from ui.review.review_selection import ReviewSelection
-from ui.review.reviewed_flights import ReviewedFlights
-from ui.review.step_page import ReviewStepPage
+from ui.review.review_steps import ReviewSelection, ReviewStepPage
+from ui.review.reviewed_flights import CatalogWriter, ReviewedFlights
 from ui.review.timeline_painter import TimelineSpan
 from ui.settings import SettingsStore, catalog_path
 from ui.translation import tr
 from ui.undo import UndoHistory
 from ui.window_frame.page_steps import StepStatus
+
+
+class GradeDialog(FormDialog):
+    """A grade from A to D, or the one that the samples give; and a reason."""
+
+    def __init__(
+        self,
+        look: DisplayStyle,
+        name: str,
+        maneuver: DetectedManeuver,
+        parent: QWidget | None = None,
+    ) -> None:
+        super().__init__(
+            tr("Set the grade"),
+            tr(
+                "Maneuver {name} has grade {grade}. A manual grade stays when the edges "
+                "move; unfit (D) excludes it from estimates."
+            ).format(name=name, grade=maneuver.grade),
+            tr("Grade"),
+            look,
+            parent,
+        )
+        self.choice = QComboBox()
+        self.choice.setAccessibleName(tr("Grade"))
+        for grade, words in GRADES.items():
+            self.choice.addItem(f"{grade}  {words.partition(':')[0]}", grade)
+        self.choice.addItem(tr("Automatic grade"), "")
+        self.choice.setCurrentIndex(list(GRADES).index(maneuver.grade))
+        self.reason = QLineEdit(
+            "; ".join(maneuver.reasons) if maneuver.graded_by == GRADED_BY_CREW else ""
+        )
+        self.reason.setAccessibleName(tr("Reason"))
+        self.reason.setPlaceholderText(tr("A gust, hands on the sticks …"))
+        self.add_row(tr("Grade"), self.choice)
+        self.add_row(tr("Reason"), self.reason)
+        self.choice.setFocus()
+        self.fit_to_content(480)
+
+    @property
+    def grade(self) -> Grade | None:
+        return self.choice.currentData() or None
+
 
 _POLL_MS = 1000
 """Milliseconds between looks at what other windows changed."""
@@ -40,7 +81,6 @@ class ManeuversPage(ReviewStepPage):
     """Flights, time line, table; every change is an event of the flight at once."""
 
     maneuvers_changed = Signal()
-    """Flights, maneuvers or their use are others now."""
 
     def __init__(
         self,
@@ -182,7 +222,6 @@ class ManeuversPage(ReviewStepPage):
     # What is looked at
 
     def _select(self, campaign_id: str) -> None:
-        """Show another maneuver, wherever it was chosen."""
         self.details.show_message("")
         self._refresh()
         place = self.review.find_maneuver(campaign_id)
@@ -195,7 +234,6 @@ class ManeuversPage(ReviewStepPage):
             self._selection.select_maneuver(self.review.campaign_id(flight, name))
 
     def step(self, by: int) -> None:
-        """Look at the next maneuver, or the one before, through all flights."""
         ids = [row.id for row in self.review.rows()]
         if ids:
             here = self._selection.maneuver

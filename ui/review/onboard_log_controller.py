@@ -12,8 +12,7 @@ from PySide6.QtWidgets import QWidget
 from ui.display_style import DisplayStyle
 from ui.job_process.job_runner import JobRunner
 from ui.review.job_queue import JobQueue
-from ui.review.onboard_log_job import OnboardLogJob, OnboardLogResult
-from ui.review.onboard_log_worker import create_log_job_runner
+from ui.review.onboard_log_worker import OnboardLogJob, OnboardLogResult, create_log_job_runner
 from ui.settings import SettingsStore
 from ui.translation import tr
 from ui.window_frame.banners import BannerStack
@@ -26,13 +25,7 @@ if TYPE_CHECKING:
 
 
 class OnboardLogController(QObject):
-    """Takes logs into flights, one after the other; a fetch of an hour holds up nothing else.
-
-    Parameters
-    ----------
-    others : callable
-        Returns paths of further flights that may be meant.
-    """
+    """Takes logs into flights, one after the other; a fetch of an hour holds up nothing else."""
 
     log_applied = Signal(object)
     """The path of a flight whose samples are others now."""

@@ -23,7 +23,7 @@ from ui.dialogs.form_dialog import FieldMessage, FormDialog
 from ui.dialogs.link_field import LinkField
 from ui.disk_checks import nearest_folder, path_kind
 from ui.display_style import DisplayStyle
-from ui.review.onboard_log_job import OnboardLogJob
+from ui.review.onboard_log_worker import OnboardLogJob
 from ui.translation import tr
 
 if TYPE_CHECKING:
@@ -44,7 +44,6 @@ class FlightLogs:
     state: OnboardLogState | None = None
     """How it stands; None where the flight has not been opened with it."""
     stored_logs: tuple[str, ...] = ()
-    """Logs in the folder, in force or not."""
     link: str = ""
     """The LINK that is recorded into it now; empty for none."""
 
@@ -202,7 +201,6 @@ class OnboardLogDialog(FormDialog):
 
 
 def _align_to_top(field: QWidget) -> QWidget:
-    """Return a page with a field at its top."""
     page = QWidget()
     column = QVBoxLayout(page)
     column.setContentsMargins(0, 0, 0, 0)

@@ -121,15 +121,8 @@ class JobSubmitter(Protocol):
         *,
         failed: Callable[[BaseException], None] | None = None,
     ) -> None:
-        """Begin a job, or let it wait for those before it.
+        """Begin a job after those before it; one that is asked for twice is done once.
 
-        Parameters
-        ----------
-        job : ReviewJob
-            One that waits already, or runs, is not done twice; all who asked get its result.
-        done : callable
-            Receives the result, in the thread of the window.
-        failed : callable, optional
-            Receives why there is none, `ui.background_job.JobCanceledError` where the user stopped
-            it. The window tells of errors in any case.
+        `failed` receives why there is no result, `ui.background_job.JobCanceledError` where it was
+        stopped. The window tells of errors in any case.
         """

@@ -16,9 +16,7 @@ from ui.job_process.job_runner import JobRunner
 from ui.review.job_queue import JobQueue, create_review_job_runner
 from ui.review.onboard_log_controller import OnboardLogController
 from ui.review.review_jobs import VirtualFlightJob
-from ui.review.review_selection import ReviewSelection
-from ui.review.review_steps import REVIEW_STEPS
-from ui.review.step_page import PREVIOUS_RUN_COUNT, ReviewStepPage
+from ui.review.review_steps import PREVIOUS_RUN_COUNT, REVIEW_STEPS, ReviewSelection, ReviewStepPage
 from ui.settings import SettingsStore, recording_folder, writable_folder
 from ui.translation import QT_TR_NOOP, tr
 from ui.window_frame.banners import BannerStack

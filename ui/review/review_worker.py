@@ -154,15 +154,7 @@ class ReviewJobHandler:
 
 
 class _ReadProgress:
-    """Tells of flights that are read; of each, what is done in so many steps.
-
-    Parameters
-    ----------
-    since, until : float
-        Share of the bar.
-    each : int
-        Steps of a flight: it is opened, then its maneuvers are looked for.
-    """
+    """Tells of flights that are read, each in steps: it is opened, maneuvers are looked for."""
 
     def __init__(
         self,

@@ -47,7 +47,6 @@ class Timeline(TimelineWidget, ArrowKeyNavigation):
     edge_moved = Signal(str, float, float)
     """The edges of a maneuver (s) while one is dragged, and where it was let go."""
     drag_cancelled = Signal()
-    """What was being dragged is where it was."""
     deleted = Signal()
 
     def __init__(self, look: DisplayStyle) -> None:
@@ -64,7 +63,6 @@ class Timeline(TimelineWidget, ArrowKeyNavigation):
     # Mouse
 
     def _edge_at(self, x: float) -> _Drag | None:
-        """Return the edge near a place, that of the chosen maneuver before others."""
         scale, reach = self.scale, self._look.px(_EDGE_HIT_DISTANCE)
         ordered = sorted(self._spans, key=lambda span: span.id != self._name)
         for span in ordered:
@@ -224,7 +222,6 @@ class Timeline(TimelineWidget, ArrowKeyNavigation):
         self._redraw()
 
     def _cancel_drag(self) -> None:
-        """Drop what is being dragged or marked."""
         held, self._drag, self._held = self._held, None, None
         self._reads = False
         self.set_pointer(None)
