@@ -26,8 +26,7 @@ from gsapp.discrepancy.results import (
     RankedCandidate,
 )
 from gsapp.dynamics.model import Model
-from ui.gap.gap_worker import GapJob, GapReportJob
-from ui.gap.search_request import EffectInfo, GapRequest, SearchResult
+from ui.gap.search_jobs import EffectInfo, GapJob, GapReportJob, GapRequest, SearchResult
 from ui.job_process.job_server import JobProgressCallback
 
 COEFFICIENTS = ("CX", "CY", "CZ", "Cl", "Cm", "Cn")

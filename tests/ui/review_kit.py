@@ -9,7 +9,7 @@ from gsapp.identification.campaign import CanceledError
 from tests.identification.runs_kit import write_flights
 from ui.background_job import JobCanceledError
 from ui.job_process.job_server import JobProgressCallback
-from ui.review.review_worker import ReviewJobHandler
+from ui.review.review_jobs import ReviewJobHandler
 
 __all__ = ["ThreadEngine", "write_flights"]
 

@@ -41,8 +41,7 @@ from tests.ui.window_kit import (
     write_flight,
 )
 from ui.gap.add_and_show import ForceEffectDialog
-from ui.gap.gap_worker import GapReportJob
-from ui.gap.search_request import GapRequest
+from ui.gap.search_jobs import GapReportJob, GapRequest
 from ui.main_window import MainWindow
 from ui.theme import THEMES
 from ui.widgets.paint_primitives import level_colors

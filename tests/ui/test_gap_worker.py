@@ -37,8 +37,7 @@ from ui.gap.gap_text import (
     verdict_text,
 )
 from ui.gap.gap_view_models import build_observability_rows
-from ui.gap.gap_worker import GapReportJob, serve_gap_jobs
-from ui.gap.search_request import GapRequest, SearchResult
+from ui.gap.search_jobs import GapReportJob, GapRequest, SearchResult, serve_gap_jobs
 from ui.job_process.job_runner import JobError, ProcessJobRunner
 from ui.job_process.job_server import JobProgressCallback, JobReport, StopEvent, serve_jobs
 from ui.number_format import value_with_std_text

@@ -44,7 +44,7 @@ from ui.review.figure_kinds import FIGURE_KINDS
 from ui.review.figure_renderer import FigureSize, window_palette
 from ui.review.figures_page import FiguresPage
 from ui.review.review_jobs import FtrHistoryJob, ReviewJob
-from ui.review.review_steps import ReviewSelection
+from ui.review.review_steps import ReviewContext, ReviewSelection
 from ui.settings import SettingsStore
 from ui.shortcut_filter import ShortcutOverrideFilter
 from ui.theme import THEMES, contrast
@@ -110,7 +110,12 @@ def made(tmp_path_factory: pytest.TempPathFactory, qapp: QApplication) -> Iterat
     look, selection, asked = DisplayStyle(), ReviewSelection(window), Asked()
     commands = CommandSet(window)
     store = SettingsStore(tmp_path_factory.mktemp("settings") / "window.toml")
-    page = FiguresPage(commands.actions, look, store, selection, asked)
+    page = FiguresPage(
+        ReviewContext(
+            actions=commands.actions, look=look, store=store, selection=selection,
+            begin_job=asked, report_error=print,
+        )
+    )  # fmt: skip
     for name, act in page.handlers.items():
         commands.actions[name].triggered.connect(lambda _checked=False, act=act: act())
     page.changed.connect(lambda: commands.update_enabled(["review", *page.present]))

@@ -26,7 +26,7 @@ from ui.dialogs.settings import SettingsDialog
 from ui.dialogs.shortcuts import ShortcutsDialog
 from ui.dialogs.virtual_flight import VirtualFlightDialog
 from ui.estimate_form import EstimateForm
-from ui.gap.search_request import GapRequest
+from ui.gap.search_jobs import GapRequest
 from ui.main_window import MainWindow
 from ui.pilot.page_state import FlightCues
 from ui.review.figure_kinds import FIGURE_KINDS

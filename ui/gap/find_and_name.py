@@ -28,7 +28,7 @@ from ui.gap.gap_view_models import (
     list_instrument_texts,
 )
 from ui.gap.gap_widgets import DisagreementMapLegend, DisagreementMapView, RankingView
-from ui.gap.search_request import SearchResult
+from ui.gap.search_jobs import SearchResult
 from ui.translation import tr
 from ui.widgets.analysis_plot import FLIGHT_TIME_LABEL, AnalysisPlot, PlotBand, PlotCurve
 from ui.widgets.labels import create_label

@@ -32,7 +32,7 @@ from ui.gap.gap_stages import GAP_STAGES
 from ui.gap.gap_text import verdict_state, verdict_text
 from ui.gap.gap_view_models import find_step_effect
 from ui.gap.gap_widgets import StepSlider
-from ui.gap.search_request import SearchResult
+from ui.gap.search_jobs import SearchResult
 from ui.icons import IndicatorState, paint_indicator
 from ui.settings import SettingsStore
 from ui.translation import tr

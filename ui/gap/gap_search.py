@@ -8,8 +8,7 @@ from pathlib import Path
 from PySide6.QtCore import QObject, Signal
 
 from ui.background_job import BackgroundJob, JobProgress
-from ui.gap.gap_worker import GapJob, GapReportJob, serve_gap_jobs
-from ui.gap.search_request import GapRequest, SearchResult
+from ui.gap.search_jobs import GapJob, GapReportJob, GapRequest, SearchResult, serve_gap_jobs
 from ui.job_process.job_runner import JobRunner, ProcessJobRunner
 from ui.translation import tr
 from ui.undo import UndoCommand, UndoStack

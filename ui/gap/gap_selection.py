@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 from gsapp.discrepancy.results import ManeuverHistories
 from gsapp.report.discrepancy_pictures import CONDITIONS
-from ui.gap.search_request import SearchResult
+from ui.gap.search_jobs import SearchResult
 from ui.translation import tr
 
 

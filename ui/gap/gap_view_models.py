@@ -33,7 +33,7 @@ from ui.gap.gap_text import (
     sigma_text,
     signed_number_text,
 )
-from ui.gap.search_request import SearchResult
+from ui.gap.search_jobs import SearchResult
 from ui.number_format import (
     DASH,
     clock_text,

@@ -21,7 +21,7 @@ from ui.dialogs.form_dialog import FieldMessage
 from ui.disk_checks import path_kind
 from ui.display_style import DisplayStyle
 from ui.gap.gap_stages import GAP_STAGES
-from ui.gap.search_request import GapRequest
+from ui.gap.search_jobs import GapRequest
 from ui.settings import SettingsStore
 from ui.translation import QT_TR_NOOP, tr
 from ui.widgets.labels import CenteredPage, create_label

@@ -34,11 +34,10 @@ from ui.review.estimate_request import (
     is_effect_parameter,
 )
 from ui.review.estimate_tables import format_last_values
-from ui.review.review_jobs import JobSubmitter
-from ui.review.review_steps import ReviewSelection, ReviewStepPage
+from ui.review.review_steps import ReviewContext, ReviewStepPage
 from ui.review.run_store import RunController, RunStore
 from ui.review.runs_view import RunsView
-from ui.settings import SettingsStore, catalog_path
+from ui.settings import catalog_path
 from ui.translation import tr
 from ui.undo import UNDO_LIMIT, UndoCommand, UndoHistory, UndoStack
 from ui.widgets.action_button import ActionButton
@@ -131,19 +130,9 @@ class EstimatePage(ReviewStepPage):
 
     estimated = Signal(object)
 
-    def __init__(
-        self,
-        actions: Mapping[str, QAction],
-        look: DisplayStyle,
-        store: SettingsStore,
-        selection: ReviewSelection,
-        review: Review,
-        begin_job: JobSubmitter,
-        report_error: Callable[[BaseException], None],
-    ) -> None:
-        super().__init__(look, tr("Estimate"))
-        self._store = store
-        self._selection = selection
+    def __init__(self, context: ReviewContext, review: Review) -> None:
+        super().__init__(context, tr("Estimate"))
+        look, store, report_error = context.look, context.store, context.report_error
         self._review = review
         self._report_error = report_error
         self._checker = EstimateValidator(report_error, self)
@@ -155,11 +144,11 @@ class EstimatePage(ReviewStepPage):
         self.run_store = RunStore(
             lambda: catalog_path(store.current), report_error, self._undo_stack, self
         )
-        self._runner = RunController(begin_job, self.run_store, self)
+        self._runner = RunController(context.begin_job, self.run_store, self)
         column = QVBoxLayout(self)
         column.setContentsMargins(0, 0, 0, 0)
         column.setSpacing(0)
-        self.head = EstimateHeader(actions["review_run"], look)
+        self.head = EstimateHeader(context.actions["review_run"], look)
         self.button, self.message = self.head.button, self.head.message
         column.addWidget(self.head)
         self.area = ScrollingPage()
@@ -168,7 +157,7 @@ class EstimatePage(ReviewStepPage):
         self.panel = EstimatePanel(look, self._form)
         self._pair.left.addWidget(self.panel)
         self._pair.left.addStretch(1)
-        self.runs = RunsView(actions, look, self.run_store)
+        self.runs = RunsView(context.actions, look, self.run_store)
         self._pair.right.addWidget(self.runs)
         self._body.addWidget(self._pair)
         self._body.addStretch(1)
@@ -181,7 +170,7 @@ class EstimatePage(ReviewStepPage):
         self.runs.chosen.connect(self.changed)
         self.runs.opened.connect(self.repeat)
         self.runs.focused.connect(lambda: self.head.show_field_help("runs"))
-        selection.maneuver_changed.connect(lambda _maneuver: self.refresh())
+        context.selection.maneuver_changed.connect(lambda _maneuver: self.refresh())
         look.changed.connect(self._fit)
         self._fit()
         self.head.show_field_help("run")

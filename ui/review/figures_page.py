@@ -9,13 +9,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from PySide6.QtCore import Signal
-from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QVBoxLayout
 
 from gsapp.foundation import FlightError
 from gsapp.quantities import typeset
 from ui.commands import CommandRequirement
-from ui.display_style import DisplayStyle
 from ui.number_format import sanitize_file_name
 from ui.review.figure_data import (
     JOINT_PREFIX,
@@ -32,9 +30,8 @@ from ui.review.figure_kinds import FIGURE_KINDS, FigureKind
 from ui.review.figure_renderer import FigureSize, RenderedFigure
 from ui.review.figures_layout import FiguresLayout
 from ui.review.job_queue import FigureComputations
-from ui.review.review_jobs import JobSubmitter
-from ui.review.review_steps import PREVIOUS_RUN_COUNT, ReviewSelection, ReviewStepPage, no_run_text
-from ui.settings import SettingsStore, initial_dialog_folder
+from ui.review.review_steps import PREVIOUS_RUN_COUNT, ReviewContext, ReviewStepPage, no_run_text
+from ui.settings import initial_dialog_folder
 from ui.translation import tr
 from ui.undo import UndoCommand, UndoHistory, UndoStack
 from ui.widgets.figure_menu import ContentFunction, FigureMenu
@@ -52,22 +49,14 @@ class FiguresPage(ReviewStepPage):
     exclusion_changed = Signal(object)
     """The `RunOutcome` with other maneuvers left out of its means."""
 
-    def __init__(
-        self,
-        actions: Mapping[str, QAction],
-        look: DisplayStyle,
-        store: SettingsStore,
-        selection: ReviewSelection,
-        begin_job: JobSubmitter,
-    ) -> None:
-        super().__init__(look, tr("Figures"))
-        self._selection = selection
+    def __init__(self, context: ReviewContext) -> None:
+        super().__init__(context, tr("Figures"))
+        actions, look, selection = context.actions, context.look, context.selection
         self._data: FigureData | None = None
         self._chosen: dict[str, str] = {}
         self._undo_stack = UndoStack(self)
         self._excluded: frozenset[str] = frozenset()
-        self._computations = FigureComputations(begin_job, self)
-        self._store = store
+        self._computations = FigureComputations(context.begin_job, self)
         self.kind: FigureKind = FIGURE_KINDS[0]
         self._column = QVBoxLayout(self)
         self.frame = FiguresLayout(actions, look, self._describe)

@@ -10,8 +10,13 @@ from PySide6.QtCore import QObject, Signal
 
 from ui.background_job import BackgroundJob, JobCanceledError, JobProgress
 from ui.job_process.job_runner import JobRunner, ProcessJobRunner
-from ui.review.review_jobs import FtrHistoryJob, JobSubmitter, LinearModelsJob, ReviewJob
-from ui.review.review_worker import serve_review_jobs
+from ui.review.review_jobs import (
+    FtrHistoryJob,
+    JobSubmitter,
+    LinearModelsJob,
+    ReviewJob,
+    serve_review_jobs,
+)
 from ui.translation import QT_TR_NOOP, tr
 
 if TYPE_CHECKING:

@@ -7,7 +7,7 @@ from functools import partial
 from pathlib import Path
 
 from PySide6.QtCore import QTimer, Signal
-from PySide6.QtGui import QAction, QHideEvent, QShowEvent
+from PySide6.QtGui import QHideEvent, QShowEvent
 from PySide6.QtWidgets import QComboBox, QLineEdit, QVBoxLayout, QWidget
 
 from gsapp.flight.maneuvers.detected_maneuver import GRADED_BY_CREW, GRADES, DetectedManeuver, Grade
@@ -21,10 +21,10 @@ from ui.number_format import count_text
 from ui.review.maneuver_editor import ManeuverEditor
 from ui.review.maneuver_text import grade_text
 from ui.review.maneuvers_panel import ManeuversPanel
-from ui.review.review_steps import ReviewSelection, ReviewStepPage
+from ui.review.review_steps import ReviewContext, ReviewStepPage
 from ui.review.reviewed_flights import CatalogWriter, ReviewedFlights
 from ui.review.timeline_painter import TimelineSpan
-from ui.settings import SettingsStore, catalog_path
+from ui.settings import catalog_path
 from ui.translation import tr
 from ui.undo import UndoHistory
 from ui.window_frame.page_steps import StepStatus
@@ -82,23 +82,15 @@ class ManeuversPage(ReviewStepPage):
 
     maneuvers_changed = Signal()
 
-    def __init__(
-        self,
-        actions: Mapping[str, QAction],
-        look: DisplayStyle,
-        store: SettingsStore,
-        selection: ReviewSelection,
-        review: Review,
-    ) -> None:
-        super().__init__(look, tr("Maneuvers"))
-        self._store = store
-        self._selection = selection
+    def __init__(self, context: ReviewContext, review: Review) -> None:
+        super().__init__(context, tr("Maneuvers"))
+        store, selection = context.store, context.selection
         self.review = review
         self.flights = ReviewedFlights(review, store, selection, self)
         self.opening = self.flights.opening
         self.catalog_writer = CatalogWriter(lambda: catalog_path(store.current), self)
         self.editing = ManeuverEditor(self.flights, review, selection, self.catalog_writer, self)
-        self.maneuvers_panel = view = ManeuversPanel(actions, look)
+        self.maneuvers_panel = view = ManeuversPanel(context.actions, context.look)
         self.details, self.timeline, self.bar = view.details, view.timeline, view.bar
         self.panel, self.channels, self.table = view.panel, view.channels, view.table
         column = QVBoxLayout(self)

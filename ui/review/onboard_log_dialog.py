@@ -10,16 +10,13 @@ from typing import TYPE_CHECKING
 from PySide6.QtWidgets import (
     QComboBox,
     QFileDialog,
-    QHBoxLayout,
-    QLineEdit,
-    QPushButton,
     QStackedWidget,
     QVBoxLayout,
     QWidget,
 )
 
 from ui.dialogs.flight_file_dialogs import log_name_filter
-from ui.dialogs.form_dialog import FieldMessage, FormDialog
+from ui.dialogs.form_dialog import FieldMessage, FormDialog, PathField
 from ui.dialogs.link_field import LinkField
 from ui.disk_checks import nearest_folder, path_kind
 from ui.display_style import DisplayStyle
@@ -48,27 +45,12 @@ class FlightLogs:
     """The LINK that is recorded into it now; empty for none."""
 
 
-class ExistingFileField(QWidget):
+class ExistingFileField(PathField):
     """A file that is there, typed or chosen."""
 
-    def __init__(self, name: str, look: DisplayStyle) -> None:
-        super().__init__()
-        self._name = name
-        row = QHBoxLayout(self)
-        row.setContentsMargins(0, 0, 0, 0)
-        row.setSpacing(look.px(8))
-        self.edit = QLineEdit()
-        self.edit.setAccessibleName(name)
-        row.addWidget(self.edit, 1)
-        self.button = QPushButton(tr("Choose…"))
-        self.button.setAccessibleName(tr("Choose {name}").format(name=name.lower()))
-        self.button.clicked.connect(self._choose)
-        row.addWidget(self.button)
-        self.setFocusProxy(self.edit)
-
     def _choose(self) -> None:
-        text = self.edit.text().strip()
-        start = str(nearest_folder(Path(text).expanduser() if text else Path.home()))
+        wanted = self.path if self.edit.text().strip() else Path.home()
+        start = str(nearest_folder(wanted))
         path, _kind = QFileDialog.getOpenFileName(self, self._name, start, log_name_filter())
         if path:
             self.edit.setText(path)

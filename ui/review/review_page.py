@@ -16,7 +16,13 @@ from ui.job_process.job_runner import JobRunner
 from ui.review.job_queue import JobQueue, create_review_job_runner
 from ui.review.onboard_log_controller import OnboardLogController
 from ui.review.review_jobs import VirtualFlightJob
-from ui.review.review_steps import PREVIOUS_RUN_COUNT, REVIEW_STEPS, ReviewSelection, ReviewStepPage
+from ui.review.review_steps import (
+    PREVIOUS_RUN_COUNT,
+    REVIEW_STEPS,
+    ReviewContext,
+    ReviewSelection,
+    ReviewStepPage,
+)
 from ui.settings import SettingsStore, recording_folder, writable_folder
 from ui.translation import QT_TR_NOOP, tr
 from ui.window_frame.banners import BannerStack
@@ -108,35 +114,35 @@ class ReviewPage(MultiStepPage[ReviewStepPage], JobPage):
         return page
 
     def _make(self, step_id: str) -> ReviewStepPage:
-        look, store = self._look, self._store
+        context = ReviewContext(
+            actions=self._actions, look=self._look, store=self._store, selection=self.selection,
+            begin_job=self.work.submit, report_error=self._error_reporter.report,
+        )  # fmt: skip
         if step_id == "maneuvers":
             from ui.review.maneuvers_page import ManeuversPage
 
-            maneuvers = ManeuversPage(self._actions, look, store, self.selection, self.review)
+            maneuvers = ManeuversPage(context, self.review)
             maneuvers.maneuvers_changed.connect(self._maneuvers_changed)
             self._maneuvers_page = maneuvers
             return maneuvers
         if step_id == "estimate":
             from ui.review.estimate_page import EstimatePage
 
-            estimate = EstimatePage(
-                self._actions, look, store, self.selection, self.review, self.work.submit,
-                self._error_reporter.report,
-            )  # fmt: skip
+            estimate = EstimatePage(context, self.review)
             estimate.estimated.connect(self.show_outcome)
             self._estimate_page = estimate
             return estimate
         if step_id == "figures":
             from ui.review.figures_page import FiguresPage
 
-            figures = FiguresPage(self._actions, look, store, self.selection, self.work.submit)
+            figures = FiguresPage(context)
             figures.exclusion_changed.connect(self._means_changed)
             for former in self._former:
                 figures.show_outcome(former)
             return figures
         from ui.review.summary_page import SummaryPage
 
-        return SummaryPage(self._actions, look, store, self.selection, self.work.submit)
+        return SummaryPage(context)
 
     @property
     def review(self) -> Review:

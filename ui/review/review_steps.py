@@ -2,12 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QObject, Signal
+from PySide6.QtGui import QAction
 
 from ui.commands import shortcut_text
+from ui.display_style import DisplayStyle
+from ui.review.review_jobs import JobSubmitter
+from ui.settings import SettingsStore
 from ui.translation import QT_TR_NOOP, tr
 from ui.window_frame.page_steps import PageStep, StepStatus
 from ui.window_frame.step_page import AbstractStepPage
@@ -64,6 +70,18 @@ class ReviewSelection(QObject):
             self.derivative_changed.emit(derivative)
 
 
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class ReviewContext:
+    """What all chapters work with: commands, colors, settings, what is chosen, who does jobs."""
+
+    actions: Mapping[str, QAction]
+    look: DisplayStyle
+    store: SettingsStore
+    selection: ReviewSelection
+    begin_job: JobSubmitter
+    report_error: Callable[[BaseException], None]
+
+
 PREVIOUS_RUN_COUNT = 4
 """Runs looked at before that are kept, to be compared with."""
 
@@ -78,6 +96,12 @@ def no_run_text(why: str) -> str:
 
 class ReviewStepPage(AbstractStepPage):
     """One chapter of the review."""
+
+    def __init__(self, context: ReviewContext, name: str) -> None:
+        super().__init__(context.look, name)
+        self._actions = context.actions
+        self._store = context.store
+        self._selection = context.selection
 
     @property
     def state(self) -> StepStatus:

@@ -15,7 +15,7 @@ from ui.display_style import DisplayStyle
 from ui.number_format import count_text, join_sentences
 from ui.review.job_queue import FigureComputations
 from ui.review.review_jobs import JobSubmitter
-from ui.review.review_steps import ReviewSelection, ReviewStepPage, no_run_text
+from ui.review.review_steps import ReviewContext, ReviewStepPage, no_run_text
 from ui.review.summary_export import SummaryExporter
 from ui.review.summary_rows import (
     ATTENTION_TITLES,
@@ -32,7 +32,6 @@ from ui.review.summary_rows import (
     describe_derivative,
     format_derivative_table,
 )
-from ui.settings import SettingsStore
 from ui.translation import QT_TR_NOOP, tr
 from ui.widgets.action_button import ActionButton
 from ui.widgets.labels import create_label
@@ -146,20 +145,12 @@ _OPTIONAL_COLUMNS = (3, 7)
 class SummaryPage(ReviewStepPage):
     """Tells what a run gave, and writes it down."""
 
-    def __init__(
-        self,
-        actions: Mapping[str, QAction],
-        look: DisplayStyle,
-        store: SettingsStore,
-        selection: ReviewSelection,
-        begin_job: JobSubmitter,
-    ) -> None:
-        super().__init__(look, tr("Summary"))
-        self._actions = actions
-        self._selection = selection
+    def __init__(self, context: ReviewContext) -> None:
+        super().__init__(context, tr("Summary"))
+        look, selection = context.look, context.selection
         self._outcome: RunOutcome | None = None
-        self.linear = LinearModelsPanel(look, actions, begin_job)
-        self.writer = SummaryExporter(store, begin_job, self)
+        self.linear = LinearModelsPanel(look, context.actions, context.begin_job)
+        self.writer = SummaryExporter(context.store, context.begin_job, self)
         self.writer.status_reported.connect(self._show_message)
         self._build()
         selection.maneuver_changed.connect(self._maneuver_chosen)
