@@ -15,13 +15,12 @@ import ui.pilot.pilot_canvas
 from gsapp.excitation.announcer import Announcement
 from gsapp.excitation.cues import CueSnapshot
 from gsapp.quantities.constants import FOOT
-from tests.ui.pilot_kit import BASE, CARDS, STATES, VERDICT, cue
+from tests.ui.pilot_kit import BASE, CARDS, STATES, VERDICT, cue, display
 from tests.ui.preflight_kit import as_opened, dress
 from tests.ui.window_kit import LOOKS, SHIFT, count, open_window, pixels, press
 from ui.display_style import DisplayStyle
 from ui.main_window import MainWindow
 from ui.pilot.cue_display import STATEMENT_SEPARATOR
-from ui.pilot.cue_display_builder import CueDisplayInput, build_cue_display
 from ui.pilot.page_layout import create_font, elide_text, fit_font
 from ui.pilot.page_state import FlightCues
 from ui.pilot.pilot_canvas import PilotCanvas, footer_text
@@ -209,7 +208,7 @@ def test_words_fit_their_boxes_and_boxes_lie_apart(
     monkeypatch.setattr(ui.pilot.pilot_canvas, "fit_font", watched)
     panel = int(page._look.theme.plot[1:], 16)
     for name, cues in STATES.items():
-        page.show_display(build_cue_display(CueDisplayInput(cues=cues, is_flight_open=True)))
+        page.show_display(display(cues))
         shown = pixels(page)
         for text, box, font, wrap in drawn:
             flags = Qt.TextFlag.TextWordWrap if wrap else Qt.TextFlag.TextSingleLine
@@ -254,7 +253,7 @@ def test_the_small_line_leaves_whole_statements_out(qtbot: QtBot) -> None:
     look = DisplayStyle()
     page = PilotCanvas(look)
     qtbot.addWidget(page)
-    page.show_display(build_cue_display(CueDisplayInput(cues=BASE, is_flight_open=True)))
+    page.show_display(display(BASE))
     first, second = page.display.footer.split(STATEMENT_SEPARATOR)
     box = QRectF(
         0, 0, QFontMetricsF(create_font(11)).horizontalAdvance(page.display.footer) - 5, 14
@@ -272,11 +271,7 @@ def test_a_long_small_line_ends_in_an_ellipsis_and_is_whole_for_those_who_hear_i
     page = PilotCanvas(DisplayStyle())
     qtbot.addWidget(page)
     page.resize(1280, 600)
-    page.show_display(
-        build_cue_display(
-            CueDisplayInput(cues=replace(BASE, limitations=missing), is_flight_open=True)
-        )
-    )
+    page.show_display(display(replace(BASE, limitations=missing)))
     box = page.compute_regions().footer
     words = elide_text(page.display.footer, box, 11)
     assert words.startswith("Not evaluated")
