@@ -184,6 +184,7 @@ def test_the_report_is_written_with_the_files_it_came_from(bench: Bench, tmp_pat
     flight = tmp_path / "flight.csv"
     flight.write_text("time [s],alpha [deg]\n0,1\n", encoding="utf-8")
     answer = make_answer(GapRequest(flights=(flight,), model="b777"))
+    answer = replace(answer, discrepancy=make_discrepancy(maneuvers=2))
     told = bench.do(GapReportJob(result=answer, path=tmp_path / "gap.html", units="SI"))
     assert told[-1].result == tmp_path / "gap.html", told[-1].text
     text = (tmp_path / "gap.html").read_text(encoding="utf-8")

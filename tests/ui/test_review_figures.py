@@ -448,7 +448,6 @@ def test_the_wheel_zooms_and_with_shift_the_page_scrolls(bench: Bench) -> None:
 
 def test_words_below_a_figure_are_about_a_point_that_it_draws(bench: Bench) -> None:
     bench.selection.select_maneuver("1:M1")
-    bench.show("lon")
     assert "Maneuver 1:M1" in bench.page.frame.detail.text()
     without = replace(
         outcome(),

@@ -29,9 +29,11 @@ class ManeuverColumn:
     id: str
     title: str
     width: int
-    key: Callable[[ManeuverRow], object]
     text: Callable[[ManeuverRow], str] | None = None
     """What stands in a cell; None for a value in the units of the screen."""
+    value: Callable[[ManeuverRow], float | None] | None = None
+    key: Callable[[ManeuverRow], object] | None = None
+    """What its rows are sorted by, if not by text or value."""
     quantity: str = ""
     hint: str = ""
 
@@ -47,27 +49,21 @@ class ManeuverColumn:
     def cell_text(self, row: ManeuverRow, units: str) -> str:
         if self.text is not None:
             return self.text(row)
-        value = _COLUMN_VALUES[self.id](row)
-        return channel_value_text(channel(self.quantity), value, units, unit=False)
+        return channel_value_text(channel(self.quantity), self._value(row), units, unit=False)
 
+    def sort_value(self, row: ManeuverRow) -> object:
+        by = self.key or self.text
+        if by is not None:
+            return by(row)
+        value = self._value(row)
+        return _MISSING_SORT_VALUE if value is None else value
 
-_COLUMN_VALUES: dict[str, Callable[[ManeuverRow], float | None]] = {
-    "size": lambda row: row.maneuver.amplitude,
-    "V": lambda row: row.maneuver.V,
-    "alpha": lambda row: row.maneuver.alpha,
-}
+    def _value(self, row: ManeuverRow) -> float | None:
+        return None if self.value is None else self.value(row)
 
 
 def _flight_order_key(row: ManeuverRow) -> tuple[int, float]:
     return row.flight_number, row.maneuver.t_start
-
-
-def _numeric_sort_key(name: str) -> Callable[[ManeuverRow], object]:
-    def key(row: ManeuverRow) -> float:
-        value = _COLUMN_VALUES[name](row)
-        return _MISSING_SORT_VALUE if value is None else value
-
-    return key
 
 
 def _maneuver_length(row: ManeuverRow) -> float:
@@ -104,19 +100,19 @@ MANEUVER_COLUMNS = (
         text=lambda row: surface_symbols_text(row.maneuver),
     ),
     ManeuverColumn(
-        id="kind", title=QT_TR_NOOP("Kind"), width=80, key=lambda row: row.maneuver.kind,
-        text=lambda row: row.maneuver.kind,
+        id="kind", title=QT_TR_NOOP("Kind"), width=80, text=lambda row: row.maneuver.kind,
     ),
     ManeuverColumn(
-        id="size", title=QT_TR_NOOP("Size"), width=74, key=_numeric_sort_key("size"), quantity="de",
+        id="size", title=QT_TR_NOOP("Size"), width=74, quantity="de",
+        value=lambda row: row.maneuver.amplitude,
         hint=QT_TR_NOOP("Half of peak to peak of the main input"),
     ),
     ManeuverColumn(
-        id="V", title="V", width=78, key=_numeric_sort_key("V"), quantity="V",
+        id="V", title="V", width=78, value=lambda row: row.maneuver.V, quantity="V",
         hint=QT_TR_NOOP("True airspeed at the start"),
     ),
     ManeuverColumn(
-        id="alpha", title="α", width=66, key=_numeric_sort_key("alpha"), quantity="alpha",
+        id="alpha", title="α", width=66, value=lambda row: row.maneuver.alpha, quantity="alpha",
         hint=QT_TR_NOOP("Angle of attack at the start"),
     ),
     ManeuverColumn(
@@ -124,10 +120,10 @@ MANEUVER_COLUMNS = (
         *_flight_order_key(row)),
         text=lambda row: grade_text(row.maneuver),
     ),
-    ManeuverColumn(id="told", title=QT_TR_NOOP("Cue to pilot"), width=180, key=_pilot_verdict_text,
-    text=_pilot_verdict_text),
+    ManeuverColumn(id="told", title=QT_TR_NOOP("Cue to pilot"), width=180,
+                   text=_pilot_verdict_text),
     ManeuverColumn(
-        id="note", title=QT_TR_NOOP("Note"), width=160, key=lambda row: row.maneuver.note,
+        id="note", title=QT_TR_NOOP("Note"), width=160,
         text=lambda row: row.maneuver.note, hint=QT_TR_NOOP("Click to edit"),
     ),
 )  # fmt: skip
@@ -160,7 +156,7 @@ def build_maneuver_table_row(row: ManeuverRow, units: str) -> TableRow:
         cells=tuple(column.cell_text(row, units) for column in MANEUVER_COLUMNS),
         state=GRADE_STATES[maneuver.grade],
         colored=frozenset({grade}),
-        sort_values=tuple(column.key(row) for column in MANEUVER_COLUMNS),
+        sort_values=tuple(column.sort_value(row) for column in MANEUVER_COLUMNS),
         formats=formats,
         value=row,
     )
