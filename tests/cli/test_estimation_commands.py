@@ -26,8 +26,7 @@ from gsapp.identification.runs.request import RunRequest
 from gsapp.report.estimate_export import campaign_files
 from gsapp.virtual.virtual_flight import VirtualFlight
 from tests.cli.command_kit import gsapp
-from ui.review.review_jobs import EstimateJob, LinearModelsJob, RunReportJob
-from ui.review.review_worker import ReviewJobHandler
+from ui.review.review_jobs import EstimateJob, LinearModelsJob, ReviewJobHandler, RunReportJob
 
 TRUTH = load_model("b777")
 

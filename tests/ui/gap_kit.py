@@ -26,8 +26,7 @@ from gsapp.discrepancy.results import (
     RankedCandidate,
 )
 from gsapp.dynamics.model import Model
-from ui.gap.gap_worker import GapJob, GapReportJob
-from ui.gap.search_request import EffectInfo, GapRequest, SearchResult
+from ui.gap.search_jobs import EffectInfo, GapJob, GapReportJob, GapRequest, SearchResult
 from ui.job_process.job_server import JobProgressCallback
 
 COEFFICIENTS = ("CX", "CY", "CZ", "Cl", "Cm", "Cn")
@@ -90,17 +89,7 @@ def make_discrepancy(
     verdict: str = "effects-found",
     forced: tuple[str, ...] = (),
 ) -> DiscrepancyResult:
-    """Return an answer with these effects on the way.
-
-    Parameters
-    ----------
-    effects : tuple of str
-        One for each step after the baseline.
-    maneuvers : int
-    verdict : str
-    forced : tuple of str
-        Effects that count as put in by the crew.
-    """
+    """Return an answer with an effect for each step after the baseline, some of them forced."""
     views = tuple(_view(place, 260, len(effects) + 1) for place in range(maneuvers))
     ranked = (
         _candidate(THROTTLE, 412.6, 0.97, 31.0), _candidate("aero.Cm.speed", 388.1, 0.02, 28.4),
@@ -197,14 +186,7 @@ NOTES = {
 class FakeEngine:
     """Gives the made-up answer: refused effects are left out, forced ones come first.
 
-    Attributes
-    ----------
-    jobs : list of GapJob
-        What was asked for.
-    hold : threading.Event
-        While cleared, a job goes on until it is stopped.
-    fails : Exception or None
-        Raised in place of an answer.
+    While `hold` is cleared, a job goes on until it is stopped; `fails` is raised in its place.
     """
 
     def __init__(self, effects: tuple[str, ...] = (THROTTLE, BACKLASH)) -> None:

@@ -17,6 +17,8 @@ from gsapp.excitation.trim.trim_cue import TrimCue, TrimDeviation
 from gsapp.flight.cards import load_cards
 from gsapp.flight.catalog import CardScore
 from gsapp.quantities.constants import DEGREE, FOOT
+from ui.pilot.cue_display import CueDisplay
+from ui.pilot.cue_display_builder import CueDisplayInput, build_cue_display
 
 CARDS = load_cards("b777")
 CARD = next(card for card in CARDS.cards if card.id == "C1")
@@ -126,6 +128,11 @@ STATES: dict[str, CueSnapshot] = {
     "caution": replace(BASE, alerts=(danger("yaw gyro clips", warning=False),)),
 }
 """Cues by what the page shows of them."""
+
+
+def display(cues: CueSnapshot, **more: object) -> CueDisplay:
+    """Return what stands on the page for cues of an open flight."""
+    return build_cue_display(CueDisplayInput(cues=cues, is_flight_open=True, **more))  # type: ignore[arg-type]
 
 
 def judged(name: str = "M7", made: InputVerdict = VERDICT, *, go: bool = True) -> EvaluatedManeuver:

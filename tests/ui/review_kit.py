@@ -9,7 +9,7 @@ from gsapp.identification.campaign import CanceledError
 from tests.identification.runs_kit import write_flights
 from ui.background_job import JobCanceledError
 from ui.job_process.job_server import JobProgressCallback
-from ui.review.review_worker import ReviewJobHandler
+from ui.review.review_jobs import ReviewJobHandler
 
 __all__ = ["ThreadEngine", "write_flights"]
 
@@ -17,12 +17,7 @@ __all__ = ["ThreadEngine", "write_flights"]
 class ThreadEngine:
     """The bench of the process, at work in a thread: spawning a process takes seconds.
 
-    Attributes
-    ----------
-    jobs : list
-        What was asked for.
-    hold : threading.Event
-        While cleared, a job that reports waits there until it is stopped.
+    While `hold` is cleared, a job that reports waits there until it is stopped.
     """
 
     def __init__(self) -> None:

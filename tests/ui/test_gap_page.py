@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from PySide6.QtCore import QPoint, QRect, Qt
+from PySide6.QtCore import QPoint, Qt
 from PySide6.QtWidgets import (
     QAbstractButton,
     QAbstractItemView,
@@ -26,8 +26,13 @@ from gsapp.dynamics.model import load_model
 from gsapp.foundation import GroundStationError
 from tests.ui.gap_kit import ALPHA2, BACKLASH, THROTTLE, TITLES, FakeEngine
 from tests.ui.window_kit import (
+    ALT,
+    CONTROL,
+    LOOKS,
+    SHIFT,
     activate,
     answer_dialog,
+    check_labels,
     count,
     opened_window,
     pixels,
@@ -35,15 +40,13 @@ from tests.ui.window_kit import (
     until,
     write_flight,
 )
-from ui.gap.force_effect_dialog import ForceEffectDialog
-from ui.gap.gap_worker import GapReportJob
-from ui.gap.search_request import GapRequest
+from ui.gap.add_and_show import ForceEffectDialog
+from ui.gap.search_jobs import GapReportJob, GapRequest
 from ui.main_window import MainWindow
 from ui.theme import THEMES
 from ui.widgets.paint_primitives import level_colors
 
-CONTROL, ALT = Qt.KeyboardModifier.ControlModifier, Qt.KeyboardModifier.AltModifier
-SHIFT = Qt.KeyboardModifier.ShiftModifier
+LONG = pytest.mark.long
 
 
 @pytest.fixture(scope="module")
@@ -112,10 +115,6 @@ def filled(plot: QWidget, color: str) -> float:
     return float(near.any(axis=0).mean())
 
 
-def in_page(widget: QWidget, page: QWidget) -> QRect:
-    return QRect(widget.mapTo(page, QPoint(0, 0)), widget.size())
-
-
 # Beginning
 
 
@@ -135,9 +134,7 @@ def test_the_empty_page_says_what_to_do_and_offers_it(window: MainWindow, qtbot:
     assert asked == ["open_file", "virtual"]
 
 
-def test_flights_are_listed_taken_out_and_remembered(
-    window: MainWindow, qtbot: QtBot, tmp_path: Path
-) -> None:
+def test_flights_are_listed_taken_out_and_remembered(window, qtbot, tmp_path):
     qtbot.keyClick(window, Qt.Key.Key_F5)
     setup = window.gap_page.setup
     one, other = write_flight(tmp_path / "a"), write_flight(tmp_path / "b")
@@ -160,9 +157,7 @@ def test_flights_are_listed_taken_out_and_remembered(
     assert "no longer exists" in setup.message.text()
 
 
-def test_a_search_runs_behind_and_the_open_flight_is_searched(
-    window: MainWindow, qtbot: QtBot, tmp_path: Path, engine: FakeEngine
-) -> None:
+def test_a_search_runs_behind_and_the_open_flight_is_searched(window, qtbot, tmp_path, engine):
     """F5, Enter: progress with words, and the window goes on meanwhile."""
     flight = write_flight(tmp_path)
     window.flight_controller.flight_opener.open_flight(flight, playing=False)
@@ -192,9 +187,7 @@ def test_a_search_runs_behind_and_the_open_flight_is_searched(
     assert (job.flights, job.model) == ((flight,), "b777")
 
 
-def test_stop_stops_and_what_was_known_stays(
-    story: MainWindow, qtbot: QtBot, engine: FakeEngine
-) -> None:
+def test_stop_stops_and_what_was_known_stays(story, qtbot, engine):
     before = story.gap_page.search.result
     engine.hold.clear()
     press(qtbot, Qt.Key.Key_3, ALT)
@@ -256,9 +249,7 @@ def test_what_fails_is_told_in_a_sentence(
     assert window.gap_page.setup.search.isEnabled()
 
 
-def test_a_new_search_can_be_left_for_the_answer_that_is_there(
-    story: MainWindow, qtbot: QtBot
-) -> None:
+def test_a_new_search_can_be_left_for_the_answer_that_is_there(story, qtbot):
     press(qtbot, Qt.Key.Key_F, CONTROL)
     setup = story.gap_page.setup
     assert story.gap_page.stack.currentWidget() is setup
@@ -289,9 +280,7 @@ def check_map(window: MainWindow) -> None:
     assert checked >= 6
 
 
-def test_the_map_shows_number_and_color_and_arrows_choose_a_cell(
-    story: MainWindow, qtbot: QtBot
-) -> None:
+def test_the_map_shows_number_and_color_and_arrows_choose_a_cell(story, qtbot):
     view = story.gap_page.result_view.stages["find"]
     assert view.map.hasFocus()
     index = view.map.currentIndex()
@@ -387,9 +376,7 @@ def test_going_through_the_models_shrinks_the_map(story: MainWindow, qtbot: QtBo
 # Name
 
 
-def test_the_ranking_shows_evidence_and_what_is_known_of_each(
-    story: MainWindow, qtbot: QtBot
-) -> None:
+def test_the_ranking_shows_evidence_and_what_is_known_of_each(story, qtbot):
     press(qtbot, Qt.Key.Key_2, ALT)
     view = story.gap_page.result_view.stages["name"]
     assert view.ranking.hasFocus()
@@ -473,9 +460,7 @@ def test_effects_are_accepted_one_after_the_other(story: MainWindow, qtbot: QtBo
     assert not view.buttons["gap_accept"].isEnabled()
 
 
-def test_an_effect_is_refused_and_that_is_taken_back(
-    story: MainWindow, qtbot: QtBot, engine: FakeEngine
-) -> None:
+def test_an_effect_is_refused_and_that_is_taken_back(story, qtbot, engine):
     press(qtbot, Qt.Key.Key_3, ALT)
     view = story.gap_page.result_view.stages["add"]
     assert view.selected_effect == THROTTLE
@@ -494,9 +479,7 @@ def test_an_effect_is_refused_and_that_is_taken_back(
     assert len(engine.jobs) == 2
 
 
-def test_another_effect_is_forced_from_a_list_that_can_be_searched(
-    story: MainWindow, qtbot: QtBot, engine: FakeEngine
-) -> None:
+def test_another_effect_is_forced_from_a_list_that_can_be_searched(story, qtbot, engine):
     def fill(dialog: ForceEffectDialog) -> None:
         assert dialog.focusWidget() is dialog.search
         # What is in the model is not offered.
@@ -518,9 +501,7 @@ def test_another_effect_is_forced_from_a_list_that_can_be_searched(
     assert view.effects.row_model.rows[0].cells[2] == "next, forced"
 
 
-def test_the_model_of_the_step_is_saved(
-    story: MainWindow, qtbot: QtBot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_the_model_of_the_step_is_saved(story, qtbot, tmp_path, monkeypatch):
     target = tmp_path / "revised.toml"
     monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_: (str(target), ""))
     press(qtbot, Qt.Key.Key_3, ALT)
@@ -531,9 +512,7 @@ def test_the_model_of_the_step_is_saved(
     assert model.parent == "b777"
 
 
-def test_a_name_is_proposed_for_the_model_that_every_disk_takes(
-    story: MainWindow, qtbot: QtBot, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_name_is_proposed_for_the_model_that_every_disk_takes(story, qtbot, monkeypatch):
     asked: list[str] = []
 
     def ask(_parent: object, _title: str, start: str, _kinds: str) -> tuple[str, str]:
@@ -556,9 +535,7 @@ def test_a_name_is_proposed_for_the_model_that_every_disk_takes(
 # Show
 
 
-def test_the_end_shows_before_and_after_on_a_maneuver_kept_out(
-    story: MainWindow, qtbot: QtBot
-) -> None:
+def test_the_end_shows_before_and_after_on_a_maneuver_kept_out(story, qtbot):
     """Measured solid, computed dashed, the baseline gray; the last model, unless chosen."""
     press(qtbot, Qt.Key.Key_4, ALT)
     view, theme = story.gap_page.result_view.stages["show"], story.display_style.theme
@@ -614,13 +591,7 @@ def test_bars_and_waterfall_are_as_long_as_the_numbers(story: MainWindow, qtbot:
     assert (pixels(view.bars)[8 + 14] == blue).sum() == pytest.approx(long, rel=0.02)
 
 
-def test_the_report_is_written_behind_the_window(
-    story: MainWindow,
-    qtbot: QtBot,
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    engine: FakeEngine,
-) -> None:
+def test_the_report_is_written_behind_the_window(story, qtbot, tmp_path, monkeypatch, engine):
     target = tmp_path / "gap.html"
     monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_: (str(target), ""))
     press(qtbot, Qt.Key.Key_P, CONTROL)
@@ -633,9 +604,7 @@ def test_the_report_is_written_behind_the_window(
 # An adequate model
 
 
-def test_a_model_without_a_gap_is_told_so(
-    window: MainWindow, qtbot: QtBot, tmp_path: Path, engine: FakeEngine
-) -> None:
+def test_a_model_without_a_gap_is_told_so(window, qtbot, tmp_path, engine):
     engine.effects = ()
     window.gap_page.search.search(GapRequest(flights=(tmp_path,)))
     qtbot.keyClick(window, Qt.Key.Key_F5)
@@ -686,50 +655,20 @@ def test_tab_reaches_every_control_and_each_has_a_name(story: MainWindow, qtbot:
                 assert widget.accessibleName(), widget
 
 
-LOOKS = (
-    ((1280, 800), 100, "daylight"),
-    ((1280, 800), 200, "dark"),
-    ((2560, 1600), 200, "high-contrast"),
+@pytest.mark.parametrize(
+    ("size", "scale", "theme"), [LOOKS[1], *(pytest.param(*one, marks=LONG) for one in LOOKS[::2])]
 )
-
-
-def test_nothing_on_the_page_is_cut_and_nothing_overlaps(story: MainWindow, qtbot: QtBot) -> None:
-    for size, scale, theme in LOOKS:
-        story.display_style.set_theme(theme)
-        story.display_style.set_scale(scale)
-        story.resize(*size)
-        check_layout(story.gap_page.result_view, qtbot)
-        story.gap_page.result_view.go_to_stage("find")
-        QApplication.processEvents()
-        check_map(story)
-
-
-def check_layout(page: QWidget, qtbot: QtBot) -> None:
+def test_nothing_on_the_page_is_cut_and_nothing_overlaps(story, qtbot, size, scale, theme):
+    story.display_style.set_theme(theme)
+    story.display_style.set_scale(scale)
+    story.resize(*size)
+    page = story.gap_page.result_view
     for chapter in page.stages:
         page.go_to_stage(chapter)
         qtbot.wait(30)
-        inner = page.widget()
         # Never wider than the window: what does not fit goes below.
-        assert inner.width() <= page.viewport().width()
-        parts = [
-            widget
-            for widget in inner.findChildren(QWidget)
-            if widget.isVisibleTo(inner) and not widget.findChildren(QWidget)
-        ]
-        boxes = [(in_page(widget, inner), widget) for widget in parts]
-        whole = inner.rect()
-        for box, widget in boxes:
-            if isinstance(widget, QPushButton):
-                assert widget.width() >= widget.sizeHint().width(), widget.text()
-            words = getattr(widget, "text", None)
-            if words is not None and words():
-                assert whole.contains(box), (chapter, words())
-                need = widget.heightForWidth(box.width())
-                assert box.height() >= need - 1, (chapter, words())
-        texts = [(box, w) for box, w in boxes if getattr(w, "text", None) and w.text()]
-        for place, (box, widget) in enumerate(texts):
-            for other, neighbor in texts[place + 1 :]:
-                assert not box.intersects(other), (chapter, widget.text(), neighbor.text())
+        assert page.widget().width() <= page.viewport().width()
+        check_labels(page.widget())
     numbers = page.stages["show"].numbers
     # Of the style sheet, and of the frame that Qt draws around a cell.
     padding = 2 * page._look.px(6) + 6
@@ -743,3 +682,6 @@ def check_layout(page: QWidget, qtbot: QtBot) -> None:
                 numbers.row_model.data(index),
                 column,
             )
+    page.go_to_stage("find")
+    QApplication.processEvents()
+    check_map(story)

@@ -37,8 +37,7 @@ from ui.gap.gap_text import (
     verdict_text,
 )
 from ui.gap.gap_view_models import build_observability_rows
-from ui.gap.gap_worker import GapReportJob, serve_gap_jobs
-from ui.gap.search_request import GapRequest, SearchResult
+from ui.gap.search_jobs import GapReportJob, GapRequest, SearchResult, serve_gap_jobs
 from ui.job_process.job_runner import JobError, ProcessJobRunner
 from ui.job_process.job_server import JobProgressCallback, JobReport, StopEvent, serve_jobs
 from ui.number_format import value_with_std_text
@@ -185,6 +184,7 @@ def test_the_report_is_written_with_the_files_it_came_from(bench: Bench, tmp_pat
     flight = tmp_path / "flight.csv"
     flight.write_text("time [s],alpha [deg]\n0,1\n", encoding="utf-8")
     answer = make_answer(GapRequest(flights=(flight,), model="b777"))
+    answer = replace(answer, discrepancy=make_discrepancy(maneuvers=2))
     told = bench.do(GapReportJob(result=answer, path=tmp_path / "gap.html", units="SI"))
     assert told[-1].result == tmp_path / "gap.html", told[-1].text
     text = (tmp_path / "gap.html").read_text(encoding="utf-8")
@@ -226,6 +226,7 @@ def test_a_process_that_dies_while_it_starts_is_missed(tmp_path: Path) -> None:
     engine.close()
 
 
+@pytest.mark.long
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="no named pipes here")
 def test_a_process_that_does_not_obey_is_ended(tmp_path: Path) -> None:
     stuck = tmp_path / "stuck.csv"
@@ -263,6 +264,7 @@ def serve_writer(connection: Connection, stop: StopEvent) -> None:
     serve_jobs(connection, stop, _Writer)
 
 
+@pytest.mark.long
 def test_a_process_that_is_closed_leaves_nothing_half_written(tmp_path: Path) -> None:
     engine = ProcessJobRunner(serve_writer, name="writer", remedy="try again")
     half, ended = tmp_path / "half", threading.Event()

@@ -3,7 +3,6 @@
 from collections.abc import Iterator
 from dataclasses import replace
 from itertools import pairwise
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,25 +11,22 @@ from PySide6.QtGui import QFont, QFontMetricsF
 from PySide6.QtWidgets import QAbstractButton, QApplication
 from pytestqt.qtbot import QtBot
 
-import ui.pilot.gauge_painter
 import ui.pilot.pilot_canvas
 from gsapp.excitation.announcer import Announcement
 from gsapp.excitation.cues import CueSnapshot
 from gsapp.quantities.constants import FOOT
-from tests.ui.pilot_kit import BASE, CARDS, STATES, VERDICT, cue
+from tests.ui.pilot_kit import BASE, CARDS, STATES, VERDICT, cue, display
 from tests.ui.preflight_kit import as_opened, dress
-from tests.ui.window_kit import count, open_window, pixels, press
+from tests.ui.window_kit import LOOKS, SHIFT, count, open_window, pixels, press
 from ui.display_style import DisplayStyle
 from ui.main_window import MainWindow
 from ui.pilot.cue_display import STATEMENT_SEPARATOR
-from ui.pilot.cue_display_builder import CueDisplayInput, build_cue_display
-from ui.pilot.flight_cues import FlightCues
-from ui.pilot.font_fitting import create_font, elide_text, fit_font
+from ui.pilot.page_layout import create_font, elide_text, fit_font
+from ui.pilot.page_state import FlightCues
 from ui.pilot.pilot_canvas import PilotCanvas, footer_text
 from ui.pilot.pilot_window import find_other_screen
 from ui.theme import THEMES, contrast
 
-ALT, SHIFT = Qt.KeyboardModifier.AltModifier, Qt.KeyboardModifier.ShiftModifier
 LAPTOP_MM = 286.5
 """Width of the screen of a laptop of 13.3 inches, 16:10."""
 
@@ -109,9 +105,7 @@ def test_states_are_shown_in_their_color_and_letters_in_ink(
         assert count(page, colors.muted if name == "blind" else colors.text, box) > 2000, name
 
 
-def test_every_state_has_a_shape_of_its_own_in_black_and_white(
-    window: MainWindow, flown: Flown
-) -> None:
+def test_every_state_has_a_shape_of_its_own_in_black_and_white(window, flown):
     seen: dict[str, np.ndarray] = {}
     for name in ("hold", "go", "gusty", "turn", "blind", "too-small", "too-large", "too-fast",
                  "too-slow", "not-trimmed", "spoiled", "good", "danger"):  # fmt: skip
@@ -123,9 +117,7 @@ def test_every_state_has_a_shape_of_its_own_in_black_and_white(
         seen[name] = ink
 
 
-def test_the_marker_stands_where_the_speed_is_and_the_band_is_cyan(
-    window: MainWindow, flown: Flown
-) -> None:
+def test_the_marker_stands_where_the_speed_is_and_the_band_is_cyan(window, flown):
     theme = window.display_style.theme
 
     def marker(speed: float) -> float:
@@ -214,10 +206,9 @@ def test_words_fit_their_boxes_and_boxes_lie_apart(
         return font
 
     monkeypatch.setattr(ui.pilot.pilot_canvas, "fit_font", watched)
-    monkeypatch.setattr(ui.pilot.gauge_painter, "fit_font", watched)
     panel = int(page._look.theme.plot[1:], 16)
     for name, cues in STATES.items():
-        page.show_display(build_cue_display(CueDisplayInput(cues=cues, is_flight_open=True)))
+        page.show_display(display(cues))
         shown = pixels(page)
         for text, box, font, wrap in drawn:
             flags = Qt.TextFlag.TextWordWrap if wrap else Qt.TextFlag.TextSingleLine
@@ -235,9 +226,7 @@ def test_words_fit_their_boxes_and_boxes_lie_apart(
         assert (shown[:, :left] == panel).all(), name
 
 
-def test_letters_grow_with_the_size_of_text(
-    window: MainWindow, flown: Flown, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_letters_grow_with_the_size_of_text(window, flown, monkeypatch):
     used: dict[str, int] = {}
 
     def watched(text: str, *sizes: object, **how: object) -> QFont:
@@ -246,7 +235,6 @@ def test_letters_grow_with_the_size_of_text(
         return font
 
     monkeypatch.setattr(ui.pilot.pilot_canvas, "fit_font", watched)
-    monkeypatch.setattr(ui.pilot.gauge_painter, "fit_font", watched)
     window.resize(1280, 800)
     former: dict[str, int] = {}
     for scale in (100, 125, 150, 200):
@@ -265,7 +253,7 @@ def test_the_small_line_leaves_whole_statements_out(qtbot: QtBot) -> None:
     look = DisplayStyle()
     page = PilotCanvas(look)
     qtbot.addWidget(page)
-    page.show_display(build_cue_display(CueDisplayInput(cues=BASE, is_flight_open=True)))
+    page.show_display(display(BASE))
     first, second = page.display.footer.split(STATEMENT_SEPARATOR)
     box = QRectF(
         0, 0, QFontMetricsF(create_font(11)).horizontalAdvance(page.display.footer) - 5, 14
@@ -278,18 +266,12 @@ def test_the_small_line_leaves_whole_statements_out(qtbot: QtBot) -> None:
     assert page.compute_regions().footer is None
 
 
-def test_a_long_small_line_ends_in_an_ellipsis_and_is_whole_for_those_who_hear_it(
-    qtbot: QtBot,
-) -> None:
+def test_a_long_small_line_ends_in_an_ellipsis_and_is_whole_for_those_who_hear_it(qtbot):
     missing = tuple(f"channel number {number} is not calibrated" for number in range(40))
     page = PilotCanvas(DisplayStyle())
     qtbot.addWidget(page)
     page.resize(1280, 600)
-    page.show_display(
-        build_cue_display(
-            CueDisplayInput(cues=replace(BASE, limitations=missing), is_flight_open=True)
-        )
-    )
+    page.show_display(display(replace(BASE, limitations=missing)))
     box = page.compute_regions().footer
     words = elide_text(page.display.footer, box, 11)
     assert words.startswith("Not evaluated")
@@ -321,13 +303,7 @@ def test_what_is_read_has_enough_contrast() -> None:
             assert contrast(ink, theme.plot) >= 7.0, (name, ink)
 
 
-LOOKS = (((1280, 800), 100, "daylight"), ((1280, 800), 200, "dark"),
-         ((2560, 1600), 200, "high-contrast"))  # fmt: skip
-
-
-def test_controls_are_high_enough_for_gloves_and_have_names(
-    window: MainWindow, flown: Flown
-) -> None:
+def test_controls_are_high_enough_for_gloves_and_have_names(window, flown):
     for size, scale, theme in LOOKS:
         dress(window, theme, scale)
         window.resize(*size)
@@ -368,9 +344,7 @@ def test_cards_are_chosen_by_keys(window: MainWindow, flown: Flown, qtbot: QtBot
     assert not page.display.card.heading.startswith("SHOWING")
 
 
-def test_space_puts_the_verdict_away_and_acts_only_then(
-    window: MainWindow, flown: Flown, qtbot: QtBot
-) -> None:
+def test_space_puts_the_verdict_away_and_acts_only_then(window, flown, qtbot):
     page = show(window, flown, STATES["too-small"])
     page.setFocus()
     action = window.commands.actions["pilot_dismiss"]
@@ -393,9 +367,7 @@ def test_buttons_do_what_keys_do(window: MainWindow, flown: Flown) -> None:
     assert window.pilot_page.canvas.display.status_text == "FLY"
 
 
-def test_units_of_the_screen_are_those_of_the_page(
-    window: MainWindow, flown: Flown, qtbot: QtBot
-) -> None:
+def test_units_of_the_screen_are_those_of_the_page(window, flown, qtbot):
     page = show(window, flown, BASE)
     press(qtbot, Qt.Key.Key_U, Qt.KeyboardModifier.ControlModifier)
     window.pilot_page.state.restart()
@@ -407,9 +379,7 @@ def test_units_of_the_screen_are_those_of_the_page(
 # The second window
 
 
-def test_the_page_has_a_window_of_its_own_that_obeys_its_keys(
-    window: MainWindow, flown: Flown, qtbot: QtBot
-) -> None:
+def test_the_page_has_a_window_of_its_own_that_obeys_its_keys(window, flown, qtbot):
     show(window, flown, STATES["too-small"])
     press(qtbot, Qt.Key.Key_F3, SHIFT)
     own = window.pilot_page.own_window.window
@@ -440,9 +410,7 @@ def test_the_page_has_a_window_of_its_own_that_obeys_its_keys(
     assert not window.store.current.pilot_window
 
 
-def test_the_second_window_closes_with_the_first_and_comes_back(
-    qtbot: QtBot, tmp_path: Path, alone: None
-) -> None:
+def test_the_second_window_closes_with_the_first_and_comes_back(qtbot, tmp_path, alone):
     first = open_window(tmp_path, pilot_window=True)
     try:
         qtbot.waitUntil(lambda: first.pilot_page.own_window.window is not None)
@@ -460,9 +428,7 @@ def test_another_screen_is_found_if_there_is_one() -> None:
     assert find_other_screen(one, [one]) is None  # type: ignore[arg-type, list-item]
 
 
-def test_a_page_that_nobody_sees_is_not_made(
-    window: MainWindow, flown: Flown, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_page_that_nobody_sees_is_not_made(window, flown, monkeypatch):
     show(window, flown, BASE)
     window.show_page("flight")
     painted = []
@@ -475,9 +441,7 @@ def test_a_page_that_nobody_sees_is_not_made(
 # Speech
 
 
-def test_cues_are_spoken_once_the_page_was_opened(
-    window: MainWindow, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_cues_are_spoken_once_the_page_was_opened(window, monkeypatch):
     """Or always, or never, as the crew wishes; which is remembered."""
     said: list[Announcement] = []
     heard: list[str] = []

@@ -22,19 +22,18 @@ from tests.ui.pilot_kit import (
     WANTED,
     cue,
     danger,
+    display,
     moving,
 )
 from ui.display_limits import DISPLAY
-from ui.pilot.card_browser import CardBrowser, find_last_flown_card
-from ui.pilot.cue_display import CueDisplay
+from ui.pilot.cue_display import RESULT_SIGNS, CueDisplay
+from ui.pilot.cue_display import TRIM_STATE_SIGNS as STATE_WORDS
 from ui.pilot.cue_display_builder import CueDisplayInput, build_cue_display
-from ui.pilot.display_rate_limiter import DisplayRateLimiter
-from ui.pilot.pilot_text import RESULT_SIGNS
-from ui.pilot.pilot_text import TRIM_STATE_SIGNS as STATE_WORDS
+from ui.pilot.page_state import CardBrowser, DisplayRateLimiter, find_last_flown_card
 
 
 def sheet(name: str, **more: object) -> CueDisplay:
-    return build_cue_display(CueDisplayInput(cues=STATES[name], is_flight_open=True, **more))  # type: ignore[arg-type]
+    return display(STATES[name], **more)
 
 
 WORDS = {
@@ -72,13 +71,13 @@ def test_what_is_off_comes_largest_first_with_its_way() -> None:
 def test_a_turn_points_to_a_side_only_where_it_is_known() -> None:
     assert sheet("turn").sign == "turn-right"
     unknown = replace(BASE, trim=cue("turn"))
-    assert build_cue_display(CueDisplayInput(cues=unknown, is_flight_open=True)).sign == "turn"
+    assert display(unknown).sign == "turn"
 
 
 def test_guidance_takes_the_place_of_the_words_it_begins_with() -> None:
     slow = sheet("fly").hints[0].text
     cues = replace(BASE, guidance=f"{slow}: a little power")
-    first, second = build_cue_display(CueDisplayInput(cues=cues, is_flight_open=True)).hints
+    first, second = display(cues).hints
     assert (first.text, first.sign) == (f"{slow}: a little power", "up")
     assert second == sheet("fly").hints[1]
 
@@ -95,7 +94,7 @@ def test_the_test_point_is_a_number_and_a_bar_with_the_wanted_band() -> None:
 def test_without_airspeed_the_angle_of_attack_is_the_test_point() -> None:
     point = replace(NEXT.point, speed=None, alpha=0.08)
     cues = replace(BASE, speed=None, card=replace(NEXT, point=point))
-    (gauge,) = build_cue_display(CueDisplayInput(cues=cues, is_flight_open=True)).gauges
+    (gauge,) = display(cues).gauges
     assert (gauge.title, gauge.number) == ("ALPHA", "4.2")
 
 
@@ -109,7 +108,7 @@ def test_hands_off_counts_down_and_shows_how_large_it_was() -> None:
     counts = []
     for left in (2.4, 1.6, 0.9, 0.1):
         cues = replace(BASE, input_in_progress=moving("hands-off", left))
-        shown = build_cue_display(CueDisplayInput(cues=cues, is_flight_open=True))
+        shown = display(cues)
         counts.append((shown.count, round(shown.ring, 2)))
     assert counts == [("3", 1.0), ("2", 0.67), ("1", 0.38), ("1", 0.04)]
     aileron, rudder = shown.gauges
@@ -130,9 +129,7 @@ def test_steering_is_not_shown_as_an_input() -> None:
         (replace(STATES["turn"], input_in_progress=moving("hands-off")), "HANDS OFF"),
         (replace(go, input_in_progress=replace(small, surfaces=("de",))), "INPUT"),
     ):
-        assert (
-            build_cue_display(CueDisplayInput(cues=cues, is_flight_open=True)).status_text == word
-        )
+        assert display(cues).status_text == word
 
 
 def test_a_verdict_says_what_to_do_next_time_and_is_put_away() -> None:
@@ -146,7 +143,7 @@ def test_a_verdict_says_what_to_do_next_time_and_is_put_away() -> None:
     assert rudder.target_text == "want 7–14"
     assert sheet("too-small", dismissed_verdict_id=VERDICT.id).status_text == "FLY"
     old = replace(STATES["too-small"], time=VERDICT.given_at + CUES.verdict_display_time + 0.1)
-    assert build_cue_display(CueDisplayInput(cues=old, is_flight_open=True)).status_text == "FLY"
+    assert display(old).status_text == "FLY"
 
 
 def test_a_good_one_says_how_many_there_are() -> None:
@@ -156,14 +153,12 @@ def test_a_good_one_says_how_many_there_are() -> None:
 def test_a_good_one_of_another_card_is_not_counted_for_the_next() -> None:
     other = replace(NEXT, card=next(card for card in CARDS.cards if card.id != VERDICT.card))
     for card in (other, None):
-        (hint,) = build_cue_display(
-            CueDisplayInput(cues=replace(STATES["good"], card=card), is_flight_open=True)
-        ).hints
+        (hint,) = display(replace(STATES["good"], card=card)).hints
         assert hint.text == "aileron and rudder doublet"
 
 
 def test_before_the_first_samples_there_is_no_cue() -> None:
-    shown = build_cue_display(CueDisplayInput(cues=replace(BASE, trim=None), is_flight_open=True))
+    shown = display(replace(BASE, trim=None))
     assert (shown.status_text, shown.hints[0].text) == ("NO CUE", "waiting for the first samples")
 
 
@@ -173,21 +168,15 @@ def test_a_danger_stands_in_place_of_all() -> None:
         "nose sensors lost",
     )
     cues = replace(STATES["hands-off"], alerts=(danger("stall: nose down"),))
-    assert (
-        build_cue_display(CueDisplayInput(cues=cues, is_flight_open=True)).status_text
-        == "NOSE DOWN"
-    )
+    assert display(cues).status_text == "NOSE DOWN"
     assert sheet("caution").hints[-1].text == "yaw gyro clips"
     short = replace(BASE, alerts=(danger("too high"),))
-    assert (
-        build_cue_display(CueDisplayInput(cues=short, is_flight_open=True)).status_text
-        == "TOO HIGH"
-    )
+    assert display(short).status_text == "TOO HIGH"
 
 
 def test_on_the_ground_nothing_is_said_of_flying() -> None:
     ground = replace(BASE, trim=cue("ground"), speed=2.0, guidance="97 ft/s slow: power")
-    shown = build_cue_display(CueDisplayInput(cues=ground, is_flight_open=True))
+    shown = display(ground)
     assert (shown.status_text, shown.hints) == ("ON THE GROUND", ())
 
 
@@ -202,12 +191,10 @@ def test_nothing_old_stands_once_no_samples_come() -> None:
 def test_seconds_of_leg_are_rounded_down_and_marked_when_short() -> None:
     assert (sheet("fly").leg_time_text, sheet("fly").leg_short) == ("7", False)
     cues = replace(BASE, trim=replace(cue("go"), leg_time_left=3.9))
-    shown = build_cue_display(CueDisplayInput(cues=cues, is_flight_open=True))
+    shown = display(cues)
     assert (shown.leg_time_text, shown.leg_short) == ("3", True)
     unknown = replace(BASE, trim=replace(cue("go"), leg_time_left=None))
-    assert (
-        build_cue_display(CueDisplayInput(cues=unknown, is_flight_open=True)).leg_time_text == "–"
-    )
+    assert display(unknown).leg_time_text == "–"
 
 
 def test_the_next_card_says_what_it_brings_and_what_time_there_is() -> None:
@@ -217,15 +204,12 @@ def test_the_next_card_says_what_it_brings_and_what_time_there_is() -> None:
     assert card.benefit_text.endswith("Cn_r from 35 % to 15 %")
     assert (card.time_left_text, card.maneuvers_left_text) == ("04:10 left", "6 maneuvers")
     refused = replace(BASE, card=replace(NEXT, point=None, problem="flies level at 4.2 deg"))
-    shown = build_cue_display(CueDisplayInput(cues=refused, is_flight_open=True)).card
+    shown = display(refused).card
     assert (shown.benefit_text, shown.problem) == ("flies level at 4.2 deg", True)
     done = replace(BASE, card=None, outlook=replace(OUTLOOK, time_left=None))
-    assert "land" in build_cue_display(CueDisplayInput(cues=done, is_flight_open=True)).card.text
+    assert "land" in display(done).card.text
     none = replace(BASE, card=None, requested_repeats=0)
-    assert (
-        "no test cards"
-        in build_cue_display(CueDisplayInput(cues=none, is_flight_open=True)).card.text
-    )
+    assert "no test cards" in display(none).card.text
 
 
 def test_the_small_line_says_what_cannot_be_judged() -> None:
@@ -266,7 +250,7 @@ def test_words_change_at_most_twice_a_second_and_states_at_once(
     for wait, speed, state in steps:
         clock.now += wait
         cues = replace(STATES[state], speed=speed * FOOT)
-        made = build_cue_display(CueDisplayInput(cues=cues, is_flight_open=True))
+        made = display(cues)
         before, shown = shown, calm.limit(made)
         assert shown.status_text == made.status_text
         # The marker is never held back.
@@ -290,9 +274,7 @@ def test_what_is_held_back_comes_as_soon_as_it_may() -> None:
 
     def number(wait: float, speed: float) -> str:
         clock.now += wait
-        made = build_cue_display(
-            CueDisplayInput(cues=replace(BASE, speed=speed * FOOT), is_flight_open=True)
-        )
+        made = display(replace(BASE, speed=speed * FOOT))
         return calm.limit(made).gauges[0].number
 
     told = [number(wait, speed) for wait, speed in (
@@ -327,43 +309,30 @@ def test_cards_are_gone_through_around_the_end_and_one_is_taken() -> None:
 
 def test_a_card_that_is_looked_at_is_told_from_that_to_be_flown() -> None:
     browsed = next(card for card in CARDS.cards if card.id != "C1")
-    card = build_cue_display(
-        CueDisplayInput(cues=BASE, is_flight_open=True, browsed_card=browsed)
-    ).card
+    card = display(BASE, browsed_card=browsed).card
     assert card.heading == f"SHOWING {browsed.id} · Enter flies it"
     assert card.text == browsed.display_title
 
 
 def test_the_page_is_made_without_qt() -> None:
     code = (
-        "import sys, ui.pilot.cue_display_builder, ui.pilot.display_rate_limiter; "
-        "import ui.pilot.card_browser; "
-        "sys.exit(any('PySide6' in name for name in sys.modules))"
+        "import sys, ui.pilot.page_state; sys.exit(any('PySide6' in name for name in sys.modules))"
     )
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
 
 
 def test_go_without_air_data_leaves_the_speed_to_the_eye() -> None:
     blind = replace(STATES["go"], speed=None, alpha=None)
-    told = build_cue_display(CueDisplayInput(cues=blind, is_flight_open=True))
+    told = display(blind)
     assert told.status_text == "GO"
     assert "judge by eye" in told.hints[-1].text
-    seen = build_cue_display(CueDisplayInput(cues=STATES["go"], is_flight_open=True))
+    seen = display(STATES["go"])
     assert len(seen.hints) == 1
 
 
 def test_go_for_a_surface_that_nobody_sees_says_that_no_verdict_follows() -> None:
     go = STATES["go"]
-    told = build_cue_display(
-        CueDisplayInput(cues=replace(go, unmeasured_surfaces=("da",)), is_flight_open=True)
-    )
+    told = display(replace(go, unmeasured_surfaces=("da",)))
     assert told.status_text == "GO"
     assert "no verdict" in told.hints[1].text
-    assert (
-        len(
-            build_cue_display(
-                CueDisplayInput(cues=replace(go, unmeasured_surfaces=("de",)), is_flight_open=True)
-            ).hints
-        )
-        == 1
-    )
+    assert len(display(replace(go, unmeasured_surfaces=("de",))).hints) == 1

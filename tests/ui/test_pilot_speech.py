@@ -11,7 +11,7 @@ from gsapp.excitation.announcer import Announcement
 from tests.ui.pilot_kit import BASE, moving
 from tests.ui.window_kit import Loudspeaker, Mouth
 from ui.display_limits import DISPLAY
-from ui.pilot.speech import FlightSpeech
+from ui.pilot.pilot_page import FlightSpeech
 from ui.voice.speech_queue import UtterancePriority
 from ui.voice.voice import Voice
 

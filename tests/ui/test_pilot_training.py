@@ -18,7 +18,7 @@ from tests.ui.preflight_kit import as_opened
 from tests.ui.window_kit import opened_window, until
 from ui.flight_controller import FlightController
 from ui.main_window import MainWindow
-from ui.pilot.stick_keys import LeverStep, RateSwitch, StickKeys, StickPosition, StickTravel
+from ui.pilot.training_flight import StickAction, StickKeys, StickPosition
 
 _PATIENCE_MS = 60_000
 """Recorder and aircraft are processes of their own, which may take a while to start."""
@@ -45,11 +45,11 @@ def test_down_pulls_and_the_later_key_of_a_stick_wins() -> None:
 
 def test_levers_sizes_and_rates_act_once() -> None:
     keys = StickKeys()
-    assert keys.press(Qt.Key.Key_W, trim=False, again=True) == LeverStep(axis="throttle", step=0.04)
-    assert keys.press(Qt.Key.Key_3, trim=False, again=False) == StickTravel(share=0.5)
+    assert keys.press(Qt.Key.Key_W, trim=False, again=True) == StickAction(lever=("throttle", 0.04))
+    assert keys.press(Qt.Key.Key_3, trim=False, again=False) == StickAction(travel=0.5)
     assert keys.press(Qt.Key.Key_3, trim=False, again=True) is None
-    assert keys.press(Qt.Key.Key_9, trim=False, again=False) == RateSwitch(high=False)
-    assert keys.press(Qt.Key.Key_Up, trim=True, again=False) == LeverStep(axis="pitch", step=-0.02)
+    assert keys.press(Qt.Key.Key_9, trim=False, again=False) == StickAction(high_rate=False)
+    assert keys.press(Qt.Key.Key_Up, trim=True, again=False) == StickAction(lever=("pitch", -0.02))
     assert keys.position == StickPosition()
     assert not StickKeys.is_stick_key(Qt.Key.Key_Space)
 
@@ -92,9 +92,8 @@ def hold(qtbot: QtBot, key: Qt.Key, done: Callable[[], bool]) -> None:
     QTest.keyRelease(QApplication.focusWidget(), key)
 
 
-def test_a_trainee_takes_the_aircraft_flies_a_doublet_and_gives_it_back(
-    window: MainWindow, qtbot: QtBot
-) -> None:
+@pytest.mark.long
+def test_a_trainee_takes_the_aircraft_flies_a_doublet_and_gives_it_back(window, qtbot):
     """All by keys; what they did is measured on the elevator of the record."""
     qtbot.keyClick(
         window,
@@ -147,9 +146,7 @@ def test_a_trainee_takes_the_aircraft_flies_a_doublet_and_gives_it_back(
     assert not pilot.help.isVisible()
 
 
-def test_training_does_not_take_the_place_of_a_flight_that_is_recorded(
-    window: MainWindow, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_training_does_not_take_the_place_of_a_flight_that_is_recorded(window, monkeypatch):
     before = window.pilot_page.training.folder
     with monkeypatch.context() as patch:
         patch.setattr(FlightController, "is_recording", True)

@@ -11,9 +11,14 @@ from hypothesis import strategies as st
 from gsapp.foundation.settings import SettingError
 from gsapp.identification.axes import AXIS_RESPONSES, axis_derivatives
 from ui.estimate_form import DerivativeEntry, EstimateForm
-from ui.review.estimate_form_from_run import find_unrestored_settings, form_from_request
-from ui.review.estimate_request import build_run_request, find_form_error
-from ui.review.estimate_text import FIELD_HELP, format_maneuver_count
+from ui.review.estimate_request import (
+    FIELD_HELP,
+    build_run_request,
+    find_form_error,
+    find_unrestored_settings,
+    form_from_request,
+    format_maneuver_count,
+)
 from ui.settings import Settings
 
 NAMES = axis_derivatives("both")

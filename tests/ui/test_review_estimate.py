@@ -16,13 +16,13 @@ from gsapp.dynamics.model import load_model, save_model
 from gsapp.flight.catalog import Catalog
 from gsapp.identification.runs.run_store import stored_runs
 from tests.ui.review_kit import ThreadEngine, write_flights
-from tests.ui.window_kit import activate, opened_window, press, until
+from tests.ui.window_kit import ALT, CONTROL, SHIFT, activate, opened_window, press, until
 from ui.display_style import DisplayStyle
 from ui.estimate_form import EstimateForm
 from ui.main_window import MainWindow
 from ui.review.estimate_page import EstimatePage
 from ui.review.estimate_request import build_run_request
-from ui.review.estimate_table import (
+from ui.review.estimate_tables import (
     LAST_COLUMN,
     NAME_COLUMN,
     TREATMENT_COLUMN,
@@ -31,8 +31,6 @@ from ui.review.estimate_table import (
 )
 from ui.settings import catalog_path
 
-CONTROL, ALT = Qt.KeyboardModifier.ControlModifier, Qt.KeyboardModifier.AltModifier
-SHIFT = Qt.KeyboardModifier.ShiftModifier
 PLAIN = Qt.KeyboardModifier.NoModifier
 QUICK = EstimateForm(axis="lon")
 """Where it does not matter what is estimated."""
@@ -73,9 +71,7 @@ def run(page: EstimatePage, qtbot: QtBot) -> None:
     until(qtbot, lambda: len(page.run_store.runs) == count + 1 and not page._runner.running, 30000)
 
 
-def test_enter_alone_runs_and_the_run_is_kept(
-    made: MainWindow, page: EstimatePage, qtbot: QtBot
-) -> None:
+def test_enter_alone_runs_and_the_run_is_kept(made, page, qtbot):
     """The keyboard waits on the button; what came out stands beside the settings and in the list.
 
     The catalog holds the run, as `gsapp runs` shows it.
@@ -99,9 +95,7 @@ def test_enter_alone_runs_and_the_run_is_kept(
     assert page.runs.values.row_model.rows[0].cells[0] == "CN0"
 
 
-def test_what_stands_beside_is_the_run_that_ended_last(
-    made: MainWindow, page: EstimatePage, qtbot: QtBot
-) -> None:
+def test_what_stands_beside_is_the_run_that_ended_last(made, page, qtbot):
     run(page, qtbot)
     first = page.runs.current_run
     run(page, qtbot)
@@ -119,9 +113,7 @@ def test_what_stands_beside_is_the_run_that_ended_last(
     page.show_outcome(outcome)
 
 
-def test_a_derivative_is_held_by_keys_taken_back_and_explained(
-    made: MainWindow, page: EstimatePage, qtbot: QtBot
-) -> None:
+def test_a_derivative_is_held_by_keys_taken_back_and_explained(made, page, qtbot):
     """Typed over the value it is held; without a number the field says so and nothing runs."""
     table = page.panel.derivatives
     table.setFocus()
@@ -163,9 +155,7 @@ def test_a_derivative_is_held_by_keys_taken_back_and_explained(
     until(qtbot, lambda: page._form == QUICK)
 
 
-def test_parameters_of_the_effects_of_a_model_can_be_freed(
-    page: EstimatePage, qtbot: QtBot, tmp_path: Path
-) -> None:
+def test_parameters_of_the_effects_of_a_model_can_be_freed(page, qtbot, tmp_path):
     curved = load_model("b777").with_effect("aero.Cm.alpha2", {"Cm_alpha2": -1.5}, name="curved")
     page._show(QUICK.with_changes(model=str(save_model(curved, tmp_path / "curved.toml"))))
     table = page.panel.derivatives
@@ -229,9 +219,7 @@ def test_runs_are_compared_named_repeated_forgotten_and_their_settings_used_agai
     until(qtbot, lambda: page.run_store.find_run(newest) is not None)
 
 
-def test_a_copy_of_a_flight_is_told_beside_the_button(
-    made: MainWindow, page: EstimatePage, qtbot: QtBot, tmp_path: Path
-) -> None:
+def test_a_copy_of_a_flight_is_told_beside_the_button(made, page, qtbot, tmp_path):
     """The same flight from another folder narrows the bounds of the means: that is said at once."""
     maneuvers = made.review_page.pages["maneuvers"]
     opening = maneuvers.opening
@@ -249,9 +237,7 @@ def test_a_copy_of_a_flight_is_told_beside_the_button(
         flights.remove_flight()
 
 
-def test_runs_that_cannot_be_read_are_not_called_none(
-    made: MainWindow, page: EstimatePage, qtbot: QtBot
-) -> None:
+def test_runs_that_cannot_be_read_are_not_called_none(made, page, qtbot):
     """A damaged catalog may hold some; once it can be read, nothing is said of it."""
     page.run_store.runs = ()
     path = catalog_path(made.store.current)
@@ -269,9 +255,7 @@ def test_runs_that_cannot_be_read_are_not_called_none(
     until(qtbot, lambda: page.runs.empty.text().startswith("No runs yet"))
 
 
-def test_what_is_typed_while_a_run_ends_stays(
-    made: MainWindow, page: EstimatePage, qtbot: QtBot
-) -> None:
+def test_what_is_typed_while_a_run_ends_stays(made, page, qtbot):
     """The name of a kept run and a value to hold are typed on while new values arrive."""
     run(page, qtbot)
     count, named = len(page.run_store.runs), page.run_store.runs[0].number
@@ -320,9 +304,7 @@ def test_a_value_is_shown_with_all_of_its_bound(qtbot: QtBot) -> None:
     assert bar.isVisible()
 
 
-def test_a_run_that_is_stopped_leaves_nothing(
-    made: MainWindow, page: EstimatePage, qtbot: QtBot
-) -> None:
+def test_a_run_that_is_stopped_leaves_nothing(made, page, qtbot):
     until(qtbot, lambda: bool(page.run_store.runs) or not page.run_store.catalog.is_file())
     before, count = made.review_page.outcome, len(page.run_store.runs)
     engine = made.review_page.work._job_runner
@@ -340,13 +322,7 @@ def test_a_run_that_is_stopped_leaves_nothing(
     run(page, qtbot)
 
 
-def test_a_run_that_cannot_be_kept_is_shown_and_says_so(
-    made: MainWindow,
-    page: EstimatePage,
-    qtbot: QtBot,
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_a_run_that_cannot_be_kept_is_shown_and_says_so(made, page, qtbot, tmp_path, monkeypatch):
     before = made.review_page.outcome
     (tmp_path / "file").touch()
     monkeypatch.setattr(page.run_store, "_catalog", lambda: tmp_path / "file" / "campaign.sqlite")

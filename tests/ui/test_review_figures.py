@@ -30,7 +30,7 @@ from tests.ui.window_kit import FIGURE_MENU, until
 from ui.background_job import JobCanceledError
 from ui.commands import CommandSet
 from ui.display_style import DisplayStyle
-from ui.review.figure_data import FigureData, find_result
+from ui.review.figure_data import FigureData, comparison_run_option, find_result
 from ui.review.figure_geometry import (
     ManeuverPoint,
     Subplot,
@@ -41,12 +41,10 @@ from ui.review.figure_geometry import (
     zoom_view,
 )
 from ui.review.figure_kinds import FIGURE_KINDS
-from ui.review.figure_options import comparison_run_option
-from ui.review.figure_palette import window_palette
-from ui.review.figure_renderer import FigureSize
+from ui.review.figure_renderer import FigureSize, window_palette
 from ui.review.figures_page import FiguresPage
 from ui.review.review_jobs import FtrHistoryJob, ReviewJob
-from ui.review.review_selection import ReviewSelection
+from ui.review.review_steps import ReviewContext, ReviewSelection
 from ui.settings import SettingsStore
 from ui.shortcut_filter import ShortcutOverrideFilter
 from ui.theme import THEMES, contrast
@@ -112,7 +110,12 @@ def made(tmp_path_factory: pytest.TempPathFactory, qapp: QApplication) -> Iterat
     look, selection, asked = DisplayStyle(), ReviewSelection(window), Asked()
     commands = CommandSet(window)
     store = SettingsStore(tmp_path_factory.mktemp("settings") / "window.toml")
-    page = FiguresPage(commands.actions, look, store, selection, asked)
+    page = FiguresPage(
+        ReviewContext(
+            actions=commands.actions, look=look, store=store, selection=selection,
+            begin_job=asked, report_error=print,
+        )
+    )  # fmt: skip
     for name, act in page.handlers.items():
         commands.actions[name].triggered.connect(lambda _checked=False, act=act: act())
     page.changed.connect(lambda: commands.update_enabled(["review", *page.present]))
@@ -445,7 +448,6 @@ def test_the_wheel_zooms_and_with_shift_the_page_scrolls(bench: Bench) -> None:
 
 def test_words_below_a_figure_are_about_a_point_that_it_draws(bench: Bench) -> None:
     bench.selection.select_maneuver("1:M1")
-    bench.show("lon")
     assert "Maneuver 1:M1" in bench.page.frame.detail.text()
     without = replace(
         outcome(),

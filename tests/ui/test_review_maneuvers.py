@@ -9,34 +9,36 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from PySide6.QtCore import QPoint, QPointF, QRectF, Qt
-from PySide6.QtGui import QColor, QImage, QPainter
+from PySide6.QtCore import QEvent, QPoint, QPointF, QRectF, Qt
+from PySide6.QtGui import QColor, QImage, QMouseEvent, QPainter
 from PySide6.QtWidgets import QApplication, QFileDialog, QLineEdit, QWidget
 from pytestqt.qtbot import QtBot
 
-from gsapp.cli.maneuvers import run
 from gsapp.flight.catalog import Catalog, search_maneuvers
 from gsapp.flight.maneuvers.detected_maneuver import GRADED_BY_PROGRAM
 from gsapp.flight.writers import write_block
 from gsapp.quantities import CHANNELS
 from gsapp.session.review import open_reviewed_flight
 from tests.flight.maneuver_kit import EVERYTHING, make_flight
-from tests.ui.window_kit import activate, answer_dialog, pixels, press, until
-from ui.display_style import DisplayStyle
+from tests.ui.window_kit import ALT, CONTROL, SHIFT, activate, answer_dialog, pixels, press, until
+from ui.display_style import DisplayStyle, mix_colors
 from ui.main_window import MainWindow
 from ui.number_format import MINUS, clock_text
-from ui.review.grade_dialog import GradeDialog
-from ui.review.maneuver_columns import COLUMN_INDEXES
-from ui.review.maneuvers_page import ManeuversPage
-from ui.review.timeline_charts import TimelineChart, TimelineCurve
-from ui.review.timeline_painter import TimelineSpan, TimeScale, draw_curve_names, draw_labels
-from ui.review.visible_time_range import VisibleTimeRange
+from ui.review.maneuvers_page import GradeDialog, ManeuversPage
+from ui.review.maneuvers_table import COLUMN_INDEXES
+from ui.review.timeline_painter import (
+    TimelineChart,
+    TimelineCurve,
+    TimelineSpan,
+    TimeScale,
+    draw_curve_names,
+    draw_labels,
+)
+from ui.review.timeline_widget import VisibleTimeRange
 from ui.settings import catalog_path
 from ui.strips.chart_annotations import DisplayFormat
 from ui.theme import THEMES, contrast
 
-CONTROL, ALT = Qt.KeyboardModifier.ControlModifier, Qt.KeyboardModifier.AltModifier
-SHIFT = Qt.KeyboardModifier.ShiftModifier
 PLAIN = Qt.KeyboardModifier.NoModifier
 
 
@@ -77,8 +79,6 @@ def chosen_columns(page: ManeuversPage) -> tuple[float, float]:
     timeline = page.timeline
     plot, look = timeline.regions.plot, page.display_style
     shown = pixels(timeline)
-    from ui.display_style import mix_colors
-
     shade = mix_colors(look.theme.plot, look.theme.traces["blue"], 0.24).rgb() & 0xFFFFFF
     rows = shown[round(plot.top()) + 2 : round(plot.bottom()) - 2]
     columns = np.flatnonzero((rows == shade).sum(axis=0) > 20)
@@ -101,14 +101,9 @@ def drag(
 
 
 def move(widget: QWidget, at: QPoint) -> None:
-    from PySide6.QtCore import QEvent
-    from PySide6.QtGui import QMouseEvent
-
-    left = Qt.MouseButton.LeftButton
-    event = QMouseEvent(
-        QEvent.Type.MouseMove, QPointF(at), QPointF(widget.mapToGlobal(at)),
-        Qt.MouseButton.NoButton, left, PLAIN,
-    )  # fmt: skip
+    left, none = Qt.MouseButton.LeftButton, Qt.MouseButton.NoButton
+    where = QPointF(widget.mapToGlobal(at))
+    event = QMouseEvent(QEvent.Type.MouseMove, QPointF(at), where, none, left, PLAIN)
     QApplication.sendEvent(widget, event)
     QApplication.processEvents()
 
@@ -118,13 +113,8 @@ def written(page: ManeuversPage) -> list[str]:
     return [json.loads(line)["text"] for line in path.read_text().splitlines()]
 
 
-def listed(page: ManeuversPage, out: Path) -> list[dict[str, object]]:
-    run(flight=page.flights.flight.path, json=out)
-    return list(json.loads(out.read_text()))
-
-
-def test_edges_are_moved_by_keys_and_taken_back(window, qtbot, tmp_path):
-    """A tenth of a second and one sample at a time; spans, grade, file and command agree."""
+def test_edges_are_moved_by_keys_and_taken_back(window, qtbot):
+    """A tenth of a second and one sample at a time; spans, grade and file agree."""
     page = page_of(window)
     press(qtbot, Qt.Key.Key_PageDown, ALT)
     second = page.flights.flight["2"]
@@ -139,8 +129,8 @@ def test_edges_are_moved_by_keys_and_taken_back(window, qtbot, tmp_path):
     edges = f"{clock_text(start, decimals=2)} to {clock_text(stop, decimals=2)}"
     assert edges in page.details.times.text()
     assert len(written(page)) == 5
-    found = listed(page, tmp_path / "m.json")
-    assert (found[1]["t_start"], found[1]["t_end"]) == (pytest.approx(start), pytest.approx(stop))
+    found = open_reviewed_flight(page.flights.flight.path)["2"]
+    assert (found.t_start, found.t_end) == (pytest.approx(start), pytest.approx(stop))
     press(qtbot, Qt.Key.Key_Z, CONTROL, times=5)
     assert page.flights.flight["2"] == second
     assert "Undone: move 2" in page.details.message.text()
@@ -193,8 +183,8 @@ def test_values_are_read_at_a_line_that_keys_move(window, qtbot):
     assert page.timeline.pointer is None
 
 
-def test_a_stretch_is_added_merged_named_and_noted(window, qtbot, tmp_path):
-    """By mouse and keys; the events file, the command and the catalog hold it."""
+def test_a_stretch_is_added_merged_named_and_noted(window, qtbot):
+    """By mouse and keys; the events file and the catalog hold it."""
     page = page_of(window)
     page.timeline.zoom_to(58.0, 80.0)
     drag(qtbot, page, 65.0, 69.0)
@@ -223,9 +213,8 @@ def test_a_stretch_is_added_merged_named_and_noted(window, qtbot, tmp_path):
     until(qtbot, lambda: window.review_page.selection.maneuver == "aileron")
     assert page.flights.flight["aileron"].note == "calm air"
     assert written(page)[1:] == ["merge 6, 2", "note on 6", "rename 6 to aileron"]
-    assert [one["id"] for one in listed(page, tmp_path / "m.json")] == [
-        "1", "aileron", "3", "4", "5",
-    ]  # fmt: skip
+    kept_in_file = open_reviewed_flight(page.flights.flight.path).maneuvers
+    assert [one.id for one in kept_in_file] == ["1", "aileron", "3", "4", "5"]
     until(qtbot, lambda: not page.catalog_writer.busy)
     with Catalog(catalog_path(window.store.current)) as opened:
         kept = {one.maneuver.id: one.maneuver for one in search_maneuvers(opened)}
@@ -369,8 +358,6 @@ def test_the_time_line_in_another_theme_and_size(window, qtbot):
     assert chosen_columns(page) == (
         pytest.approx(one.t_start, abs=0.05), pytest.approx(one.t_end, abs=0.05),
     )  # fmt: skip
-    from ui.display_style import mix_colors
-
     colors = THEMES[theme]
     shade = mix_colors(colors.plot, colors.traces["blue"], 0.24).name()
     assert contrast(colors.selection, shade) > 3.0

@@ -22,7 +22,7 @@ from tests.flight.onboard_kit import fly_thin
 from tests.ui.window_kit import KILL, answer_dialog, free_port, open_window
 from ui.display_style import DisplayStyle
 from ui.review.onboard_log_dialog import FlightLogs, OnboardLogDialog
-from ui.review.onboard_log_job import OnboardLogJob
+from ui.review.onboard_log_worker import OnboardLogJob
 
 AUTOPILOT = Path(__file__).parents[1] / "telemetry" / "foreign_autopilot.py"
 OFFSET = 3.7
@@ -63,14 +63,13 @@ def banners(window):
     return [banner.label.text() for banner in window.banners.banners]
 
 
-def test_the_dialog_asks_for_what_is_there(flown, qtbot):
+def test_the_dialog_asks_for_what_is_there(tmp_path, qtbot):
     """A file that is there, a link, a log of the folder, or none: each gives its job, by keys."""
-    folder = FlightFolder.open(flown / "f")
+    (tmp_path / "box.tlog").touch()
     state = OnboardLogState(file="now.bin", in_place=False, why="it moves otherwise")
     logs = FlightLogs(
-        path=folder.path, name="f", in_force="now.bin", state=state, stored_logs=("now.bin",
-        "old.bin"),
-        link="udpin:127.0.0.1:15000",
+        path=tmp_path, name="f", in_force="now.bin", state=state,
+        stored_logs=("now.bin", "old.bin"), link="udpin:127.0.0.1:15000",
     )  # fmt: skip
     dialog = OnboardLogDialog(DisplayStyle(), (logs,), (), parse_log_link, tuple)
     qtbot.addWidget(dialog)
@@ -80,15 +79,15 @@ def test_the_dialog_asks_for_what_is_there(flown, qtbot):
     assert not dialog.button.isEnabled()
     QTest.keyClick(dialog.origin, Qt.Key.Key_Tab)
     assert dialog.focusWidget() is dialog.file.edit
-    QTest.keyClicks(dialog.file.edit, str(flown / "box.tlo"))
+    QTest.keyClicks(dialog.file.edit, str(tmp_path / "box.tlo"))
     assert not dialog.button.isEnabled()
     assert "no file" in dialog.verdict.text()
     QTest.keyClicks(dialog.file.edit, "g")
-    assert dialog.job == OnboardLogJob(flight=folder.path, file=flown / "box.tlog")
+    assert dialog.job == OnboardLogJob(flight=tmp_path, file=tmp_path / "box.tlog")
     wanted = [
-        OnboardLogJob(flight=folder.path, link="udpin:127.0.0.1:15000"),
-        OnboardLogJob(flight=folder.path, use="old.bin"),
-        OnboardLogJob(flight=folder.path, use=""),
+        OnboardLogJob(flight=tmp_path, link="udpin:127.0.0.1:15000"),
+        OnboardLogJob(flight=tmp_path, use="old.bin"),
+        OnboardLogJob(flight=tmp_path, use=""),
     ]
     for job in wanted:
         QTest.keyClick(dialog.origin, Qt.Key.Key_Down)
@@ -124,6 +123,7 @@ def test_no_log_is_asked_for_where_nobody_can_be_asked(tmp_path, qtbot, monkeypa
     assert "log can be requested" in dialog.link.message.text()
 
 
+@pytest.mark.long
 def test_a_log_is_fetched_stopped_killed_and_taken_back(reviewed, qtbot, tmp_path):
     """Over the link from a foreign autopilot, by keys: told as it goes, stopped, killed, whole.
 

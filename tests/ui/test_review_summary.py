@@ -15,20 +15,16 @@ from pytestqt.qtbot import QtBot
 from gsapp.identification.runs.exclusion import exclude_maneuvers
 from gsapp.report.estimate_report import CampaignReportData, estimate_document
 from tests.report.campaign_kit import WILD, gusty, outcome, regressed, unearned
-from tests.ui.window_kit import until
+from tests.ui.window_kit import ALT, CONTROL, until
 from ui.appearance_controller import AppearanceController
 from ui.commands import CommandSet
 from ui.display_style import DisplayStyle
 from ui.review.job_queue import JobQueue
-from ui.review.review_jobs import ReviewJob
-from ui.review.review_selection import ReviewSelection
-from ui.review.review_worker import ReviewJobHandler
+from ui.review.review_jobs import ReviewJob, ReviewJobHandler
+from ui.review.review_steps import ReviewContext, ReviewSelection
 from ui.review.summary_page import SummaryPage
 from ui.review.summary_rows import describe_derivative
 from ui.settings import SettingsStore
-
-CONTROL, ALT = Qt.KeyboardModifier.ControlModifier, Qt.KeyboardModifier.AltModifier
-SHIFT = Qt.KeyboardModifier.ShiftModifier
 
 
 class Here:
@@ -53,8 +49,12 @@ class Room:
         self.errors: list[BaseException] = []
         self.work = JobQueue(Here(), self.errors.append)
         self.page = SummaryPage(
-            self.commands.actions, self.look, self.store, self.selection, self.work.submit
-        )
+            ReviewContext(
+                actions=self.commands.actions, look=self.look, store=self.store,
+                selection=self.selection, begin_job=self.work.submit,
+                report_error=self.errors.append,
+            )
+        )  # fmt: skip
         for name, act in self.page.handlers.items():
             self.commands.actions[name].triggered.connect(lambda _on=False, act=act: act())
         self.page.changed.connect(lambda: self.commands.update_enabled(self.page.present))

@@ -19,13 +19,10 @@ from pytestqt.qtbot import QtBot
 from gsapp.flight.catalog import Catalog
 from gsapp.identification.runs.run_store import stored_runs
 from tests.ui.review_kit import write_flights
-from tests.ui.window_kit import KILL, activate, open_window, press, until
+from tests.ui.window_kit import ALT, CONTROL, KILL, SHIFT, activate, open_window, press, until
 from ui.estimate_form import EstimateForm
 from ui.main_window import MainWindow
 from ui.review.estimate_page import EstimatePage
-
-CONTROL, ALT = Qt.KeyboardModifier.ControlModifier, Qt.KeyboardModifier.AltModifier
-SHIFT = Qt.KeyboardModifier.ShiftModifier
 
 
 @pytest.fixture
@@ -39,9 +36,8 @@ def window(tmp_path: Path, qtbot: QtBot, alone: None) -> Iterator[MainWindow]:
     made.deleteLater()
 
 
-def test_a_whole_review_by_keys(
-    window: MainWindow, qtbot: QtBot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+@pytest.mark.long
+def test_a_whole_review_by_keys(window, qtbot, tmp_path, monkeypatch):
     flight = tmp_path / "flights" / "a.csv"
     window.flight_controller.flight_opener.open_flight(flight, playing=False)
     until(qtbot, lambda: window.flight_controller.is_loaded)

@@ -50,9 +50,7 @@ def desk(qtbot: QtBot) -> SimpleNamespace:
     return SimpleNamespace(engine=engine, work=work, errors=errors, ended=ended, results=[])
 
 
-def test_jobs_are_done_in_order_and_one_asked_for_twice_only_once(
-    desk: SimpleNamespace, qtbot: QtBot
-) -> None:
+def test_jobs_are_done_in_order_and_one_asked_for_twice_only_once(desk, qtbot):
     for number in (1, 2, 1, 2):
         desk.work.submit(job(number), desk.results.append)
     assert desk.work.title == "Repeating run 1"
@@ -63,9 +61,7 @@ def test_jobs_are_done_in_order_and_one_asked_for_twice_only_once(
     assert desk.ended == [("Repeating run 1", "done"), ("Repeating run 2", "done")]
 
 
-def test_a_stop_ends_what_runs_and_what_waits_and_the_next_job_works(
-    desk: SimpleNamespace, qtbot: QtBot
-) -> None:
+def test_a_stop_ends_what_runs_and_what_waits_and_the_next_job_works(desk, qtbot):
     why: list[BaseException] = []
     for number in (1, 2):
         desk.work.submit(job(number), desk.results.append, failed=why.append)

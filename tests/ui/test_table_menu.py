@@ -12,7 +12,7 @@ from pytestqt.qtbot import QtBot
 
 from ui.display_style import DisplayStyle
 from ui.flight.channel_panel import ChannelPanel
-from ui.pilot.text_table import TextTable
+from ui.pilot.debrief_page import TextTable
 from ui.strips.strip_layout import StripLayout
 from ui.widgets.status_list import StatusListItem, StatusListView
 from ui.widgets.table_menu import TableMenu

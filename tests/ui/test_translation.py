@@ -53,7 +53,7 @@ SILENT_CALLS = {
 """What writes a log, asks for a pattern, tells a programmer, or translates."""
 SILENT_MODULES = {
     "app.py", "display_check.py", "display_style.py", "style_sheet.py", "practice_bench.py",
-    "sound_output.py", "screen_saver_inhibitor.py", "gap_worker.py", "onboard_log_worker.py",
+    "sound_output.py", "screen_saver_inhibitor.py", "search_jobs.py", "onboard_log_worker.py",
 }  # fmt: skip
 """Of terminals, of other programs, and of processes that have no language."""
 SILENT_TEXTS = {

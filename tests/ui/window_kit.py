@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 from PySide6.QtCore import QEvent, QPoint, QRect, Qt, QTimer
 from PySide6.QtGui import QGuiApplication, QImage
-from PySide6.QtWidgets import QApplication, QDialog, QWidget
+from PySide6.QtWidgets import QApplication, QDialog, QPushButton, QWidget
 from pytestqt.qtbot import QtBot
 
 import ui.main_window
@@ -43,6 +43,13 @@ KILL = getattr(signal, "SIGKILL", signal.SIGTERM)
 
 FIGURE_MENU = ["Copy picture", "Copy numbers", "Save as…", "Reset zoom"]
 """Of every figure."""
+
+ALT, CONTROL = Qt.KeyboardModifier.AltModifier, Qt.KeyboardModifier.ControlModifier
+SHIFT = Qt.KeyboardModifier.ShiftModifier
+
+LOOKS = (((1280, 800), 100, "daylight"), ((1280, 800), 200, "dark"),
+         ((2560, 1600), 200, "high-contrast"))  # fmt: skip
+"""Size of the window, scale and theme."""
 
 Dialog = TypeVar("Dialog", bound=QDialog)
 
@@ -270,3 +277,20 @@ def count(widget: QWidget, color: str, box: QRect | None = None) -> int:
 
 def in_window(widget: QWidget, window: QWidget) -> QRect:
     return QRect(widget.mapTo(window, QPoint(0, 0)), widget.size())
+
+
+def check_labels(page: QWidget) -> None:
+    """Assert that nothing that a page says is cut, and that no two of its words overlap."""
+    labels = [one for one in page.findChildren(QWidget) if one.isVisibleTo(page)]
+    labels = [one for one in labels if not one.findChildren(QWidget)]
+    said = [(in_window(one, page), one) for one in labels if getattr(one, "text", str)()]
+    assert said
+    for place, (box, widget) in enumerate(said):
+        words = widget.text()
+        assert page.rect().contains(box), words
+        assert box.height() >= widget.heightForWidth(box.width()) - 1, words
+        wraps = getattr(widget, "wordWrap", lambda: True)()
+        if not wraps or isinstance(widget, QPushButton):
+            assert box.width() >= widget.sizeHint().width() - 1, words
+        for other, neighbor in said[place + 1 :]:
+            assert not box.intersects(other), (words, neighbor.text())

@@ -24,10 +24,10 @@ from ui.dialogs.flight_dialogs import ExportDialog, GoToDialog, RangeDialog
 from ui.dialogs.limits import LimitsDialog
 from ui.dialogs.virtual_flight import VirtualFlightDialog
 from ui.estimate_form import EstimateForm
-from ui.gap.search_request import GapRequest
+from ui.gap.search_jobs import GapRequest
 from ui.help_menu import AboutDialog, ShortcutsDialog
 from ui.main_window import MainWindow
-from ui.pilot.flight_cues import FlightCues
+from ui.pilot.page_state import FlightCues
 from ui.review.figure_kinds import FIGURE_KINDS
 from ui.review.review_jobs import EstimateJob
 

@@ -38,21 +38,6 @@ class GapPage(JobPage):
     """Asks, searches, and tells.
 
     The pages are made when they are first seen: a window that only flies does without them.
-
-    Parameters
-    ----------
-    actions : mapping of str to QAction
-        The commands.
-    look : DisplayStyle
-        Colors, sizes, units.
-    store : SettingsStore
-        Remembers flights, aircraft, model and what was looked at.
-    banners : BannerStack
-        Tells of a search while another place is on screen.
-    error_reporter : ErrorReporter
-        Where errors go.
-    job_runner : JobRunner, optional
-        What searches; a process of its own by default.
     """
 
     def __init__(
@@ -84,7 +69,6 @@ class GapPage(JobPage):
 
     @property
     def handlers(self) -> Mapping[str, Callable[[], object]]:
-        """Return what the commands of this place do."""
         chapters = {
             f"gap_{chapter.id}": lambda name=chapter.id: self._with_result_view(
                 lambda s: s.go_to_stage(name)
@@ -137,7 +121,6 @@ class GapPage(JobPage):
 
     @property
     def present(self) -> tuple[CommandRequirement, ...]:
-        """Return what commands may act on."""
         found: list[CommandRequirement] = ["search"] if self.busy else []
         result_view = self.result_view
         if result_view is None or not self.is_result_shown:
@@ -186,13 +169,11 @@ class GapPage(JobPage):
         return self.result_view
 
     def set_open_flight(self, path: Path | None) -> None:
-        """Say which flight is open in the window."""
         self._open = path
         if self.setup is not None:
             self.setup.set_open_flight(path)
 
     def begin(self) -> None:
-        """Put the keyboard where one goes on."""
         page = self.stack.currentWidget()
         if self.setup is not None and page is self.setup:
             self.setup.begin()
@@ -200,7 +181,6 @@ class GapPage(JobPage):
             self.result_view.begin()
 
     def show_setup(self) -> None:
-        """Ask what to search; the result there is stays."""
         self.show_requested.emit()
         page = self._setup_page()
         page.show_state(busy=self.busy, answered=self.search.result is not None)
@@ -209,7 +189,6 @@ class GapPage(JobPage):
         self.changed.emit()
 
     def add_flights(self, flights: Sequence[Path]) -> None:
-        """List flights to search, too, beside what there is to ask."""
         self.show_setup()
         for path in flights:
             self._setup_page().add_flight(path)
@@ -266,17 +245,14 @@ class GapPage(JobPage):
 
     @property
     def unfinished_work_title(self) -> tuple[str, ...]:
-        """Return the title of the work that is not done, if there is one."""
         return (self.search.title,) if self.search.running else ()
 
     def close_search(self) -> None:
-        """Stop everything, as the window closes."""
         if self._trial is not None:
             self._trial.cancel()
         self.search.close()
 
     def fly_virtual_flight(self) -> None:
-        """Let the virtual aircraft fly with a hidden effect, and search that flight."""
         if self.busy:
             return
         from ui.virtual_flight_simulation import (
@@ -312,7 +288,6 @@ class GapPage(JobPage):
     # Decisions
 
     def refuse_effect(self) -> None:
-        """Search again without the effect that is looked at."""
         result = self.search.result
         if self.result_view is None or result is None:
             return
@@ -321,11 +296,10 @@ class GapPage(JobPage):
             self.search.refuse(effect, result.title(effect))
 
     def force_effect(self) -> None:
-        """Ask for an effect and search again with it in the model."""
         result = self.search.result
         if self.result_view is None or result is None:
             return
-        from ui.gap.force_effect_dialog import ForceEffectDialog
+        from ui.gap.add_and_show import ForceEffectDialog
         from ui.gap.gap_view_models import list_forceable_effects
 
         choices = list_forceable_effects(result, self.result_view.selection.step)
@@ -336,7 +310,6 @@ class GapPage(JobPage):
     # Files
 
     def save_model(self) -> None:
-        """Ask for a file and save the model of the step that is looked at."""
         result, result_view = self.search.result, self.result_view
         if result is None or result_view is None:
             return
@@ -355,7 +328,6 @@ class GapPage(JobPage):
             )
 
     def write_report(self) -> None:
-        """Ask for a file and write the report in the background."""
         result = self.search.result
         if result is None:
             return

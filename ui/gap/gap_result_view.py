@@ -9,10 +9,8 @@ from PySide6.QtCore import QRectF, Qt, QTimer, Signal
 from PySide6.QtGui import QAction, QPainter, QPaintEvent, QResizeEvent
 from PySide6.QtWidgets import (
     QBoxLayout,
-    QFrame,
     QHBoxLayout,
     QPushButton,
-    QScrollArea,
     QSizePolicy,
     QVBoxLayout,
     QWidget,
@@ -20,9 +18,8 @@ from PySide6.QtWidgets import (
 
 from ui.commands import shortcut_text
 from ui.display_style import DisplayStyle
-from ui.gap.add_stage import AddStage
-from ui.gap.find_stage import FindStage
-from ui.gap.gap_bars import StepSlider
+from ui.gap.add_and_show import AddStage, ShowStage
+from ui.gap.find_and_name import FindStage, NameStage, StageView
 from ui.gap.gap_selection import (
     GapSelection,
     find_most_closed_channel,
@@ -34,15 +31,14 @@ from ui.gap.gap_selection import (
 from ui.gap.gap_stages import GAP_STAGES
 from ui.gap.gap_text import verdict_state, verdict_text
 from ui.gap.gap_view_models import find_step_effect
-from ui.gap.name_stage import NameStage
-from ui.gap.search_request import SearchResult
-from ui.gap.show_stage import ShowStage
-from ui.gap.stage_view import StageView
+from ui.gap.gap_widgets import StepSlider
+from ui.gap.search_jobs import SearchResult
 from ui.icons import IndicatorState, paint_indicator
 from ui.settings import SettingsStore
 from ui.translation import tr
 from ui.widgets.action_button import ActionButton
 from ui.widgets.labels import create_label
+from ui.widgets.layout_widgets import ScrollingPage
 from ui.window_frame.navigation_rail import ExclusiveButtonGroup
 
 _ONE_ROW_WIDTH = 900
@@ -76,8 +72,6 @@ class _ScrollContent(QWidget):
     def __init__(self, look: DisplayStyle) -> None:
         super().__init__()
         self._look = look
-        self.setObjectName("page")
-        self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
 
     def heightForWidth(self, width: int) -> int:
         layout = self.layout()
@@ -89,46 +83,24 @@ class _ScrollContent(QWidget):
         return layout.minimumHeightForWidth(width)
 
 
-class GapResultView(QScrollArea):
-    """Verdict, the way through the models, and one of the four steps.
-
-    Parameters
-    ----------
-    actions : mapping of str to QAction
-        The commands.
-    look : DisplayStyle
-        Colors, sizes, units.
-    store : SettingsStore
-        Remembers what was looked at.
-
-    Attributes
-    ----------
-    step_changed : Signal
-        Another model or effect is looked at: other commands may be of use.
-    """
+class GapResultView(ScrollingPage):
+    """Verdict, the way through the models, and one of the four steps."""
 
     step_changed = Signal()
 
     def __init__(
         self, actions: Mapping[str, QAction], look: DisplayStyle, store: SettingsStore
     ) -> None:
-        super().__init__()
+        super().__init__(_ScrollContent(look))
         self._look = look
         self._store = store
         self._actions = actions
         self.result: SearchResult | None = None
         self.selection = GapSelection()
         self._moved = self._chose = self._tuned = False
-        self.setFrameShape(QFrame.Shape.NoFrame)
-        self.setFocusPolicy(Qt.FocusPolicy.NoFocus)
-        self.setWidgetResizable(True)
-        self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self.setAccessibleName(tr("Search result"))
-        page = _ScrollContent(look)
-        self.setWidget(page)
-        self._column = QVBoxLayout(page)
-        self._column.addLayout(self._create_header())
-        self._column.addWidget(self._create_navigation())
+        self.column.addLayout(self._create_header())
+        self.column.addWidget(self._create_navigation())
         self.stages: dict[str, StageView] = {}
         self._next = QTimer(self)
         self._next.setSingleShot(True)
@@ -172,7 +144,7 @@ class GapResultView(QScrollArea):
         self._group = ExclusiveButtonGroup(self)
         for number, stage in enumerate(GAP_STAGES, start=1):
             action = self._actions[f"gap_{stage.id}"]
-            title, question = tr(stage.title), tr(stage.question)
+            title, question = tr(stage.title), tr(stage.purpose)
             button = QPushButton(f"{number}  {title}")
             button.setCheckable(True)
             key = shortcut_text(action.shortcut().toString())
@@ -195,7 +167,6 @@ class GapResultView(QScrollArea):
     # The four steps
 
     def _get_stage(self, name: str) -> StageView:
-        """Return one of the four steps, made when it is first wanted."""
         if name not in self.stages:
             look, actions = self._look, self._actions
             kinds: Mapping[str, Callable[[], StageView]] = {
@@ -208,7 +179,7 @@ class GapResultView(QScrollArea):
             view.setAccessibleName(tr(next(one.title for one in GAP_STAGES if one.id == name)))
             view.selection_requested.connect(self._choose)
             view.hide()
-            self._column.addWidget(view, 1)
+            self.column.addWidget(view, 1)
             self.stages[name] = view
         return self.stages[name]
 
@@ -249,7 +220,6 @@ class GapResultView(QScrollArea):
         self.about.setText(result.request.text)
 
     def _choose(self, selection: GapSelection) -> None:
-        """Look at what the crew chose."""
         former = self.selection
         self._chose |= selection.maneuver != former.maneuver
         if self.stage == "show" and selection.channel != former.channel:
@@ -260,7 +230,6 @@ class GapResultView(QScrollArea):
         self.set_selection(selection)
 
     def set_selection(self, selection: GapSelection) -> None:
-        """Look at something else."""
         if self.result is None:
             return
         self.selection = nearest_valid_selection(self.result, selection)
@@ -269,7 +238,6 @@ class GapResultView(QScrollArea):
         self.step_changed.emit()
 
     def go_to_stage(self, stage: str, *, focus: bool = True) -> None:
-        """Go to one of the four steps."""
         if self.result is None:
             return
         last = len(self.result.discrepancy.steps) - 1
@@ -293,7 +261,6 @@ class GapResultView(QScrollArea):
             self.stages[stage].begin()
 
     def begin(self) -> None:
-        """Put the keyboard into the step that is shown."""
         if self.stage:
             self.stages[self.stage].begin()
 
@@ -304,12 +271,10 @@ class GapResultView(QScrollArea):
         self.set_selection(replace(self.selection, step=step))
 
     def move_step(self, steps: int) -> None:
-        """Go on along the models, or back."""
         self._moved = True
         self.set_selection(replace(self.selection, step=self.selection.step + steps))
 
     def next_maneuver(self, steps: int) -> None:
-        """Look at another maneuver."""
         if self.result is None or not self.result.discrepancy.maneuvers:
             return
         ids = [view.id for view in self.result.discrepancy.maneuvers]
@@ -319,14 +284,12 @@ class GapResultView(QScrollArea):
 
     @property
     def can_accept(self) -> bool:
-        """Return whether a proven effect waits."""
         if self.result is None:
             return False
         return find_step_effect(self.result, self.selection.step + 1) is not None
 
     @property
     def chosen_effect(self) -> str:
-        """Return the effect that a decision would be about; empty for none."""
         if self.result is None:
             return ""
         view = self.stages.get(self.stage)
@@ -355,8 +318,8 @@ class GapResultView(QScrollArea):
     def _restyle(self) -> None:
         look = self._look
         margin = look.px(16)
-        self._column.setContentsMargins(margin, look.px(12), margin, margin)
-        self._column.setSpacing(look.px(12))
+        self.column.setContentsMargins(margin, look.px(12), margin, margin)
+        self.column.setSpacing(look.px(12))
         for button in self.buttons.values():
             button.setMinimumHeight(look.px(36))
         self._fit()

@@ -8,8 +8,7 @@ from pathlib import Path
 from PySide6.QtCore import QObject, Signal
 
 from ui.background_job import BackgroundJob, JobProgress
-from ui.gap.gap_worker import GapJob, GapReportJob, serve_gap_jobs
-from ui.gap.search_request import GapRequest, SearchResult
+from ui.gap.search_jobs import GapJob, GapReportJob, GapRequest, SearchResult, serve_gap_jobs
 from ui.job_process.job_runner import JobRunner, ProcessJobRunner
 from ui.translation import tr
 from ui.undo import UndoCommand, UndoStack
@@ -24,30 +23,14 @@ def create_search_job_runner() -> ProcessJobRunner:
 
 
 class GapSearch(QObject):
-    """The search of the window: at most one runs; the result stays until another one comes.
-
-    Parameters
-    ----------
-    job_runner : JobRunner
-        Does the work.
-
-    Attributes
-    ----------
-    began : Signal(object)
-        A `BackgroundJob` begins: a search, or a report being written.
-    progressed : Signal(object, str)
-        Share done or None, and what is being done with the time left.
-    ended : Signal(str)
-        The work ended: ``found``, ``written``, ``cancelled`` or ``failed``.
-    changed : Signal
-        There is another result.
-    written : Signal(object)
-        The path of a report.
-    """
+    """The search of the window: at most one runs; the result stays until another one comes."""
 
     began = Signal(object)
+    """A `BackgroundJob` begins: a search, or a report being written."""
     progressed = Signal(object, str)
+    """Share done or None, and what is being done with the time left."""
     ended = Signal(str)
+    """The work ended: ``found``, ``written``, ``cancelled`` or ``failed``."""
     changed = Signal()
     written = Signal(object)
 
@@ -68,16 +51,13 @@ class GapSearch(QObject):
 
     @property
     def running(self) -> bool:
-        """Return whether something is being done."""
         return self._job is not None and self._job.is_running
 
     @property
     def title(self) -> str:
-        """Return what is being done, or was last."""
         return self._job.title if self._job is not None else ""
 
     def search(self, request: GapRequest) -> None:
-        """Search flights from the beginning."""
         self._look(request, tr("Searching for missing effects"), tr("search"))
 
     def refuse(self, effect: str, title: str) -> None:
@@ -103,7 +83,6 @@ class GapSearch(QObject):
         self.changed.emit()
 
     def write_report(self, path: Path, units: str) -> None:
-        """Write the report of the result in the background, in ``US`` or ``SI`` units."""
         result = self.result
         if result is None or self.running:
             return
@@ -116,7 +95,6 @@ class GapSearch(QObject):
             self._job.cancel()
 
     def close(self) -> None:
-        """Stop everything, as the window closes."""
         self.cancel()
         self._job_runner.close()
 

@@ -6,22 +6,16 @@ from dataclasses import dataclass, replace
 
 from gsapp.discrepancy.results import ManeuverHistories
 from gsapp.report.discrepancy_pictures import CONDITIONS
-from ui.gap.search_request import SearchResult
+from ui.gap.search_jobs import SearchResult
 from ui.translation import tr
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class GapSelection:
-    """What is looked at.
-
-    Attributes
-    ----------
-    step : int
-        Model on the way: 0 is the baseline.
-    maneuver, coefficient, variable, channel : str
-    """
+    """What is looked at."""
 
     step: int = 0
+    """Model on the way: 0 is the baseline."""
     maneuver: str = ""
     coefficient: str = ""
     variable: str = ""
@@ -29,14 +23,7 @@ class GapSelection:
 
 
 def initial_selection(result: SearchResult, *, variable: str, channel: str) -> GapSelection:
-    """Return what to look at first: where model and flight disagree most.
-
-    Parameters
-    ----------
-    result : SearchResult
-    variable, channel : str
-        Looked at last, kept where this result has them.
-    """
+    """Return where model and flight disagree most, variable and channel kept where they can be."""
     found = result.discrepancy
     worst = next((one for one in found.disagreements if one.coefficient), None)
     selection = GapSelection(step=0)

@@ -2,29 +2,18 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 from ui.translation import QT_TR_NOOP
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class GapStage:
-    """One step of the story: its name, and what it answers."""
-
-    id: str
-    title: str
-    question: str
-
+from ui.window_frame.page_steps import PageStep
 
 GAP_STAGES = (
-    GapStage(
+    PageStep(
         id="find",
         title=QT_TR_NOOP("Find"),
-        question=QT_TR_NOOP("Where do simulation and flight disagree?"),
+        purpose=QT_TR_NOOP("Where do simulation and flight disagree?"),
     ),
-    GapStage(id="name", title=QT_TR_NOOP("Name"), question=QT_TR_NOOP("Which effect is missing?")),
-    GapStage(id="add", title=QT_TR_NOOP("Add"), question=QT_TR_NOOP("What is the revised model?")),
-    GapStage(
-        id="show", title=QT_TR_NOOP("Show"), question=QT_TR_NOOP("How much does the gap shrink?")
+    PageStep(id="name", title=QT_TR_NOOP("Name"), purpose=QT_TR_NOOP("Which effect is missing?")),
+    PageStep(id="add", title=QT_TR_NOOP("Add"), purpose=QT_TR_NOOP("What is the revised model?")),
+    PageStep(
+        id="show", title=QT_TR_NOOP("Show"), purpose=QT_TR_NOOP("How much does the gap shrink?")
     ),
 )

@@ -21,7 +21,7 @@ from gsapp.quantities import (
     convert_text_units,
     convert_value_and_std,
 )
-from ui.gap.search_request import SearchResult
+from ui.gap.search_jobs import SearchResult
 from ui.icons import IndicatorState
 from ui.number_format import (
     DASH,

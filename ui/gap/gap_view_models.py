@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -33,7 +33,7 @@ from ui.gap.gap_text import (
     sigma_text,
     signed_number_text,
 )
-from ui.gap.search_request import SearchResult
+from ui.gap.search_jobs import SearchResult
 from ui.number_format import (
     DASH,
     clock_text,
@@ -55,26 +55,13 @@ ARROW = "\N{NARROW NO-BREAK SPACE}→\N{NARROW NO-BREAK SPACE}"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MapCell:
-    """One maneuver and coefficient of the map.
-
-    Attributes
-    ----------
-    ratio : float
-        Missing part over the noise floor.
-    level : int
-        0 to 4, by `DISPLAY.map_levels`.
-    proven : bool
-        Whether the baseline's disagreement here is more than chance.
-    """
+    """One maneuver and coefficient of the map."""
 
     ratio: float
     level: int
+    """0 to 4, by `DISPLAY.map_levels`."""
     proven: bool
-
-
-def find_map_level(ratio: float) -> int:
-    """Return the level of color of a ratio to the noise floor."""
-    return sum(ratio >= bound for bound in DISPLAY.map_levels)
+    """Whether the baseline's disagreement here is more than chance."""
 
 
 def build_map_rows(result: SearchResult, step: int) -> tuple[TableRow, ...]:
@@ -89,7 +76,7 @@ def build_map_rows(result: SearchResult, step: int) -> tuple[TableRow, ...]:
         cells = [
             MapCell(
                 ratio=float(ratio),
-                level=find_map_level(float(ratio)),
+                level=sum(ratio >= bound for bound in DISPLAY.map_levels),
                 proven=(view.id, name) in proven,
             )
             for name, ratio in zip(found.coefficients, ratios, strict=True)
@@ -116,27 +103,17 @@ def build_map_rows(result: SearchResult, step: int) -> tuple[TableRow, ...]:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class MissingCoefficientScatter:
-    """The missing part of one coefficient against what it may depend on.
-
-    Attributes
-    ----------
-    title, axis, unit : str
-    selected : (ndarray, ndarray)
-        Condition in the unit of the screen, and missing part, of the chosen maneuver.
-    others : tuple of (ndarray, ndarray)
-        Of the other maneuvers.
-    floor : float
-    region : (float, float) or None
-        Where the chosen disagreement grows, in the unit of the screen.
-    """
+    """The missing part of one coefficient against what it may depend on."""
 
     title: str
     axis: str
     unit: str
     selected: tuple[FloatArray, FloatArray]
+    """Condition in the unit of the screen, and missing part, of the chosen maneuver."""
     others: tuple[tuple[FloatArray, FloatArray], ...]
     floor: float
     region: tuple[float, float] | None
+    """Where the chosen disagreement grows, in the unit of the screen."""
 
 
 def build_missing_scatter(
@@ -283,17 +260,8 @@ def find_step_effect(result: SearchResult, step: int) -> FoundEffect | None:
     return next((one for one in result.discrepancy.effects if one.effect == added), None)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class EffectDescription:
-    """What is known of one candidate, in sentences with headings."""
-
-    title: str
-    equation: str
-    paragraphs: tuple[tuple[str, str], ...]
-
-
-def describe_effect(result: SearchResult, effect: str) -> EffectDescription:
-    """Return what an effect is, what it is mistaken for, and what would tell it apart."""
+def describe_effect(result: SearchResult, effect: str) -> tuple[str, tuple[tuple[str, str], ...]]:
+    """Return the equation of an effect, and what is known of it as headings with sentences."""
     note = result.effect_infos.get(effect)
     seen = next((one for one in result.discrepancy.observability if one.effect == effect), None)
     paragraphs: list[tuple[str, str]] = []
@@ -323,9 +291,7 @@ def describe_effect(result: SearchResult, effect: str) -> EffectDescription:
         )
     found = next((one for one in result.discrepancy.effects if one.effect == effect), None)
     equation = found.equation if found is not None else (note.equation if note is not None else "")
-    return EffectDescription(
-        title=result.title(effect), equation=equation, paragraphs=tuple(paragraphs)
-    )
+    return equation, tuple(paragraphs)
 
 
 def build_observability_rows(result: SearchResult, *, hidden_only: bool) -> tuple[TableRow, ...]:
@@ -375,31 +341,10 @@ def build_alternative_rows(result: SearchResult, system: str) -> tuple[tuple[str
 # --- Add ----------------------------------------------------------------------------------------
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class EffectStatus:
-    """One effect and where it stands.
-
-    Attributes
-    ----------
-    effect, title : str
-    text : str
-        ``in the model``, ``next``, ``later``, ``refused``.
-    step : int
-        Its step; 0 for one that was refused.
-    """
-
-    effect: str
-    title: str
-    text: str
-    step: int
-
-
-def list_effect_statuses(result: SearchResult, step: int) -> tuple[EffectStatus, ...]:
-    """Return the effects on the way, then those that were refused."""
-    states = []
-    for place, one in enumerate(result.discrepancy.steps):
-        if not place:
-            continue
+def build_effect_status_rows(result: SearchResult, step: int) -> tuple[TableRow, ...]:
+    """Return the effects on the way with where each stands, then those that were refused."""
+    rows = []
+    for place, one in enumerate(result.discrepancy.steps[1:], start=1):
         words = (
             tr("in the model")
             if place <= step
@@ -409,28 +354,15 @@ def list_effect_statuses(result: SearchResult, step: int) -> tuple[EffectStatus,
         )
         if one.added in result.request.forced:
             words += tr(", forced")
-        states.append(
-            EffectStatus(effect=one.added, title=result.title(one.added), text=words, step=place)
+        cells = (str(place), result.title(one.added), words)
+        rows.append(TableRow(key=one.added, cells=cells, is_bold=place <= step, detail=one.added))
+    rows += [
+        TableRow(
+            key=name, cells=(DASH, result.title(name), tr("refused")), italic=True, detail=name
         )
-    states += [
-        EffectStatus(effect=name, title=result.title(name), text=tr("refused"), step=0)
         for name in result.request.refused
     ]
-    return tuple(states)
-
-
-def build_effect_status_rows(states: tuple[EffectStatus, ...]) -> tuple[TableRow, ...]:
-    """Return the effects as lines."""
-    return tuple(
-        TableRow(
-            key=one.effect,
-            cells=(str(one.step) if one.step else DASH, one.title, one.text),
-            is_bold=one.text.startswith(tr("in the model")),
-            italic=one.text == "refused",
-            detail=one.effect,
-        )
-        for one in states
-    )
+    return tuple(rows)
 
 
 def build_parameter_rows(
@@ -509,7 +441,7 @@ class ForceableEffect:
 
     effect: str
     title: str
-    reason: str = field(default="")
+    reason: str = ""
 
 
 def list_forceable_effects(result: SearchResult, step: int) -> tuple[ForceableEffect, ...]:

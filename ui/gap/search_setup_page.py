@@ -21,7 +21,7 @@ from ui.dialogs.form_dialog import FieldMessage
 from ui.disk_checks import path_kind
 from ui.display_style import DisplayStyle
 from ui.gap.gap_stages import GAP_STAGES
-from ui.gap.search_request import GapRequest
+from ui.gap.search_jobs import GapRequest
 from ui.settings import SettingsStore
 from ui.translation import QT_TR_NOOP, tr
 from ui.widgets.labels import CenteredPage, create_label
@@ -40,19 +40,7 @@ _STAGE_DESCRIPTIONS = {
 
 
 class SearchSetupPage(CenteredPage):
-    """Asks what to search.
-
-    Attributes
-    ----------
-    search_requested : Signal(object)
-        A `GapRequest`.
-    virtual_flight_requested : Signal
-        Fly the virtual aircraft with a hidden effect and search that flight.
-    back_requested : Signal
-        Back to the result that is there.
-    command_requested : Signal(str)
-        A command of the window to run.
-    """
+    """Asks what to search."""
 
     search_requested = Signal(object)
     virtual_flight_requested = Signal()
@@ -294,17 +282,14 @@ class SearchSetupPage(CenteredPage):
 
     @property
     def request(self) -> GapRequest:
-        """Return what is to be searched."""
         return GapRequest(flights=self.paths, aircraft=self.aircraft.value, model=self.model.value)
 
     def request_search(self) -> None:
-        """Search what is listed."""
         if self.search.isEnabled():
             self.save_settings(self.paths)
             self.search_requested.emit(self.request)
 
     def save_settings(self, flights: Sequence[Path]) -> None:
-        """Keep what was asked for the next time."""
         self._store.change(
             gap_flights=tuple(str(path.absolute()) for path in flights),
             gap_aircraft=self.aircraft.value,
@@ -312,7 +297,6 @@ class SearchSetupPage(CenteredPage):
         )
 
     def set_flight(self, flight: Path, aircraft: str, model: str) -> None:
-        """Search one flight with a certain aircraft and model."""
         self._show_paths((flight,))
         self._offer_models((model,))
         for field, value in ((self.aircraft, aircraft), (self.model, model)):
@@ -323,5 +307,4 @@ class SearchSetupPage(CenteredPage):
         self.request_search()
 
     def begin(self) -> None:
-        """Put the keyboard where one goes on."""
         (self.search if self.search.isEnabled() else self.trial).setFocus()

@@ -9,10 +9,10 @@ from typing import Final
 from gsapp.excitation.alerts.alert import Alert, AlertLevel
 from gsapp.excitation.cues import CueSnapshot
 from gsapp.excitation.doublets.verdict import InputInProgress, InputVerdict
-from gsapp.excitation.test_points.target_input import TargetInput
+from gsapp.excitation.test_points.target_input import TargetInput, ToleranceBand
 from gsapp.excitation.trim.trim_cue import TrimCue
 from gsapp.flight.cards import TestCard
-from gsapp.quantities import SURFACE_NAMES, convert_text_units
+from gsapp.quantities import SURFACE_NAMES, ChannelSpec, channel, convert_text_units
 from ui.display_limits import DISPLAY
 from ui.number_format import (
     DASH,
@@ -23,72 +23,114 @@ from ui.number_format import (
     plain_shortcut_text,
 )
 from ui.pilot.cue_display import (
+    RESULT_SIGNS,
     STATEMENT_SEPARATOR,
+    TRIM_STATE_SIGNS,
     CardDisplay,
     CueDisplay,
-    DisplayTone,
     Gauge,
     Hint,
-    SignName,
-)
-from ui.pilot.gauges import build_input_gauges, build_test_point_gauges
-from ui.pilot.pilot_text import (
-    RESULT_SIGNS,
-    TRIM_STATE_SIGNS,
     advice_text,
+    coarse_number_text,
+    display_unit_text,
     find_sign,
     surfaces_text,
 )
 from ui.translation import tr
+
+_MAX_GAUGES: Final = 2
+_TOLERANCE_SHARE: Final = 0.2
+"""Share of the bar from what is wanted to each end of the tolerance."""
+_DECIMALS: Final = {"V": 0, "alpha": 1}
+_INPUT_SPAN_FACTOR: Final = 1.5
+"""The bar of an input ends at so many times the largest that is wanted."""
+
+
+def build_test_point_gauges(snapshot: CueSnapshot, units: str) -> tuple[Gauge, ...]:
+    """Return where the aircraft is and where it should be: by speed, else by angle of attack."""
+    point = snapshot.card.point if snapshot.card is not None else None
+    speed, alpha = channel("V"), channel("alpha")
+    if point is not None and point.speed is not None and snapshot.speed is not None:
+        return (_target_gauge(speed, snapshot.speed, point.speed, point.speed_tolerance, units),)
+    if point is not None and point.alpha is not None and snapshot.alpha is not None:
+        return (_target_gauge(alpha, snapshot.alpha, point.alpha, point.alpha_tolerance, units),)
+    if point is not None and point.speed is not None:
+        return (_target_gauge(speed, None, point.speed, point.speed_tolerance, units),)
+    number = coarse_number_text(speed, snapshot.speed, units, _DECIMALS["V"])
+    return (Gauge(title=tr("SPEED"), number=number, unit=display_unit_text(speed, units)),)
+
+
+def _target_gauge(
+    spec: ChannelSpec, value: float | None, wanted: float, tolerance: float, units: str
+) -> Gauge:
+    decimals = _DECIMALS[spec.id]
+    share = None if value is None else 0.5 + _TOLERANCE_SHARE * (value - wanted) / tolerance
+    return Gauge(
+        title=tr("SPEED") if spec.id == "V" else tr("ALPHA"),
+        number=coarse_number_text(spec, value, units, decimals),
+        unit=display_unit_text(spec, units),
+        target_text=tr("want {wanted} ± {tolerance}").format(
+            wanted=coarse_number_text(spec, wanted, units, decimals),
+            tolerance=coarse_number_text(spec, tolerance, units, decimals),
+        ),
+        marker=share,
+        low=0.5 - _TOLERANCE_SHARE,
+        high=0.5 + _TOLERANCE_SHARE,
+    )
+
+
+def build_input_gauges(
+    under_way: InputInProgress | InputVerdict, wanted: TargetInput | None, units: str
+) -> tuple[Gauge, ...]:
+    """Return how large an input is, or was, on each of its surfaces."""
+    bands = {} if wanted is None else wanted.amplitudes
+    return tuple(
+        _amplitude_gauge(name, under_way.amplitudes.get(name), bands.get(name), units)
+        for name in under_way.surfaces[:_MAX_GAUGES]
+    )
+
+
+def _amplitude_gauge(
+    name: str, value: float | None, band: ToleranceBand | None, units: str
+) -> Gauge:
+    spec = channel(name)
+    title = SURFACE_NAMES.get(name, name).upper()
+    number = coarse_number_text(spec, value, units, 1)
+    if band is None:
+        return Gauge(title=title, number=number, unit=display_unit_text(spec, units))
+    full = _INPUT_SPAN_FACTOR * band.high
+    return Gauge(
+        title=title,
+        number=number,
+        unit=display_unit_text(spec, units),
+        target_text=tr("want {low}–{high}").format(
+            low=coarse_number_text(spec, band.low, units, 0),
+            high=coarse_number_text(spec, band.high, units, 0),
+        ),
+        marker=None if value is None else value / full,
+        low=band.low / full,
+        high=band.high / full,
+    )
+
 
 _MAX_HINTS: Final = 2
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CueDisplayInput:
-    """What the page is made of, beside the cues.
-
-    Attributes
-    ----------
-    cues : CueSnapshot or None
-        None where no flight is open, or it gives no cues.
-    units : str
-        ``US`` or ``SI``.
-    is_flight_open : bool
-        Whether a flight is open.
-    seconds_without_data : float or None
-        Seconds without a new sample, once they are too many to believe what was said; else None.
-    monitored_fraction : float
-        How much of the flight so far the cues have seen, 0 to 1.
-    dismissed_verdict_id : str
-        Id of the maneuver whose verdict was waved away.
-    browsed_card : TestCard or None
-        Card that the crew is looking at without having chosen it.
-    target_input : TargetInput or None
-        What was wanted of the input that the latest verdict is on.
-    """
+    """What the page is made of, beside the cues."""
 
     cues: CueSnapshot | None = None
+    """None where no flight is open, or it gives no cues."""
     units: str = "US"
     is_flight_open: bool = False
     seconds_without_data: float | None = None
+    """Seconds without a new sample, once they are too many to believe what was said; else None."""
     monitored_fraction: float = 1.0
+    """How much of the flight so far the cues have seen, 0 to 1."""
     dismissed_verdict_id: str = ""
     browsed_card: TestCard | None = None
     target_input: TargetInput | None = None
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _StatusDisplay:
-    """The upper half of the page."""
-
-    word: str
-    sign: SignName
-    tone: DisplayTone
-    ring: float | None = None
-    count: str = ""
-    hints: tuple[Hint, ...] = ()
-    gauges: tuple[Gauge, ...] | None = None
 
 
 def build_cue_display(reading: CueDisplayInput) -> CueDisplay:
@@ -96,35 +138,20 @@ def build_cue_display(reading: CueDisplayInput) -> CueDisplay:
     cues = reading.cues
     if not reading.is_flight_open:
         connect, train = plain_shortcut_text("Ctrl+L"), plain_shortcut_text("Ctrl+Shift+T")
-        hints = (
-            Hint(
-                text=tr("connect with {connect}, or train with {train}").format(
-                    connect=connect, train=train
-                )
-            ),
-        )
-        return CueDisplay(status_text=tr("NO FLIGHT"), sign="unknown", tone="unknown", hints=hints)
+        words = tr("connect with {connect}, or train with {train}")
+        return _unknown_display(tr("NO FLIGHT"), words.format(connect=connect, train=train))
     if cues is None:
-        hints = (Hint(text=tr("this flight was opened without cues")),)
-        return CueDisplay(status_text=tr("NO CUE"), sign="unknown", tone="unknown", hints=hints)
+        return _unknown_display(tr("NO CUE"), tr("this flight was opened without cues"))
     head = _build_status(reading, cues)
-    gauges = (
-        head.gauges if head.gauges is not None else build_test_point_gauges(cues, reading.units)
-    )
     told = reading.seconds_without_data is None and reading.monitored_fraction >= 1.0
     leg = cues.trim.leg_time_left if cues.trim is not None and told else None
     card = _build_card(cues if told else replace(cues, outlook=None), reading.browsed_card)
-    return CueDisplay(
-        status_text=head.word,
-        sign=head.sign,
-        tone=head.tone,
-        ring=head.ring,
-        count=head.count,
+    return replace(
+        head,
         hints=tuple(
             replace(hint, text=convert_text_units(hint.text, reading.units))
             for hint in head.hints[:_MAX_HINTS]
         ),
-        gauges=gauges,
         leg_time_text=DASH if leg is None else f"{max(math.floor(leg), 0)}",
         leg_short=leg is not None and leg < DISPLAY.short_leg_time,
         card=replace(
@@ -136,33 +163,30 @@ def build_cue_display(reading: CueDisplayInput) -> CueDisplay:
     )
 
 
-def _build_status(reading: CueDisplayInput, cues: CueSnapshot) -> _StatusDisplay:
+def _unknown_display(word: str, text: str, gauges: tuple[Gauge, ...] = ()) -> CueDisplay:
+    """Return a state in which nothing is known of the aircraft."""
+    return CueDisplay(
+        status_text=word, sign="unknown", tone="unknown", hints=(Hint(text=text),), gauges=gauges
+    )
+
+
+def _build_status(reading: CueDisplayInput, cues: CueSnapshot) -> CueDisplay:
     """Return the state: silence first, then danger, the input, its verdict, and the trim."""
+    no_speed = (Gauge(title=tr("SPEED"), number=DASH),)
     if reading.seconds_without_data is not None:
         words = tr("no samples for {time}: fly by eye").format(
             time=duration_text(reading.seconds_without_data)
         )
-        return _StatusDisplay(
-            word=tr("NO DATA"),
-            sign="unknown",
-            tone="unknown",
-            hints=(Hint(text=words),),
-            gauges=(Gauge(title=tr("SPEED"), number=DASH),),
-        )
+        return _unknown_display(tr("NO DATA"), words, no_speed)
     if reading.monitored_fraction < 1.0:
         words = tr("catching up: {percent} %").format(
             percent=floor_percent(reading.monitored_fraction)
         )
-        return _StatusDisplay(
-            word=tr("NO CUE"),
-            sign="unknown",
-            tone="unknown",
-            hints=(Hint(text=words),),
-            gauges=(Gauge(title=tr("SPEED"), number=DASH),),
-        )
+        return _unknown_display(tr("NO CUE"), words, no_speed)
+    test_point = build_test_point_gauges(cues, reading.units)
     worst = cues.alerts[0] if cues.alerts else None
     if worst is not None and worst.level is AlertLevel.WARNING:
-        return _build_danger(worst)
+        return _build_danger(worst, test_point)
     if cues.input_in_progress is not None and _is_deliberate_input(cues.input_in_progress, cues):
         return _build_input(cues.input_in_progress, cues, reading.units)
     verdict = cues.fresh_verdict
@@ -171,28 +195,21 @@ def _build_status(reading: CueDisplayInput, cues: CueSnapshot) -> _StatusDisplay
     cautions = tuple(
         Hint(text=one.spoken_text or one.text, sign="danger", tone="caution") for one in cues.alerts
     )
-    head = _build_trim(cues.trim, cues, reading.units)
-    if not cautions:
-        return head
-    return _StatusDisplay(
-        word=head.word,
-        sign=head.sign,
-        tone=head.tone,
-        ring=head.ring,
-        hints=(*head.hints[:1], *cautions),
-    )
+    head = replace(_build_trim(cues.trim, cues, reading.units), gauges=test_point)
+    return replace(head, hints=(*head.hints[:1], *cautions)) if cautions else head
 
 
-def _build_danger(danger: Alert) -> _StatusDisplay:
+def _build_danger(danger: Alert, gauges: tuple[Gauge, ...]) -> CueDisplay:
     """Return a danger in place of all: what to do, large; what it is, below."""
     spoken = danger.spoken_text or danger.text
     what, _, remedy = spoken.rpartition(": ")
     word = (remedy if what else spoken).upper()
-    return _StatusDisplay(
-        word=word,
+    return CueDisplay(
+        status_text=word,
         sign="land" if "LAND" in word else "danger",
         tone="warning",
         hints=(Hint(text=what or danger.text, sign="danger", tone="warning"),),
+        gauges=gauges,
     )
 
 
@@ -211,17 +228,17 @@ def _is_deliberate_input(under_way: InputInProgress, cues: CueSnapshot) -> bool:
     )
 
 
-def _build_input(under_way: InputInProgress, cues: CueSnapshot, units: str) -> _StatusDisplay:
+def _build_input(under_way: InputInProgress, cues: CueSnapshot, units: str) -> CueDisplay:
     wanted = None if cues.card is None else cues.card.target_input
     gauges = build_input_gauges(under_way, wanted, units)
     if under_way.phase == "moving":
         hints = (Hint(text=surfaces_text(under_way.surfaces)),)
-        return _StatusDisplay(
-            word=tr("INPUT"), sign="stick", tone="strong", hints=hints, gauges=gauges
+        return CueDisplay(
+            status_text=tr("INPUT"), sign="stick", tone="strong", hints=hints, gauges=gauges
         )
     left, total = under_way.hands_off_left, under_way.hands_off_total
-    return _StatusDisplay(
-        word=tr("HANDS OFF"),
+    return CueDisplay(
+        status_text=tr("HANDS OFF"),
         sign="hand",
         tone="strong",
         ring=min(max(left / total, 0.0), 1.0) if total > 0.0 else 0.0,
@@ -233,7 +250,7 @@ def _build_input(under_way: InputInProgress, cues: CueSnapshot, units: str) -> _
 
 def _build_verdict(
     verdict: InputVerdict, cues: CueSnapshot, reading: CueDisplayInput
-) -> _StatusDisplay:
+) -> CueDisplay:
     word, sign, tone = RESULT_SIGNS[verdict.result]
     advice = advice_text(verdict)
     counted = cues.card if cues.card is not None and cues.card.card.id == verdict.card else None
@@ -243,8 +260,8 @@ def _build_verdict(
         )
         advice = f"{advice}, {done}" if advice else f"{verdict.card}: {done}"
     advice = advice or f"{surfaces_text(verdict.surfaces)} {verdict.kind}"
-    return _StatusDisplay(
-        word=tr(word),
+    return CueDisplay(
+        status_text=tr(word),
         sign=sign,
         tone=tone,
         hints=(Hint(text=advice),),
@@ -252,11 +269,10 @@ def _build_verdict(
     )
 
 
-def _build_trim(trim: TrimCue | None, cues: CueSnapshot, units: str) -> _StatusDisplay:
+def _build_trim(trim: TrimCue | None, cues: CueSnapshot, units: str) -> CueDisplay:
     hints: tuple[Hint, ...] = ()
     if trim is None:
-        hints = (Hint(text=tr("waiting for the first samples")),)
-        return _StatusDisplay(word=tr("NO CUE"), sign="unknown", tone="unknown", hints=hints)
+        return _unknown_display(tr("NO CUE"), tr("waiting for the first samples"))
     word, sign, tone = TRIM_STATE_SIGNS[trim.state]
     off = tuple(
         Hint(text=one.format_text(units), sign=find_sign(one))
@@ -289,11 +305,10 @@ def _build_trim(trim: TrimCue | None, cues: CueSnapshot, units: str) -> _StatusD
         hints = (
             Hint(text=tr("then {wanted}").format(wanted=wanted) if wanted else tr("next leg")),
         )
-    return _StatusDisplay(word=tr(word), sign=sign, tone=tone, ring=ring, hints=hints)
+    return CueDisplay(status_text=tr(word), sign=sign, tone=tone, ring=ring, hints=hints)
 
 
 def _next_surfaces(cues: CueSnapshot) -> tuple[str, ...]:
-    """Return the surfaces of the next input; all of them where no card says."""
     return tuple(SURFACE_NAMES) if cues.card is None else cues.card.card.surfaces
 
 
@@ -318,17 +333,18 @@ def _build_card(cues: CueSnapshot, browsed: TestCard | None) -> CardDisplay:
     if outlook is not None and outlook.maneuvers_left is not None:
         room = count_text(outlook.maneuvers_left, "maneuver")
     prospects = {one.card: one.text for one in outlook.forecasts} if outlook is not None else {}
+    times = CardDisplay(time_left_text=time, maneuvers_left_text=room)
     if browsed is not None:
-        return CardDisplay(
+        return replace(
+            times,
             heading=tr("SHOWING {id} · Enter flies it").format(id=browsed.id),
             text=browsed.display_title,
             benefit_text=prospects.get(browsed.id, browsed.remarks),
-            time_left_text=time,
-            maneuvers_left_text=room,
         )
     if next_card is None:
         done = cues.requested_repeats > 0
-        return CardDisplay(
+        return replace(
+            times,
             heading=tr("CARDS"),
             text=tr("all cards flown: land") if done else tr("no test cards for this flight"),
             benefit_text=""
@@ -336,24 +352,20 @@ def _build_card(cues: CueSnapshot, browsed: TestCard | None) -> CardDisplay:
             else tr("choose them at Preflight: {page}, {cards}").format(
                 page=plain_shortcut_text("F1"), cards=plain_shortcut_text("Alt+4")
             ),
-            time_left_text=time,
-            maneuvers_left_text=room,
         )
     card = next_card.card
-    return CardDisplay(
+    return replace(
+        times,
         heading=tr("NEXT {id} · {good} of {repeats} good · {reason}").format(
             id=card.id, good=next_card.good_repeats, repeats=card.repeats, reason=next_card.reason
         ),
         text=next_card.text or card.display_title,
         benefit_text=next_card.problem or prospects.get(card.id, ""),
         problem=bool(next_card.problem),
-        time_left_text=time,
-        maneuvers_left_text=room,
     )
 
 
 def _footer_text(cues: CueSnapshot) -> str:
-    """Return what can and cannot be judged, the gaps first."""
     missing = cues.limitations or (cues.trim.limitations if cues.trim is not None else ())
     judged = cues.judged_by or (cues.trim.judged_by if cues.trim is not None else ())
     told = [tr("Not evaluated: {missing}").format(missing="; ".join(missing))] if missing else []

@@ -1,8 +1,10 @@
-"""The debrief within the place: made when it is first seen, kept in the catalog."""
+"""The debrief within the place: made when it is first seen, kept in the catalog of the campaign."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import groupby
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QObject, Signal
@@ -14,43 +16,21 @@ from ui.background_job import BackgroundJob
 from ui.display_style import DisplayStyle
 from ui.error_reporter import ErrorReporter
 from ui.flight_controller import FlightController
-from ui.pilot.flight_cues import FlightCues
+from ui.pilot.page_state import FlightCues
 from ui.settings import SettingsStore, catalog_path
 from ui.translation import tr
 
 if TYPE_CHECKING:
+    from gsapp.excitation.debrief import Debrief
+    from gsapp.excitation.debrief_trends import FlightTrend
     from ui.pilot.debrief_page import DebriefPage
 
 
 class DebriefController(QObject):
-    """Makes the page of the debrief and does what its commands say.
-
-    Parameters
-    ----------
-    place : QWidget
-        Where it belongs.
-    look : DisplayStyle
-        Colors, sizes, units.
-    store : SettingsStore
-        Says where flights lie, and their catalog.
-    error_reporter : ErrorReporter
-        Where errors go.
-    controller : FlightController
-        The open flight.
-    cues : FlightCues
-        Its cues.
-    commands : sequence of QAction
-        What the menu of the list of maneuvers offers.
-
-    Attributes
-    ----------
-    time_requested : Signal(float)
-        A flight time (s) should be on screen, in the charts.
-    page : DebriefPage or None
-        None until it is seen.
-    """
+    """Makes the page of the debrief and does what its commands say."""
 
     time_requested = Signal(float)
+    """A flight time (s) should be on screen, in the charts."""
 
     def __init__(
         self,
@@ -73,7 +53,6 @@ class DebriefController(QObject):
         self._events: int | None = None
 
     def get_page(self) -> DebriefPage:
-        """Return the page; what it is made of is loaded with it."""
         if self.page is None:
             from ui.pilot.debrief_page import DebriefPage
 
@@ -81,21 +60,12 @@ class DebriefController(QObject):
         return self.page
 
     def refresh(self, events: int | None = None) -> None:
-        """Show what was judged since.
-
-        Parameters
-        ----------
-        events : int, optional
-            How many there were so far: while there are no more, nothing was judged.
-        """
+        """Show what was judged since; nothing was while there are no more events than before."""
         if self.page is not None and (events is None or events != self._events):
             self._events = events
             self.page.show_debrief(self._cues.debrief())
 
     def read_trends(self) -> None:
-        """Show what the catalog holds of flights in a row."""
-        from ui.pilot.debrief_storage import load_trends
-
         if self.page is None:
             return
         try:
@@ -104,9 +74,6 @@ class DebriefController(QObject):
             self._error_reporter.report(error)
 
     def store(self) -> None:
-        """Write the debrief into the catalog, in the background."""
-        from ui.pilot.debrief_storage import save_debrief
-
         session, debrief = self._controller.session, self._cues.debrief()
         if session is None or debrief is None:
             return
@@ -126,7 +93,43 @@ class DebriefController(QObject):
         work.start()
 
     def show_in_charts(self) -> None:
-        """Go to the maneuver that is looked at, in the charts."""
         judged = None if self.page is None else self.page.current_maneuver
         if judged is not None:
             self.time_requested.emit(judged.verdict.t_input)
+
+
+def save_debrief(path: Path, debrief: Debrief, catalog: Path, aircraft: str = "") -> Path:
+    """Write a debrief into a catalog, in place of that of the same flight; return the catalog.
+
+    Raises
+    ------
+    FlightError
+        If the flight cannot be read, or the catalog cannot be written.
+    """
+    from gsapp.flight.catalog import Catalog, store_debrief
+    from gsapp.flight.flight_loader import load_flight
+
+    flight, verdicts = load_flight(path), debrief.to_stored_verdicts()
+    catalog.parent.mkdir(parents=True, exist_ok=True)
+    with Catalog(catalog) as opened:
+        store_debrief(opened, flight, verdicts, debrief.cards, aircraft=aircraft)
+    return catalog
+
+
+def load_trends(catalog: Path) -> tuple[FlightTrend, ...]:
+    """Return what the flights of a catalog show, in order; none where there is no catalog.
+
+    Raises
+    ------
+    FlightError
+        If it cannot be read.
+    """
+    from gsapp.excitation.debrief_trends import compute_trends
+    from gsapp.flight.catalog import Catalog, list_card_scores, search_verdicts
+
+    if not catalog.is_file():
+        return ()
+    with Catalog(catalog) as opened:
+        verdicts = search_verdicts(opened)
+        names = [name for name, _ in groupby(verdicts, key=lambda one: one.flight)]
+        return compute_trends(verdicts, {name: list_card_scores(opened, name) for name in names})

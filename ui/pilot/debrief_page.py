@@ -2,32 +2,322 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Final
 
+import numpy as np
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtGui import QAction, QKeyEvent, QResizeEvent
-from PySide6.QtWidgets import QHBoxLayout, QScrollArea, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QScrollArea, QVBoxLayout, QWidget
 
 from gsapp.excitation.debrief import Debrief
 from gsapp.excitation.debrief_maneuver import EvaluatedManeuver
 from gsapp.excitation.debrief_trends import FlightTrend
+from gsapp.quantities import (
+    SURFACE_NAMES,
+    FloatArray,
+    channel,
+    convert_text_units,
+    from_si,
+    trace_color,
+)
 from ui.commands import shortcut_text
 from ui.display_style import DisplayStyle
-from ui.pilot.debrief_charts import ManeuverCharts
-from ui.pilot.debrief_text import (
-    CARD_COLUMN_TITLES,
-    TREND_COLUMN_TITLES,
-    build_card_rows,
-    build_maneuver_item,
-    build_trend_rows,
-    debrief_headline,
-    list_verdict_reasons,
+from ui.icons import IndicatorState
+from ui.number_format import (
+    DASH,
+    channel_value_text,
+    clock_text,
+    count_text,
+    duration_text,
+    number_text,
+    percent_text,
+    symbol_text,
+    unit_text,
 )
-from ui.pilot.text_table import TextTable
-from ui.translation import tr
+from ui.pilot.cue_display import RESULT_SIGNS, surfaces_text
+from ui.translation import QT_TR_NOOP, tr
+from ui.widgets.analysis_plot import FLIGHT_TIME_LABEL, AnalysisPlot, PlotBand, PlotCurve
 from ui.widgets.labels import create_label
-from ui.widgets.status_list import StatusListView
+from ui.widgets.status_list import StatusListItem, StatusListView
+from ui.widgets.table_menu import create_table_actions
+
+_RESULT_STATES: Final[Mapping[str, IndicatorState]] = {"good": "good", "unclear": "unknown"}
+"""Signs of verdicts; all others are a caution."""
+
+
+def debrief_headline(debrief: Debrief | None) -> str:
+    """Return how the flight went, in one line."""
+    if debrief is None:
+        return tr("No flight with cues is open")
+    flown = len(debrief.maneuvers)
+    good = (
+        tr("{good} of {inputs} good").format(good=debrief.good, inputs=count_text(flown, "input"))
+        if flown
+        else tr("no inputs yet")
+    )
+    words = f"{debrief.flight}: {good}"
+    if debrief.score is not None:
+        words += tr(" · {score} of the card set").format(score=percent_text(debrief.score))
+    return words
+
+
+def build_maneuver_item(judged: EvaluatedManeuver, units: str) -> StatusListItem:
+    """Return one maneuver as a line of the list."""
+    verdict = judged.verdict
+    speed = "" if verdict.V is None else f", {channel_value_text(channel('V'), verdict.V, units)}"
+    counts = tr("counts") if verdict.counts else ""
+    return StatusListItem(
+        key=verdict.id,
+        text=f"{verdict.id}  {surfaces_text(verdict.surfaces)} {verdict.kind}",
+        detail=f"{clock_text(verdict.t_input, decimals=1)}{speed}: {verdict.advice}",
+        state=_RESULT_STATES.get(verdict.result, "caution"),
+        state_text=tr(RESULT_SIGNS[verdict.result][0]).lower(),
+        note=" ".join(filter(None, (verdict.card, counts))),
+    )
+
+
+def list_verdict_reasons(judged: EvaluatedManeuver, units: str) -> tuple[str, ...]:
+    """Return why a maneuver got its verdict, and what was measured of it, as sentences."""
+    verdict = judged.verdict
+    said = [finding.words for finding in verdict.findings] or [tr("no objection")]
+    said += [_input_shape_text(judged, name, units) for name in verdict.surfaces]
+    moved = [f"{SURFACE_NAMES.get(name, name)} {_angle_text(name, size, units)}"
+             for name, size in verdict.cross.items()]  # fmt: skip
+    if moved:
+        said.append(tr("also moved: {moved}").format(moved=", ".join(moved)))
+    said.append(_input_start_text(judged))
+    said += verdict.judged_by
+    return tuple(said)
+
+
+def _input_shape_text(judged: EvaluatedManeuver, name: str, units: str) -> str:
+    verdict, wanted = judged.verdict, judged.target_input
+    words = SURFACE_NAMES.get(name, name)
+    if name in verdict.amplitudes:
+        words += f" {_angle_text(name, verdict.amplitudes[name], units)}"
+    if wanted is not None and name in wanted.amplitudes:
+        band = wanted.amplitudes[name]
+        low, high = (_angle_text(name, limit, units) for limit in (band.low, band.high))
+        words += tr(" (wanted {low} to {high})").format(low=low, high=high)
+    halves = verdict.halves.get(name, ())
+    if halves:
+        words += tr(", steps of {steps} s").format(
+            steps=", ".join(number_text(step, 2) for step in halves)
+        )
+    if name in verdict.symmetry:
+        words += tr(", halves symmetric to {percent}").format(
+            percent=percent_text(verdict.symmetry[name])
+        )
+    if name in verdict.left_over:
+        words += tr(", {percent} residual").format(percent=percent_text(verdict.left_over[name]))
+    return words
+
+
+def _angle_text(name: str, value: float, units: str) -> str:
+    return channel_value_text(channel(name), value, units)
+
+
+def _input_start_text(judged: EvaluatedManeuver) -> str:
+    go = judged.go_at
+    begun = judged.verdict.t_input
+    words = (
+        tr("started without GO")
+        if go is None
+        else tr("begun {duration} after GO").format(duration=duration_text(begun - go))
+    )
+    off = [f"{name} {number_text(share, 1)}" for name, share in judged.trim_deviations.items()]
+    return (
+        tr("{words}; deviations in tolerances: {off}").format(words=words, off=", ".join(off))
+        if off
+        else words
+    )
+
+
+CARD_COLUMN_TITLES: Final = (
+    QT_TR_NOOP("Card"), "", QT_TR_NOOP("Good"), QT_TR_NOOP("Flown"), QT_TR_NOOP("Wanted"),
+)  # fmt: skip
+
+
+def build_card_rows(debrief: Debrief | None) -> tuple[tuple[str, ...], ...]:
+    """Return the score by card as rows of a table."""
+    cards = () if debrief is None else debrief.cards
+    return tuple(
+        (one.card, one.title, str(one.good), str(one.flown), str(one.requested)) for one in cards
+    )
+
+
+TREND_COLUMN_TITLES: Final = (
+    QT_TR_NOOP("Flight"), QT_TR_NOOP("Good"), QT_TR_NOOP("Cards"),
+    QT_TR_NOOP("Size flown / target"), QT_TR_NOOP("Trim deviation at start"), QT_TR_NOOP("Apart"),
+)  # fmt: skip
+
+
+def build_trend_rows(trends: Sequence[FlightTrend]) -> tuple[tuple[str, ...], ...]:
+    """Return flights in a row as rows of a table, the newest first."""
+    return tuple(
+        (
+            one.flight,
+            tr("{good} of {inputs}").format(good=one.good, inputs=one.inputs),
+            percent_text(one.score),
+            _share_texts(
+                {SURFACE_NAMES.get(name, name): value for name, value in one.amplitudes.items()}
+            ),
+            _share_texts(one.trim_errors),
+            duration_text(one.seconds_each),
+        )
+        for one in reversed(trends)
+    )
+
+
+def _share_texts(values: Mapping[str, float]) -> str:
+    return ", ".join(f"{name} {number_text(value, 1)}" for name, value in values.items()) or DASH
+
+
+_MAX_SURFACES: Final = 2
+"""Surfaces that are drawn; no input moves more of them on purpose."""
+_RATE_CHANNELS: Final = ("p", "q", "r")
+_MIN_CHART_HEIGHT: Final = 150
+
+
+class ManeuverCharts(QWidget):
+    """The charts of one maneuver."""
+
+    def __init__(self, look: DisplayStyle) -> None:
+        super().__init__()
+        self._look = look
+        self._grid = QGridLayout(self)
+        self._grid.setContentsMargins(0, 0, 0, 0)
+        self.surfaces = [
+            AnalysisPlot(
+                look, tr("Surface {place}").format(place=place + 1), high=_MIN_CHART_HEIGHT
+            )
+            for place in range(_MAX_SURFACES)
+        ]
+        self.response = AnalysisPlot(look, tr("Response"), high=_MIN_CHART_HEIGHT)
+        for place, chart in enumerate(self.surfaces):
+            self._grid.addWidget(chart, 0, place)
+        self._grid.addWidget(self.response, 1, 0, 1, _MAX_SURFACES)
+
+    def show_maneuver(self, judged: EvaluatedManeuver) -> None:
+        self._grid.setSpacing(self._look.px(8))
+        shown = [name for name in judged.verdict.surfaces if name in judged.curves.series]
+        for chart, name in zip(self.surfaces, (*shown, "", ""), strict=False):
+            chart.setVisible(bool(name))
+            if name:
+                self._draw_surface(chart, judged, name)
+        self._draw_response(judged)
+
+    def _draw_surface(self, chart: AnalysisPlot, judged: EvaluatedManeuver, name: str) -> None:
+        values = judged.curves.series[name]
+        moved = self._to_display(name, values - values[0])
+        bands = []
+        wanted = None if judged.target_input is None else judged.target_input.amplitudes.get(name)
+        if wanted is not None:
+            low, high = self._to_display(name, np.array([wanted.low, wanted.high])).tolist()
+            bands = [
+                PlotBand(low=low, high=high, name=tr("wanted"), is_target=True),
+                PlotBand(low=-high, high=-low, is_target=True),
+            ]
+        title = SURFACE_NAMES.get(name, name).capitalize()
+        curve = PlotCurve(x=judged.curves.times, y=moved, color=trace_color(name), name=tr("moved"))
+        chart.draw(
+            [curve],
+            [*bands, self._hands_off(judged)],
+            title=title,
+            bottom=FLIGHT_TIME_LABEL,
+            left=tr("From trim [{unit}]").format(unit=self._unit(name)),
+            words=tr("{title} of {id}").format(title=title, id=judged.verdict.id),
+        )
+
+    def _draw_response(self, judged: EvaluatedManeuver) -> None:
+        names = [name for name in _RATE_CHANNELS if name in judged.curves.series]
+        curves = [
+            PlotCurve(
+                x=judged.curves.times,
+                y=self._to_display(name, judged.curves.series[name]),
+                color=trace_color(name),
+                name=symbol_text(channel(name).symbol),
+            )
+            for name in names
+        ]
+        unit = self._unit("q")
+        self.response.draw(
+            curves,
+            [self._hands_off(judged)],
+            title=tr("Response") if curves else tr("Response not measured"),
+            bottom=FLIGHT_TIME_LABEL,
+            left=tr("Rate [{unit}]").format(unit=unit),
+            words=tr("Rates of {id}").format(id=judged.verdict.id),
+        )
+
+    def _hands_off(self, judged: EvaluatedManeuver) -> PlotBand:
+        verdict = judged.verdict
+        return PlotBand(
+            low=verdict.t_input_end,
+            high=verdict.t_end,
+            name=tr("hands off"),
+            is_horizontal=False,
+        )
+
+    def _unit(self, name: str) -> str:
+        return unit_text(channel(name).display_unit(self._look.units))
+
+    def _to_display(self, name: str, values: FloatArray) -> FloatArray:
+        spec = channel(name)
+        return from_si(values, spec.display_unit(self._look.units), spec.quantity)
+
+
+class TextTable(QWidget):
+    """A heading, heads of columns, rows; or a sentence where there are none."""
+
+    def __init__(self, look: DisplayStyle, title: str, heads: Sequence[str], stretch: int) -> None:
+        super().__init__()
+        self._look = look
+        self._heads = tuple(map(tr, heads))
+        self._rows: tuple[tuple[str, ...], ...] | None = None
+        self._stretch = stretch
+        self.setAccessibleName(title)
+        self._column = column = QVBoxLayout(self)
+        column.setContentsMargins(0, 0, 0, 0)
+        column.addWidget(create_label(title, "heading", wrap=True))
+        self.empty_label = create_label("", "muted", wrap=True)
+        column.addWidget(self.empty_label)
+        self._holder = QWidget()
+        column.addWidget(self._holder)
+        self.addActions(create_table_actions(self, lambda: (self._heads, *(self._rows or ()))))
+        self.setContextMenuPolicy(Qt.ContextMenuPolicy.ActionsContextMenu)
+
+    def show_rows(self, rows: Sequence[Sequence[str]], none: str) -> None:
+        units = self._look.units
+        made = tuple(tuple(convert_text_units(cell, units) for cell in row) for row in rows)
+        self.empty_label.setText(none)
+        self.empty_label.setVisible(not made)
+        if made == self._rows:
+            return
+        self._rows = made
+        # Never without a parent: it would be a window of its own for a moment.
+        holder = QWidget(self)
+        grid = QGridLayout(holder)
+        grid.setContentsMargins(0, 0, 0, 0)
+        grid.setHorizontalSpacing(self._look.px(16))
+        grid.setVerticalSpacing(self._look.px(6))
+        grid.setColumnStretch(self._stretch, 1)
+        for place, head in enumerate(self._heads):
+            grid.addWidget(create_label(head, "label", wrap=place == self._stretch), 0, place)
+        for line, row in enumerate(made, start=1):
+            for place, text in enumerate(row):
+                cell = create_label(
+                    text, "strong" if place == 0 else "", wrap=place >= self._stretch
+                )
+                grid.addWidget(cell, line, place, Qt.AlignmentFlag.AlignTop)
+        holder.setVisible(bool(made))
+        self._column.replaceWidget(self._holder, holder)
+        self._holder.hide()
+        self._holder.deleteLater()
+        self._holder = holder
+        self.setAccessibleDescription("; ".join(", ".join(row) for row in made) or none)
+
 
 _SIDE_BY_SIDE_WIDTH: Final = 760
 """Points of width from which list and maneuver stand side by side."""
@@ -35,20 +325,7 @@ _SCROLL_STEP: Final = 60
 
 
 class DebriefPage(QWidget):
-    """Goes through the maneuvers of the open flight by keys.
-
-    Parameters
-    ----------
-    look : DisplayStyle
-        Colors, sizes, units.
-    commands : sequence of QAction
-        What the menu of the list offers for a maneuver.
-
-    Attributes
-    ----------
-    changed : Signal
-        Another maneuver is looked at, or there are others.
-    """
+    """Goes through the maneuvers of the open flight by keys."""
 
     changed = Signal()
 
@@ -107,7 +384,6 @@ class DebriefPage(QWidget):
     # What it shows
 
     def show_debrief(self, debrief: Debrief | None) -> None:
-        """Show the debrief of a flight as far as it went."""
         self.debrief = debrief
         maneuvers = () if debrief is None else debrief.maneuvers
         state = (
@@ -124,7 +400,6 @@ class DebriefPage(QWidget):
         self.changed.emit()
 
     def show_trends(self, trends: Sequence[FlightTrend]) -> None:
-        """Show flights in a row."""
         self.trends.show_rows(
             build_trend_rows(trends),
             tr("No flight in the catalog. {keys} saves this one.").format(
@@ -134,7 +409,6 @@ class DebriefPage(QWidget):
 
     @property
     def current_maneuver(self) -> EvaluatedManeuver | None:
-        """Return the maneuver that is looked at."""
         maneuvers = () if self.debrief is None else self.debrief.maneuvers
         key = self.list.current_key
         return next((one for one in maneuvers if one.verdict.id == key), None)
@@ -157,7 +431,6 @@ class DebriefPage(QWidget):
     # Keys
 
     def begin(self) -> None:
-        """Put the keyboard into the list."""
         self._reading = False
         self._fit()
         self.list.setFocus()

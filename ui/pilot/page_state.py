@@ -1,37 +1,171 @@
-"""What the page shows beside the cues: the card looked at, a verdict put away, calm. No Qt."""
+"""What the page shows: cues, the card looked at, a verdict put away, calm. No Qt."""
 
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
+from gsapp.excitation.announcer import Announcement
 from gsapp.excitation.cues import CueSnapshot
 from gsapp.excitation.test_points.target_input import TargetInput
-from ui.pilot.card_browser import CardBrowser, find_last_flown_card
-from ui.pilot.cue_display import CueDisplay
+from gsapp.flight.cards import CardSet, TestCard
+from ui.display_limits import DISPLAY
+from ui.pilot.cue_display import CueDisplay, Gauge
 from ui.pilot.cue_display_builder import CueDisplayInput, build_cue_display
-from ui.pilot.display_rate_limiter import DisplayRateLimiter
 
 if TYPE_CHECKING:
-    from ui.pilot.flight_cues import FlightCues
+    from gsapp.excitation.debrief import Debrief
+    from ui.flight_controller import FlightController
+
+
+class FlightCues:
+    """What the pilot's page knows of the open flight."""
+
+    def __init__(
+        self, controller: FlightController, clock: Callable[[], float] = time.monotonic
+    ) -> None:
+        self._controller = controller
+        self._clock = clock
+        self._seen: float | None = None
+        self._data_clock = clock()
+
+    @property
+    def is_open(self) -> bool:
+        return self._controller.is_open
+
+    def snapshot(self) -> CueSnapshot | None:
+        """Return the cues; None without a flight, or where it gives none."""
+        session = self._controller.session
+        return None if session is None else session.cues
+
+    def monitored_fraction(self) -> float:
+        """Return how much of the flight so far the cues have seen, 0 to 1; else they are past."""
+        session = self._controller.session
+        return 1.0 if session is None else session.monitored_fraction
+
+    def seconds_without_data(self) -> float | None:
+        """Return for how many seconds nothing came of a live flight; None while it comes."""
+        now, newest = self._clock(), self._controller.time
+        if newest != self._seen:
+            self._seen, self._data_clock = newest, now
+        live = self._controller.is_open and not self._controller.is_replay
+        passed = now - self._data_clock
+        return passed if live and newest is not None and passed > DISPLAY.max_cue_age else None
+
+    def spoken_cues(self) -> Sequence[Announcement]:
+        session = self._controller.session
+        return () if session is None else session.crew_cues.spoken
+
+    @property
+    def cards(self) -> CardSet | None:
+        session = self._controller.session
+        return None if session is None else session.crew_cues.cards
+
+    def debrief(self) -> Debrief | None:
+        """Return every input judged so far; None without a flight, or where it gives no cues."""
+        session = self._controller.session
+        return None if session is None else session.crew_cues.debrief()
+
+    def set_units(self, units: str) -> None:
+        if self._controller.session is not None:
+            self._controller.session.crew_cues.set_units(units)
+
+    def select_card(self, card_id: str) -> None:
+        """Have a card flown until it is done; an empty one lets the program choose."""
+        if self._controller.session is not None:
+            self._controller.session.crew_cues.select_card(card_id)
+
+
+class CardBrowser:
+    """The card that the crew is looking at, which need not be the one to be flown."""
+
+    def __init__(self) -> None:
+        self._id = ""
+
+    def reset(self) -> None:
+        self._id = ""
+
+    def browsed_card(self, cards: CardSet | None) -> TestCard | None:
+        return None if cards is None or not self._id else cards.card(self._id)
+
+    def step(self, cards: CardSet | None, cues: CueSnapshot | None, steps: int) -> None:
+        """Look at a card farther on, around the end; from that which is to be flown first."""
+        if cards is None:
+            return
+        ids = [card.id for card in cards.cards]
+        flown = cues.card.card.id if cues is not None and cues.card is not None else ""
+        here = self._id or flown
+        place = ids.index(here) + steps if here in ids else min(steps - 1, 0)
+        self._id = ids[place % len(ids)]
+        if self._id == flown:
+            self._id = ""
+
+    def selected_card_id(self, cues: CueSnapshot | None) -> str:
+        if self._id:
+            return self._id
+        return cues.card.card.id if cues is not None and cues.card is not None else ""
+
+
+def find_last_flown_card(cues: CueSnapshot | None, cards: CardSet | None) -> str:
+    """Return the id of the card that the latest maneuver was flown for; empty for none."""
+    flown = cues.verdict.card if cues is not None and cues.verdict is not None else ""
+    return flown if cards is not None and cards.card(flown) is not None else ""
+
+
+class DisplayRateLimiter:
+    """Lets another state through at once, and the words beside it when they have stood.
+
+    Bars move all the time; numbers and sentences do not.
+    """
+
+    def __init__(self, clock: Callable[[], float]) -> None:
+        self._clock = clock
+        self._shown: CueDisplay | None = None
+        self._changed = 0.0
+
+    def reset(self) -> None:
+        """Let everything through next time: the crew did something and looks for its answer."""
+        self._shown = None
+
+    def limit(self, sheet: CueDisplay) -> CueDisplay:
+        shown, now = self._shown, self._clock()
+        if (
+            shown is None
+            or _unlimited_part(sheet) != _unlimited_part(shown)
+            or now - self._changed >= DISPLAY.min_text_time
+        ):
+            if shown is None or _text_part(sheet) != _text_part(shown):
+                self._changed = now
+            self._shown = sheet
+        else:
+            self._shown = replace(
+                shown,
+                ring=sheet.ring,
+                count=sheet.count,
+                gauges=tuple(map(_with_new_marker, shown.gauges, sheet.gauges)),
+            )
+        return self._shown
+
+
+def _with_new_marker(shown: Gauge, new: Gauge) -> Gauge:
+    return replace(shown, marker=new.marker)
+
+
+def _unlimited_part(sheet: CueDisplay) -> tuple[object, ...]:
+    """Return what is never held back: the state, what its gauges are of, a gauge that went."""
+    return (sheet.status_text, sheet.sign, sheet.tone, tuple(one.title for one in sheet.gauges))
+
+
+def _text_part(sheet: CueDisplay) -> tuple[object, ...]:
+    """Return everything that is read, without what moves."""
+    numbers = tuple((one.number, one.target_text) for one in sheet.gauges)
+    return (sheet.status_text, sheet.hints, numbers, sheet.leg_time_text, sheet.card, sheet.footer)
 
 
 class PilotPageState:
-    """What the crew did to the page, and what follows from it.
-
-    Parameters
-    ----------
-    cues : FlightCues
-        Of the open flight.
-    clock : callable
-        Seconds of a clock that never goes back.
-
-    Attributes
-    ----------
-    snapshot : CueSnapshot or None
-        As of the last look.
-    """
+    """What the crew did to the page, and what follows from it."""
 
     def __init__(self, cues: FlightCues, clock: Callable[[], float] = time.monotonic) -> None:
         self._cues = cues
@@ -41,19 +175,16 @@ class PilotPageState:
         self.restart()
 
     def restart(self) -> None:
-        """Begin with another flight."""
         self._choosing.reset()
         self._dismissed = ""
         self._calm = DisplayRateLimiter(self._clock)
         self.snapshot = None
 
     def update(self) -> CueSnapshot | None:
-        """Look at the cues anew, and return them."""
         self.snapshot = self._cues.snapshot()
         return self.snapshot
 
     def build_display(self, units: str) -> CueDisplay:
-        """Return what stands on the page, as of the last look."""
         reading = CueDisplayInput(
             cues=self.snapshot,
             units=units,
@@ -67,7 +198,6 @@ class PilotPageState:
         return self._calm.limit(build_cue_display(reading))
 
     def _target_input(self) -> TargetInput | None:
-        """Return what was wanted of the input whose verdict is on the page."""
         standing = self.shown_verdict_id
         debrief = self._cues.debrief() if standing else None
         maneuvers = () if debrief is None else debrief.maneuvers
@@ -77,26 +207,21 @@ class PilotPageState:
 
     @property
     def is_browsing(self) -> bool:
-        """Return whether another card is looked at than that which is to be flown."""
         return self._choosing.browsed_card(self._cues.cards) is not None
 
     def step_card(self, steps: int) -> None:
-        """Look at another card."""
         self._calm.reset()
         self._choosing.step(self._cues.cards, self.update(), steps)
 
     def select_browsed_card(self) -> None:
-        """Have the card that is looked at flown from now on."""
         self._choose(self._choosing.selected_card_id(self.update()))
 
     def repeat_last_card(self) -> None:
-        """Have the card of the latest maneuver flown again."""
         card = find_last_flown_card(self.update(), self._cues.cards)
         if card:
             self._choose(card)
 
     def clear_card_selection(self) -> None:
-        """Let the program choose again."""
         self._choose("")
 
     def _choose(self, card_id: str) -> None:
@@ -108,7 +233,6 @@ class PilotPageState:
 
     @property
     def shown_verdict_id(self) -> str:
-        """Return the id of the maneuver whose verdict is on the page; empty for none."""
         verdict = None if self.snapshot is None else self.snapshot.fresh_verdict
         return verdict.id if verdict is not None and verdict.id != self._dismissed else ""
 

@@ -5,16 +5,21 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Final
 
-from PySide6.QtCore import QRectF, QSize, Qt
-from PySide6.QtGui import QColor, QPainter, QPaintEvent, QPen
+from PySide6.QtCore import QPointF, QRectF, QSize, Qt
+from PySide6.QtGui import QColor, QPainter, QPaintEvent, QPen, QPolygonF
 from PySide6.QtWidgets import QSizePolicy, QWidget
 
 from ui.display_style import DisplayStyle, mix_colors
 from ui.number_format import DASH
-from ui.pilot.cue_display import STATEMENT_SEPARATOR, CardDisplay, CueDisplay, DisplayTone, Hint
-from ui.pilot.font_fitting import elide_text, fit_font
-from ui.pilot.gauge_painter import TITLE_SHARE, paint_gauge
-from ui.pilot.page_regions import SMALL_FONT_SIZE, PageRegions, compute_regions
+from ui.pilot.cue_display import (
+    STATEMENT_SEPARATOR,
+    CardDisplay,
+    CueDisplay,
+    DisplayTone,
+    Gauge,
+    Hint,
+)
+from ui.pilot.page_layout import SMALL_FONT_SIZE, PageRegions, compute_regions, elide_text, fit_font
 from ui.pilot.sign_shapes import paint_ring, paint_sign
 from ui.translation import tr
 
@@ -26,6 +31,115 @@ _MAX_SMALL_FONT_SIZE: Final = 17
 """Pixels of the small line's letters, at most; times the scale of the window."""
 _MAX_TITLE_FONT_SIZE: Final = 24
 """Pixels of the letters of titles, at most; times the scale of the window."""
+_NUMBER_SHARE: Final = 0.36
+"""Share of a gauge's width for its number."""
+_TITLE_SHARE: Final = 0.22
+"""Share of a gauge's height for its title."""
+
+
+def paint_gauge(
+    painter: QPainter, look: DisplayStyle, gauge: Gauge, box: QRectF, places: PageRegions
+) -> None:
+    """Draw a gauge into a box."""
+    high = box.height()
+    left = QRectF(box.left(), box.top(), _NUMBER_SHARE * box.width(), high)
+    title, number = places.split_title(left, _TITLE_SHARE)
+    largest = round(_MAX_TITLE_FONT_SIZE * look.sizes.scale)
+    _paint_text(painter, look, gauge.title, title, "muted", largest=largest, share=0.9)
+    _paint_number(painter, look, gauge, number)
+    if gauge.low is None or gauge.high is None:
+        return
+    right = box.adjusted(left.width() + 0.02 * box.width(), 0, 0, 0)
+    words = right.adjusted(0, 0, 0, -0.68 * high)
+    target = f"{gauge.target_text} {gauge.unit}"
+    _paint_text(painter, look, target, words, "target", share=0.9, bold=True)
+    track = right.adjusted(0, 0.46 * high, 0, -0.1 * high)
+    _paint_track(painter, look, gauge, track)
+
+
+def _paint_number(painter: QPainter, look: DisplayStyle, gauge: Gauge, box: QRectF) -> None:
+    """Draw number and unit; the number's room is as wide as three figures, so nothing jitters."""
+    high = box.height()
+    room = QRectF(box.left(), box.top() - 0.15 * high, 0.72 * box.width(), 1.3 * high)
+    widest = max(gauge.number, "000", key=len)
+    painter.setPen(look.color("text"))
+    painter.setFont(fit_font(widest, room, round(0.95 * high), _MIN_FONT_SIZE, bold=True))
+    painter.drawText(room, _ALIGN.AlignVCenter | _ALIGN.AlignLeft, gauge.number)
+    taken = painter.fontMetrics().horizontalAdvance(widest)
+    unit = box.adjusted(taken + 0.03 * box.width(), 0.36 * high, 0, 0)
+    _paint_text(painter, look, gauge.unit, unit, "muted", largest=round(0.42 * high), share=0.9)
+
+
+def _paint_track(painter: QPainter, look: DisplayStyle, gauge: Gauge, box: QRectF) -> None:
+    painter.setPen(Qt.PenStyle.NoPen)
+    painter.setBrush(look.color("chosen"))
+    painter.drawRect(box)
+    low, high = _bar_position(gauge.low, box), _bar_position(gauge.high, box)
+    band = QRectF(low, box.top(), high - low, box.height())
+    cyan = look.color("target")
+    soft = QColor(cyan)
+    soft.setAlphaF(0.35)
+    painter.setBrush(soft)
+    painter.drawRect(band)
+    painter.setPen(QPen(cyan, max(0.06 * box.height(), 2.0)))
+    painter.drawLine(band.topLeft(), band.bottomLeft())
+    painter.drawLine(band.topRight(), band.bottomRight())
+    if gauge.marker is not None:
+        _paint_marker(painter, look, gauge.marker, box)
+
+
+def _paint_marker(painter: QPainter, look: DisplayStyle, at: float, box: QRectF) -> None:
+    ink = look.color("text")
+    painter.setPen(Qt.PenStyle.NoPen)
+    painter.setBrush(ink)
+    side = 0.5 * box.height()
+    if 0.0 <= at <= 1.0:
+        x = _bar_position(at, box)
+        thick = max(0.16 * box.height(), 4.0)
+        top = box.top() - 0.22 * box.height()
+        painter.drawRect(QRectF(x - thick / 2, top, thick, 1.36 * box.height()))
+        return
+    way = 1.0 if at > 1.0 else -1.0
+    tip = box.right() if at > 1.0 else box.left()
+    middle = box.center().y()
+    painter.drawPolygon(
+        QPolygonF(
+            [
+                QPointF(tip, middle),
+                QPointF(tip - way * 1.4 * side, middle - side),
+                QPointF(tip - way * 1.4 * side, middle + side),
+            ]
+        )
+    )
+
+
+def _bar_position(share: float | None, box: QRectF) -> float:
+    return box.left() + min(max(share or 0.0, 0.0), 1.0) * box.width()
+
+
+def _paint_text(
+    painter: QPainter,
+    look: DisplayStyle,
+    words: str,
+    box: QRectF,
+    role: str,
+    *,
+    largest: int = 400,
+    share: float = 0.8,
+    bold: bool = False,
+    wrap: bool = False,
+    right: bool = False,
+) -> None:
+    """Write as large as a box allows, at most as high as a share of it."""
+    if not words:
+        return
+    painter.setPen(look.color(role))
+    top = max(min(largest, round(share * box.height())), _MIN_FONT_SIZE)
+    painter.setFont(fit_font(words, box, top, _MIN_FONT_SIZE, bold=bold, wrap=wrap))
+    flags = _ALIGN.AlignVCenter | (_ALIGN.AlignRight if right else _ALIGN.AlignLeft)
+    painter.drawText(box, flags | _WRAP if wrap else flags, words)
+
+
 _CAP_HEIGHT: Final = 1.0
 """Size of the big word's letters, times the height of its box."""
 _LEAD_SHARE: Final = 0.2
@@ -35,18 +149,7 @@ _BORDER: Final = 2.0
 
 
 class PilotCanvas(QWidget):
-    """Draws a `CueDisplay`.
-
-    Parameters
-    ----------
-    look : DisplayStyle
-        Colors and units, and the least size of letters; all else is as large as the widget allows.
-
-    Attributes
-    ----------
-    display : CueDisplay
-        What it shows.
-    """
+    """Draws a `CueDisplay`."""
 
     def __init__(self, look: DisplayStyle) -> None:
         super().__init__()
@@ -62,7 +165,6 @@ class PilotCanvas(QWidget):
         return QSize(960, 600)
 
     def show_display(self, sheet: CueDisplay) -> None:
-        """Show another page."""
         if sheet == self.display:
             return
         if sheet.accessible_text != self.display.accessible_text:
@@ -77,7 +179,6 @@ class PilotCanvas(QWidget):
             self.update()
 
     def compute_regions(self) -> PageRegions:
-        """Return where everything stands."""
         return compute_regions(float(self.width()), float(self.height()), self._look.sizes.scale)
 
     def paintEvent(self, event: QPaintEvent) -> None:
@@ -101,7 +202,6 @@ class PilotCanvas(QWidget):
     # The state
 
     def _colors(self, tone: DisplayTone) -> tuple[QColor | None, QColor]:
-        """Return fill (None for none) and ink of a tone."""
         look = self._look
         if tone in ("good", "caution", "warning"):
             return look.color(f"{tone}_fill"), look.color("fill_text")
@@ -166,7 +266,9 @@ class PilotCanvas(QWidget):
             scale = self._look.sizes.scale
             words = footer_text(self.display.footer, places.footer, round(SMALL_FONT_SIZE * scale))
             largest = round(_MAX_SMALL_FONT_SIZE * scale)
-            self._text(painter, words, places.footer, largest, "muted", wrap=True)
+            _paint_text(
+                painter, self._look, words, places.footer, "muted", largest=largest, wrap=True
+            )
 
     def _paint_hint(self, painter: QPainter, hint: Hint, box: QRectF, *, wrap: bool) -> None:
         color = self._look.color(
@@ -189,7 +291,7 @@ class PilotCanvas(QWidget):
         box = places.leg
         if not self.display.leg_time_text:
             return
-        title, number = places.split_title(box, TITLE_SHARE)
+        title, number = places.split_title(box, _TITLE_SHARE)
         self._title(painter, tr("LEG LEFT"), title, right=True)
         role = "caution" if self.display.leg_short else "text"
         words = (
@@ -197,7 +299,7 @@ class PilotCanvas(QWidget):
             if self.display.leg_time_text == DASH
             else f"{self.display.leg_time_text} s"
         )
-        self._text(painter, words, number, 400, role, bold=True, right=True)
+        _paint_text(painter, self._look, words, number, role, bold=True, right=True)
 
     def _paint_card(self, painter: QPainter, places: PageRegions) -> None:
         card, box, time = self.display.card, places.card, places.time
@@ -208,47 +310,22 @@ class PilotCanvas(QWidget):
         painter.setPen(self._look.color("line"))
         painter.drawLine(box.topLeft(), time.topRight())
         self._title(painter, card.heading, lead)
-        self._text(painter, card.text, words, 400, "text", bold=True)
-        self._text(
-            painter, card.benefit_text, gain, 400, "caution" if card.problem else "text", wrap=True
-        )
+        look, role = self._look, "caution" if card.problem else "text"
+        _paint_text(painter, look, card.text, words, "text", bold=True)
+        _paint_text(painter, look, card.benefit_text, gain, role, wrap=True)
         title, below = places.split_title(time, _LEAD_SHARE)
         upper, lower = _split_card_box(below)
         if card.time_left_text or card.maneuvers_left_text:
             self._title(painter, tr("FLIGHT"), title, right=True)
-        self._text(painter, card.time_left_text, upper, 400, "text", bold=True, right=True)
-        self._text(painter, card.maneuvers_left_text, lower, 400, "text", right=True)
+        _paint_text(painter, look, card.time_left_text, upper, "text", bold=True, right=True)
+        _paint_text(painter, look, card.maneuvers_left_text, lower, "text", right=True)
 
     def _title(self, painter: QPainter, words: str, box: QRectF, *, right: bool = False) -> None:
         largest = round(_MAX_TITLE_FONT_SIZE * self._look.sizes.scale)
-        self._text(painter, words, box, largest, "muted", right=right)
-
-    def _text(
-        self,
-        painter: QPainter,
-        words: str,
-        box: QRectF,
-        largest: int,
-        role: str,
-        *,
-        bold: bool = False,
-        wrap: bool = False,
-        right: bool = False,
-    ) -> None:
-        """Write as large as a box allows."""
-        if not words:
-            return
-        painter.setPen(self._look.color(role))
-        top = min(largest, round(0.8 * box.height()))
-        painter.setFont(
-            fit_font(words, box, max(top, _MIN_FONT_SIZE), _MIN_FONT_SIZE, bold=bold, wrap=wrap)
-        )
-        flags = _ALIGN.AlignVCenter | (_ALIGN.AlignRight if right else _ALIGN.AlignLeft)
-        painter.drawText(box, flags | _WRAP if wrap else flags, words)
+        _paint_text(painter, self._look, words, box, "muted", largest=largest, right=right)
 
 
 def _split_card_box(box: QRectF) -> tuple[QRectF, QRectF]:
-    """Return where the words of a card stand below its title, and the smaller ones below them."""
     high = box.height()
     return box.adjusted(0, 0, 0, -0.45 * high), box.adjusted(0, 0.575 * high, 0, 0)
 

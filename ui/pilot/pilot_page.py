@@ -3,68 +3,127 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Final
 
 from PySide6.QtCore import QTimer
 from PySide6.QtGui import QAction, QHideEvent, QShowEvent
 from PySide6.QtWidgets import QApplication
 
-from ui.commands import CommandRequirement
+from gsapp.excitation.announcer import Announcement
+from gsapp.excitation.cues import CueSnapshot
+from ui.commands import CommandRequirement, shortcut_text
+from ui.display_limits import DISPLAY
 from ui.display_style import DisplayStyle
 from ui.error_reporter import ErrorReporter
 from ui.flight_controller import FlightController
 from ui.pilot.debrief_controller import DebriefController
-from ui.pilot.flight_cues import FlightCues
-from ui.pilot.page_actions import build_page_actions
-from ui.pilot.page_state import PilotPageState
+from ui.pilot.page_state import FlightCues, PilotPageState
 from ui.pilot.pilot_canvas import PilotCanvas
-from ui.pilot.pilot_window_controller import PilotWindowController
-from ui.pilot.speech import FlightSpeech
-from ui.pilot.stick_key_filter import StickKeyFilter
-from ui.pilot.training_flight import TrainingFlight
-from ui.pilot.training_status_line import TrainingStatusLine
+from ui.pilot.pilot_window import PilotWindowController
+from ui.pilot.training_flight import StickKeyFilter, TrainingFlight, TrainingStatusLine
 from ui.settings import SettingsStore
-from ui.translation import tr
+from ui.translation import QT_TR_NOOP, tr
+from ui.voice.speech_queue import UtterancePriority
 from ui.voice.voice import Voice
-from ui.widgets.action_button import ActionBar
+from ui.widgets.action_button import ActionBar, ActionItem
 from ui.window_frame.step_page import WindowPage
+
+_ACTION_LABELS: Final[Mapping[str, str]] = {
+    "pilot_dismiss": QT_TR_NOOP("Dismiss"),
+    "pilot_previous_card": QT_TR_NOOP("Previous card"),
+    "pilot_next_card": QT_TR_NOOP("Next card"),
+    "pilot_fly_card": QT_TR_NOOP("Fly this card"),
+    "pilot_repeat": QT_TR_NOOP("Repeat card"),
+    "pilot_any_card": QT_TR_NOOP("Best card"),
+    "pilot_sticks": QT_TR_NOOP("Sticks"),
+    "pilot_charts": QT_TR_NOOP("Show in charts"),
+    "pilot_keep": QT_TR_NOOP("Keep"),
+    "pilot_debrief": QT_TR_NOOP("Debrief"),
+    "pilot_page": QT_TR_NOOP("In flight"),
+    "pilot_window": QT_TR_NOOP("Separate window"),
+    "pilot_train": QT_TR_NOOP("Train"),
+    "mute": QT_TR_NOOP("Sound"),
+}
+"""Short words of the commands that have a button."""
+
+
+def build_page_actions(
+    actions: Mapping[str, QAction], *, debrief: bool, looking: bool, sticks: str
+) -> tuple[ActionItem, ...]:
+    """Return the buttons below the page: what acts now, the most wanted first."""
+    # The verdict's button keeps its place without a verdict, so that no other comes under a thumb.
+    shown = ["pilot_charts", "pilot_keep"] if debrief else ["pilot_dismiss"]
+    if not debrief and actions["pilot_fly_card"].isEnabled():
+        shown += ["pilot_previous_card", "pilot_next_card", "pilot_fly_card", "pilot_repeat",
+                  "pilot_any_card"]  # fmt: skip
+    if sticks:
+        shown.insert(0, "pilot_sticks")
+    shown.append("pilot_page" if debrief else "pilot_debrief")
+    shown += ["pilot_window", "pilot_train", "mute"]
+    return tuple(
+        ActionItem(
+            id=name,
+            text=sticks if name == "pilot_sticks" else tr(_ACTION_LABELS[name]),
+            # Letters are sticks while a trainee flies: the last key is no letter.
+            key=shortcut_text(
+                actions[name].shortcuts()[-1 if sticks and name == "mute" else 0].toString()
+            ),
+            is_default=name == "pilot_fly_card" and looking,
+            disabled_reason="" if actions[name].isEnabled() else actions[name].toolTip(),
+        )
+        for name in shown
+    )
+
+
+_PRIORITY: Final[Mapping[str, UtterancePriority]] = {
+    "note": UtterancePriority.NOTE,
+    "prompt": UtterancePriority.PROMPT,
+    "warning": UtterancePriority.WARNING,
+}
+
+
+class FlightSpeech:
+    """Says what is new, and keeps everything else silent while the hands are off."""
+
+    def __init__(self, voice: Voice) -> None:
+        self._voice = voice
+        self._spoken_count = 0
+
+    def restart(self, spoken: Sequence[Announcement] = ()) -> None:
+        """Begin with another flight; what was to be heard of it before is not said."""
+        self._spoken_count = len(spoken)
+        self._voice.set_quiet(False)
+
+    def speak_new_cues(
+        self, cues: CueSnapshot | None, spoken: Sequence[Announcement], *, aloud: bool
+    ) -> None:
+        """Let be heard what is new."""
+        if len(spoken) < self._spoken_count:
+            self._spoken_count = 0  # a replay went back
+        new, self._spoken_count = spoken[self._spoken_count :], len(spoken)
+        under_way = cues.input_in_progress if aloud and cues is not None else None
+        self._voice.set_quiet(under_way is not None and under_way.phase == "hands-off")
+        if not aloud or cues is None or cues.time is None:
+            return
+        for one in new:
+            if cues.time - one.time > DISPLAY.max_speech_delay:
+                continue
+            if one.tone:
+                self._voice.play_tone(one.tone)
+            if one.text:
+                self._voice.say(one.text, _PRIORITY[one.priority], through=True)
+                if one.tone:
+                    # Where there is no voice a common tone has just taken its place.
+                    self._voice.play_tone(one.tone)
+
 
 MIN_REFRESH_INTERVAL: Final = 0.05
 """Seconds between two looks at the cues: they are made anew so often."""
 
 
 class PilotPage(WindowPage):
-    """Shows, speaks, and lets the crew choose.
-
-    Parameters
-    ----------
-    actions : mapping of str to QAction
-        The commands.
-    look : DisplayStyle
-        Colors, sizes, units.
-    store : SettingsStore
-        Remembers the second window, and whether cues are spoken.
-    error_reporter : ErrorReporter
-        Where errors go.
-    controller : FlightController
-        The open flight.
-    voice : Voice
-        Is heard.
-
-    Attributes
-    ----------
-    cues : FlightCues
-        What is known of the open flight.
-    state : PilotPageState
-        What the crew did to the page.
-    own_window : PilotWindowController
-        The page once more, for a second screen.
-    debrief : DebriefController
-        What is said afterwards.
-    training : TrainingFlight
-        The virtual aircraft flown with keys.
-    """
+    """Shows, speaks, and lets the crew choose."""
 
     def __init__(
         self,
@@ -109,7 +168,6 @@ class PilotPage(WindowPage):
 
     @property
     def handlers(self) -> Mapping[str, Callable[[], object]]:
-        """Return what the commands of this place do."""
         return {
             "pilot_page": lambda: self.show_page(debrief=False),
             "pilot_debrief": lambda: self.show_page(debrief=True),
@@ -124,7 +182,6 @@ class PilotPage(WindowPage):
 
     @property
     def _page_handlers(self) -> Mapping[str, Callable[[], object]]:
-        """Return what the commands of the page do, in whichever window it is."""
         state = self.state
 
         def then_show(act: Callable[[], object]) -> Callable[[], object]:
@@ -145,7 +202,6 @@ class PilotPage(WindowPage):
 
     @property
     def present(self) -> tuple[CommandRequirement, ...]:
-        """Return what commands may act on."""
         if not self.shown:
             return ()
         found: list[CommandRequirement] = ["pilot"]
@@ -164,7 +220,6 @@ class PilotPage(WindowPage):
     # What the crew does
 
     def show_page(self, *, debrief: bool) -> None:
-        """Show the page of the cues, or the debrief."""
         if debrief:
             page = self.debrief.get_page()
             if self.stack.indexOf(page) < 0:
@@ -183,20 +238,17 @@ class PilotPage(WindowPage):
         return self.stack.currentWidget() is not self.canvas
 
     def begin(self) -> None:
-        """Put the keyboard where one goes on."""
         if self.is_debrief_shown:
             self.debrief.get_page().begin()
         else:
             self.canvas.setFocus()
 
     def start_training(self) -> None:
-        """Begin a training flight, on the page; not in the place of a flight that is recorded."""
         if self.training.start():
             self.show_page(debrief=False)
             self.show_requested.emit()
 
     def _training_changed(self) -> None:
-        """Show who has the sticks, and that the flight began or ended."""
         self.help.show_status(self.training)
         if self.training.trainee_has_control and self.is_debrief_shown:
             self.show_page(debrief=False)
@@ -211,13 +263,11 @@ class PilotPage(WindowPage):
 
     @property
     def is_speech_enabled(self) -> bool:
-        """Return whether cues are spoken."""
         wish = self._store.current.flight_speech
         opened = self._was_opened or self.own_window.window is not None
         return wish == "always" or (wish == "page" and opened)
 
     def toggle_speech(self) -> None:
-        """Speak the cues of this flight and of those to come, or none."""
         self._store.change(flight_speech="never" if self.is_speech_enabled else "always")
         self.refresh()
 
@@ -233,14 +283,12 @@ class PilotPage(WindowPage):
         self._present = self.present
 
     def _update_present(self) -> None:
-        """Say so where other commands are of use than a moment ago."""
         present = self.present
         if present != self._present:
             self._present = present
             self.changed.emit()
 
     def _flight_changed(self) -> None:
-        """Another flight is open, or none."""
         self.state.restart()
         self.speech.restart(self.cues.spoken_cues())
         self.debrief.refresh()
@@ -254,7 +302,6 @@ class PilotPage(WindowPage):
             self.begin()
 
     def _restyle(self) -> None:
-        """Show it in other colors, sizes or units; units are spoken, too."""
         if self._look.units != self._units:
             self._units = self._look.units
             self.cues.set_units(self._units)
@@ -266,7 +313,6 @@ class PilotPage(WindowPage):
             self.refresh()
 
     def refresh(self) -> None:
-        """Show and say what the cues are now."""
         self._refreshed_at = time.monotonic()
         second, aloud = self.own_window.window, self.is_speech_enabled
         watched = self.shown or second is not None

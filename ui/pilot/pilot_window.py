@@ -5,13 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Final
 
-from PySide6.QtCore import QEvent, QKeyCombination, QPoint, QRect, Qt, Signal
-from PySide6.QtGui import QCloseEvent, QGuiApplication, QKeyEvent, QKeySequence, QScreen
+from PySide6.QtCore import QEvent, QKeyCombination, QObject, QPoint, QRect, Qt, Signal
+from PySide6.QtGui import QAction, QCloseEvent, QGuiApplication, QKeyEvent, QKeySequence, QScreen
 from PySide6.QtWidgets import QVBoxLayout, QWidget
 
 from ui.commands import FULL_SCREEN_KEYS
 from ui.display_style import DisplayStyle
 from ui.pilot.pilot_canvas import PilotCanvas
+from ui.settings import SettingsStore
 from ui.translation import tr
 
 _WINDOW_SHARE: Final = 0.75
@@ -19,20 +20,7 @@ _WINDOW_SHARE: Final = 0.75
 
 
 class PilotWindow(QWidget):
-    """The page alone; it obeys the keys of the page, F11, and Esc to be closed.
-
-    Parameters
-    ----------
-    look : DisplayStyle
-        Colors and units.
-    keys : mapping of str to callable
-        What keys do, in the portable text of key sequences.
-
-    Attributes
-    ----------
-    closed : Signal
-        It was closed by hand.
-    """
+    """The page alone; it obeys `keys` (portable key sequences), F11, and Esc to be closed."""
 
     closed = Signal()
 
@@ -65,7 +53,6 @@ class PilotWindow(QWidget):
             self.show()
 
     def toggle_full_screen(self) -> None:
-        """Fill the screen, or come back to the window as it was."""
         self.setWindowState(self.windowState() ^ Qt.WindowState.WindowFullScreen)
 
     def event(self, event: QEvent) -> bool:
@@ -92,3 +79,65 @@ class PilotWindow(QWidget):
 def find_other_screen(main: QScreen | None, screens: list[QScreen]) -> QScreen | None:
     """Return a screen that is not the main window's; None where there is but one."""
     return next((screen for screen in screens if screen is not main), None)
+
+
+_SHARED_COMMANDS = ("mute", "acknowledge", "pilot_window", "next_theme")
+"""Commands of the main window that its keys give here, too."""
+
+
+class PilotWindowController(QObject):
+    """The page's own window; commands act there even where the main window has them gray."""
+
+    changed = Signal()
+
+    def __init__(
+        self,
+        place: QWidget,
+        actions: Mapping[str, QAction],
+        acts: Mapping[str, Callable[[], object]],
+        look: DisplayStyle,
+        store: SettingsStore,
+    ) -> None:
+        super().__init__(place)
+        self._place = place
+        self._actions = actions
+        self._acts = acts
+        self._look = look
+        self._store = store
+        self.window: PilotWindow | None = None
+
+    def toggle(self) -> None:
+        if self.window is None:
+            self.open()
+        else:
+            self.window.close()
+
+    def open(self) -> None:
+        """Open it, on another screen if there is one."""
+        acts = {**{name: self._actions[name].trigger for name in _SHARED_COMMANDS}, **self._acts}
+        keys = {
+            key.toString(): act
+            for name, act in acts.items()
+            for key in self._actions[name].shortcuts()
+        }
+        self.window = PilotWindow(self._look, keys)
+        self.window.closed.connect(self._closed)
+        self.window.open_on_other_screen(self._place.window())
+        self._remember(is_open=True)
+
+    def _closed(self) -> None:
+        self.window = None
+        self._remember(is_open=False)
+
+    def _remember(self, *, is_open: bool) -> None:
+        self._store.change(pilot_window=is_open)
+        self._actions["pilot_window"].setChecked(is_open)
+        self.changed.emit()
+
+    def close_with_main(self) -> None:
+        """Close it with the main window; it is remembered as open."""
+        window, self.window = self.window, None
+        if window is not None:
+            window.closed.disconnect()
+            window.close()
+            window.deleteLater()

@@ -32,7 +32,6 @@ def _polygon(*points: tuple[float, float]) -> QPainterPath:
 
 
 def _polyline(*points: tuple[float, float], width: float = 14.0) -> QPainterPath:
-    """Return the outline of a thick line."""
     path = QPainterPath(QPointF(*points[0]))
     for x, y in points[1:]:
         path.lineTo(x, y)
@@ -92,7 +91,6 @@ def _two_way_turn_sign() -> QPainterPath:
 
 
 def _target_sign() -> QPainterPath:
-    """Return a target: a ring with its middle."""
     return _disk(50, 50, 40).subtracted(_disk(50, 50, 27)).united(_disk(50, 50, 13))
 
 
@@ -101,7 +99,6 @@ def _go_sign() -> QPainterPath:
 
 
 def _wind_sign() -> QPainterPath:
-    """Return wind: three waves."""
     path = QPainterPath()
     for top in (24.0, 50.0, 76.0):
         path.moveTo(8, top)
@@ -111,7 +108,6 @@ def _wind_sign() -> QPainterPath:
 
 
 def _hand_sign() -> QPainterPath:
-    """Return an open hand."""
     path = QPainterPath()
     for left, top in ((22.0, 22.0), (37.0, 8.0), (52.0, 6.0), (67.0, 16.0)):
         path.addRoundedRect(QRectF(left, top, 12, 56), 6, 6)
@@ -144,7 +140,6 @@ def _less_sign() -> QPainterPath:
 
 
 def _shorter_sign() -> QPainterPath:
-    """Return arrows that press together: shorter."""
     return (
         _polyline((10, 50), (34, 50), width=14)
         .united(_polygon((26, 26), (48, 50), (26, 74)))
@@ -154,7 +149,6 @@ def _shorter_sign() -> QPainterPath:
 
 
 def _longer_sign() -> QPainterPath:
-    """Return arrows that draw apart: longer."""
     return (
         _polyline((22, 50), (78, 50), width=14)
         .united(_polygon((28, 22), (4, 50), (28, 78)))

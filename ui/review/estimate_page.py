@@ -7,35 +7,42 @@ from typing import TYPE_CHECKING
 
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtGui import QAction, QShowEvent
-from PySide6.QtWidgets import QApplication, QFrame, QScrollArea, QVBoxLayout, QWidget
+from PySide6.QtWidgets import (
+    QApplication,
+    QFrame,
+    QHBoxLayout,
+    QSizePolicy,
+    QVBoxLayout,
+)
 
 from gsapp.foundation import GroundStationError
 from gsapp.foundation.settings import SettingError
+from gsapp.identification.axes import AXIS_SURFACES
 from ui.commands import CommandRequirement, shortcut_text
+from ui.dialogs.form_dialog import FieldMessage
 from ui.display_style import DisplayStyle
 from ui.estimate_form import EstimateForm
-from ui.number_format import count_text, join_sentences
-from ui.review.estimate_form_from_run import find_unrestored_settings, form_from_request
-from ui.review.estimate_header import EstimateHeader
-from ui.review.estimate_maneuvers import (
-    describe_empty_selection,
-    describe_selection,
-    select_maneuvers,
-)
+from ui.number_format import count_text, join_sentences, plain_shortcut_text
 from ui.review.estimate_panel import EstimatePanel
-from ui.review.estimate_request import build_run_request, is_effect_parameter
-from ui.review.estimate_table import format_last_values
-from ui.review.estimate_validation import EstimateValidator
-from ui.review.review_jobs import JobSubmitter
-from ui.review.review_selection import ReviewSelection
-from ui.review.run_controller import RunController
-from ui.review.run_store import RunStore
+from ui.review.estimate_request import (
+    FIELD_HELP,
+    EstimateValidator,
+    build_run_request,
+    find_unrestored_settings,
+    form_from_request,
+    format_maneuver_count,
+    is_effect_parameter,
+)
+from ui.review.estimate_tables import format_last_values
+from ui.review.review_steps import ReviewContext, ReviewStepPage
+from ui.review.run_store import RunController, RunStore
 from ui.review.runs_view import RunsView
-from ui.review.step_page import ReviewStepPage
-from ui.settings import SettingsStore, catalog_path
+from ui.settings import catalog_path
 from ui.translation import tr
 from ui.undo import UNDO_LIMIT, UndoCommand, UndoHistory, UndoStack
-from ui.widgets.layout_widgets import StackingColumns
+from ui.widgets.action_button import ActionButton
+from ui.widgets.labels import create_label
+from ui.widgets.layout_widgets import ScrollingPage, StackingColumns
 from ui.window_frame.page_steps import StepStatus
 
 if TYPE_CHECKING:
@@ -44,47 +51,88 @@ if TYPE_CHECKING:
     from gsapp.session.review import Review
 
 
+def select_maneuvers(
+    form: EstimateForm, review: Review, looked_at: str
+) -> tuple[SelectedManeuver, ...]:
+    """Return the maneuvers that a run would take; `looked_at` is the one that is chosen."""
+    if form.maneuvers == "chosen":
+        chosen = review.select_maneuvers((looked_at,))
+    elif form.maneuvers == "all":
+        chosen = review.select_maneuvers([row.id for row in review.rows()])
+    else:
+        chosen = review.select_maneuvers()
+    if form.axis == "both" or form.six_degrees:
+        return chosen
+    return tuple(one for one in chosen if not set(AXIS_SURFACES[form.axis]).isdisjoint(one.inputs))
+
+
+def describe_selection(maneuvers: tuple[SelectedManeuver, ...]) -> str:
+    """Return what a run would take, in words."""
+    flights = len({one.flight for one in maneuvers})
+    return f"{format_maneuver_count([one.inputs for one in maneuvers], flights)}."
+
+
+def describe_empty_selection(form: EstimateForm, review: Review) -> str:
+    """Return why a run would take nothing, and what to do."""
+    there = tr("on the Maneuvers page ({keys})").format(keys=plain_shortcut_text("Alt+1"))
+    if form.maneuvers == "chosen":
+        return tr("No maneuver selected: select one {there} or in a figure.").format(there=there)
+    if not review.rows():
+        return tr("These flights have no maneuvers: add some {there}.").format(there=there)
+    if form.axis != "both":
+        return tr("No maneuver in use moved a surface of this axis: choose another axis.")
+    return tr("No maneuver is in use: check some {there}.").format(there=there)
+
+
+class EstimateHeader(QFrame):
+    """Stays in sight while the settings below it scroll."""
+
+    def __init__(self, run: QAction, look: DisplayStyle) -> None:
+        super().__init__()
+        self._look = look
+        self.setObjectName("banner")
+        self._column = QVBoxLayout(self)
+        self._row = QHBoxLayout()
+        self.button = ActionButton(run, tr("Estimate"), look)
+        self.button.setProperty("role", "primary")
+        self.button.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
+        self._row.addWidget(self.button, 0, Qt.AlignmentFlag.AlignTop)
+        words = QVBoxLayout()
+        words.setSpacing(2)
+        self.message = FieldMessage()
+        self.message.setProperty("role", "")
+        words.addWidget(self.message)
+        self.explained = create_label("", "muted", wrap=True, remarks_in=look)
+        self.explained.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Minimum)
+        self.explained.setAlignment(Qt.AlignmentFlag.AlignTop)
+        words.addWidget(self.explained)
+        self._row.addLayout(words, 1)
+        self._column.addLayout(self._row)
+        look.changed.connect(self._fit)
+        self._fit()
+
+    def _fit(self) -> None:
+        px = self._look.px
+        self._row.setSpacing(px(16))
+        self._column.setContentsMargins(px(16), px(8), px(16), px(8))
+        self.button.setMinimumHeight(px(44))
+        self.button.setMinimumWidth(px(120))
+        # Two lines, so that nothing jumps as the keyboard goes from field to field.
+        self.explained.setMinimumHeight(2 * self.explained.fontMetrics().height() + px(2))
+
+    def show_field_help(self, field: str) -> None:
+        words = FIELD_HELP[field]
+        self.explained.setText(f"{tr(words.title)}: {tr(words.help_text)}")
+
+
 class EstimatePage(ReviewStepPage):
-    """Settings that explain themselves, one button, and the kept runs.
-
-    Parameters
-    ----------
-    actions : mapping of str to QAction
-        The commands.
-    display_style : DisplayStyle
-        Colors, sizes, units.
-    store : SettingsStore
-        Remembers the settings.
-    selection : ReviewSelection
-        The maneuver that is looked at.
-    review : Review
-        The flights with their maneuvers.
-    begin_job : JobSubmitter
-        Has a run done.
-    report_error : callable
-        Where errors go.
-
-    Attributes
-    ----------
-    estimated : Signal(object)
-        An `RunOutcome` is there.
-    """
+    """Settings that explain themselves, one button, and the kept runs."""
 
     estimated = Signal(object)
 
-    def __init__(
-        self,
-        actions: Mapping[str, QAction],
-        look: DisplayStyle,
-        store: SettingsStore,
-        selection: ReviewSelection,
-        review: Review,
-        begin_job: JobSubmitter,
-        report_error: Callable[[BaseException], None],
-    ) -> None:
-        super().__init__(look, tr("Estimate"))
-        self._store = store
-        self._selection = selection
+    def __init__(self, context: ReviewContext, review: Review) -> None:
+        super().__init__(context, tr("Estimate"))
+        look, store, report_error = context.look, context.store, context.report_error
         self._review = review
         self._report_error = report_error
         self._checker = EstimateValidator(report_error, self)
@@ -96,32 +144,24 @@ class EstimatePage(ReviewStepPage):
         self.run_store = RunStore(
             lambda: catalog_path(store.current), report_error, self._undo_stack, self
         )
-        self._runner = RunController(begin_job, self.run_store, self)
+        self._runner = RunController(context.begin_job, self.run_store, self)
         column = QVBoxLayout(self)
         column.setContentsMargins(0, 0, 0, 0)
         column.setSpacing(0)
-        self.head = EstimateHeader(actions["review_run"], look)
+        self.head = EstimateHeader(context.actions["review_run"], look)
         self.button, self.message = self.head.button, self.head.message
         column.addWidget(self.head)
-        area = QScrollArea()
-        area.setFrameShape(QFrame.Shape.NoFrame)
-        area.setWidgetResizable(True)
-        area.setFocusPolicy(Qt.FocusPolicy.NoFocus)
-        area.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
-        page = QWidget()
-        page.setObjectName("page")
-        self._body = QVBoxLayout(page)
+        self.area = ScrollingPage()
+        self._body = self.area.column
         self._pair = StackingColumns(look, (1, 1))
         self.panel = EstimatePanel(look, self._form)
         self._pair.left.addWidget(self.panel)
         self._pair.left.addStretch(1)
-        self.runs = RunsView(actions, look, self.run_store)
+        self.runs = RunsView(context.actions, look, self.run_store)
         self._pair.right.addWidget(self.runs)
         self._body.addWidget(self._pair)
         self._body.addStretch(1)
-        area.setWidget(page)
-        self.area = area
-        column.addWidget(area, 1)
+        column.addWidget(self.area, 1)
         self.panel.changed.connect(self._panel_changed)
         self.panel.field_focused.connect(self.head.show_field_help)
         self.panel.run_requested.connect(self.estimate)
@@ -130,7 +170,7 @@ class EstimatePage(ReviewStepPage):
         self.runs.chosen.connect(self.changed)
         self.runs.opened.connect(self.repeat)
         self.runs.focused.connect(lambda: self.head.show_field_help("runs"))
-        selection.maneuver_changed.connect(lambda _maneuver: self.refresh())
+        context.selection.maneuver_changed.connect(lambda _maneuver: self.refresh())
         look.changed.connect(self._fit)
         self._fit()
         self.head.show_field_help("run")
@@ -150,7 +190,6 @@ class EstimatePage(ReviewStepPage):
 
     @property
     def handlers(self) -> Mapping[str, Callable[[], object]]:
-        """Return what the commands of this page do."""
         return {
             "review_run": self.estimate,
             "review_repeat": self.repeat,
@@ -163,7 +202,6 @@ class EstimatePage(ReviewStepPage):
 
     @property
     def present(self) -> tuple[CommandRequirement, ...]:
-        """Return what commands may act on."""
         found: list[CommandRequirement] = ["review_panel"]
         if self.can_run:
             found.append("review_ready")
@@ -173,7 +211,6 @@ class EstimatePage(ReviewStepPage):
 
     @property
     def can_run(self) -> bool:
-        """Return whether what stands on the panel can be run now."""
         return (
             self._checker.ready
             and not self._runner.running
@@ -183,7 +220,6 @@ class EstimatePage(ReviewStepPage):
 
     @property
     def state(self) -> StepStatus:
-        """Return how the chapter stands."""
         if self._runner.running:
             return StepStatus(state="plain", text=tr("running"))
         if self._checker.problem is not None:
@@ -213,7 +249,6 @@ class EstimatePage(ReviewStepPage):
         return self._undo_stack
 
     def begin(self) -> None:
-        """Put the keyboard on the button: Enter alone runs."""
         # Where the button must wait for what it needs, the keyboard waits with it.
         (self.button if self.button.isEnabled() else self).setFocus()
         self.head.show_field_help("run")
@@ -226,7 +261,6 @@ class EstimatePage(ReviewStepPage):
     # What is asked for
 
     def _panel_changed(self) -> None:
-        """Take what the panel says now."""
         before, now = self._form, self.panel.form
         if now != before:
             self._apply_form(now)
@@ -241,16 +275,13 @@ class EstimatePage(ReviewStepPage):
         self.refresh()
 
     def _show(self, form: EstimateForm) -> None:
-        """Show another form on the panel."""
         self.panel.show_form(form)
         self._apply_form(form)
 
     def use_defaults(self) -> None:
-        """Put all settings back to what they are at first."""
         self._replace(EstimateForm())
 
     def load_selected_run(self) -> None:
-        """Fill the panel with the settings of the kept run that has the keyboard."""
         run = self.runs.current_run
         if run is None:
             return
@@ -286,13 +317,11 @@ class EstimatePage(ReviewStepPage):
 
     @property
     def selected_maneuvers(self) -> tuple[SelectedManeuver, ...]:
-        """Return the maneuvers that a run would take."""
         if not self._checker.ready:
             return ()
         return select_maneuvers(self._form, self._review, self._selection.maneuver)
 
     def refresh(self) -> None:
-        """Say what a run would do as everything stands."""
         self._follow_model()
         problem = self._checker.validate(self._form)
         self.panel.show_problem(problem.field if problem else "", str(problem or ""))
@@ -318,7 +347,6 @@ class EstimatePage(ReviewStepPage):
             self.panel.show_form(self._form)
 
     def _status_message(self) -> tuple[str, str]:
-        """Return what stands beside the button, and its state."""
         if not self._review.flights:
             keys = shortcut_text("Alt+1")
             words = tr("No flight under review: add one on the Maneuvers page ({keys}).").format(
@@ -348,7 +376,6 @@ class EstimatePage(ReviewStepPage):
     # Running
 
     def estimate(self) -> None:
-        """Run what is asked for."""
         if not self.can_run:
             field = self._checker.problem.field if self._checker.problem is not None else ""
             self.panel.focus_field(field)
@@ -364,13 +391,11 @@ class EstimatePage(ReviewStepPage):
         self._runner.estimate(request)
 
     def repeat(self) -> None:
-        """Do the kept run that has the keyboard again, exactly."""
         run = self.runs.current_run
         if run is not None:
             self._runner.repeat(run.number)
 
     def _run_changed(self) -> None:
-        """Show that a run began or ended."""
         if self._runner.running:
             self._message = ""
             if self.button.hasFocus():
@@ -385,7 +410,6 @@ class EstimatePage(ReviewStepPage):
         self.estimated.emit(outcome)
 
     def show_outcome(self, outcome: RunOutcome | None) -> None:
-        """Show the values of the run that is looked at beside the settings."""
         self._outcome = outcome
         values = {} if outcome is None else outcome.summary.derivatives
         found = {name: (one.value.mean, one.value.std) for name, one in values.items()}

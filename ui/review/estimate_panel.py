@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from typing import Any
 
 from PySide6.QtCore import QEvent, QObject, QTimer, Signal
 from PySide6.QtWidgets import (
@@ -20,10 +21,8 @@ from ui.dialogs.file_fields import ShippedFileField
 from ui.dialogs.form_dialog import FieldMessage, repolish
 from ui.display_style import DisplayStyle
 from ui.estimate_form import EstimateForm
-from ui.review.estimate_channels import FitChannelTable
-from ui.review.estimate_request import is_effect_parameter, method_uses
-from ui.review.estimate_table import DerivativeTable
-from ui.review.estimate_text import FIELD_HELP, SETTING_CHOICES
+from ui.review.estimate_request import FIELD_HELP, SETTING_CHOICES, is_effect_parameter, method_uses
+from ui.review.estimate_tables import DerivativeTable, FitChannelTable
 from ui.translation import tr
 from ui.widgets.labels import create_label
 from ui.widgets.layout_widgets import FormSection
@@ -34,24 +33,7 @@ _TYPING_MS = 300
 
 
 class EstimatePanel(QWidget):
-    """The settings of an estimate.
-
-    Parameters
-    ----------
-    look : DisplayStyle
-        Colors, sizes.
-    form : EstimateForm
-        As they were left.
-
-    Attributes
-    ----------
-    changed : Signal
-        The form holds something else now.
-    field_focused : Signal(str)
-        The keyboard is on a field.
-    run_requested : Signal
-        Enter in a field: estimate.
-    """
+    """The settings of an estimate."""
 
     changed = Signal()
     field_focused = Signal(str)
@@ -64,10 +46,8 @@ class EstimatePanel(QWidget):
         self._is_updating = False
         self._sentences: dict[str, FieldMessage] = {}
         self._edits: dict[str, QWidget] = {}
-        self._boxes: dict[str, QComboBox] = {}
+        self._setters: dict[str, Callable[[Any], object]] = {}
         self._files: dict[str, ShippedFileField] = {}
-        self._checks: dict[str, QCheckBox] = {}
-        self._lines: dict[str, QLineEdit] = {}
         self._fields: dict[QObject, str] = {}
         self._typing = QTimer(self)
         self._typing.setSingleShot(True)
@@ -103,7 +83,6 @@ class EstimatePanel(QWidget):
         return section, grid
 
     def _row(self, grid: QGridLayout, field: str, edit: QWidget, *, wide: bool = False) -> None:
-        """Add a field with its name and room for what is wrong with it."""
         row = grid.rowCount()
         if not wide and not isinstance(edit, QCheckBox):
             grid.addWidget(create_label(tr(FIELD_HELP[field].title)), row, 0)
@@ -128,14 +107,14 @@ class EstimatePanel(QWidget):
         for key, words in SETTING_CHOICES[field]:
             box.addItem(tr(words), key)
         box.activated.connect(lambda _index: self._set_field(field, box.currentData()))
-        self._boxes[field] = box
+        self._setters[field] = lambda value: box.setCurrentIndex(max(box.findData(value), 0))
         self._row(grid, field, box)
         return box
 
     def _check(self, grid: QGridLayout, field: str) -> QCheckBox:
         box = QCheckBox(tr(FIELD_HELP[field].title))
         box.toggled.connect(lambda on: self._set_field(field, on))
-        self._checks[field] = box
+        self._setters[field] = box.setChecked
         self._row(grid, field, box)
         return box
 
@@ -144,7 +123,7 @@ class EstimatePanel(QWidget):
         line.setPlaceholderText(hint)
         line.textEdited.connect(lambda text: self._set_field(field, text.strip(), typed=True))
         line.returnPressed.connect(self._enter)
-        self._lines[field] = line
+        self._setters[field] = line.setText
         self._row(grid, field, line)
         return line
 
@@ -158,6 +137,7 @@ class EstimatePanel(QWidget):
         )  # fmt: skip
         box.currentIndexChanged.connect(lambda _index: self._set_field(field, box.value))
         self._files[field] = box
+        self._setters[field] = box.show_value
         self._row(grid, field, box)
         return box
 
@@ -206,7 +186,6 @@ class EstimatePanel(QWidget):
     # What is wished
 
     def _set_field(self, field: str, value: object, *, typed: bool = False) -> None:
-        """Take what a control says now."""
         if self._is_updating or getattr(self.form, field) == value:
             return
         self.form = self.form.with_changes(**{field: value})
@@ -234,20 +213,13 @@ class EstimatePanel(QWidget):
         self.form = form
         self._is_updating = True
         try:
-            for field, box in self._boxes.items():
-                box.setCurrentIndex(max(box.findData(getattr(form, field)), 0))
-            for field, file in self._files.items():
-                file.show_value(getattr(form, field))
-            for field, check in self._checks.items():
-                check.setChecked(getattr(form, field))
-            for field, line in self._lines.items():
-                line.setText(getattr(form, field))
+            for field, show in self._setters.items():
+                show(getattr(form, field))
         finally:
             self._is_updating = False
         self._update_tables()
 
     def set_file_choices(self, field: str, names: Sequence[str]) -> None:
-        """Offer the names of files that come with the program."""
         self._files[field].add_names(names)
 
     def _update_tables(self) -> None:
@@ -277,7 +249,6 @@ class EstimatePanel(QWidget):
                 repolish(edit)
 
     def _note(self, field: str) -> str:
-        """Return what is to be known of a field as the panel stands."""
         form = self.form
         if field == "derivatives":
             if not method_uses(form, "held"):
@@ -321,7 +292,6 @@ class EstimatePanel(QWidget):
         return super().eventFilter(watched, event)
 
     def focus_field(self, field: str) -> None:
-        """Put the keyboard into a field."""
         edit = self._edits.get(field)
         if edit is not None:
             edit.setFocus()

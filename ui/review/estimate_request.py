@@ -1,24 +1,121 @@
-"""From the panel to what is asked for; what cannot be is said beside its field. No Qt."""
+"""From the panel to what is asked for and back; what each choice does, and what cannot be."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+import contextlib
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
+from PySide6.QtCore import QObject, Signal
+
 from gsapp.foundation import GroundStationError
-from gsapp.foundation.settings import SettingError
+from gsapp.foundation.settings import SettingError, setting_info
 from gsapp.identification.axes import axis_derivatives
 from gsapp.identification.estimate_settings import EstimateSettings, FitSettings
-from gsapp.identification.methods import estimation_method
+from gsapp.identification.methods import estimation_method, estimation_methods
+from ui.background_job import BackgroundJob, JobProgress
 from ui.estimate_form import DerivativeEntry, EstimateForm
-from ui.number_format import parse_number
-from ui.translation import tr
+from ui.number_format import count_text, parse_number
+from ui.translation import QT_TR_NOOP, tr
 
 if TYPE_CHECKING:
-    # The window starts without the numerics behind an estimation.
     from gsapp.aircraft import Aircraft
     from gsapp.identification.runs.request import RunRequest, SelectedManeuver
+
+FieldChoices = tuple[tuple[str, str], ...]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FieldHelp:
+    """A choice explained."""
+
+    title: str
+    help_text: str
+
+
+MANEUVER_CHOICES: FieldChoices = (
+    ("used", QT_TR_NOOP("Maneuvers in use")),
+    ("chosen", QT_TR_NOOP("Selected maneuver only")),
+    ("all", QT_TR_NOOP("All, unfit included")),
+)
+_METHODS = estimation_methods().values()
+SETTING_CHOICES: Mapping[str, FieldChoices] = {
+    **{name: setting_info(field).choices for name, field in EstimateSettings.model_fields.items()},
+    "method": tuple((one.id, one.title) for one in _METHODS),
+    "maneuvers": MANEUVER_CHOICES,
+}
+"""Values of settings and their titles, where they are a choice."""
+AS_MODEL_TEXT = QT_TR_NOOP("model")
+"""How a parameter of an effect is treated where nothing is wished for it: as the model says."""
+TREATMENT_CHOICES: FieldChoices = (
+    ("tables", QT_TR_NOOP("tables")), ("free", QT_TR_NOOP("free")), ("held", QT_TR_NOOP("held")),
+)  # fmt: skip
+
+FIELD_HELP: Mapping[str, FieldHelp] = {
+    **{
+        name: FieldHelp(title=str(field.title), help_text=str(field.description))
+        for name, field in EstimateSettings.model_fields.items()
+        if setting_info(field).option
+    },
+    "method": FieldHelp(
+        title=QT_TR_NOOP("Method"),
+        help_text=" ".join(f"{one.title}: {one.help_text}" for one in _METHODS),
+    ),
+    "maneuvers": FieldHelp(
+        title=QT_TR_NOOP("Maneuvers"),
+        help_text=QT_TR_NOOP(
+            "The maneuvers checked on the Maneuvers page. Use the selected one to try "
+            "settings, or all to include unfit ones."
+        ),
+    ),
+    "derivatives": FieldHelp(
+        title=QT_TR_NOOP("Derivatives"),
+        help_text=QT_TR_NOOP(
+            "By default, the derivatives that the moved surfaces excite are free. Hold "
+            "one at a known value, or give a start value or a prior with its standard "
+            "deviation. If some are marked free, only these are estimated."
+        ),
+    ),
+    "channels": FieldHelp(
+        title=QT_TR_NOOP("Channels"),
+        help_text=QT_TR_NOOP(
+            "Space changes a cell. Compared: must be followed by the fit. State: "
+            "integrated, not taken from measurement. Bias, scale, shift: errors of the instrument "
+            "that are fitted too; free one where the compatibility check found it."
+        ),
+    ),
+    "run": FieldHelp(
+        title=QT_TR_NOOP("Estimate"),
+        help_text=QT_TR_NOOP(
+            "Uses the settings shown; the defaults suit most flights. Each run is saved "
+            "with its settings and can be repeated exactly."
+        ),
+    ),
+    "runs": FieldHelp(
+        title=QT_TR_NOOP("Saved runs"),
+        help_text=QT_TR_NOOP(
+            "All runs with their settings. Space marks one for comparison with the "
+            "selected run. Enter repeats a run exactly and shows it in the figures."
+        ),
+    ),
+}
+"""By field of the panel."""
+
+
+def format_maneuver_count(inputs: Sequence[Sequence[str]], flights: int) -> str:
+    """Return ``8 maneuvers of 2 flights: 5 de, 3 da+dr`` from the surfaces that each one moved."""
+    count = len(inputs)
+    kinds: dict[str, int] = {}
+    for one in inputs:
+        name = "+".join(one) or tr("none")
+        kinds[name] = kinds.get(name, 0) + 1
+    parts = ", ".join(f"{number} {name}" for name, number in kinds.items())
+    whole = count_text(count, "maneuver")
+    of = tr(" of {flights} flights").format(flights=flights) if flights > 1 else ""
+    return f"{whole}{of}: {parts}"
+
 
 _METHOD_DEPENDENT: Final = frozenset((*FitSettings.model_fields, "weights", "model"))
 """Settings that only some methods use."""
@@ -129,11 +226,6 @@ def _number(field: str, what: str, text: str) -> float:
     return found
 
 
-def is_single_axis(form: EstimateForm) -> bool:
-    """Return whether all maneuvers are fitted in one axis, so that its channels can be chosen."""
-    return form.axis != "both" or form.six_degrees
-
-
 def build_run_request(
     form: EstimateForm,
     flights: Sequence[Path],
@@ -150,7 +242,9 @@ def build_run_request(
     from gsapp.identification.runs.request import RunRequest
 
     values = {name: getattr(form, name) for name in EstimateSettings.model_fields}
-    own_channels = () if is_single_axis(form) else ("responses", "states")
+    # Channels can be chosen where all maneuvers are fitted in one axis.
+    is_single_axis = form.axis != "both" or form.six_degrees
+    own_channels = () if is_single_axis else ("responses", "states")
     used = {
         name: value
         for name, value in values.items()
@@ -186,3 +280,115 @@ def find_form_error(form: EstimateForm) -> SettingError | None:
             except (GroundStationError, OSError) as error:
                 return SettingError(field, str(error))
     return None
+
+
+_OTHER_FIELDS: Final = frozenset(
+    ("free", "free_effects", "held", "start", "priors", "bound_factor", "stand_ins", "label",
+     "maneuver_windows", "every_grade", "as_found")
+)  # fmt: skip
+"""Settings that the form holds in another way, or not at all."""
+
+
+def form_from_request(request: RunRequest) -> EstimateForm:
+    """Return the form as it must stand to ask for a run again."""
+    derivatives: dict[str, DerivativeEntry] = {}
+    effects = {
+        *request.free_effects,
+        *filter(is_effect_parameter, (*request.held, *request.start, *request.priors)),
+    }
+    for name in (*axis_derivatives("both"), *sorted(effects)):
+        entry = DerivativeEntry(
+            treated="held"
+            if name in request.held
+            else "free"
+            if name in (*(request.free or ()), *request.free_effects)
+            else "tables",
+            value=_text(request.held.get(name)),
+            start=_text(request.start.get(name)),
+            prior=_text(request.priors[name][0]) if name in request.priors else "",
+            deviation=_text(request.priors[name][1]) if name in request.priors else "",
+        )
+        if entry != DerivativeEntry():
+            derivatives[name] = entry
+    same = {
+        name: getattr(request, name)
+        for name in EstimateSettings.model_fields
+        if name not in _OTHER_FIELDS
+    }
+    return EstimateForm(
+        **same,
+        derivatives=derivatives,
+        bound_factor=_text(request.bound_factor),
+        stand_ins=", ".join(f"{name}={value!r}" for name, value in request.stand_ins.items()),
+    )
+
+
+def find_unrestored_settings(request: RunRequest, form: EstimateForm) -> tuple[str, ...]:
+    """Return the titles of the settings of a run that the form cannot ask for again."""
+    from gsapp.identification.runs.settings_text import setting_differences, setting_title
+
+    again = build_run_request(form, request.flights, request.maneuvers)
+    # Read from their files anew, these stand in the settings of the run only.
+    read = {setting_title(name) for name in ("weights", "model") if getattr(request, name)}
+    return tuple(name for name, *_ in setting_differences(request, again) if name not in read)
+
+
+def _text(value: float | None) -> str:
+    """Return a number so that reading it gives it again to the last bit."""
+    return "" if value is None else repr(float(value))
+
+
+class EstimateValidator(QObject):
+    """Validates forms once it has loaded what that takes."""
+
+    loaded = Signal(object, object)
+    """Names of the models and of the weights that come with the program."""
+
+    def __init__(
+        self, report_error: Callable[[BaseException], None], parent: QObject | None = None
+    ) -> None:
+        super().__init__(parent)
+        self.ready = False
+        self.problem: SettingError | None = None
+        self._validated: EstimateForm | None = None
+        self._model = ""
+        self.effects: Mapping[str, float] = {}
+        work = BackgroundJob(tr("Loading the settings"), _load, self)
+        work.done.connect(self._loaded)
+        work.failed.connect(report_error)
+        work.start()
+
+    def _loaded(self, names: tuple[tuple[str, ...], tuple[str, ...]]) -> None:
+        self.ready = True
+        self.loaded.emit(*names)
+
+    def invalidate(self) -> None:
+        """Judge anew: files may be others now."""
+        self._validated = None
+
+    def validate(self, form: EstimateForm) -> SettingError | None:
+        """Return what cannot be asked for; None if all is well, or nothing is loaded yet."""
+        if self.ready and self._validated != form:
+            self.problem = find_form_error(form)
+            self._validated = form
+        return self.problem
+
+    def load_model_effects(self, model: str, aircraft: Aircraft) -> bool:
+        """Find the parameters of the effects of a model; return whether it is another one."""
+        if not self.ready or model == self._model:
+            return False
+        self._model, self.effects = model, {}
+        if model:
+            # A model that cannot be read is said beside its field.
+            with contextlib.suppress(GroundStationError, OSError):
+                self.effects = load_effect_parameters(model, aircraft)
+        return True
+
+
+def _load(_progress: JobProgress) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Import what takes a second; return the names of models and weights."""
+    import gsapp.identification.runs.run_execution  # noqa: F401
+    from gsapp.dynamics.model import shipped_models
+    from gsapp.identification.weights import shipped_weights
+
+    return shipped_models(), shipped_weights()

@@ -76,29 +76,10 @@ class FigureCanvas(ArrowKeyNavigation, FigureWidget):
     Arrows walk from point to point (in figures without points they move and zoom), Shift and
     arrows move the chart, plus and minus zoom, Home shows everything, Enter opens the fit,
     Space shows its chart large.
-
-    Parameters
-    ----------
-    look : DisplayStyle
-        Colors and sizes.
-    describe : callable
-        Returns what is known of a point, from the chart's name and the maneuver.
-
-    Attributes
-    ----------
-    point_selected : Signal(str, str)
-        Name of the chart and maneuver of the point that was chosen.
-    fit_requested : Signal(str)
-        Maneuver whose fit is wanted.
-    subplot_opened : Signal(str)
-        Name of a chart that is wanted large.
-    views_changed : Signal
-        Another part is wanted: `views`.
-    pointer : QPointF or None
-        Where the mouse is.
     """
 
     point_selected = Signal(str, str)
+    """Name of the chart and maneuver of the point that was chosen."""
     fit_requested = Signal(str)
     subplot_opened = Signal(str)
     views_changed = Signal()
@@ -319,7 +300,6 @@ class FigureCanvas(ArrowKeyNavigation, FigureWidget):
         self.update()
 
     def reset_views(self) -> None:
-        """Show everything again."""
         if self.views:
             self.views = {}
             self.views_changed.emit()

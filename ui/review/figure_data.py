@@ -1,21 +1,26 @@
-"""What the figures are made from, and the words for what they show. No Qt."""
+"""What the figures are made from, in words, and what can be chosen above each. No Qt."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
+from gsapp.identification.axes import AXIS_COEFFICIENTS, AXIS_TITLES
 from gsapp.identification.methods import short_method_title
-from gsapp.quantities import channel, symbol_text, typeset
+from gsapp.quantities import channel, name_in_text, symbol_text, typeset
 from ui.number_format import channel_value_text
 from ui.translation import QT_TR_NOOP, tr
 
 if TYPE_CHECKING:
     from gsapp.identification.campaign import ManeuverResult
+    from gsapp.identification.results import Estimate
     from gsapp.identification.runs.outcome import RunOutcome
     from gsapp.identification.summary import DerivativePoint, DerivativeSummary
-    from gsapp.identification.summary.linear_model_validation import LinearModelValidation
+    from gsapp.identification.summary.linear_model_validation import (
+        AxisValidation,
+        LinearModelValidation,
+    )
     from gsapp.report.ftr_histories import FlightEstimateHistory
 
 _EXCLUDED_TEXT = QT_TR_NOOP("Excluded from the means manually.")
@@ -23,37 +28,19 @@ _EXCLUDED_TEXT = QT_TR_NOOP("Excluded from the means manually.")
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class FigureData:
-    """A run and what was worked out from it.
-
-    Attributes
-    ----------
-    outcome : RunOutcome
-        The run that is looked at.
-    others : tuple of RunOutcome
-        Runs looked at before, the newest first.
-    maneuver : str
-        The one that is chosen.
-    units : str
-        ``US`` or ``SI``.
-    ftr_histories : tuple of FlightEstimateHistory or None
-        FTR over the flights; None until it has listened.
-    comparison : LinearModelValidation or None
-        Linear models against flight; None until they are compared.
-    selected_options : mapping of str to str
-        What was chosen in the lists above the figures.
-    """
+    """A run and what was worked out from it."""
 
     outcome: RunOutcome
     others: tuple[RunOutcome, ...] = ()
     maneuver: str = ""
     units: str = "US"
     ftr_histories: tuple[FlightEstimateHistory, ...] | None = None
+    """FTR over the flights; None until it has listened."""
     comparison: LinearModelValidation | None = None
     selected_options: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def current_maneuver(self) -> ManeuverResult:
-        """Return the chosen maneuver, or the first of the run."""
         results = self.outcome.result.results
         return find_result(self.outcome, self.maneuver) or results[0]
 
@@ -160,3 +147,184 @@ def _describe_exclusion(summary: DerivativeSummary, maneuver: str) -> list[str]:
         for one in summary.outliers
         if one.point.maneuver == maneuver
     ]
+
+
+OptionChoices = tuple[tuple[str, str], ...]
+"""Keys and words of a list."""
+
+JOINT_PREFIX = "joint "
+"""Begins the key of a fit of several maneuvers together."""
+_CONDITIONS = (
+    ("number", QT_TR_NOOP("maneuver")),
+    *((name, name_in_text(name)) for name in ("V", "alpha", "beta")),
+)
+_COEFFICIENTS = AXIS_COEFFICIENTS["both"]
+_EFFECTS_GROUP = "effects"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FigureOption:
+    """A list above a figure."""
+
+    id: str
+    title: str
+    choices: OptionChoices
+
+
+def selected_choice(data: FigureData, option: FigureOption) -> str:
+    """Return what is chosen in a list: the first where the last choice is not there."""
+    wanted = data.selected_options.get(option.id, "")
+    keys = [key for key, _ in option.choices]
+    return wanted if wanted in keys else keys[0] if keys else ""
+
+
+def derivative_group_option(data: FigureData) -> FigureOption:
+    """Return which derivatives can be looked at together, and each alone."""
+    names = _plotted_derivatives(data)
+    groups = {
+        **{axis: tr("all {axis}").format(axis=AXIS_TITLES[axis]) for axis in ("lon", "lat")},
+        **{one: tr("of {control}").format(control=symbol_text(one)) for one in _COEFFICIENTS},
+        _EFFECTS_GROUP: tr("parameters of effects"),
+    }
+    choices = tuple((key, words) for key, words in groups.items() if _filter_by_group(names, key))
+    return FigureOption(
+        id="group",
+        title=tr("Derivatives"),
+        choices=(*choices, *((name, symbol_text(name)) for name in names)),
+    )
+
+
+def derivatives_in_group(data: FigureData, group: str) -> tuple[str, ...]:
+    """Return the derivatives of a group."""
+    names = _plotted_derivatives(data)
+    return (group,) if group in names else _filter_by_group(names, group)
+
+
+def _plotted_derivatives(data: FigureData) -> tuple[str, ...]:
+    """Return what has figures: all that was estimated but the values at zero."""
+    found = data.outcome.summary.derivatives
+    return tuple(name for name in found if not name.endswith("_0"))
+
+
+def _filter_by_group(names: Sequence[str], group: str) -> tuple[str, ...]:
+    wanted = AXIS_COEFFICIENTS.get(group, (group,))
+    if group == _EFFECTS_GROUP:
+        return tuple(name for name in names if name.partition("_")[0] not in _COEFFICIENTS)
+    return tuple(name for name in names if name.partition("_")[0] in wanted)
+
+
+def abscissa_option(data: FigureData) -> FigureOption:
+    """Return what values can be drawn against: only what was measured."""
+    flown = {
+        name
+        for one in data.outcome.summary.derivatives.values()
+        for point in one.points
+        for name in point.conditions
+    }
+    return FigureOption(
+        id="over",
+        title=tr("Against"),
+        choices=tuple(one for one in _CONDITIONS if one[0] == "number" or one[0] in flown),
+    )
+
+
+def maneuver_option(data: FigureData) -> FigureOption:
+    """Return the maneuvers of the run."""
+    return FigureOption(
+        id="maneuver",
+        title=tr("Maneuver"),
+        choices=tuple(
+            (one.maneuver.id, describe_maneuver(one)) for one in data.outcome.result.results
+        ),
+    )
+
+
+def comparison_run_option(data: FigureData) -> FigureOption:
+    """Return the runs that a fit can be compared with: those that computed the same, too."""
+    shown = _computed_channels(data.current_maneuver)
+    comparable = [
+        (str(place), format_run_name(one))
+        for place, one in enumerate(data.others)
+        if (found := find_result(one, data.current_maneuver.maneuver.id)) is not None
+        and shown & _computed_channels(found)
+    ]
+    return FigureOption(
+        id="beside", title=tr("Compare with"), choices=(("", tr("no other run")), *comparable)
+    )
+
+
+def _computed_channels(result: ManeuverResult) -> frozenset[str]:
+    histories = () if result.estimate is None else result.estimate.histories
+    return frozenset(name for one in histories for name in one.channels)
+
+
+def fit_option(data: FigureData) -> FigureOption:
+    """Return the fits of the run: of each maneuver, and of several together."""
+    joint = tuple(
+        (
+            f"{JOINT_PREFIX}{place}",
+            tr("{count} maneuvers jointly, {axis}").format(
+                count=len(one.maneuvers), axis=axis_text(one)
+            ),
+        )
+        for place, one in enumerate(data.outcome.result.joint)
+    )
+    single = maneuver_option(data)
+    return FigureOption(id="maneuver", title=tr("Fit"), choices=(*single.choices, *joint))
+
+
+def axis_text(estimate: Estimate) -> str:
+    """Return the axis of a fit in words."""
+    return AXIS_TITLES[estimate.axis]
+
+
+def flight_option(data: FigureData) -> FigureOption:
+    """Return the flights that FTR listened to."""
+    return FigureOption(
+        id="flight",
+        title=tr("Flight"),
+        choices=tuple((one.flight, one.flight) for one in data.ftr_histories or ()),
+    )
+
+
+def ftr_axis_option(_material: FigureData) -> FigureOption:
+    """Return the axes whose derivatives formed in flight."""
+    return _axis_option(("lon", "lat"))
+
+
+def linear_model_axis_option(data: FigureData) -> FigureOption:
+    """Return the axes that linear models were judged in."""
+    axes = () if data.comparison is None else tuple(data.comparison.axes)
+    return _axis_option(axes)
+
+
+def selected_validation(data: FigureData) -> AxisValidation | None:
+    """Return the validation of the linear models in the selected axis; None for none."""
+    axis = selected_choice(data, linear_model_axis_option(data))
+    axes = {} if data.comparison is None else data.comparison.axes
+    return next((one for name, one in axes.items() if name == axis), None)
+
+
+def _axis_option(axes: Sequence[str]) -> FigureOption:
+    choices = tuple((one, AXIS_TITLES[one]) for one in axes)
+    return FigureOption(id="axis", title=tr("Axis"), choices=choices)
+
+
+def held_out_option(data: FigureData) -> FigureOption:
+    """Return the maneuvers that the linear models were judged on."""
+    validation = selected_validation(data)
+    traces = () if validation is None else validation.traces
+    return FigureOption(
+        id="kept_out",
+        title=tr("Maneuver"),
+        choices=(
+            ("", tr("some of them")),
+            *(
+                (
+                    one.maneuver,
+                    tr("{maneuver} of {flight}").format(maneuver=one.maneuver, flight=one.flight),
+                )
+                for one in traces
+            ),
+        ),
+    )

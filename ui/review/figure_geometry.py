@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
+from operator import attrgetter
 
 import numpy as np
 
@@ -29,14 +30,7 @@ class ViewRange:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class FigureCurve:
-    """One line over an x axis that rises.
-
-    Attributes
-    ----------
-    label : str
-        In the legend; may be empty.
-    x, y : ndarray, shape (n,)
-    """
+    """One line over an x axis that rises."""
 
     label: str
     x: FloatArray
@@ -54,49 +48,30 @@ class FigureCurve:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Subplot:
-    """One chart of a figure.
-
-    Attributes
-    ----------
-    index : int
-        Among all axes of the figure.
-    name : str
-        What it is about, ``derivative:Cm_alpha``; may be empty.
-    left, top, right, bottom : float
-        Logical pixels.
-    view : ViewRange
-    group : int
-        Charts of one group have the x axis in common.
-    shares_x_axis : bool
-        Whether it shares its x axis with others: then only that is moved and zoomed.
-    x_title, y_title : str
-        Along its axes.
-    x_log, y_log : bool
-        Whether an axis is logarithmic.
-    x_is_time : bool
-        Whether x is flight time.
-    curves : tuple of FigureCurve
-        Lines whose values the cursor reads.
-    """
+    """One chart of a figure."""
 
     index: int
     name: str
+    """What it is about, ``derivative:Cm_alpha``; may be empty."""
     left: float
     top: float
     right: float
     bottom: float
+    """Logical pixels."""
     view: ViewRange
     group: int
+    """Charts of one group have the x axis in common."""
     shares_x_axis: bool
+    """Whether it shares its x axis with others: then only that is moved and zoomed."""
     x_title: str = ""
     y_title: str = ""
     x_log: bool = False
     y_log: bool = False
     x_is_time: bool = False
     curves: tuple[FigureCurve, ...] = field(default=(), compare=False)
+    """Lines whose values the cursor reads."""
 
     def contains(self, x: float, y: float) -> bool:
-        """Return whether a pixel lies within."""
         return self.left <= x <= self.right and self.top <= y <= self.bottom
 
     def to_fractions(self, x: float, y: float) -> tuple[float, float]:
@@ -105,7 +80,6 @@ class Subplot:
         return (x - self.left) / wide, (self.bottom - y) / high
 
     def value_text(self, view: ViewRange, x: float, y: float) -> str:
-        """Return the values at a pixel: of the curves where there are any, else of the axes."""
         across, up = self.to_fractions(x, y)
         at_x, at_y = (
             10.0**value if log else value
@@ -223,16 +197,7 @@ def find_nearest_point(
 def next_point(
     spots: Sequence[ManeuverPoint], current: ManeuverPoint | None, key: str
 ) -> ManeuverPoint | None:
-    """Return the point that a walk comes to next.
-
-    Parameters
-    ----------
-    spots : sequence of ManeuverPoint
-    current : ManeuverPoint or None
-        Where it stands; None begins at the first point of the first chart.
-    key : {"left", "right", "up", "down"}
-        Left and right go on within the chart, up and down to the same maneuver in another chart.
-    """
+    """Return the point to the left or right in its chart, or up or down in another one."""
     if not spots:
         return None
     if current is None:
@@ -243,27 +208,12 @@ def next_point(
     if key in ("left", "right"):
         row = sorted(
             (one for one in spots if one.subplot_index == current.subplot_index),
-            key=_point_sort_key,
+            key=attrgetter("x", "y", "maneuver"),
         )
         place = row.index(current) + (1 if key == "right" else -1)
         return row[min(max(place, 0), len(row) - 1)]
     same = [one for one in spots if one.maneuver == current.maneuver]
+    here, index = current.subplot_index, attrgetter("subplot_index")
     if key == "down":
-        return min(
-            (one for one in same if one.subplot_index > current.subplot_index),
-            key=_point_subplot,
-            default=current,
-        )
-    return max(
-        (one for one in same if one.subplot_index < current.subplot_index),
-        key=_point_subplot,
-        default=current,
-    )
-
-
-def _point_sort_key(spot: ManeuverPoint) -> tuple[float, float, str]:
-    return (spot.x, spot.y, spot.maneuver)
-
-
-def _point_subplot(spot: ManeuverPoint) -> int:
-    return spot.subplot_index
+        return min((one for one in same if index(one) > here), key=index, default=current)
+    return max((one for one in same if index(one) < here), key=index, default=current)

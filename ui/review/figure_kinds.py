@@ -13,17 +13,19 @@ from typing import TYPE_CHECKING, Literal
 
 from gsapp.identification.axes import AXIS_COEFFICIENTS, AXIS_TITLES
 from gsapp.identification.methods import compares_coefficients, estimation_method
-from ui.review.figure_data import FigureData, find_result, format_run_name
-from ui.review.figure_options import (
+from ui.review.figure_data import (
     JOINT_PREFIX,
+    FigureData,
     FigureOption,
     abscissa_option,
     axis_text,
     comparison_run_option,
     derivative_group_option,
     derivatives_in_group,
+    find_result,
     fit_option,
     flight_option,
+    format_run_name,
     ftr_axis_option,
     held_out_option,
     linear_model_axis_option,
@@ -61,42 +63,20 @@ _NO_RESIDUALS_TEXT = QT_TR_NOOP(
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class FigureKind:
-    """One entry of the list of figures.
-
-    Attributes
-    ----------
-    id, title : str
-    description : str
-        What it shows, in a sentence.
-    options : callable
-        Returns the lists above it.
-    build : callable
-        Returns the picture, or why there is none.
-    needs : {"", "ftr_histories", "comparison"}
-        What has to be worked out first.
-    table : callable or None
-        Returns a table to be read below it.
-    """
+    """One entry of the list of figures."""
 
     id: str
     title: str
     description: str
     options: Callable[[FigureData], tuple[FigureOption, ...]]
     build: Callable[[FigureData, Palette, FigureSize], DocumentFigure | str]
+    """Returns the picture, or why there is none."""
     needs: Literal["", "ftr_histories", "comparison"] = ""
     table: Callable[[FigureData], DocumentTable | None] | None = None
 
 
 def best_column_count(count: int, room: FigureSize, least: float) -> int:
-    """Return how many of so many charts stand beside each other.
-
-    Parameters
-    ----------
-    count : int
-    room : FigureSize
-    least : float
-        Inches across that a chart takes.
-    """
+    """Return how many of so many charts, each `least` inches wide, stand beside each other."""
 
     def misshapen(across: int) -> float:
         down = -(-count // across)
@@ -128,7 +108,6 @@ def _build_values(data: FigureData, palette: Palette, room: FigureSize) -> Docum
 
 
 def _missing_fit_text(data: FigureData) -> str:
-    """Return why there is nothing to draw of the maneuver that is looked at."""
     looked_at = data.current_maneuver
     if looked_at.estimate is None:
         return tr("Maneuver {id} could not be fitted: {failure}.").format(
@@ -175,7 +154,6 @@ def _build_residuals(data: FigureData, palette: Palette, _room: FigureSize) -> D
 
 
 def _selected_fit(data: FigureData) -> tuple[Estimate | None, str]:
-    """Return the fit that is looked at, and what it is of, in words."""
     key = selected_choice(data, fit_option(data))
     if key.startswith(JOINT_PREFIX):
         one = data.outcome.result.joint[int(key.removeprefix(JOINT_PREFIX))]

@@ -1,4 +1,4 @@
-"""Figures drawn in a thread: the window only shows the finished picture.
+"""Figures drawn in a thread, in the colors of the window, which only shows the finished picture.
 
 Drawing takes a tenth of a second to one second and is never done in the thread of the window.
 Orders that were overtaken by another are dropped.
@@ -17,7 +17,10 @@ import numpy as np
 from PySide6.QtCore import QObject, Signal
 from PySide6.QtGui import QImage
 
+from gsapp.report.palette import Palette
+from ui.display_style import mix_colors
 from ui.review.figure_geometry import FigureCurve, Limits, ManeuverPoint, Subplot, ViewRange
+from ui.theme import Theme, luminance
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -25,6 +28,28 @@ if TYPE_CHECKING:
 
     from gsapp.report.document import DocumentFigure
     from gsapp.report.palette import Palette
+
+_PRINT_LINE_WIDTH = 1.8
+"""Width of a trace of the window at which a picture's lines are as heavy as on paper."""
+_BAND, _BAND_ON_DARK = 0.14, 0.28
+"""How far bands lie from the background to the color of measured traces."""
+
+
+def window_palette(theme: Theme) -> Palette:
+    """Return the colors in which pictures are drawn in a theme."""
+    dark = luminance(theme.plot) < luminance(theme.text)
+    return Palette(
+        background=theme.plot,
+        ink=theme.text,
+        secondary_ink=theme.muted,
+        faint=mix_colors(theme.plot, theme.axis, 0.55).name(),
+        previous=theme.previous,
+        band=mix_colors(theme.plot, theme.traces["blue"], _BAND_ON_DARK if dark else _BAND).name(),
+        excluded=theme.previous,
+        traces=theme.traces,
+        line_scale=theme.line_width / _PRINT_LINE_WIDTH,
+    )
+
 
 _MIN_SCALE = 0.85
 """Of a picture's height on paper that it needs in the window."""
@@ -48,54 +73,27 @@ class FigureSize:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class RenderRequest:
-    """A figure to be drawn.
-
-    Attributes
-    ----------
-    request_id : int
-        Orders count up.
-    build : callable
-        Returns the picture for a palette and the room there is, or why there is none, in words.
-    palette : callable
-        Returns the colors; called in the thread.
-    room : FigureSize
-    dpi : float
-        Logical pixels of an inch.
-    ratio : float
-        Pixels of the screen to a logical pixel.
-    views : mapping of int to ViewRange
-        What charts are to show other than everything, by their place.
-    """
+    """A figure to be drawn."""
 
     request_id: int
     build: Callable[[Palette, FigureSize], DocumentFigure | str]
+    """Returns the picture for a palette and the room there is, or why there is none, in words."""
     palette: Callable[[], Palette]
+    """Returns the colors; called in the thread."""
     room: FigureSize
     dpi: float
     ratio: float = 1.0
+    """Pixels of the screen to a logical pixel."""
     views: Mapping[int, ViewRange] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class RenderedFigure:
-    """A figure, drawn.
-
-    Attributes
-    ----------
-    request : RenderRequest
-    figure : DocumentFigure or None
-        None where there is nothing to draw.
-    message : str
-        Why not.
-    image : QImage or None
-    width, height : int
-        Logical pixels.
-    subplots : tuple of Subplot
-    points : tuple of ManeuverPoint
-    """
+    """A figure, drawn."""
 
     request: RenderRequest
     figure: DocumentFigure | None = None
+    """None where there is nothing to draw."""
     message: str = ""
     image: QImage | None = None
     width: int = 0
@@ -156,7 +154,6 @@ def _read_limits(limits: tuple[float, float], scale: str) -> Limits:
 
 
 def _extract_curves(axes: Axes) -> tuple[FigureCurve, ...]:
-    """Return the lines over time of a chart."""
     found = []
     for line in axes.lines:
         x, y = (np.asarray(part, dtype=np.float64) for part in line.get_data())
@@ -229,18 +226,12 @@ def _extract_points(figure: Figure, ratio: float) -> tuple[ManeuverPoint, ...]:
 
 
 class FigureRenderer(QObject):
-    """Draws the newest order in a thread of its own.
-
-    Attributes
-    ----------
-    drawn : Signal(object)
-        A `RenderedFigure`; of overtaken orders none.
-    failed : Signal(object, object)
-        The newest order, and the exception that it ended with.
-    """
+    """Draws the newest order in a thread of its own."""
 
     drawn = Signal(object)
+    """A `RenderedFigure`; of overtaken orders none."""
     failed = Signal(object, object)
+    """The newest order, and the exception that it ended with."""
     _ended = Signal(object, object)
 
     def __init__(self, parent: QObject | None = None) -> None:
@@ -254,11 +245,9 @@ class FigureRenderer(QObject):
 
     @property
     def busy(self) -> bool:
-        """Return whether an order has not been drawn yet."""
         return self._newest != 0
 
     def next_request_id(self) -> int:
-        """Return the number of the next order."""
         return next(self._counter)
 
     def submit(self, order: RenderRequest) -> None:

@@ -9,45 +9,118 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-from PySide6.QtCore import QRectF, QSize, Qt
-from PySide6.QtGui import QFocusEvent, QPainter, QPaintEvent
+from PySide6.QtCore import QPointF, QRectF, QSize, Qt
+from PySide6.QtGui import QColor, QFocusEvent, QFontMetricsF, QImage, QPainter, QPaintEvent, QPen
 from PySide6.QtWidgets import QWidget
 
 from ui.display_style import DisplayStyle
 from ui.review.figure_geometry import ManeuverPoint, Subplot, ViewRange, views_match
-from ui.review.figure_overlay import paint_busy, paint_message, paint_selection, paint_transformed
 from ui.review.figure_renderer import RenderedFigure
 from ui.widgets.paint_primitives import paint_focus_frame
 
+_RING_RADIUS, _FOCUS_RADIUS = 7, 10
+"""Points from a chosen point to its ring, and to that where the keyboard stands."""
+
+
+def paint_selection(
+    painter: QPainter,
+    chosen: Sequence[ManeuverPoint],
+    current: ManeuverPoint | None,
+    look: DisplayStyle,
+) -> None:
+    """Ring the points of the chosen maneuver and write its name beside each."""
+    painter.save()
+    painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+    for spot in chosen:
+        here = current is not None and current.subplot_index == spot.subplot_index
+        radius = look.px(_FOCUS_RADIUS if here else _RING_RADIUS)
+        painter.setBrush(Qt.BrushStyle.NoBrush)
+        # A light ring within a dark one is seen on every color.
+        painter.setPen(QPen(look.color("panel"), look.px(4)))
+        painter.drawEllipse(QPointF(spot.x, spot.y), radius, radius)
+        painter.setPen(QPen(look.color("accent"), look.px(3 if here else 2)))
+        painter.drawEllipse(QPointF(spot.x, spot.y), radius, radius)
+        _paint_name(painter, spot, radius, look, strong=here)
+    painter.restore()
+
+
+def _paint_name(
+    painter: QPainter, spot: ManeuverPoint, radius: float, look: DisplayStyle, *, strong: bool
+) -> None:
+    font = look.font("label", strong=strong)
+    metrics = QFontMetricsF(font)
+    room = look.px(3)
+    wide = metrics.horizontalAdvance(spot.maneuver) + 2 * room
+    high = metrics.height()
+    left = spot.x + radius + room
+    if left + wide > painter.device().width() / painter.device().devicePixelRatioF():
+        left = spot.x - radius - room - wide
+    box = QRectF(left, spot.y - high / 2, wide, high)
+    painter.fillRect(box, _with_alpha(look.color("panel"), 0.85))
+    painter.setFont(font)
+    painter.setPen(look.color("text"))
+    painter.drawText(box, Qt.AlignmentFlag.AlignCenter, spot.maneuver)
+
+
+def _with_alpha(color: QColor, share: float) -> QColor:
+    color.setAlphaF(share)
+    return color
+
+
+def paint_transformed(
+    painter: QPainter, image: QImage, pane: Subplot, view: ViewRange, look: DisplayStyle
+) -> None:
+    """Let the old picture of a chart stand in for one with another view."""
+    box = QRectF(QPointF(pane.left, pane.top), QPointF(pane.right, pane.bottom))
+    ratio = image.devicePixelRatio()
+    source = QRectF(
+        box.left() * ratio, box.top() * ratio, box.width() * ratio, box.height() * ratio
+    )
+    first = QPointF(*pane.map_to_view(view, pane.left, pane.top))
+    last = QPointF(*pane.map_to_view(view, pane.right, pane.bottom))
+    painter.save()
+    painter.setClipRect(box)
+    painter.fillRect(box, look.color("panel"))
+    painter.drawImage(QRectF(first, last), image, source)
+    painter.restore()
+
+
+def paint_message(painter: QPainter, box: QRectF, words: str, look: DisplayStyle) -> None:
+    """Write why there is no figure."""
+    painter.setFont(look.font("body"))
+    painter.setPen(look.color("text"))
+    margin = look.px(32)
+    inner = box.adjusted(margin, margin, -margin, -margin)
+    flags = Qt.AlignmentFlag.AlignCenter | Qt.TextFlag.TextWordWrap
+    painter.drawText(inner, int(flags), words)
+
+
+def paint_busy(painter: QPainter, box: QRectF, words: str, look: DisplayStyle) -> None:
+    """Say in the corner what is being done."""
+    font = look.font("label", strong=True)
+    metrics = QFontMetricsF(font)
+    wide, high = metrics.horizontalAdvance(words) + look.px(16), metrics.height() + look.px(6)
+    chip = QRectF(box.right() - wide - look.px(8), box.top() + look.px(6), wide, high)
+    painter.save()
+    painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+    painter.setPen(Qt.PenStyle.NoPen)
+    painter.setBrush(look.color("banner"))
+    painter.drawRoundedRect(chip, look.px(4), look.px(4))
+    painter.setFont(font)
+    painter.setPen(look.color("banner_text"))
+    painter.drawText(chip, Qt.AlignmentFlag.AlignCenter, words)
+    painter.restore()
+
 
 class FigureWidget(QWidget):
-    """Shows a `RenderedFigure`.
-
-    Parameters
-    ----------
-    look : DisplayStyle
-        Colors and sizes.
-
-    Attributes
-    ----------
-    rendered_figure : RenderedFigure or None
-    views : dict of int to ViewRange
-        What charts are to show other than everything, by their place.
-    full_views : dict of int to ViewRange
-        What charts show when they show everything.
-    maneuver : str
-        The one that is ringed.
-    current : ManeuverPoint or None
-        The point that the keyboard stands on.
-    subplot_index : int
-        Of the chart that the keyboard stands in.
-    """
+    """Shows a `RenderedFigure`."""
 
     def __init__(self, look: DisplayStyle) -> None:
         super().__init__()
         self._look = look
         self.rendered_figure: RenderedFigure | None = None
         self.views: dict[int, ViewRange] = {}
+        """What charts are to show other than everything, by their place."""
         self.full_views: dict[int, ViewRange] = {}
         self.maneuver = ""
         self.current: ManeuverPoint | None = None
@@ -71,12 +144,10 @@ class FigureWidget(QWidget):
         self.update()
 
     def show_progress_text(self, words: str) -> None:
-        """Say what is being done in the corner of what is there."""
         self._waiting = words
         self.update()
 
     def select_maneuver(self, maneuver: str) -> None:
-        """Ring the points of a maneuver."""
         self.maneuver = maneuver
         if self.current is not None:
             self.current = find_same_point(self.points, replace(self.current, maneuver=maneuver))
@@ -93,20 +164,16 @@ class FigureWidget(QWidget):
 
     @property
     def subplots(self) -> tuple[Subplot, ...]:
-        """Return the charts."""
         return self.rendered_figure.subplots if self.rendered_figure is not None else ()
 
     @property
     def points(self) -> tuple[ManeuverPoint, ...]:
-        """Return the points where they were drawn."""
         return self.rendered_figure.points if self.rendered_figure is not None else ()
 
     def subplot_at(self, place: int) -> Subplot | None:
-        """Return a chart by its place."""
         return next((one for one in self.subplots if one.index == place), None)
 
     def visible_points(self) -> tuple[ManeuverPoint, ...]:
-        """Return the points where they lie on screen now, those out of sight left out."""
         if not self.views:
             return self.points
         found = []
@@ -120,7 +187,6 @@ class FigureWidget(QWidget):
         return tuple(found)
 
     def view_of(self, pane: Subplot) -> ViewRange:
-        """Return what a chart is to show."""
         return self.views.get(pane.index, pane.view)
 
     def paintEvent(self, _event: QPaintEvent) -> None:

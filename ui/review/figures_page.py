@@ -9,30 +9,29 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from PySide6.QtCore import Signal
-from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QVBoxLayout
 
 from gsapp.foundation import FlightError
 from gsapp.quantities import typeset
 from ui.commands import CommandRequirement
-from ui.display_style import DisplayStyle
 from ui.number_format import sanitize_file_name
-from ui.review.figure_computations import FigureComputations
-from ui.review.figure_data import FigureData, describe_point, find_result, format_run_name
-from ui.review.figure_kinds import FIGURE_KINDS, FigureKind
-from ui.review.figure_options import (
+from ui.review.figure_data import (
     JOINT_PREFIX,
+    FigureData,
     FigureOption,
     derivative_group_option,
     derivatives_in_group,
+    describe_point,
+    find_result,
+    format_run_name,
     selected_choice,
 )
+from ui.review.figure_kinds import FIGURE_KINDS, FigureKind
 from ui.review.figure_renderer import FigureSize, RenderedFigure
 from ui.review.figures_layout import FiguresLayout
-from ui.review.review_jobs import JobSubmitter
-from ui.review.review_selection import ReviewSelection
-from ui.review.step_page import PREVIOUS_RUN_COUNT, ReviewStepPage, no_run_text
-from ui.settings import SettingsStore, initial_dialog_folder
+from ui.review.job_queue import FigureComputations
+from ui.review.review_steps import PREVIOUS_RUN_COUNT, ReviewContext, ReviewStepPage, no_run_text
+from ui.settings import initial_dialog_folder
 from ui.translation import tr
 from ui.undo import UndoCommand, UndoHistory, UndoStack
 from ui.widgets.figure_menu import ContentFunction, FigureMenu
@@ -45,45 +44,19 @@ log = logging.getLogger(__name__)
 
 
 class FiguresPage(ReviewStepPage):
-    """Lists the figures at the left and shows one.
-
-    Parameters
-    ----------
-    actions : mapping of str to QAction
-        The commands.
-    display_style : DisplayStyle
-        Colors, sizes, units.
-    store : SettingsStore
-        Remembers the folder that figures are saved in.
-    selection : ReviewSelection
-        The maneuver and the derivative that are looked at.
-    begin_job : JobSubmitter
-        Has something done in a process.
-
-    Attributes
-    ----------
-    exclusion_changed : Signal(object)
-        The `RunOutcome` with other maneuvers left out of its means.
-    """
+    """Lists the figures at the left and shows one."""
 
     exclusion_changed = Signal(object)
+    """The `RunOutcome` with other maneuvers left out of its means."""
 
-    def __init__(
-        self,
-        actions: Mapping[str, QAction],
-        look: DisplayStyle,
-        store: SettingsStore,
-        selection: ReviewSelection,
-        begin_job: JobSubmitter,
-    ) -> None:
-        super().__init__(look, tr("Figures"))
-        self._selection = selection
+    def __init__(self, context: ReviewContext) -> None:
+        super().__init__(context, tr("Figures"))
+        actions, look, selection = context.actions, context.look, context.selection
         self._data: FigureData | None = None
         self._chosen: dict[str, str] = {}
         self._undo_stack = UndoStack(self)
         self._excluded: frozenset[str] = frozenset()
-        self._computations = FigureComputations(begin_job, self)
-        self._store = store
+        self._computations = FigureComputations(context.begin_job, self)
         self.kind: FigureKind = FIGURE_KINDS[0]
         self._column = QVBoxLayout(self)
         self.frame = FiguresLayout(actions, look, self._describe)
@@ -111,7 +84,6 @@ class FiguresPage(ReviewStepPage):
 
     @property
     def handlers(self) -> Mapping[str, Callable[[], object]]:
-        """Return what the commands of this page do."""
         return {
             "review_previous_figure": lambda: self._next_figure(-1),
             "review_next_figure": lambda: self._next_figure(1),
@@ -126,7 +98,6 @@ class FiguresPage(ReviewStepPage):
 
     @property
     def present(self) -> tuple[CommandRequirement, ...]:
-        """Return what commands may act on here."""
         if self._data is None:
             return ()
         needs: list[CommandRequirement] = ["review_figure"]
@@ -144,7 +115,6 @@ class FiguresPage(ReviewStepPage):
 
     @property
     def state(self) -> StepStatus:
-        """Return which run is looked at, and whether something is left out of its means."""
         if self._data is None:
             return StepStatus(state="unknown")
         outcome = self._data.outcome
@@ -157,13 +127,11 @@ class FiguresPage(ReviewStepPage):
         return StepStatus(state="plain", text=words)
 
     def begin(self) -> None:
-        """Put the keyboard into the figure, or on the list where there is none."""
         (self.view if self._data is not None else self.frame.list).setFocus()
 
     # The run
 
     def show_outcome(self, outcome: RunOutcome | None) -> None:
-        """Show the figures of a run; the one before can be compared with."""
         former = self._data
         if outcome is None:
             self._data = None
@@ -194,7 +162,6 @@ class FiguresPage(ReviewStepPage):
         self.changed.emit()
 
     def _computations_changed(self) -> None:
-        """Show what was worked out meanwhile."""
         if self._data is not None:
             self._show_data(
                 replace(
@@ -207,7 +174,6 @@ class FiguresPage(ReviewStepPage):
     # What is shown
 
     def show_kind(self, name: str) -> None:
-        """Show another figure."""
         self.kind = next(one for one in FIGURE_KINDS if one.id == name)
         self._computations.allow_retry()
         self._refresh()
@@ -246,7 +212,6 @@ class FiguresPage(ReviewStepPage):
         return key
 
     def _choose(self, name: str, value: str) -> None:
-        """Take what was chosen in a list."""
         self._chosen[name] = value
         if self._data is None:
             return
@@ -333,7 +298,6 @@ class FiguresPage(ReviewStepPage):
         self.changed.emit()
 
     def _follow_flight(self, outcome: RunOutcome, maneuver: str) -> None:
-        """Show histories of the flight of the chosen maneuver."""
         result = find_result(outcome, maneuver)
         if result is not None:
             self._chosen["flight"] = result.maneuver.flight
@@ -347,7 +311,6 @@ class FiguresPage(ReviewStepPage):
         return bool(flights) and flights != [self._chosen.get("flight")]
 
     def _derivative_chosen(self, derivative: str) -> None:
-        """Look at a derivative that was chosen elsewhere."""
         data = self._data
         if data is None or derivative not in data.outcome.summary.derivatives:
             return
@@ -370,7 +333,6 @@ class FiguresPage(ReviewStepPage):
         self._show_data(replace(data, selected_options=dict(self._chosen)))
 
     def open_fit(self, maneuver: str) -> None:
-        """Show the fit of a maneuver."""
         self._selection.select_maneuver(maneuver)
         self.show_kind("fit")
         self.view.setFocus()

@@ -9,9 +9,8 @@ from PySide6.QtCore import QObject, QTimer, Signal
 from gsapp.flight.maneuvers.detected_maneuver import Grade
 from gsapp.foundation import GroundStationError
 from gsapp.session.review import ManeuverRow, Review, ReviewedFlight
-from ui.review.flight_loading import CatalogWriter
-from ui.review.review_selection import ReviewSelection
-from ui.review.reviewed_flights import ReviewedFlights
+from ui.review.review_steps import ReviewSelection
+from ui.review.reviewed_flights import CatalogWriter, ReviewedFlights
 from ui.translation import tr
 
 NUDGE_SECONDS = 0.1
@@ -19,27 +18,11 @@ NUDGE_SECONDS = 0.1
 
 
 class ManeuverEditor(QObject):
-    """Changes the maneuvers of the flight on screen.
-
-    Parameters
-    ----------
-    flights : ReviewedFlights
-    review : Review
-    selection : ReviewSelection
-        The maneuver that is changed.
-    catalog_writer : CatalogWriter
-        Hands every change on to the catalog.
-
-    Attributes
-    ----------
-    changed : Signal
-        Maneuvers or their use are others now.
-    message_changed : Signal(str, str)
-        What came of the last deed, and its state; empty for nothing worth saying.
-    """
+    """Changes the maneuvers of the flight on screen."""
 
     changed = Signal()
     message_changed = Signal(str, str)
+    """What came of the last deed, and its state; empty for nothing worth saying."""
 
     def __init__(
         self,
@@ -57,7 +40,6 @@ class ManeuverEditor(QObject):
 
     @property
     def row(self) -> ManeuverRow | None:
-        """Return the chosen maneuver; None for none."""
         chosen = self._selection.maneuver
         return next((row for row in self._review.rows() if row.id == chosen), None)
 
@@ -88,7 +70,6 @@ class ManeuverEditor(QObject):
         self._select_nearest(at)
 
     def reload(self) -> None:
-        """Take in what other windows changed."""
         at = self._current_time()
         try:
             changed = self._review.poll()
@@ -176,11 +157,9 @@ class ManeuverEditor(QObject):
     # What people say of one
 
     def rename(self, campaign_id: str, new: str) -> None:
-        """Give a maneuver another id."""
         self._edit_later(campaign_id, lambda flight, name: flight.rename(name, new))
 
     def annotate(self, campaign_id: str, note: str) -> None:
-        """Write a note beside a maneuver."""
         self._edit_later(campaign_id, lambda flight, name: flight.annotate(name, note))
 
     def _edit_later(
@@ -196,11 +175,9 @@ class ManeuverEditor(QObject):
         )
 
     def regrade(self, flight: ReviewedFlight, name: str, grade: Grade | None, reason: str) -> None:
-        """Give a maneuver of a flight a grade; None leaves it to the samples."""
         self._edit(lambda flight: flight.set_grade(name, grade, reason), flight)
 
     def set_in_use(self, campaign_id: str, wanted: bool) -> None:
-        """Let a maneuver take part in estimates, or not."""
         self._edit_later(campaign_id, lambda flight, name: flight.set_in_use(name, wanted))
 
     # Undo: the file of the flight keeps the changes
@@ -218,11 +195,9 @@ class ManeuverEditor(QObject):
         return "" if self._flights.flight is None else self._flights.flight.redo_text
 
     def undo(self) -> None:
-        """Undo the last change of the flight on screen."""
         self._restore(tr("Undone"), lambda flight: flight.undo())
 
     def redo(self) -> None:
-        """Redo the change of the flight on screen that was undone last."""
         self._restore(tr("Redone"), lambda flight: flight.redo())
 
     def _restore(self, what: str, act: Callable[[ReviewedFlight], str]) -> None:

@@ -19,14 +19,7 @@ def surface_symbols_text(maneuver: DetectedManeuver) -> str:
 
 
 def title_text(name: str, maneuver: DetectedManeuver) -> str:
-    """Return what was flown: ``Maneuver 2:4, aileron and rudder doublet``.
-
-    Parameters
-    ----------
-    name : str
-        Its id among all flights under review.
-    maneuver : DetectedManeuver
-    """
+    """Return ``Maneuver 2:4, aileron and rudder doublet``, with the id among all flights."""
     names = [SURFACE_NAMES[name] for name in maneuver.inputs]
     if not names:
         return tr("Maneuver {name}, no surface moved").format(name=name)

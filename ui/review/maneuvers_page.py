@@ -7,28 +7,69 @@ from functools import partial
 from pathlib import Path
 
 from PySide6.QtCore import QTimer, Signal
-from PySide6.QtGui import QAction, QHideEvent, QShowEvent
-from PySide6.QtWidgets import QVBoxLayout
+from PySide6.QtGui import QHideEvent, QShowEvent
+from PySide6.QtWidgets import QComboBox, QLineEdit, QVBoxLayout, QWidget
 
+from gsapp.flight.maneuvers.detected_maneuver import GRADED_BY_CREW, GRADES, DetectedManeuver, Grade
 from gsapp.foundation import GroundStationError
 from gsapp.session.review import ManeuverRow, Review, ReviewedFlight
 from gsapp.session.review.traces import Traces
 from ui.commands import CommandRequirement
+from ui.dialogs.form_dialog import FormDialog
 from ui.display_style import DisplayStyle
 from ui.number_format import count_text
-from ui.review.flight_loading import CatalogWriter
-from ui.review.grade_dialog import GradeDialog
 from ui.review.maneuver_editor import ManeuverEditor
 from ui.review.maneuver_text import grade_text
 from ui.review.maneuvers_panel import ManeuversPanel
-from ui.review.review_selection import ReviewSelection
-from ui.review.reviewed_flights import ReviewedFlights
-from ui.review.step_page import ReviewStepPage
+from ui.review.review_steps import ReviewContext, ReviewStepPage
+from ui.review.reviewed_flights import CatalogWriter, ReviewedFlights
 from ui.review.timeline_painter import TimelineSpan
-from ui.settings import SettingsStore, catalog_path
+from ui.settings import catalog_path
 from ui.translation import tr
 from ui.undo import UndoHistory
 from ui.window_frame.page_steps import StepStatus
+
+
+class GradeDialog(FormDialog):
+    """A grade from A to D, or the one that the samples give; and a reason."""
+
+    def __init__(
+        self,
+        look: DisplayStyle,
+        name: str,
+        maneuver: DetectedManeuver,
+        parent: QWidget | None = None,
+    ) -> None:
+        super().__init__(
+            tr("Set the grade"),
+            tr(
+                "Maneuver {name} has grade {grade}. A manual grade stays when the edges "
+                "move; unfit (D) excludes it from estimates."
+            ).format(name=name, grade=maneuver.grade),
+            tr("Grade"),
+            look,
+            parent,
+        )
+        self.choice = QComboBox()
+        self.choice.setAccessibleName(tr("Grade"))
+        for grade, words in GRADES.items():
+            self.choice.addItem(f"{grade}  {words.partition(':')[0]}", grade)
+        self.choice.addItem(tr("Automatic grade"), "")
+        self.choice.setCurrentIndex(list(GRADES).index(maneuver.grade))
+        self.reason = QLineEdit(
+            "; ".join(maneuver.reasons) if maneuver.graded_by == GRADED_BY_CREW else ""
+        )
+        self.reason.setAccessibleName(tr("Reason"))
+        self.reason.setPlaceholderText(tr("A gust, hands on the sticks …"))
+        self.add_row(tr("Grade"), self.choice)
+        self.add_row(tr("Reason"), self.reason)
+        self.choice.setFocus()
+        self.fit_to_content(480)
+
+    @property
+    def grade(self) -> Grade | None:
+        return self.choice.currentData() or None
+
 
 _POLL_MS = 1000
 """Milliseconds between looks at what other windows changed."""
@@ -37,48 +78,19 @@ _NEW_MANEUVER_SECONDS = 6.0
 
 
 class ManeuversPage(ReviewStepPage):
-    """Flights, time line, table; every change is an event of the flight at once.
-
-    Parameters
-    ----------
-    actions : mapping of str to QAction
-        The commands.
-    display_style : DisplayStyle
-        Colors, sizes, units.
-    store : SettingsStore
-        Remembers flights and channels.
-    selection : ReviewSelection
-        The maneuver that all pages look at.
-    review : Review
-        The flights under review.
-
-    Attributes
-    ----------
-    maneuvers_changed : Signal
-        Flights, maneuvers or their use are others now.
-    opening : FlightLoader
-        Opens flights, also those anew whose record is another now.
-    """
+    """Flights, time line, table; every change is an event of the flight at once."""
 
     maneuvers_changed = Signal()
 
-    def __init__(
-        self,
-        actions: Mapping[str, QAction],
-        look: DisplayStyle,
-        store: SettingsStore,
-        selection: ReviewSelection,
-        review: Review,
-    ) -> None:
-        super().__init__(look, tr("Maneuvers"))
-        self._store = store
-        self._selection = selection
+    def __init__(self, context: ReviewContext, review: Review) -> None:
+        super().__init__(context, tr("Maneuvers"))
+        store, selection = context.store, context.selection
         self.review = review
         self.flights = ReviewedFlights(review, store, selection, self)
         self.opening = self.flights.opening
         self.catalog_writer = CatalogWriter(lambda: catalog_path(store.current), self)
         self.editing = ManeuverEditor(self.flights, review, selection, self.catalog_writer, self)
-        self.maneuvers_panel = view = ManeuversPanel(actions, look)
+        self.maneuvers_panel = view = ManeuversPanel(context.actions, context.look)
         self.details, self.timeline, self.bar = view.details, view.timeline, view.bar
         self.panel, self.channels, self.table = view.panel, view.channels, view.table
         column = QVBoxLayout(self)
@@ -130,7 +142,6 @@ class ManeuversPage(ReviewStepPage):
 
     @property
     def handlers(self) -> Mapping[str, Callable[[], object]]:
-        """Return what the commands of this page do."""
         editing, flights, table = self.editing, self.flights, self.table
         edges = {"start_earlier": (-1, 0), "start_later": (1, 0), "end_earlier": (0, -1),
                  "end_later": (0, 1)}  # fmt: skip
@@ -161,7 +172,6 @@ class ManeuversPage(ReviewStepPage):
 
     @property
     def present(self) -> tuple[CommandRequirement, ...]:
-        """Return what commands may act on."""
         found: list[CommandRequirement] = ["review_flights"]
         if self.flights.flight is not None:
             found.append("review_flight")
@@ -173,7 +183,6 @@ class ManeuversPage(ReviewStepPage):
 
     @property
     def state(self) -> StepStatus:
-        """Return how many maneuvers there are, and how many are used."""
         doing = self.opening.status_text
         if doing:
             return StepStatus(state="unknown", text=tr("opening"), detail=doing)
@@ -196,18 +205,15 @@ class ManeuversPage(ReviewStepPage):
         """Nothing to do: the editor tells what changed."""
 
     def begin(self) -> None:
-        """Put the keyboard where one goes on."""
         known = self.flights.flight is not None
         (self.timeline if known else self.panel.buttons["review_add_folder"]).setFocus()
 
     def set_open_flight(self, path: Path | None) -> None:
-        """Say which flight is open in the window; the first one of all is taken by itself."""
         self.flights.set_open_flight(path)
 
     # What is looked at
 
     def _select(self, campaign_id: str) -> None:
-        """Show another maneuver, wherever it was chosen."""
         self.details.show_message("")
         self._refresh()
         place = self.review.find_maneuver(campaign_id)
@@ -220,7 +226,6 @@ class ManeuversPage(ReviewStepPage):
             self._selection.select_maneuver(self.review.campaign_id(flight, name))
 
     def step(self, by: int) -> None:
-        """Look at the next maneuver, or the one before, through all flights."""
         ids = [row.id for row in self.review.rows()]
         if ids:
             here = self._selection.maneuver
@@ -228,7 +233,6 @@ class ManeuversPage(ReviewStepPage):
             self._selection.select_maneuver(ids[min(max(place, 0), len(ids) - 1)])
 
     def zoom(self) -> None:
-        """Zoom to the chosen maneuver."""
         place = self.review.find_maneuver(self._selection.maneuver)
         if place is not None:
             self.timeline.zoom_to(place[1].t_start, place[1].t_end)
@@ -240,7 +244,6 @@ class ManeuversPage(ReviewStepPage):
     # Changes
 
     def _preview_edges(self, name: str, start: float, stop: float) -> None:
-        """Say what a maneuver would be with the edges that are being dragged."""
         flight = self.flights.flight
         if flight is None:
             return
@@ -261,18 +264,15 @@ class ManeuversPage(ReviewStepPage):
         self.editing.add(start, stop)
 
     def _type(self, column: str) -> None:
-        """Begin to type into the row of the chosen maneuver."""
         self.maneuvers_panel.show_table()
         self.table.edit_cell(self._selection.maneuver, column)
 
     def use(self) -> None:
-        """Let the chosen maneuver take part in estimates, or not."""
         row = self.editing.row
         if row is not None:
             self.editing.set_in_use(row.id, not row.in_use)
 
     def grade(self) -> None:
-        """Ask for a grade and a reason."""
         name = self._selection.maneuver
         place = self.review.find_maneuver(name)
         if place is None:
@@ -322,7 +322,6 @@ class ManeuversPage(ReviewStepPage):
         self.changed.emit()
 
     def _hint(self) -> str:
-        """Return what to do where no maneuver is looked at."""
         here = self.flights.flight
         if here is None:
             return tr(
@@ -342,7 +341,6 @@ class ManeuversPage(ReviewStepPage):
         return tr("{found}Drag across the charts and press Add to create one.").format(found=found)
 
     def _refresh(self) -> None:
-        """Show everything as it stands."""
         rows, chosen, here = self.review.rows(), self._selection.maneuver, self.flights.flight
         row = next((one for one in rows if one.id == chosen), None)
         self.table.show_rows(rows)

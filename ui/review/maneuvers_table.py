@@ -2,23 +2,165 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 
 from PySide6.QtCore import QModelIndex, QSize, Qt, Signal
 from PySide6.QtGui import QAction, QFontMetrics, QKeyEvent
 from PySide6.QtWidgets import QAbstractItemView, QHeaderView
 
+from gsapp.quantities import channel
 from gsapp.session.review.review import ManeuverRow
 from ui.display_style import DisplayStyle
-from ui.review.maneuver_columns import (
-    COLUMN_INDEXES,
-    EDITABLE_COLUMNS,
-    MANEUVER_COLUMNS,
-    build_maneuver_table_row,
-)
-from ui.translation import tr
-from ui.widgets.row_model import ModelIndex, TableRowModel
+from ui.number_format import channel_value_text, clock_text, unit_text
+from ui.review.maneuver_text import GRADE_STATES, grade_text, surface_symbols_text
+from ui.translation import QT_TR_NOOP, tr
+from ui.widgets.row_model import CellFormat, ModelIndex, TableRow, TableRowModel
 from ui.widgets.table_view import TableRowView
+
+_MISSING_SORT_VALUE = -1e9
+"""Sorts what is not known before everything."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ManeuverColumn:
+    """One column."""
+
+    id: str
+    title: str
+    width: int
+    text: Callable[[ManeuverRow], str] | None = None
+    """What stands in a cell; None for a value in the units of the screen."""
+    value: Callable[[ManeuverRow], float | None] | None = None
+    key: Callable[[ManeuverRow], object] | None = None
+    """What its rows are sorted by, if not by text or value."""
+    quantity: str = ""
+    hint: str = ""
+
+    @property
+    def is_right_aligned(self) -> bool:
+        return self.text is None or self.id in ("start", "length")
+
+    def heading(self, units: str) -> str:
+        if not self.quantity:
+            return tr(self.title)
+        return f"{tr(self.title)} [{unit_text(channel(self.quantity).display_unit(units))}]"
+
+    def cell_text(self, row: ManeuverRow, units: str) -> str:
+        if self.text is not None:
+            return self.text(row)
+        return channel_value_text(channel(self.quantity), self._value(row), units, unit=False)
+
+    def sort_value(self, row: ManeuverRow) -> object:
+        by = self.key or self.text
+        if by is not None:
+            return by(row)
+        value = self._value(row)
+        return _MISSING_SORT_VALUE if value is None else value
+
+    def _value(self, row: ManeuverRow) -> float | None:
+        return None if self.value is None else self.value(row)
+
+
+def _flight_order_key(row: ManeuverRow) -> tuple[int, float]:
+    return row.flight_number, row.maneuver.t_start
+
+
+def _maneuver_length(row: ManeuverRow) -> float:
+    return row.maneuver.t_end - row.maneuver.t_start
+
+
+def _pilot_verdict_text(row: ManeuverRow) -> str:
+    return "" if row.verdict is None else row.verdict.advice or row.verdict.result
+
+
+MANEUVER_COLUMNS = (
+    ManeuverColumn(
+        id="use", title=QT_TR_NOOP("Use"), width=46, key=lambda row: not row.in_use,
+        text=lambda _row: "", hint=QT_TR_NOOP("Included in the estimate"),
+    ),
+    ManeuverColumn(
+        id="id", title=QT_TR_NOOP("Id"), width=64, key=_flight_order_key, text=lambda row: row.id,
+        hint=QT_TR_NOOP("Name, preceded by the flight number if there are several; click to edit"),
+    ),
+    ManeuverColumn(
+        id="flight", title=QT_TR_NOOP("Flight"), width=150, key=_flight_order_key,
+        text=lambda row: f"{row.flight_number} {row.flight}",
+    ),
+    ManeuverColumn(
+        id="start", title=QT_TR_NOOP("Start"), width=78, key=lambda row: row.maneuver.t_start,
+        text=lambda row: clock_text(row.maneuver.t_start, decimals=1),
+    ),
+    ManeuverColumn(
+        id="length", title=QT_TR_NOOP("Length [s]"), width=84, key=_maneuver_length,
+        text=lambda row: f"{_maneuver_length(row):.1f}",
+    ),
+    ManeuverColumn(
+        id="inputs", title=QT_TR_NOOP("Inputs"), width=70, key=lambda row: row.maneuver.inputs,
+        text=lambda row: surface_symbols_text(row.maneuver),
+    ),
+    ManeuverColumn(
+        id="kind", title=QT_TR_NOOP("Kind"), width=80, text=lambda row: row.maneuver.kind,
+    ),
+    ManeuverColumn(
+        id="size", title=QT_TR_NOOP("Size"), width=74, quantity="de",
+        value=lambda row: row.maneuver.amplitude,
+        hint=QT_TR_NOOP("Half of peak to peak of the main input"),
+    ),
+    ManeuverColumn(
+        id="V", title="V", width=78, value=lambda row: row.maneuver.V, quantity="V",
+        hint=QT_TR_NOOP("True airspeed at the start"),
+    ),
+    ManeuverColumn(
+        id="alpha", title="α", width=66, value=lambda row: row.maneuver.alpha, quantity="alpha",
+        hint=QT_TR_NOOP("Angle of attack at the start"),
+    ),
+    ManeuverColumn(
+        id="grade", title=QT_TR_NOOP("Grade"), width=100, key=lambda row: (row.maneuver.grade,
+        *_flight_order_key(row)),
+        text=lambda row: grade_text(row.maneuver),
+    ),
+    ManeuverColumn(id="told", title=QT_TR_NOOP("Cue to pilot"), width=180,
+                   text=_pilot_verdict_text),
+    ManeuverColumn(
+        id="note", title=QT_TR_NOOP("Note"), width=160,
+        text=lambda row: row.maneuver.note, hint=QT_TR_NOOP("Click to edit"),
+    ),
+)  # fmt: skip
+"""From left to right."""
+
+COLUMN_INDEXES = {column.id: place for place, column in enumerate(MANEUVER_COLUMNS)}
+"""Where each stands."""
+
+EDITABLE_COLUMNS = ("id", "note")
+"""Columns that people write in."""
+
+
+def build_maneuver_table_row(row: ManeuverRow, units: str) -> TableRow:
+    """Return the row of a maneuver; its key is the number of the flight and the id within it."""
+    maneuver = row.maneuver
+    color = "" if row.in_use else "muted"
+    formats = {
+        place: CellFormat(color=color, detail=tr(column.hint), is_bold=column.id == "id")
+        for place, column in enumerate(MANEUVER_COLUMNS)
+    }
+    use, name, grade = (COLUMN_INDEXES[column] for column in ("use", "id", "grade"))
+    spoken = tr("used in the estimate") if row.in_use else tr("not used in the estimate")
+    formats[use] = replace(formats[use], is_checked=row.in_use, accessible_text=spoken)
+    # The number of the flight is not to be changed.
+    formats[name] = replace(formats[name], edit_text=maneuver.id)
+    reasons = "; ".join(maneuver.reasons) or tr("no objection")
+    formats[grade] = CellFormat(is_bold=True, detail=reasons)
+    return TableRow(
+        key=(row.flight_number, maneuver.id),
+        cells=tuple(column.cell_text(row, units) for column in MANEUVER_COLUMNS),
+        state=GRADE_STATES[maneuver.grade],
+        colored=frozenset({grade}),
+        sort_values=tuple(column.sort_value(row) for column in MANEUVER_COLUMNS),
+        formats=formats,
+        value=row,
+    )
+
 
 _MIN_HEIGHT = 150
 """Points of height of the head and four rows."""
@@ -27,26 +169,10 @@ _PADDING = 20
 
 
 class ManeuversTable(TableRowView):
-    """The table. Space uses a maneuver or not, Enter zooms to it, Delete removes what is selected.
-
-    Parameters
-    ----------
-    look : DisplayStyle
-        Colors and sizes.
-    commands : sequence of QAction
-        That the menu offers for a maneuver.
-
-    Attributes
-    ----------
-    maneuver_selected : Signal(str)
-        Id in the campaign that the keyboard is on.
-    renamed, noted : Signal(str, str)
-        Id in the campaign, and the new name or note.
-    used : Signal(str, bool)
-        Id in the campaign, and whether it shall take part.
-    """
+    """Space uses a maneuver or not, Enter zooms to it, Delete removes what is selected."""
 
     maneuver_selected = Signal(str)
+    """Id in the campaign that the keyboard is on."""
     renamed = Signal(str, str)
     noted = Signal(str, str)
     used = Signal(str, bool)
@@ -138,18 +264,15 @@ class ManeuversTable(TableRowView):
 
     @property
     def current(self) -> str:
-        """Return the id in the campaign that the keyboard is on; empty for none."""
         return self._campaign_id(self.current_key())
 
     @property
     def selected_ids(self) -> tuple[str, ...]:
-        """Return the ids in the campaign that are selected, by flight and time."""
         selected = {index.row() for index in self.selectionModel().selectedRows()}
         chosen = {self.row_model.rows[row].value.id for row in selected}
         return tuple(row.id for row in self._given if row.id in chosen)
 
     def edit_cell(self, campaign_id: str, column: str) -> None:
-        """Begin to type a name (``id``) or a ``note``."""
         self.setFocus()
         self.edit_row(self._key(campaign_id), COLUMN_INDEXES[column])
 

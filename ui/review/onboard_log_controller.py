@@ -12,8 +12,7 @@ from PySide6.QtWidgets import QWidget
 from ui.display_style import DisplayStyle
 from ui.job_process.job_runner import JobRunner
 from ui.review.job_queue import JobQueue
-from ui.review.onboard_log_job import OnboardLogJob, OnboardLogResult
-from ui.review.onboard_log_worker import create_log_job_runner
+from ui.review.onboard_log_worker import OnboardLogJob, OnboardLogResult, create_log_job_runner
 from ui.settings import SettingsStore
 from ui.translation import tr
 from ui.window_frame.banners import BannerStack
@@ -26,36 +25,10 @@ if TYPE_CHECKING:
 
 
 class OnboardLogController(QObject):
-    """Takes logs into flights, one after the other; a fetch of an hour holds up nothing else.
-
-    Parameters
-    ----------
-    look : DisplayStyle
-        Colors, sizes.
-    store : SettingsStore
-        Remembers links.
-    banners : BannerStack
-        Tells of the work, and offers to stop it or to take it back.
-    report_error : callable
-        Where errors go.
-    flights : callable
-        Returns the flights that are open for review.
-    others : callable
-        Returns paths of further flights that may be meant.
-    parent : QWidget
-        The place.
-    job_runner : JobRunner, optional
-        What does the work; a process of its own by default.
-
-    Attributes
-    ----------
-    log_applied : Signal(object)
-        The path of a flight whose samples are others now.
-    changed : Signal
-        Other commands are of use now.
-    """
+    """Takes logs into flights, one after the other; a fetch of an hour holds up nothing else."""
 
     log_applied = Signal(object)
+    """The path of a flight whose samples are others now."""
     changed = Signal()
 
     def __init__(
@@ -84,17 +57,14 @@ class OnboardLogController(QObject):
 
     @property
     def handlers(self) -> Mapping[str, Callable[[], object]]:
-        """Return what the commands do."""
         return {"review_onboard": self.ask_for_log, "review_onboard_stop": self.work.cancel}
 
     @property
     def flight_folders(self) -> list[Path]:
-        """Return the flight folders that a log may go into."""
         paths = [*(flight.path for flight in self._flights()), *self._others()]
         return [path for path in dict.fromkeys(one.resolve() for one in paths) if path.is_dir()]
 
     def ask_for_log(self) -> None:
-        """Ask for flight and log, and begin."""
         from gsapp.telemetry.log_download import parse_log_link
         from ui.dialogs.link_field import named_serial_ports
         from ui.review.onboard_log_dialog import OnboardLogDialog
@@ -116,7 +86,6 @@ class OnboardLogController(QObject):
         self.work.submit(job, self._done)
 
     def candidate_flights(self) -> tuple[FlightLogs, ...]:
-        """Return the flights that may get a log."""
         from gsapp.flight.folder import FlightFolder
         from gsapp.flight.onboard_log.log_storage import list_logs
         from gsapp.telemetry.recorder_control import find_recorder
@@ -142,7 +111,6 @@ class OnboardLogController(QObject):
         return tuple(found)
 
     def close(self) -> None:
-        """Stop everything, as the window closes; what came of a log is kept."""
         self.work.close()
 
     # Work

@@ -10,20 +10,17 @@ from typing import TYPE_CHECKING
 from PySide6.QtWidgets import (
     QComboBox,
     QFileDialog,
-    QHBoxLayout,
-    QLineEdit,
-    QPushButton,
     QStackedWidget,
     QVBoxLayout,
     QWidget,
 )
 
 from ui.dialogs.file_dialogs import log_name_filter
-from ui.dialogs.form_dialog import FieldMessage, FormDialog
+from ui.dialogs.form_dialog import FieldMessage, FormDialog, PathField
 from ui.dialogs.link_field import LinkField
 from ui.disk_checks import nearest_folder, path_kind
 from ui.display_style import DisplayStyle
-from ui.review.onboard_log_job import OnboardLogJob
+from ui.review.onboard_log_worker import OnboardLogJob
 from ui.translation import tr
 
 if TYPE_CHECKING:
@@ -35,70 +32,32 @@ _FILE, _LINK, _STORED, _NONE = "file", "link", "kept", "none"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FlightLogs:
-    """A flight that may get an on-board log.
-
-    Attributes
-    ----------
-    path : Path
-        Its folder.
-    name : str
-    in_force : str
-        File name of the log in force; empty for none.
-    state : OnboardLogState or None
-        How it stands; None where the flight has not been opened with it.
-    stored_logs : tuple of str
-        Logs in the folder, in force or not.
-    link : str
-        The LINK that is recorded into it now; empty for none.
-    """
+    """A flight that may get an on-board log."""
 
     path: Path
     name: str
     in_force: str = ""
+    """File name of the log in force; empty for none."""
     state: OnboardLogState | None = None
+    """How it stands; None where the flight has not been opened with it."""
     stored_logs: tuple[str, ...] = ()
     link: str = ""
+    """The LINK that is recorded into it now; empty for none."""
 
 
-class ExistingFileField(QWidget):
+class ExistingFileField(PathField):
     """A file that is there, typed or chosen."""
 
-    def __init__(self, name: str, look: DisplayStyle) -> None:
-        super().__init__()
-        self._name = name
-        row = QHBoxLayout(self)
-        row.setContentsMargins(0, 0, 0, 0)
-        row.setSpacing(look.px(8))
-        self.edit = QLineEdit()
-        self.edit.setAccessibleName(name)
-        row.addWidget(self.edit, 1)
-        self.button = QPushButton(tr("Choose…"))
-        self.button.setAccessibleName(tr("Choose {name}").format(name=name.lower()))
-        self.button.clicked.connect(self._choose)
-        row.addWidget(self.button)
-        self.setFocusProxy(self.edit)
-
     def _choose(self) -> None:
-        text = self.edit.text().strip()
-        start = str(nearest_folder(Path(text).expanduser() if text else Path.home()))
+        wanted = self.path if self.edit.text().strip() else Path.home()
+        start = str(nearest_folder(wanted))
         path, _kind = QFileDialog.getOpenFileName(self, self._name, start, log_name_filter())
         if path:
             self.edit.setText(path)
 
 
 class OnboardLogDialog(FormDialog):
-    """Which flight, which log.
-
-    Parameters
-    ----------
-    display_style : DisplayStyle
-    flights : sequence of FlightLogs
-        The one looked at first.
-    links : sequence of str
-        Used before, newest first.
-    parse, list_ports : callable
-        See `ui.dialogs.link_field.LinkField`.
-    """
+    """Which flight, which log."""
 
     def __init__(
         self,
@@ -214,7 +173,6 @@ class OnboardLogDialog(FormDialog):
 
     @property
     def job(self) -> OnboardLogJob:
-        """Return what was asked for."""
         kind, name = self._from
         flight = self._chosen.path
         if kind == _FILE:
@@ -225,7 +183,6 @@ class OnboardLogDialog(FormDialog):
 
 
 def _align_to_top(field: QWidget) -> QWidget:
-    """Return a page with a field at its top."""
     page = QWidget()
     column = QVBoxLayout(page)
     column.setContentsMargins(0, 0, 0, 0)

@@ -1,18 +1,47 @@
-"""The process that fetches and aligns on-board logs. No Qt."""
+"""What is done about a flight's on-board log, and the process that does it. No Qt."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from multiprocessing.connection import Connection
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ui.job_process.job_runner import ProcessJobRunner
 from ui.job_process.job_server import JobProgressCallback, StopEvent, serve_jobs
-from ui.review.onboard_log_job import OnboardLogJob, OnboardLogResult
 from ui.translation import QT_TR_NOOP, tr
 
 if TYPE_CHECKING:
     from gsapp.flight.onboard_log.log_storage import InstalledLog
     from gsapp.telemetry.log_download import DownloadState
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class OnboardLogJob:
+    """Let a log take the place of the live record; the result is a `OnboardLogResult`."""
+
+    flight: Path
+    file: Path | None = None
+    link: str | None = None
+    """The log that is fetched over this LINK; empty for that of the recorder at work."""
+    use: str | None = None
+    """A log that lies in the folder; empty for the live record alone."""
+
+    @property
+    def title(self) -> str:
+        what = tr("Fetching") if self.link is not None else tr("Aligning")
+        return tr("{what} the on-board log of {name}").format(what=what, name=self.flight.name)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class OnboardLogResult:
+    """How a flight stands now."""
+
+    flight: Path
+    text: str
+    previous_log: str
+    """What was in force before; empty for the live record alone."""
+
 
 _FETCH_SHARE = 0.95
 """Share of the bar when the log has come; then it is aligned."""
@@ -39,19 +68,12 @@ def serve_log_jobs(connection: Connection, stop: StopEvent) -> None:
 
 
 class OnboardLogJobHandler:
-    """Does one job after the other.
-
-    Parameters
-    ----------
-    tell : callable
-        Says how far the job is; raises where the window does not want it any more.
-    """
+    """Does one job after the other."""
 
     def __init__(self, tell: JobProgressCallback) -> None:
         self._report_progress = tell
 
     def do(self, job: OnboardLogJob) -> OnboardLogResult:
-        """Do one job and return how the flight stands."""
         from gsapp.flight.folder import FlightFolder
         from gsapp.flight.onboard_log.log_storage import activate_log
 

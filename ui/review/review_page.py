@@ -16,9 +16,13 @@ from ui.job_process.job_runner import JobRunner
 from ui.review.job_queue import JobQueue, create_review_job_runner
 from ui.review.onboard_log_controller import OnboardLogController
 from ui.review.review_jobs import VirtualFlightJob
-from ui.review.review_selection import ReviewSelection
-from ui.review.review_steps import REVIEW_STEPS
-from ui.review.step_page import PREVIOUS_RUN_COUNT, ReviewStepPage
+from ui.review.review_steps import (
+    PREVIOUS_RUN_COUNT,
+    REVIEW_STEPS,
+    ReviewContext,
+    ReviewSelection,
+    ReviewStepPage,
+)
 from ui.settings import SettingsStore, recording_folder, writable_folder
 from ui.translation import QT_TR_NOOP, tr
 from ui.window_frame.banners import BannerStack
@@ -36,26 +40,6 @@ class ReviewPage(MultiStepPage[ReviewStepPage], JobPage):
     """Leads from step to step; long work goes on whatever is on screen.
 
     Pages are made when they are first seen: a window that only flies does without them.
-
-    Parameters
-    ----------
-    actions : mapping of str to QAction
-        The commands.
-    look : DisplayStyle
-        Colors, sizes, units.
-    store : SettingsStore
-        Remembers flights, chapter and settings of the estimate.
-    banners : BannerStack
-        Tells of work while another place is on screen.
-    error_reporter : ErrorReporter
-        Where errors go.
-    job_runner : JobRunner, optional
-        What does the work; a process of its own by default.
-
-    Attributes
-    ----------
-    outcome : RunOutcome or None
-        The run that is looked at.
     """
 
     prefix = "review"
@@ -130,39 +114,38 @@ class ReviewPage(MultiStepPage[ReviewStepPage], JobPage):
         return page
 
     def _make(self, step_id: str) -> ReviewStepPage:
-        look, store = self._look, self._store
+        context = ReviewContext(
+            actions=self._actions, look=self._look, store=self._store, selection=self.selection,
+            begin_job=self.work.submit, report_error=self._error_reporter.report,
+        )  # fmt: skip
         if step_id == "maneuvers":
             from ui.review.maneuvers_page import ManeuversPage
 
-            maneuvers = ManeuversPage(self._actions, look, store, self.selection, self.review)
+            maneuvers = ManeuversPage(context, self.review)
             maneuvers.maneuvers_changed.connect(self._maneuvers_changed)
             self._maneuvers_page = maneuvers
             return maneuvers
         if step_id == "estimate":
             from ui.review.estimate_page import EstimatePage
 
-            estimate = EstimatePage(
-                self._actions, look, store, self.selection, self.review, self.work.submit,
-                self._error_reporter.report,
-            )  # fmt: skip
+            estimate = EstimatePage(context, self.review)
             estimate.estimated.connect(self.show_outcome)
             self._estimate_page = estimate
             return estimate
         if step_id == "figures":
             from ui.review.figures_page import FiguresPage
 
-            figures = FiguresPage(self._actions, look, store, self.selection, self.work.submit)
+            figures = FiguresPage(context)
             figures.exclusion_changed.connect(self._means_changed)
             for former in self._former:
                 figures.show_outcome(former)
             return figures
         from ui.review.summary_page import SummaryPage
 
-        return SummaryPage(self._actions, look, store, self.selection, self.work.submit)
+        return SummaryPage(context)
 
     @property
     def review(self) -> Review:
-        """Return the flights under review; made when they are first needed."""
         if self._review is None:
             from gsapp.session.review import Review
 
@@ -170,12 +153,10 @@ class ReviewPage(MultiStepPage[ReviewStepPage], JobPage):
         return self._review
 
     def _maneuvers_changed(self) -> None:
-        """Say on the page of the estimate what a run would take now."""
         if self._estimate_page is not None:
             self._estimate_page.refresh()
 
     def fly_virtual_flight(self) -> None:
-        """Let the virtual aircraft fly, and review that flight."""
         from ui.virtual_flight_simulation import find_virtual_flight_folder
 
         flights, _why = writable_folder(recording_folder(self._store.current))
@@ -183,7 +164,6 @@ class ReviewPage(MultiStepPage[ReviewStepPage], JobPage):
         self.work.submit(VirtualFlightJob(folder=folder), lambda _path: self.add_flights([folder]))
 
     def add_flights(self, flights: Sequence[Path]) -> None:
-        """Take flights under review, too, and show where they stand."""
         self.go_to_step("maneuvers", begin=self.isVisible())
         self._open_flights(flights)
 
@@ -203,13 +183,11 @@ class ReviewPage(MultiStepPage[ReviewStepPage], JobPage):
             self._open_flights([path])
 
     def set_open_flight(self, path: Path | None) -> None:
-        """Say which flight is open in the window."""
         self._open = path
         for page in self.pages.values():
             page.set_open_flight(path)
 
     def show_outcome(self, outcome: RunOutcome | None) -> None:
-        """Look at another run, on all pages."""
         former, self.outcome = self.outcome, outcome
         if former is not None and outcome is not None and former.result is not outcome.result:
             self._former = (*self._former, former)[-PREVIOUS_RUN_COUNT:]
@@ -218,7 +196,6 @@ class ReviewPage(MultiStepPage[ReviewStepPage], JobPage):
         self._page_changed()
 
     def _means_changed(self, outcome: RunOutcome) -> None:
-        """Look at other means of the same run, and keep them with it."""
         self.show_outcome(outcome)
         if self._estimate_page is not None:
             self._estimate_page.run_store.update_means(outcome)
@@ -240,10 +217,8 @@ class ReviewPage(MultiStepPage[ReviewStepPage], JobPage):
 
     @property
     def unfinished_work_title(self) -> tuple[str, ...]:
-        """Return the title of the work that is not done, if there is one."""
         return (self.work.title,) if self.work.running else ()
 
     def close_work(self) -> None:
-        """Stop everything, as the window closes."""
         self.work.close()
         self.onboard.close()

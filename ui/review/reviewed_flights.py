@@ -1,21 +1,131 @@
-"""Which flights are under review, and which of them is on screen."""
+"""Which flights are under review, opened and kept in threads, and which of them is on screen."""
 
 from __future__ import annotations
 
 import logging
+from collections.abc import Callable, Iterable
 from pathlib import Path
 
-from PySide6.QtCore import Signal
+from PySide6.QtCore import QObject, Signal
 from PySide6.QtWidgets import QWidget
 
-from gsapp.foundation import GroundStationError
-from gsapp.session.review import Review, ReviewedFlight
+from gsapp.foundation import FlightError, GroundStationError
+from gsapp.session.review import (
+    Review,
+    ReviewedFlight,
+    open_reviewed_flight,
+    save_maneuvers_to_catalog,
+)
+from ui.background_job import BackgroundJob, JobProgress
 from ui.dialogs.file_dialogs import ask_flight_folder, ask_open_files
-from ui.disk_checks import path_kind
-from ui.review.flight_loading import FlightLoader
-from ui.review.review_selection import ReviewSelection
+from ui.disk_checks import may_block, path_kind
+from ui.review.review_steps import ReviewSelection
 from ui.settings import SettingsStore, catalog_path
 from ui.translation import tr
+
+
+class FlightLoader(QObject):
+    """Opens flights one after the other."""
+
+    opened = Signal(object)
+    failed = Signal(object, object)
+    changed = Signal()
+
+    def __init__(self, catalog: Callable[[], Path], parent: QObject | None = None) -> None:
+        super().__init__(parent)
+        self._catalog = catalog
+        self._waiting: list[Path] = []
+        self._job: BackgroundJob | None = None
+        self._words = ""
+
+    @property
+    def status_text(self) -> str:
+        """Return what is being opened, in words; empty for nothing."""
+        if self._job is None:
+            return ""
+        left = (
+            tr(", {count} more to come").format(count=len(self._waiting)) if self._waiting else ""
+        )
+        return f"{self._words[:1].upper()}{self._words[1:]}{left} …"
+
+    def open(self, paths: Iterable[Path]) -> None:
+        self._waiting += [path for path in paths if path not in self._waiting]
+        if self._job is None:
+            self._next()
+
+    def _next(self) -> None:
+        if not self._waiting:
+            self._job = None
+            self.changed.emit()
+            return
+        path = self._waiting.pop(0)
+        catalog = self._catalog()
+
+        def run(progress: JobProgress) -> ReviewedFlight:
+            if may_block(path):
+                raise FlightError(tr("{path} does not respond").format(path=path))
+            return open_reviewed_flight(
+                path, catalog=catalog, doing=lambda words: progress(None, words)
+            )
+
+        self._words = tr("opening {name}").format(name=path.name)
+        self._job = BackgroundJob(self._words, run, self)
+        self._job.progressed.connect(self._show_progress)
+        self._job.done.connect(self._done)
+        self._job.failed.connect(lambda error: self._report_failure(path, error))
+        self._job.start()
+        self.changed.emit()
+
+    def _show_progress(self, _share: object, words: str) -> None:
+        self._words = words
+        self.changed.emit()
+
+    def _done(self, flight: ReviewedFlight) -> None:
+        self.opened.emit(flight)
+        self._next()
+
+    def _report_failure(self, path: Path, error: BaseException) -> None:
+        self.failed.emit(path, error)
+        self._next()
+
+
+class CatalogWriter(QObject):
+    """Keeps the maneuvers of changed flights in the catalog, the latest state of each."""
+
+    failed = Signal(object)
+
+    def __init__(self, catalog: Callable[[], Path], parent: QObject | None = None) -> None:
+        super().__init__(parent)
+        self._catalog = catalog
+        self._waiting: dict[Path, Callable[[], None]] = {}
+        self._job: BackgroundJob | None = None
+
+    @property
+    def busy(self) -> bool:
+        return self._job is not None
+
+    def store(self, flight: ReviewedFlight) -> None:
+        catalog, maneuvers = self._catalog(), flight.maneuvers
+        self._waiting[flight.path] = lambda: save_maneuvers_to_catalog(
+            catalog, flight.flight, maneuvers, flight.aircraft.name
+        )
+        if self._job is None:
+            self._next()
+
+    def _next(self) -> None:
+        if not self._waiting:
+            self._job = None
+            return
+        write = self._waiting.pop(next(iter(self._waiting)))
+        self._job = BackgroundJob(tr("Saving the maneuvers"), lambda _progress: write(), self)
+        self._job.done.connect(lambda _result: self._next())
+        self._job.failed.connect(self._report_failure)
+        self._job.start()
+
+    def _report_failure(self, error: BaseException) -> None:
+        self.failed.emit(error)
+        self._next()
+
 
 log = logging.getLogger(__name__)
 
@@ -24,28 +134,6 @@ class ReviewedFlights(QWidget):
     """Opens flights, remembers them, takes them out, and looks at one.
 
     It is never shown itself: the questions for folders and files stand above it.
-
-    Parameters
-    ----------
-    review : Review
-    store : SettingsStore
-        Remembers the flights.
-    selection : ReviewSelection
-        The maneuver that is looked at; its flight is on screen.
-    parent : QWidget
-
-    Attributes
-    ----------
-    current_flight_changed : Signal(object)
-        Another flight is on screen, or None.
-    changed : Signal
-        Others are under review now.
-    status_changed : Signal
-        Something else is being opened.
-    failed : Signal(str)
-        Why one could not be opened.
-    flight : ReviewedFlight or None
-        On screen.
     """
 
     current_flight_changed = Signal(object)
@@ -92,24 +180,20 @@ class ReviewedFlights(QWidget):
 
     @property
     def can_add_open_flight(self) -> bool:
-        """Return whether the flight that is open in the window could be reviewed, too."""
         known = [path.resolve() for path in self._review.paths]
         return self._open is not None and self._open.resolve() not in known
 
     def add_open_flight(self) -> None:
-        """Review the flight that is open in the window, too."""
         if self._open is not None:
             self.opening.open([self._open])
 
     # Others
 
     def add_folder(self) -> None:
-        """Ask for a flight folder and review it, too."""
         if path := ask_flight_folder(self, tr("Add a flight folder"), self._store.current):
             self.opening.open([path])
 
     def add_files(self) -> None:
-        """Ask for files and review them, too."""
         self.opening.open(ask_open_files(self, self._store.current))
 
     def remove_flight(self) -> None:
@@ -163,7 +247,6 @@ class ReviewedFlights(QWidget):
             )
 
     def _show_flight_of(self, campaign_id: str) -> None:
-        """Put the flight of the chosen maneuver on screen."""
         place = self._review.find_maneuver(campaign_id)
         if place is not None and place[0] is not self.flight:
             self.flight = place[0]

@@ -1,47 +1,34 @@
-"""The kept runs of the catalog as the window knows them; read and changed in a thread."""
+"""The kept runs of the catalog, and runs on their way; read and changed in a thread."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from pathlib import Path
+from types import ModuleType
 from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QObject, Signal
 
-from ui.background_job import BackgroundJob, JobProgress
+from ui.background_job import BackgroundJob, JobCanceledError, JobProgress
+from ui.commands import shortcut_text
+from ui.number_format import join_sentences
+from ui.review.review_jobs import NOT_STORED_TEXT, EstimateJob, JobSubmitter, RepeatJob
 from ui.translation import tr
 from ui.undo import UndoCommand, UndoStack
 
 if TYPE_CHECKING:
-    # The window starts without the numerics behind a run.
     from gsapp.flight.catalog import Catalog
     from gsapp.identification.runs.outcome import RunOutcome
+    from gsapp.identification.runs.request import RunRequest
+    from gsapp.identification.runs.run_repetition import RepeatedRun
     from gsapp.identification.runs.run_store import StoredRun
 
-CatalogAction = Callable[["Catalog"], object]
+CatalogAction = Callable[[ModuleType, "Catalog"], object]
+"""Does something to a catalog, with the module of kept runs, which is loaded in the thread."""
 
 
 class RunStore(QObject):
-    """Lists, renames and forgets kept runs.
-
-    Parameters
-    ----------
-    catalog : callable
-        Returns where the catalog is.
-    report_error : callable
-        Where errors go.
-    undo_stack : UndoStack
-        Takes the changes.
-
-    Attributes
-    ----------
-    changed : Signal
-        Other runs are known now.
-    runs : tuple of StoredRun
-        The newest first.
-    read_error : str
-        Why they could not be read; empty where they were.
-    """
+    """Lists, renames and forgets kept runs."""
 
     changed = Signal()
 
@@ -61,22 +48,19 @@ class RunStore(QObject):
         self._only_reads = True
         self.runs: tuple[StoredRun, ...] = ()
         self.read_error = ""
+        """Why they could not be read; empty where they were."""
 
     @property
     def catalog(self) -> Path:
-        """Return where the catalog is."""
         return self._catalog()
 
     def find_run(self, number: int | None) -> StoredRun | None:
-        """Return a run by its number; None if it is not known."""
         return next((one for one in self.runs if one.number == number), None)
 
     def reload(self) -> None:
-        """Read the runs anew."""
         self._do(None)
 
     def rename(self, number: int, label: str) -> None:
-        """Call a run something else."""
         before = self.find_run(number)
         if before is None or before.label == label.strip():
             return
@@ -91,7 +75,6 @@ class RunStore(QObject):
         )
 
     def remove(self, number: int) -> None:
-        """Leave a run out; it can be brought back."""
         if self.find_run(number) is None:
             return
         self._forget(number)
@@ -104,40 +87,18 @@ class RunStore(QObject):
         )
 
     def update_means(self, outcome: RunOutcome) -> None:
-        """Keep the means of a kept run as they are now."""
         if outcome.number is None:
             return
-
-        def act(catalog: Catalog) -> None:
-            from gsapp.identification.runs.run_store import update_run_means
-
-            update_run_means(catalog, outcome)
-
-        self._do(act)
+        self._do(lambda runs, catalog: runs.update_run_means(catalog, outcome))
 
     def _rename(self, number: int, label: str) -> None:
-        def act(catalog: Catalog) -> None:
-            from gsapp.identification.runs.run_store import rename_run
-
-            rename_run(catalog, number, label)
-
-        self._do(act)
+        self._do(lambda runs, catalog: runs.rename_run(catalog, number, label))
 
     def _forget(self, number: int) -> None:
-        def act(catalog: Catalog) -> None:
-            from gsapp.identification.runs.run_store import forget_run
-
-            forget_run(catalog, number)
-
-        self._do(act)
+        self._do(lambda runs, catalog: runs.forget_run(catalog, number))
 
     def _recall(self, number: int) -> None:
-        def act(catalog: Catalog) -> None:
-            from gsapp.identification.runs.run_store import recall_run
-
-            recall_run(catalog, number)
-
-        self._do(act)
+        self._do(lambda runs, catalog: runs.recall_run(catalog, number))
 
     def _do(self, act: CatalogAction | None) -> None:
         """Change something, if asked, and read anew; one after the other."""
@@ -154,12 +115,12 @@ class RunStore(QObject):
             if not path.is_file():
                 return ()
             from gsapp.flight.catalog import Catalog
-            from gsapp.identification.runs.run_store import stored_runs
+            from gsapp.identification.runs import run_store
 
             with Catalog(path) as catalog:
                 if act is not None:
-                    act(catalog)
-                return stored_runs(catalog)[::-1]
+                    act(run_store, catalog)
+                return run_store.stored_runs(catalog)[::-1]
 
         work = BackgroundJob(tr("Reading the kept runs"), run, self)
         self._job = work
@@ -180,3 +141,122 @@ class RunStore(QObject):
             self.changed.emit()
         self._report_error(error)
         self._next()
+
+
+class RunController(QObject):
+    """Has runs done, one at a time."""
+
+    changed = Signal()
+    estimated = Signal(object)
+
+    def __init__(
+        self, begin_job: JobSubmitter, run_store: RunStore, parent: QObject | None = None
+    ) -> None:
+        super().__init__(parent)
+        self._begin_job = begin_job
+        self._run_store = run_store
+        self._kept_before: set[int] | None = None
+        self.running = False
+        self.status_text = ""
+        run_store.changed.connect(self._runs_read)
+
+    def estimate(self, request: RunRequest) -> None:
+        self._begin()
+        job = EstimateJob(request=request, catalog=self._run_store.catalog)
+        self._begin_job(job, self._done, failed=self._failed)
+
+    def repeat(self, number: int) -> None:
+        if not self.running:
+            self._begin()
+            job = RepeatJob(catalog=self._run_store.catalog, number=number)
+            self._begin_job(job, self._repeated, failed=self._failed)
+
+    def _begin(self) -> None:
+        self.running = True
+        self.status_text = ""
+        self.changed.emit()
+
+    def _done(self, found: object) -> None:
+        outcome: RunOutcome = found  # type: ignore[assignment]
+        self._run_store.reload()
+        self._end(_describe_run_end(outcome), outcome)
+
+    def _repeated(self, found: object) -> None:
+        repeated: RepeatedRun = found  # type: ignore[assignment]
+        same = (
+            tr("Identical to the last bit.") if repeated.is_identical else tr("The results differ.")
+        )
+        self._end(" ".join((same, *(f"{one}." for one in repeated.differences))), repeated.outcome)
+
+    def _end(self, words: str, outcome: RunOutcome) -> None:
+        self.running = False
+        self.status_text = words
+        self.estimated.emit(outcome)
+        self.changed.emit()
+
+    def _failed(self, error: BaseException) -> None:
+        self.running = False
+        self.status_text = ""
+        if isinstance(error, JobCanceledError):
+            # Whether it was stopped before it was kept is known when the catalog is read.
+            self._kept_before = {run.number for run in self._run_store.runs}
+            self._run_store.reload()
+        self.changed.emit()
+
+    def _runs_read(self) -> None:
+        """Say of a run that was stopped whether it was kept all the same."""
+        if self._kept_before is None:
+            return
+        late = [run.number for run in self._run_store.runs if run.number not in self._kept_before]
+        self._kept_before = None
+        self.status_text = (
+            tr("Stopped when run {late} was already saved; delete it in the list.").format(
+                late=late[0]
+            )
+            if late
+            else tr("Stopped; nothing was saved.")
+        )
+        self.changed.emit()
+
+
+def count_derivatives(names: Iterable[str]) -> int:
+    """Return how many names are derivatives: the constant terms are none."""
+    return sum(not name.endswith("_0") for name in names)
+
+
+def _describe_run_end(outcome: RunOutcome) -> str:
+    from gsapp.identification.runs.outcome import SAME_SAMPLES_TEXT
+
+    results = outcome.result.results
+    failed = [one.maneuver.id for one in results if one.estimate is None]
+    name = (
+        tr("Run {number}").format(number=outcome.number)
+        if outcome.number is not None
+        else tr("The run")
+    )
+    said = [
+        tr("{name}: {count} derivatives.").format(
+            name=name, count=count_derivatives(outcome.summary.derivatives)
+        )
+    ]
+    grave = (NOT_STORED_TEXT, SAME_SAMPLES_TEXT)
+    said += [join_sentences((one,)) for one in outcome.remarks if one.startswith(grave)]
+    if failed:
+        said.append(tr("Not fitted: {failed}.").format(failed=", ".join(failed)))
+    if outcome.summary.outlying_maneuvers:
+        said.append(
+            tr("Wild: {maneuvers}.").format(
+                maneuvers=", ".join(one.maneuver for one in outcome.summary.outlying_maneuvers)
+            )
+        )
+    gusty = [one.maneuver.id for one in results if one.equation_error_estimate is not None]
+    if gusty:
+        said.append(
+            tr("In gusts, compare with equation error: {gusty}.").format(gusty=", ".join(gusty))
+        )
+    said.append(
+        tr("See Figures ({figures}), Summary ({summary}).").format(
+            figures=shortcut_text("Alt+3"), summary=shortcut_text("Alt+4")
+        )
+    )
+    return " ".join(said)

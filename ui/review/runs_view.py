@@ -2,31 +2,144 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtGui import QAction, QFocusEvent, QKeyEvent
 from PySide6.QtWidgets import QVBoxLayout, QWidget
 
+from gsapp.identification.axes import AXIS_TITLES
+from gsapp.identification.methods import short_method_title
 from ui.display_style import DisplayStyle
-from ui.review.run_rows import (
-    NAME_COLUMN_INDEX,
-    build_run_rows,
-    build_run_value_rows,
-    build_setting_rows,
-    describe_run,
-)
-from ui.review.run_store import RunStore
+from ui.number_format import DASH, symbol_text, value_with_std_text
+from ui.review.run_store import RunStore, count_derivatives
 from ui.translation import QT_TR_NOOP, tr
 from ui.widgets.action_button import ActionButton
 from ui.widgets.labels import create_label
-from ui.widgets.layout_widgets import create_button_row
+from ui.widgets.layout_widgets import add_widgets, create_button_row
+from ui.widgets.row_model import TableRow
 from ui.widgets.table_view import FittedTableView
 
 if TYPE_CHECKING:
-    from gsapp.identification.runs.run_comparison import RunComparison
+    from gsapp.identification.campaign import CampaignValue
+    from gsapp.identification.runs.run_comparison import RunComparison, ValueDifference
     from gsapp.identification.runs.run_store import StoredRun
+
+NAME_COLUMN_INDEX = 1
+"""Column of a run's name."""
+
+
+def build_run_rows(
+    runs: Sequence[StoredRun], marked: int | None, shown: int | None
+) -> list[TableRow]:
+    """Return the kept runs as lines, one marked to compare others with, one shown in figures."""
+    lines = []
+    for one in runs:
+        signs = [
+            word
+            for on, word in (
+                (one.number == marked, tr("◆ marked")),
+                (one.number == shown, tr("shown")),
+            )
+            if on
+        ]
+        lines.append(
+            TableRow(
+                key=one.number,
+                cells=(
+                    str(one.number),
+                    one.label,
+                    short_method_title(one.method)
+                    + ", "
+                    + (tr("by surfaces") if one.axis == "both" else AXIS_TITLES[one.axis]),
+                    str(one.maneuver_count),
+                    one.created_at.astimezone().strftime("%d %b %H:%M"),
+                    ", ".join(signs),
+                ),
+                detail=tr("run {number} of {flights}").format(
+                    number=one.number, flights=", ".join(one.flights)
+                ),
+            )
+        )
+    return lines
+
+
+def build_setting_rows(run: StoredRun, comparison: RunComparison | None) -> list[TableRow]:
+    """Return the settings of a run; beside another one, those that differ."""
+    if comparison is None:
+        return [TableRow(key=name, cells=(name, words, "")) for name, words in run.settings.items()]
+    return [
+        TableRow(key=one.name, cells=(one.name, one.one, one.other)) for one in comparison.settings
+    ]
+
+
+def build_run_value_rows(run: StoredRun, comparison: RunComparison | None) -> list[TableRow]:
+    """Return the values of a run; beside another one, both and how far they are apart."""
+    if comparison is None:
+        return [
+            TableRow(key=name, cells=(symbol_text(name), mean_text(value), "", ""))
+            for name, value in run.values.items()
+        ]
+    return [_build_comparison_row(one) for one in comparison.values]
+
+
+def _build_comparison_row(one: ValueDifference) -> TableRow:
+    apart = (
+        "" if one.in_bounds is None else tr("{bounds:.1f} bounds").format(bounds=abs(one.in_bounds))
+    )
+    words = tr("single value") if one.in_bounds is None else f"▲ {apart}" if one.differs else apart
+    return TableRow(
+        key=one.name,
+        cells=(symbol_text(one.name), mean_text(one.one), mean_text(one.other), words),
+        state="caution" if one.differs else "plain",
+        colored=frozenset({3}),
+    )
+
+
+def mean_text(value: CampaignValue | None) -> str:
+    """Return a mean with its bound; a dash where there is none."""
+    return DASH if value is None else value_with_std_text(value.mean, value.std)
+
+
+def describe_run(run: StoredRun, comparison: RunComparison | None) -> str:
+    """Return what there is to say of a run, or of two beside each other."""
+    if comparison is None:
+        said = [
+            tr("{count} derivatives from {maneuvers} maneuvers.").format(
+                count=count_derivatives(run.values), maneuvers=run.maneuver_count
+            )
+        ]
+        if run.bounds_ratio is not None:
+            said.append(
+                tr("Scatter / bound: {ratio:.1f} (1 = consistent).").format(ratio=run.bounds_ratio)
+            )
+        if run.failures:
+            said.append(tr("Not fitted: {failures}.").format(failures=", ".join(run.failures)))
+        if run.outlying_maneuvers:
+            said.append(tr("Wild: {names}.").format(names=", ".join(run.outlying_maneuvers)))
+        return " ".join(said)
+    far = [symbol_text(one.name) for one in comparison.values if one.differs]
+    what = (
+        tr("{count} of {total} values differ: {values}{more}.").format(
+            count=len(far),
+            total=len(comparison.values),
+            values=", ".join(far[:6]),
+            more=" …" if len(far) > 6 else "",
+        )
+        if far
+        else tr("No value differs by more than the bounds allow.")
+    )
+    versions = (
+        tr(" Versions differ: {versions}.").format(versions="; ".join(comparison.versions))
+        if comparison.versions
+        else ""
+    )
+    settings = "" if comparison.settings else tr(" The settings are the same.")
+    return tr("{one} beside {other}: {what}{settings}{versions}").format(
+        one=comparison.one, other=comparison.other, what=what, settings=settings, versions=versions
+    )
+
 
 _RUN_TITLES = (
     QT_TR_NOOP("No."), QT_TR_NOOP("Name"), QT_TR_NOOP("Method"), QT_TR_NOOP("Of"),
@@ -40,28 +153,10 @@ _VALUE_TITLES = (
 
 
 class RunsView(QWidget):
-    """Kept runs with what was asked for and what came of it.
-
-    Parameters
-    ----------
-    actions : mapping of str to QAction
-        The commands.
-    look : DisplayStyle
-        Colors, sizes.
-    run_store : RunStore
-        Knows them.
-
-    Attributes
-    ----------
-    chosen : Signal
-        Another run has the keyboard, or is marked: other commands may be of use.
-    opened : Signal
-        Enter on a run.
-    focused : Signal
-        The keyboard came here.
-    """
+    """Kept runs with what was asked for and what came of it."""
 
     chosen = Signal()
+    """Another run has the keyboard, or is marked: other commands may be of use."""
     opened = Signal()
     focused = Signal()
 
@@ -76,15 +171,12 @@ class RunsView(QWidget):
         self.marked: int | None = None
         self._column = QVBoxLayout(self)
         self._column.setContentsMargins(0, 0, 0, 0)
-        self._column.addWidget(create_label(tr("Saved runs"), "heading"))
         self.empty = create_label(tr(_NO_RUNS_TEXT), "muted", wrap=True)
-        self._column.addWidget(self.empty)
         self.list = _RunList(
             look, tr("Saved runs"), _RUN_TITLES, stretch=NAME_COLUMN_INDEX,
             widths={0: 44, 2: 132, 3: 52, 4: 112, 5: 88}, right=frozenset({0, 3}),
             least=2, most=7, editable=frozenset({NAME_COLUMN_INDEX}),
         )  # fmt: skip
-        self._column.addWidget(self.list)
         self.buttons = create_button_row(
             look,
             ActionButton(actions["review_repeat"], tr("Repeat exactly"), look),
@@ -93,24 +185,19 @@ class RunsView(QWidget):
             ActionButton(actions["review_name"], tr("Name"), look),
             ActionButton(actions["review_forget"], tr("Delete"), look),
         )
-        self._column.addWidget(self.buttons)
         self.message = create_label("", wrap=True, remarks_in=look)
         self.message.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
-        self._column.addWidget(self.message)
         self.values = FittedTableView(
             look, tr("Values of the run"), _VALUE_TITLES, stretch=0, widths={1: 164, 2: 164, 3: 96},
             right=frozenset({1, 2, 3}), most=12,
         )  # fmt: skip
-        self._column.addWidget(self.values)
         self.settings = FittedTableView(
-            look,
-            tr("Settings of the run"),
-            _SETTING_TITLES,
-            stretch=1,
-            widths={0: 140, 2: 160},
+            look, tr("Settings of the run"), _SETTING_TITLES, stretch=1, widths={0: 140, 2: 160},
             most=10,
-        )
-        self._column.addWidget(self.settings)
+        )  # fmt: skip
+        heading = create_label(tr("Saved runs"), "heading")
+        self._parts = (self.list, self.buttons, self.message, self.values, self.settings)
+        add_widgets(self._column, heading, self.empty, *self._parts)
         self._column.addStretch(1)
         self.list.selectionModel().currentRowChanged.connect(lambda *_: self._show_run())
         self.list.opened.connect(lambda _key: self.opened.emit())
@@ -128,7 +215,6 @@ class RunsView(QWidget):
 
     @property
     def current_run(self) -> StoredRun | None:
-        """Return the run that has the keyboard."""
         key = self.list.current_key()
         return self._run_store.find_run(key if isinstance(key, int) else None)
 
@@ -143,7 +229,6 @@ class RunsView(QWidget):
         self.refresh()
 
     def refresh(self) -> None:
-        """Show the runs as they are known now."""
         runs = self._run_store.runs
         if self.marked is not None and self._run_store.find_run(self.marked) is None:
             self.marked = None
@@ -155,7 +240,7 @@ class RunsView(QWidget):
             else tr(_NO_RUNS_TEXT)
         )
         self.empty.setVisible(not runs)
-        for part in (self.list, self.buttons, self.message, self.values, self.settings):
+        for part in self._parts:
             part.setVisible(bool(runs))
         if self.list.is_editing:
             self._pending_number = None
@@ -167,21 +252,18 @@ class RunsView(QWidget):
         self._show_run()
 
     def toggle_mark(self) -> None:
-        """Mark the run with the keyboard, to set others beside it; or take its mark away."""
         run = self.current_run
         if run is not None:
             self.marked = None if self.marked == run.number else run.number
             self.refresh()
 
     def rename(self) -> None:
-        """Let the user type another name for the run."""
         run = self.current_run
         if run is not None:
             self.list.setFocus()
             self.list.edit_row(run.number, NAME_COLUMN_INDEX)
 
     def remove(self) -> None:
-        """Leave the run out of the list."""
         run = self.current_run
         if run is not None:
             self._run_store.remove(run.number)
@@ -218,15 +300,7 @@ class RunsView(QWidget):
 
 
 class _RunList(FittedTableView):
-    """The list; Space marks.
-
-    Attributes
-    ----------
-    marked : Signal
-        Space on a run.
-    focused : Signal
-        The keyboard came here.
-    """
+    """The list; Space marks."""
 
     marked = Signal()
     focused = Signal()

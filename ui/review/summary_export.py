@@ -24,23 +24,7 @@ _REPORT_FILTER: Final = QT_TR_NOOP("HTML (*.html);;PDF (*.pdf)")
 
 
 class SummaryExporter(QObject):
-    """Asks for a place and writes there: reports in the process of the review, files in a thread.
-
-    Parameters
-    ----------
-    store : SettingsStore
-        Remembers the folder.
-    begin_job : JobSubmitter
-    parent : QWidget
-        Of the dialogs.
-
-    Attributes
-    ----------
-    status_reported : Signal(str)
-        What was written, or why not.
-    written : Path or None
-        What was written last.
-    """
+    """Asks for a place and writes: reports in the process of the review, files in a thread."""
 
     status_reported = Signal(str)
 
@@ -52,37 +36,28 @@ class SummaryExporter(QObject):
         self._job: BackgroundJob | None = None
         self.written: Path | None = None
 
-    def export_report_as(
-        self, outcome: RunOutcome, units: str, linear: LinearModelValidation | None
+    def export_report(
+        self,
+        outcome: RunOutcome,
+        units: str,
+        linear: LinearModelValidation | None,
+        *,
+        everything: bool = False,
     ) -> None:
-        """Ask for a file and write the report there."""
-        start = self._folder() / f"{_export_title(outcome)} report.html"
-        path = ask_save_file(self._window, tr("Write the report"), start, tr(_REPORT_FILTER))
+        """Ask for a file and write the report there; or for a folder, and write all files, too."""
+        if everything:
+            title = tr("Write report and files into this folder")
+            chosen = QFileDialog.getExistingDirectory(self._window, title, str(self._folder()))
+            path = Path(chosen) if chosen else None
+        else:
+            start = self._folder() / f"{_export_title(outcome)} report.html"
+            path = ask_save_file(self._window, tr("Write the report"), start, tr(_REPORT_FILTER))
         if path is not None:
-            self.write_report(outcome, path, units, linear)
+            self._remember(path if path.is_dir() else path.parent)
+            job = RunReportJob(outcome=outcome, path=path, units=units, linear=linear)
+            self._begin_job(job, self._done, failed=lambda error: self._failed(path, error))
 
-    def export_all_as(
-        self, outcome: RunOutcome, units: str, linear: LinearModelValidation | None
-    ) -> None:
-        """Ask for a folder and write the report, its figures and all files there."""
-        path = QFileDialog.getExistingDirectory(
-            self._window, tr("Write report and files into this folder"), str(self._folder())
-        )
-        if path:
-            self.write_report(outcome, Path(path), units, linear)
-
-    def write_report(
-        self, outcome: RunOutcome, path: Path, units: str, linear: LinearModelValidation | None
-    ) -> None:
-        """Write a report, or everything where `path` is a folder."""
-        self._remember(path if path.is_dir() else path.parent)
-        self._begin_job(
-            RunReportJob(outcome=outcome, path=path, units=units, linear=linear),
-            self._done,
-            failed=lambda error: self._failed(path, error),
-        )
-
-    def export_file_as(
+    def export_file(
         self, outcome: RunOutcome, name: str, linear: LinearModelValidation | None
     ) -> None:
         """Ask for a place and write one of the files of a campaign there."""
@@ -90,13 +65,8 @@ class SummaryExporter(QObject):
         start = self._folder() / f"{_export_title(outcome)} {name}"
         kind = f"{ending[1:].upper()} (*{ending})"
         path = ask_save_file(self._window, tr("Write the file"), start, kind)
-        if path is not None:
-            self.write_file(outcome, name, path, linear)
-
-    def write_file(
-        self, outcome: RunOutcome, name: str, path: Path, linear: LinearModelValidation | None
-    ) -> None:
-        """Write one of the files of a campaign."""
+        if path is None:
+            return
         self._remember(path.parent)
 
         def run(_progress: JobProgress) -> Path:
@@ -112,7 +82,6 @@ class SummaryExporter(QObject):
         work.start()
 
     def open_written(self) -> None:
-        """Open what was written last with the program that this computer has for it."""
         if self.written is not None:
             QDesktopServices.openUrl(QUrl.fromLocalFile(str(self.written)))
 
@@ -134,7 +103,6 @@ class SummaryExporter(QObject):
 
 
 def _export_title(outcome: RunOutcome) -> str:
-    """Return what a file of a run is called: its label, or its flights."""
     flights = [path.stem for path in outcome.request.flights]
     names = (
         flights[0]

@@ -3,40 +3,137 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from functools import partial
 from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QEvent, QObject, QSignalBlocker, Qt
 from PySide6.QtGui import QAction, QGuiApplication
-from PySide6.QtWidgets import QFrame, QScrollArea, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QVBoxLayout, QWidget
 
 from ui.commands import CommandRequirement
 from ui.display_style import DisplayStyle
-from ui.number_format import count_text
-from ui.review.linear_models_panel import LinearModelsPanel
+from ui.number_format import count_text, join_sentences
+from ui.review.job_queue import FigureComputations
 from ui.review.review_jobs import JobSubmitter
-from ui.review.review_selection import ReviewSelection
-from ui.review.step_page import ReviewStepPage, no_run_text
+from ui.review.review_steps import ReviewContext, ReviewStepPage, no_run_text
 from ui.review.summary_export import SummaryExporter
 from ui.review.summary_rows import (
     ATTENTION_TITLES,
     DERIVATIVE_TITLES,
+    ERROR_TITLES,
+    MODE_TITLES,
     REMARK_COLUMN,
     AttentionItem,
     build_attention_rows,
     build_derivative_rows,
+    build_error_rows,
+    build_mode_rows,
+    describe_comparison,
     describe_derivative,
     format_derivative_table,
 )
-from ui.settings import SettingsStore
-from ui.translation import tr
+from ui.translation import QT_TR_NOOP, tr
 from ui.widgets.action_button import ActionButton
 from ui.widgets.labels import create_label
-from ui.widgets.layout_widgets import LabeledComboBox, StackingColumns, create_button_row
+from ui.widgets.layout_widgets import (
+    LabeledComboBox,
+    ScrollingPage,
+    StackingColumns,
+    add_widgets,
+    create_button_row,
+)
 from ui.widgets.table_view import FittedTableView
 from ui.window_frame.page_steps import StepStatus
 
 if TYPE_CHECKING:
     from gsapp.identification.runs.outcome import RunOutcome
+    from gsapp.identification.summary.linear_model_validation import LinearModelValidation
+
+_NO_COMPARISON_TEXT = QT_TR_NOOP(
+    "Predicts maneuvers with three linear models fitted to other maneuvers (Seanor, section 7.4)."
+)
+
+
+class LinearModelsPanel(QWidget):
+    """Modes and errors of the linear models."""
+
+    def __init__(
+        self, look: DisplayStyle, actions: Mapping[str, QAction], begin_job: JobSubmitter
+    ) -> None:
+        super().__init__()
+        self._look = look
+        self._outcome: RunOutcome | None = None
+        self._is_requested = False
+        self._needs = FigureComputations(begin_job, self)
+        self._needs.changed.connect(self._show_comparison)
+        self._column = QVBoxLayout(self)
+        self._column.setContentsMargins(0, 0, 0, 0)
+        self.modes = FittedTableView(
+            look, tr("Modes of the linear models"), MODE_TITLES, stretch=0,
+            widths={1: 84, 2: 80, 3: 124}, right=frozenset({1, 2, 3}), least=2, most=8,
+        )  # fmt: skip
+        self.no_modes = create_label("", "muted", wrap=True, remarks_in=look)
+        self.compared = create_label("", "muted", wrap=True, remarks_in=look)
+        self.errors = FittedTableView(
+            look, tr("Errors of the linear models"), ERROR_TITLES, stretch=0,
+            widths={1: 96, 2: 84, 3: 88}, right=frozenset({1, 2, 3}), least=2, most=16,
+        )  # fmt: skip
+        self.button = ActionButton(actions["review_compare"], tr("Compare with flight"), look)
+        add_widgets(
+            self._column,
+            create_label(tr("Linear models from the means: modes"), "strong", wrap=True),
+            self.modes,
+            self.no_modes,
+            create_label(tr("Linear models against flight"), "strong", wrap=True),
+            self.compared,
+            self.errors,
+            create_button_row(look, self.button),
+        )
+        look.changed.connect(self._restyle)
+        self._restyle()
+
+    def _restyle(self) -> None:
+        self._column.setSpacing(self._look.px(8))
+
+    @property
+    def comparison(self) -> LinearModelValidation | None:
+        """Return what came of comparing the models of the run shown; None before."""
+        return self._needs.comparison
+
+    def show_outcome(self, outcome: RunOutcome) -> None:
+        if outcome is not self._outcome:
+            self._outcome = outcome
+            self._is_requested = False
+            self._needs.reset(outcome)
+        self.modes.show_rows(build_mode_rows(outcome))
+        self.modes.setVisible(bool(outcome.models))
+        why_not = [text for text in outcome.remarks if text.startswith("no linear")]
+        if not why_not and not outcome.models:
+            why_not = [tr("no maneuver moved the surfaces of an axis")]
+        self.no_modes.setText(join_sentences(why_not))
+        self.no_modes.setVisible(bool(why_not))
+        self._show_comparison()
+
+    def compare(self) -> None:
+        """Have the models compared with flight, once for each run."""
+        self._is_requested = True
+        self._needs.allow_retry()
+        self._show_comparison()
+
+    def _show_comparison(self) -> None:
+        outcome, comparison = self._outcome, self._needs.comparison
+        if outcome is None:
+            return
+        if comparison is not None:
+            self.compared.setText(describe_comparison(comparison))
+            self.errors.show_rows(build_error_rows(comparison))
+        elif self._is_requested:
+            self.compared.setText(self._needs.request("comparison", outcome))
+        else:
+            self.compared.setText(tr(_NO_COMPARISON_TEXT))
+        self.errors.setVisible(comparison is not None and bool(comparison.axes))
+        self.button.setVisible(comparison is None)
+
 
 _DETAIL_HEIGHT = 92
 """Points of height that words on a derivative take."""
@@ -46,36 +143,14 @@ _OPTIONAL_COLUMNS = (3, 7)
 
 
 class SummaryPage(ReviewStepPage):
-    """Tells what a run gave, and writes it down.
+    """Tells what a run gave, and writes it down."""
 
-    Parameters
-    ----------
-    actions : mapping of str to QAction
-        The commands.
-    display_style : DisplayStyle
-        Colors, sizes, units.
-    store : SettingsStore
-        Remembers the folder that reports go to.
-    selection : ReviewSelection
-        The maneuver and the derivative that are looked at.
-    begin_job : JobSubmitter
-        Has something done in a process.
-    """
-
-    def __init__(
-        self,
-        actions: Mapping[str, QAction],
-        look: DisplayStyle,
-        store: SettingsStore,
-        selection: ReviewSelection,
-        begin_job: JobSubmitter,
-    ) -> None:
-        super().__init__(look, tr("Summary"))
-        self._actions = actions
-        self._selection = selection
+    def __init__(self, context: ReviewContext) -> None:
+        super().__init__(context, tr("Summary"))
+        look, selection = context.look, context.selection
         self._outcome: RunOutcome | None = None
-        self.linear = LinearModelsPanel(look, actions, begin_job)
-        self.writer = SummaryExporter(store, begin_job, self)
+        self.linear = LinearModelsPanel(look, context.actions, context.begin_job)
+        self.writer = SummaryExporter(context.store, context.begin_job, self)
         self.writer.status_reported.connect(self._show_message)
         self._build()
         selection.maneuver_changed.connect(self._maneuver_chosen)
@@ -89,29 +164,19 @@ class SummaryPage(ReviewStepPage):
     def _build(self) -> None:
         outer = QVBoxLayout(self)
         outer.setContentsMargins(0, 0, 0, 0)
-        self._area = QScrollArea()
-        self._area.setFrameShape(QFrame.Shape.NoFrame)
-        self._area.setWidgetResizable(True)
-        self._area.setFocusPolicy(Qt.FocusPolicy.NoFocus)
-        self._area.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
-        page = QWidget()
-        page.setObjectName("page")
-        page.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
-        self._area.setWidget(page)
+        self._area = ScrollingPage()
         outer.addWidget(self._area)
-        self._column = QVBoxLayout(page)
+        self._column = self._area.column
         self.headline = create_label("", "heading", wrap=True, remarks_in=self.display_style)
         self.validity = create_label("", wrap=True, remarks_in=self.display_style)
         self.validity.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
-        self._column.addWidget(self.headline)
-        self._column.addWidget(self.validity)
         self._pair = StackingColumns(self.display_style, (8, 5))
-        self._column.addWidget(self._pair)
+        add_widgets(self._column, self.headline, self.validity, self._pair)
         self._column.addStretch(1)
         self._derivatives()
         self._attention()
         self._writing()
-        self._add(self._pair.right, self.linear)
+        self._pair.right.addWidget(self.linear)
         self._pair.right.addStretch(1)
 
     def _derivatives(self) -> None:
@@ -126,11 +191,11 @@ class SummaryPage(ReviewStepPage):
         self.detail = create_label("", wrap=True, remarks_in=self.display_style)
         self.detail.setAlignment(Qt.AlignmentFlag.AlignTop)
         self.detail.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
-        self._add(self._pair.left, create_label(tr("Derivatives, per radian"), "strong"))
-        self._add(self._pair.left, self.table)
+        heading = create_label(tr("Derivatives, per radian"), "strong")
+        add_widgets(self._pair.left, heading, self.table)
         self._pair.left.addStretch(1)
-        self._add(self._pair.right, create_label(tr("Selected derivative"), "strong"))
-        self._add(self._pair.right, self.detail)
+        heading = create_label(tr("Selected derivative"), "strong")
+        add_widgets(self._pair.right, heading, self.detail)
 
     def _attention(self) -> None:
         self.attention_heading = create_label(tr("Needs attention"), "strong")
@@ -143,8 +208,7 @@ class SummaryPage(ReviewStepPage):
             lambda *_: self._select_attention_item()
         )
         self.attention.opened.connect(lambda _key: self._actions["review_maneuvers"].trigger())
-        self._add(self._pair.right, self.attention_heading)
-        self._add(self._pair.right, self.attention)
+        add_widgets(self._pair.right, self.attention_heading, self.attention)
 
     def _writing(self) -> None:
         look, actions = self.display_style, self._actions
@@ -160,20 +224,19 @@ class SummaryPage(ReviewStepPage):
             )
         }
         self.buttons["review_report"].setProperty("role", "primary")
-        right = self._pair.right
-        self._add(right, create_label(tr("Export"), "strong"))
-        first = ("review_report", "review_everything", "review_copy")
-        self._add(right, create_button_row(look, *(self.buttons[name] for name in first)))
-        self._add(right, create_button_row(look, self.file, self.buttons["review_file"]))
         self.message = create_label("", "muted", wrap=True)
         self.message.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
-        self._add(right, self.message)
+        first = ("review_report", "review_everything", "review_copy")
+        add_widgets(
+            self._pair.right,
+            create_label(tr("Export"), "strong"),
+            create_button_row(look, *(self.buttons[name] for name in first)),
+            create_button_row(look, self.file, self.buttons["review_file"]),
+            self.message,
+            create_button_row(look, self.buttons["review_open_written"]),
+        )
         self.message.hide()
-        self._add(right, create_button_row(look, self.buttons["review_open_written"]))
         self.buttons["review_open_written"].hide()
-
-    def _add(self, column: QVBoxLayout, widget: QWidget) -> None:
-        column.addWidget(widget)
 
     def _restyle(self) -> None:
         gap = self.display_style.px(16)
@@ -199,35 +262,26 @@ class SummaryPage(ReviewStepPage):
 
     @property
     def handlers(self) -> Mapping[str, Callable[[], object]]:
-        """Return what the commands of this page do."""
         return {
-            "review_report": lambda: self._with_outcome(
-                lambda run: self.writer.export_report_as(
-                    run, self.display_style.units, self.linear.comparison
-                )
-            ),
-            "review_everything": lambda: self._with_outcome(
-                lambda run: self.writer.export_all_as(
-                    run, self.display_style.units, self.linear.comparison
-                )
-            ),
-            "review_file": lambda: self._with_outcome(
-                lambda run: self.writer.export_file_as(
-                    run, self.file.current_key, self.linear.comparison
-                )
-            ),
+            "review_report": self._export_report,
+            "review_everything": partial(self._export_report, everything=True),
+            "review_file": self._export_file,
             "review_open_written": self.writer.open_written,
             "review_copy": self.copy_table,
-            "review_compare": lambda: self._with_outcome(lambda _run: self.linear.compare()),
+            "review_compare": self.linear.compare,
         }
 
-    def _with_outcome(self, act: Callable[[RunOutcome], object]) -> None:
+    def _export_report(self, *, everything: bool = False) -> None:
+        units, linear = self.display_style.units, self.linear.comparison
         if self._outcome is not None:
-            act(self._outcome)
+            self.writer.export_report(self._outcome, units, linear, everything=everything)
+
+    def _export_file(self) -> None:
+        if self._outcome is not None:
+            self.writer.export_file(self._outcome, self.file.current_key, self.linear.comparison)
 
     @property
     def present(self) -> tuple[CommandRequirement, ...]:
-        """Return what commands may act on here."""
         found: list[CommandRequirement] = []
         if self._outcome is not None:
             found.append("review_results")
@@ -237,7 +291,6 @@ class SummaryPage(ReviewStepPage):
 
     @property
     def state(self) -> StepStatus:
-        """Return how the chapter stands: how many things there are to look at."""
         if self._outcome is None:
             return StepStatus(state="unknown")
         wild = len(self._outcome.summary.outlying_maneuvers)
@@ -247,7 +300,6 @@ class SummaryPage(ReviewStepPage):
         return StepStatus(state="plain", text=count_text(len(earned), "derivative"))
 
     def copy_table(self) -> None:
-        """Put the table on the clipboard, as text with tabs."""
         if self._outcome is not None:
             QGuiApplication.clipboard().setText(format_derivative_table(self._outcome))
             self._show_message(tr("The table is on the clipboard."))
@@ -255,13 +307,11 @@ class SummaryPage(ReviewStepPage):
     # Showing
 
     def begin(self) -> None:
-        """Put the keyboard on the derivatives."""
         self.table.setFocus()
         if not self.table.currentIndex().isValid() and self.table.row_model.rows:
             self.table.setCurrentIndex(self.table.row_model.index(0, 0))
 
     def show_outcome(self, outcome: RunOutcome | None) -> None:
-        """Show a run; None where there is none."""
         self._outcome = outcome
         self._pair.setVisible(outcome is not None)
         self.validity.setVisible(outcome is not None)

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Final, Literal
 
 from gsapp.quantities import channel, typeset
 from ui.display_limits import DISPLAY
+from ui.icons import IndicatorState
 from ui.number_format import DASH, MINUS, number_text, symbol_text
 from ui.translation import QT_TR_NOOP, tr
 from ui.widgets.row_model import TableRow
@@ -35,19 +36,12 @@ _CONFOUNDED_PATTERN: Final = re.compile("told apart from (.+?) in this maneuver"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class AttentionItem:
-    """Something in a campaign that a crew should look at.
-
-    Attributes
-    ----------
-    kind : {"wild", "outlier", "failed", "gusts", "excluded"}
-    maneuver : str
-    derivative : str
-        Empty where it is about the maneuver as a whole.
-    """
+    """Something in a campaign that a crew should look at."""
 
     kind: Literal["wild", "outlier", "failed", "gusts", "excluded"]
     maneuver: str
     derivative: str = ""
+    """Empty where it is about the maneuver as a whole."""
 
 
 def build_derivative_rows(outcome: RunOutcome) -> tuple[TableRow, ...]:
@@ -88,7 +82,6 @@ def build_derivative_rows(outcome: RunOutcome) -> tuple[TableRow, ...]:
 
 
 def _short_reason(status: str, why: str) -> str:
-    """Return a reason in a few words; the whole of it stands beside the table."""
     others = _CONFOUNDED_PATTERN.search(why)
     if status == "not-identifiable" and others is not None:
         names = re.split(", | and ", others[1])
@@ -194,38 +187,41 @@ def _sigma_text(value: float) -> str:
 ATTENTION_TITLES: Final = (QT_TR_NOOP("Maneuver"), QT_TR_NOOP("What"), QT_TR_NOOP("Why"))
 
 
+def _attention_row(item: AttentionItem, what: str, why: str, state: IndicatorState) -> TableRow:
+    return TableRow(
+        key=item,
+        cells=(item.maneuver, what, why),
+        state=state,
+        is_bold=item.kind == "wild",
+        colored=frozenset() if item.kind in ("outlier", "excluded") else frozenset({1}),
+    )
+
+
 def build_attention_rows(outcome: RunOutcome) -> tuple[TableRow, ...]:
     """Return what to look at: wild maneuvers first, then values left out, then failures."""
     summary = outcome.summary
     lines = [
-        TableRow(
-            key=AttentionItem(kind="wild", maneuver=one.maneuver),
-            cells=(
-                one.maneuver,
-                tr("wild: {count} of {total} derivatives").format(
-                    count=len(one.derivatives), total=one.derivative_count
-                )
-                + (tr(", though fitted well") if one.fits_well else ""),
-                typeset(f"{', '.join(one.derivatives)}: {'; '.join(one.reasons)}"),
-            ),
-            state="caution",
-            is_bold=True,
-            colored=frozenset({1}),
+        _attention_row(
+            AttentionItem(kind="wild", maneuver=one.maneuver),
+            tr("wild: {count} of {total} derivatives").format(
+                count=len(one.derivatives), total=one.derivative_count
+            )
+            + (tr(", though fitted well") if one.fits_well else ""),
+            typeset(f"{', '.join(one.derivatives)}: {'; '.join(one.reasons)}"),
+            "caution",
         )
         for one in summary.outlying_maneuvers
     ]
     # The values of a wild maneuver stand in its own line.
     wild = {one.maneuver for one in summary.outlying_maneuvers}
     lines += [
-        TableRow(
-            key=AttentionItem(kind="outlier", maneuver=outlier.point.maneuver, derivative=name),
-            cells=(
-                outlier.point.maneuver,
-                tr("{name} {sigmas} σ off").format(
-                    name=symbol_text(name), sigmas=number_text(outlier.sigmas, 1)
-                ),
-                "; ".join(outlier.reasons),
+        _attention_row(
+            AttentionItem(kind="outlier", maneuver=outlier.point.maneuver, derivative=name),
+            tr("{name} {sigmas} σ off").format(
+                name=symbol_text(name), sigmas=number_text(outlier.sigmas, 1)
             ),
+            "; ".join(outlier.reasons),
+            "plain",
         )
         for name, one in summary.derivatives.items()
         for outlier in one.outliers
@@ -235,23 +231,18 @@ def build_attention_rows(outcome: RunOutcome) -> tuple[TableRow, ...]:
         estimate = one.estimate
         if estimate is not None and estimate.converged:
             continue
-        why = one.failure if estimate is None else estimate.message
-        lines.append(
-            TableRow(
-                key=AttentionItem(kind="failed", maneuver=one.maneuver.id),
-                cells=(
-                    one.maneuver.id,
-                    tr("not fitted") if estimate is None else tr("not converged"), why,
-                ),
-                state="caution",
-                colored=frozenset({1}),
-            )
-        )  # fmt: skip
+        item = AttentionItem(kind="failed", maneuver=one.maneuver.id)
+        if estimate is None:
+            lines.append(_attention_row(item, tr("not fitted"), one.failure, "caution"))
+        else:
+            lines.append(_attention_row(item, tr("not converged"), estimate.message, "caution"))
     lines += _build_gust_rows(outcome)
     lines += [
-        TableRow(
-            key=AttentionItem(kind="excluded", maneuver=maneuver),
-            cells=(maneuver, tr("excluded manually"), tr("not in any mean")),
+        _attention_row(
+            AttentionItem(kind="excluded", maneuver=maneuver),
+            tr("excluded manually"),
+            tr("not in any mean"),
+            "plain",
         )
         for maneuver in sorted(summary.excluded_maneuvers)
     ]
@@ -259,7 +250,6 @@ def build_attention_rows(outcome: RunOutcome) -> tuple[TableRow, ...]:
 
 
 def _build_gust_rows(outcome: RunOutcome) -> list[TableRow]:
-    """Return a line for each maneuver in gusts: where equation error lies apart."""
     from gsapp.identification.summary.method_comparison import compare_methods
 
     lines = []
@@ -268,20 +258,13 @@ def _build_gust_rows(outcome: RunOutcome) -> list[TableRow]:
         if not values:
             continue
         apart = ", ".join(symbol_text(value.name) for value in values if value.differs)
+        disagrees = tr("equation error disagrees in {apart}: use the smaller bound")
         lines.append(
-            TableRow(
-                key=AttentionItem(kind="gusts", maneuver=one.maneuver.id),
-                cells=(
-                    one.maneuver.id,
-                    tr("flown in gusts"),
-                    tr("equation error disagrees in {apart}: use the smaller bound").format(
-                        apart=apart
-                    )
-                    if apart
-                    else tr("equation error agrees"),
-                ),
-                state="caution" if apart else "plain",
-                colored=frozenset({1}),
+            _attention_row(
+                AttentionItem(kind="gusts", maneuver=one.maneuver.id),
+                tr("flown in gusts"),
+                disagrees.format(apart=apart) if apart else tr("equation error agrees"),
+                "caution" if apart else "plain",
             )
         )
     return lines

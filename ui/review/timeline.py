@@ -40,27 +40,12 @@ class Timeline(TimelineWidget, ArrowKeyNavigation):
     Left and Right move, PgUp and PgDown by a whole view, Up and Down zoom, Home shows the whole
     flight; Return zooms to the chosen maneuver, Esc drops what is being dragged or marked. All
     values are read where the mouse is, or with C at a line that Left and Right move then.
-
-    Parameters
-    ----------
-    look : DisplayStyle
-        Colors, sizes, units.
-
-    Attributes
-    ----------
-    maneuver_selected : Signal(str)
-        A maneuver was pressed.
-    edge_dragged, edge_moved : Signal(str, float, float)
-        The edges of a maneuver (s) while one is dragged, and where it was let go.
-    drag_cancelled : Signal
-        What was being dragged is where it was.
-    deleted : Signal
-        Delete was pressed.
     """
 
     maneuver_selected = Signal(str)
     edge_dragged = Signal(str, float, float)
     edge_moved = Signal(str, float, float)
+    """The edges of a maneuver (s) while one is dragged, and where it was let go."""
     drag_cancelled = Signal()
     deleted = Signal()
 
@@ -72,14 +57,12 @@ class Timeline(TimelineWidget, ArrowKeyNavigation):
         self.setMouseTracking(True)
 
     def show_flight(self, traces: Traces | None) -> None:
-        """Show another flight, whole; what was held is let go."""
         self._drag, self._reads = None, False
         super().show_flight(traces)
 
     # Mouse
 
     def _edge_at(self, x: float) -> _Drag | None:
-        """Return the edge near a place, that of the chosen maneuver before others."""
         scale, reach = self.scale, self._look.px(_EDGE_HIT_DISTANCE)
         ordered = sorted(self._spans, key=lambda span: span.id != self._name)
         for span in ordered:
@@ -239,7 +222,6 @@ class Timeline(TimelineWidget, ArrowKeyNavigation):
         self._redraw()
 
     def _cancel_drag(self) -> None:
-        """Drop what is being dragged or marked."""
         held, self._drag, self._held = self._held, None, None
         self._reads = False
         self.set_pointer(None)

@@ -1,8 +1,9 @@
-"""What the time line draws: the whole flight, maneuvers as spans, charts, the axis of time."""
+"""The charts of the time line, how their axes are chosen, and how everything on it is drawn."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+import math
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -11,14 +12,106 @@ import pyqtgraph
 from PySide6.QtCore import QPointF, QRectF, Qt
 from PySide6.QtGui import QBrush, QColor, QFontMetricsF, QPainter, QPainterPath, QPen
 
-from gsapp.quantities import FloatArray
+from gsapp.quantities import FloatArray, channel, trace_color
 from gsapp.session.review.traces import Traces
 from ui.display_style import DisplayStyle, mix_colors
-from ui.number_format import clock_text, number_text
+from ui.number_format import clock_text, number_text, symbol_text, unit_text
 from ui.review.maneuver_text import GRADE_STATES
-from ui.review.timeline_charts import TimelineChart
-from ui.strips.axis_ticks import multiples, step_decimals, time_step, value_ticks
+from ui.strips.axis_ticks import multiples, round_range, step_decimals, time_step, value_ticks
+from ui.strips.chart_annotations import DisplayFormat
 from ui.translation import tr
+
+CHANNEL_GROUPS = (
+    ("de", "da", "dr"),
+    ("q", "p", "r"),
+    ("alpha", "beta"),
+    ("V",),
+    ("an", "ay"),
+)
+"""Channels of each chart, from top to bottom."""
+
+TIMELINE_CHANNELS = tuple(name for group in CHANNEL_GROUPS for name in group)
+"""All that the time line can show."""
+
+_MARGIN = 0.06
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class TimelineCurve:
+    """One channel in sight."""
+
+    channel: str
+    title: str
+    color: str
+    times: FloatArray
+    values: FloatArray
+    """s, and in the unit of the chart; NaN where missing."""
+    is_min_max: bool
+    """Whether each column has its lowest and highest value only."""
+    display: DisplayFormat
+
+    def value_text(self, value: float) -> str:
+        shown = number_text(self.display.to_display(value), self.display.decimals)
+        return f"{self.title} {shown}"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class TimelineChart:
+    """One chart of the time line: its lines, and the range of its axis in the unit shown."""
+
+    lines: tuple[TimelineCurve, ...]
+    unit: str
+    low: float
+    high: float
+
+
+def build_timeline_charts(
+    traces: Traces, wanted: Collection[str], start: float, stop: float, columns: int, units: str
+) -> tuple[TimelineChart, ...]:
+    """Return the charts of the wanted channels from `start` to `stop`, s."""
+    found = []
+    for group in CHANNEL_GROUPS:
+        names = [name for name in group if name in wanted and name in traces.channels]
+        if names:
+            found.append(_build_chart(traces, names, start, stop, columns, units))
+    return tuple(found)
+
+
+def _build_chart(
+    traces: Traces, names: list[str], start: float, stop: float, columns: int, units: str
+) -> TimelineChart:
+    lines, ends = [], []
+    displays = {name: DisplayFormat.for_channel(channel(name), units) for name in names}
+    for name in names:
+        times, values = traces.line(name, start, stop, columns)
+        shown = displays[name].to_display(values)
+        finite = shown[np.isfinite(shown)]
+        if finite.size:
+            ends += [float(finite.min()), float(finite.max())]
+        lines.append(
+            TimelineCurve(
+                channel=name,
+                title=symbol_text(channel(name).symbol),
+                color=trace_color(name),
+                times=times,
+                values=shown,
+                is_min_max=times.size > 1 and bool(times[0] == times[1]),
+                display=displays[name],
+            )
+        )
+    least = max(display.min_span for display in displays.values())
+    low, high = _axis_range(min(ends, default=math.nan), max(ends, default=math.nan), least)
+    return TimelineChart(
+        lines=tuple(lines), unit=unit_text(displays[names[0]].unit), low=low, high=high
+    )
+
+
+def _axis_range(low: float, high: float, least: float) -> tuple[float, float]:
+    if not math.isfinite(low):
+        return -least / 2.0, least / 2.0
+    room = max(_MARGIN * (high - low), (least - (high - low)) / 2.0)
+    return round_range(low - room, high + room)
+
 
 _TICK_SPACING = 15.0
 _OUTLINE_WIDTH = 3.0
@@ -28,31 +121,19 @@ _HANDLE_SIZE = (8.0, 28.0)
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TimelineSpan:
-    """A maneuver on the time line.
-
-    Attributes
-    ----------
-    id : str
-        Within its flight.
-    start, stop : float
-        Edges, s.
-    label : str
-        Id with grade.
-    grade : str
-    used : bool
-        Whether it takes part in estimates; hatched otherwise.
-    t_input, t_input_end : float
-        When the surfaces moved, s; NaN where none did.
-    """
+    """A maneuver on the time line."""
 
     id: str
     start: float
     stop: float
+    """Edges, s."""
     label: str
     grade: str
     used: bool = True
+    """Whether it takes part in estimates; hatched otherwise."""
     t_input: float = float("nan")
     t_input_end: float = float("nan")
+    """When the surfaces moved, s; NaN where none did."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -65,12 +146,10 @@ class TimeScale:
     right: float
 
     def x(self, time: float) -> float:
-        """Return the place of a time, s."""
         share = (time - self.start) / (self.stop - self.start)
         return self.left + share * (self.right - self.left)
 
     def time(self, x: float) -> float:
-        """Return the time (s) at a place."""
         share = (x - self.left) / max(self.right - self.left, 1.0)
         return self.start + share * (self.stop - self.start)
 

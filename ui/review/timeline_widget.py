@@ -1,4 +1,4 @@
-"""How the time line looks: what it is given, where everything stands, and the painting of it."""
+"""How the time line looks: what is in sight, where everything stands, and the painting of it."""
 
 from __future__ import annotations
 
@@ -14,11 +14,73 @@ from gsapp.session.review.traces import Traces
 from ui.display_style import DisplayStyle
 from ui.number_format import clock_text
 from ui.review import timeline_painter as drawing
-from ui.review.timeline_charts import TIMELINE_CHANNELS, TimelineChart, build_timeline_charts
-from ui.review.timeline_painter import TimelineSpan, TimeScale
-from ui.review.visible_time_range import VisibleTimeRange
+from ui.review.timeline_painter import (
+    TIMELINE_CHANNELS,
+    TimelineChart,
+    TimelineSpan,
+    TimeScale,
+    build_timeline_charts,
+)
 from ui.translation import tr
 from ui.widgets.paint_primitives import paint_focus_frame
+
+_MIN_SECONDS = 0.5
+"""Seconds in sight at least: some tens of samples."""
+_ZOOM_MARGIN = 0.35
+"""Share of a maneuver's length left free on either side when it is zoomed to."""
+
+
+class VisibleTimeRange:
+    """The stretch from `start` to `stop` in sight of a flight from `first` to `last`, s."""
+
+    def __init__(self, first: float = 0.0, last: float = 1.0) -> None:
+        self.first, self.last = first, max(last, first + _MIN_SECONDS)
+        self.start, self.stop = self.first, self.last
+
+    @property
+    def seconds(self) -> float:
+        return self.stop - self.start
+
+    @property
+    def shows_all(self) -> bool:
+        return self.start <= self.first and self.stop >= self.last
+
+    def show(self, start: float, stop: float) -> None:
+        """Show a stretch, held within the flight."""
+        length = min(max(stop - start, _MIN_SECONDS), self.last - self.first)
+        middle = (start + stop) / 2.0
+        self.start = min(max(middle - length / 2.0, self.first), self.last - length)
+        self.stop = self.start + length
+
+    def show_all(self) -> None:
+        self.show(self.first, self.last)
+
+    def zoom(self, factor: float, anchor: float | None = None) -> None:
+        at = (self.start + self.stop) / 2.0 if anchor is None else anchor
+        length = min(max(self.seconds * factor, _MIN_SECONDS), self.last - self.first)
+        share = (at - self.start) / self.seconds
+        start = at - share * length
+        self.show(start, start + length)
+
+    def pan(self, seconds: float) -> None:
+        """Move on, or back if negative."""
+        self.show(self.start + seconds, self.stop + seconds)
+
+    def zoom_to(self, start: float, stop: float) -> None:
+        """Show a maneuver with some room on either side."""
+        room = _ZOOM_MARGIN * (stop - start)
+        self.show(start - room, stop + room)
+
+    def scroll_to(self, start: float, stop: float) -> None:
+        """Move as far as needed to see a stretch; zoom out where it is longer than the sight."""
+        if self.start <= start and stop <= self.stop:
+            return
+        if stop - start > self.seconds:
+            self.zoom_to(start, stop)
+            return
+        middle = (start + stop - self.seconds) / 2.0
+        self.show(middle, middle + self.seconds)
+
 
 _OVERVIEW_CHANNELS = ("altitude", "V", "q", "de")
 """What tells how a whole flight went, the first one that was measured."""
@@ -35,26 +97,7 @@ class TimelineRegions:
 
 
 class TimelineWidget(QWidget):
-    """One flight with its maneuvers, to be looked at.
-
-    Parameters
-    ----------
-    look : DisplayStyle
-        Colors, sizes, units.
-
-    Attributes
-    ----------
-    segment_marked : Signal
-        Another stretch is marked, or none.
-    marked_segment : tuple of float or None
-        What is marked, s.
-    view : VisibleTimeRange
-        What is in sight.
-    shown_charts : tuple of TimelineChart
-        The charts as they were drawn last.
-    pointer : float or None
-        Where all values are read, s.
-    """
+    """One flight with its maneuvers, to be looked at."""
 
     segment_marked = Signal()
 
@@ -71,6 +114,7 @@ class TimelineWidget(QWidget):
         self._tick = 10.0
         self._boxes: tuple[QRectF, ...] = ()
         self.pointer: float | None = None
+        """Where all values are read, s."""
         self.shown_charts: tuple[TimelineChart, ...] = ()
         self.marked_segment: tuple[float, float] | None = None
         self.view = VisibleTimeRange()
@@ -81,7 +125,6 @@ class TimelineWidget(QWidget):
     # What it is given
 
     def show_flight(self, traces: Traces | None) -> None:
-        """Show another flight, whole."""
         self._traces = traces
         self._spans, self._name = (), ""
         self.marked_segment, self._held, self.pointer = None, None, None
@@ -92,13 +135,11 @@ class TimelineWidget(QWidget):
         self._redraw()
 
     def show_spans(self, spans: Sequence[TimelineSpan], chosen: str) -> None:
-        """Show these maneuvers, one of them chosen."""
         self._spans, self._name = tuple(spans), chosen
         self._describe()
         self.update()
 
     def show_channels(self, channels: Sequence[str]) -> None:
-        """Show these channels, those measured of them."""
         self._channels = tuple(channels)
         self._redraw()
 
@@ -113,12 +154,10 @@ class TimelineWidget(QWidget):
         self._redraw()
 
     def show_all(self) -> None:
-        """Show the whole flight."""
         self.view.show_all()
         self._redraw()
 
     def mark_segment(self, stretch: tuple[float, float] | None) -> None:
-        """Mark a stretch (s), or none."""
         if stretch != self.marked_segment:
             self.marked_segment = stretch
             self.update()
@@ -128,7 +167,6 @@ class TimelineWidget(QWidget):
 
     @property
     def regions(self) -> TimelineRegions:
-        """Return where the parts stand."""
         px = self._look.px
         left, right = px(56), self.width() - px(10)
         wide = max(right - left, 1)
@@ -141,7 +179,6 @@ class TimelineWidget(QWidget):
 
     @property
     def scale(self) -> TimeScale:
-        """Return where times lie on the charts."""
         plot = self.regions.plot
         return TimeScale(
             start=self.view.start, stop=self.view.stop, left=plot.left(), right=plot.right()
@@ -149,7 +186,6 @@ class TimelineWidget(QWidget):
 
     @property
     def overview_scale(self) -> TimeScale:
-        """Return where times lie on the whole flight."""
         box = self.regions.overview
         return TimeScale(
             start=self.view.first, stop=self.view.last, left=box.left(), right=box.right()
@@ -172,7 +208,6 @@ class TimelineWidget(QWidget):
         self._redraw()
 
     def _redraw(self) -> None:
-        """Have the lines drawn anew with the next paint."""
         self._curves = None
         self._describe()
         self.update()
@@ -192,7 +227,6 @@ class TimelineWidget(QWidget):
 
     @property
     def chosen_span(self) -> TimelineSpan | None:
-        """Return the chosen maneuver as it stands; None if there is none."""
         return next((span for span in self._spans if span.id == self._name), None)
 
     def paintEvent(self, _event: QPaintEvent) -> None:
@@ -233,7 +267,6 @@ class TimelineWidget(QWidget):
         )
 
     def _draw_overview(self, painter: QPainter) -> None:
-        """Draw how the flight went, in gray: height, or else airspeed or what moved."""
         traces, box = self._traces, self.regions.overview
         if traces is None:
             return
@@ -324,7 +357,6 @@ class TimelineWidget(QWidget):
             self._boxes = (*self._boxes, box)
 
     def _describe(self) -> None:
-        """Say what is in sight, for those who hear the window."""
         view = self.view
         words = [
             tr("{start} to {stop} shown").format(

@@ -245,3 +245,26 @@ def create_button_row(look: DisplayStyle, *buttons: QWidget) -> QWidget:
     policy.setHeightForWidth(True)
     holder.setSizePolicy(policy)
     return holder
+
+
+def add_widgets(layout: QBoxLayout, *widgets: QWidget | tuple[QWidget, int]) -> None:
+    """Add widgets one after the other, some with the share of the room that they take."""
+    for one in widgets:
+        widget, share = one if isinstance(one, tuple) else (one, 0)
+        layout.addWidget(widget, share)
+
+
+class ScrollingPage(QScrollArea):
+    """A page that scrolls up and down, without a frame; what it holds is in its `column`."""
+
+    def __init__(self, page: QWidget | None = None) -> None:
+        super().__init__()
+        self.setFrameShape(QFrame.Shape.NoFrame)
+        self.setWidgetResizable(True)
+        self.setFocusPolicy(Qt.FocusPolicy.NoFocus)
+        self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        body = page or QWidget()
+        body.setObjectName("page")
+        body.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
+        self.column = QVBoxLayout(body)
+        self.setWidget(body)

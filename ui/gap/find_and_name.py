@@ -1,30 +1,79 @@
-"""Find: where simulation and flight disagree."""
+"""Find, where simulation and flight disagree, and Name, which effect is missing."""
 
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
-from PySide6.QtCore import Qt
+from PySide6.QtCore import Qt, Signal
+from PySide6.QtWidgets import QCheckBox, QVBoxLayout, QWidget
 
 from gsapp.quantities import symbol_markup, trace_color
 from gsapp.report.discrepancy_pictures import missing_history
 from ui.display_style import DisplayStyle
-from ui.gap.gap_selection import find_maneuver_view, list_plot_variables
-from ui.gap.gap_tables import DisagreementMapLegend, DisagreementMapView
+from ui.gap.gap_selection import GapSelection, find_maneuver_view, list_plot_variables
 from ui.gap.gap_text import channel_text, coefficient_text, noise_ratio_text
 from ui.gap.gap_view_models import (
+    build_alternative_rows,
     build_disagreement_rows,
     build_map_rows,
     build_missing_scatter,
+    build_observability_rows,
+    build_ranking_rows,
+    describe_effect,
+    describe_ranking,
+    describe_runner_up,
+    find_step_effect,
     list_instrument_texts,
 )
-from ui.gap.stage_view import StageView
+from ui.gap.gap_widgets import DisagreementMapLegend, DisagreementMapView, RankingView
+from ui.gap.search_jobs import SearchResult
 from ui.translation import tr
 from ui.widgets.analysis_plot import FLIGHT_TIME_LABEL, AnalysisPlot, PlotBand, PlotCurve
 from ui.widgets.labels import create_label
-from ui.widgets.layout_widgets import LabeledComboBox, StackingColumns
+from ui.widgets.layout_widgets import (
+    HeadedParagraphs,
+    LabeledComboBox,
+    StackingColumns,
+    add_widgets,
+)
 from ui.widgets.table_view import FittedTableView
+
+
+class StageView(QWidget):
+    """One step of the story."""
+
+    selection_requested = Signal(object)
+    """What to look at instead, a `GapSelection`."""
+
+    def __init__(self, look: DisplayStyle) -> None:
+        super().__init__()
+        self.look = look
+        self.result: SearchResult | None = None
+        self.selection = GapSelection()
+        self.column = QVBoxLayout(self)
+        self.column.setContentsMargins(0, 0, 0, 0)
+
+    def show_result(self, result: SearchResult, selection: GapSelection) -> None:
+        """Show a result, or another part of it."""
+        self.result, self.selection = result, selection
+        self.refresh()
+
+    def connect_choice(self, choice: LabeledComboBox, field: str) -> None:
+        """Ask for another selection when something is chosen in a list."""
+
+        def choose() -> None:
+            change: dict[str, Any] = {field: choice.current_key}
+            self.selection_requested.emit(replace(self.selection, **change))
+
+        choice.box.currentIndexChanged.connect(choose)
+
+    def refresh(self) -> None:
+        raise NotImplementedError
+
+    def begin(self) -> None:
+        raise NotImplementedError
 
 
 class FindStage(StageView):
@@ -34,24 +83,25 @@ class FindStage(StageView):
         super().__init__(look)
         pair = StackingColumns(look, (5, 6))
         self.column.addWidget(pair, 1)
-        pair.left.addWidget(create_label(tr("Times the noise floor"), "heading"))
         self.map = DisagreementMapView(look)
-        pair.left.addWidget(self.map, 30)
-        pair.left.addWidget(DisagreementMapLegend(look))
-        pair.left.addWidget(
-            create_label(tr("A corner marks significant cells."), "hint", wrap=True)
-        )
         self.heading = create_label(tr("Disagreements"), "heading")
-        pair.left.addWidget(self.heading)
         self.lines = FittedTableView(
             look, tr("Disagreements, most significant first"),
             (tr("Maneuver"), tr("What and where")), stretch=1, widths={0: 76}, least=3,
         )  # fmt: skip
-        pair.left.addWidget(self.lines, 20)
         self.empty_label = create_label("", "muted", wrap=True)
-        pair.left.addWidget(self.empty_label)
         self.detail = create_label("", "hint", wrap=True)
-        pair.left.addWidget(self.detail)
+        add_widgets(
+            pair.left,
+            create_label(tr("Times the noise floor"), "heading"),
+            (self.map, 30),
+            DisagreementMapLegend(look),
+            create_label(tr("A corner marks significant cells."), "hint", wrap=True),
+            self.heading,
+            (self.lines, 20),
+            self.empty_label,
+            self.detail,
+        )
         pair.left.addStretch(1)
         self.trace = AnalysisPlot(look, tr("Coefficient residual over time"))
         pair.right.addWidget(self.trace, 1)
@@ -62,18 +112,12 @@ class FindStage(StageView):
         self.map.cell_selected.connect(self._cell)
         self.lines.opened.connect(self._open)
         self.lines.selectionModel().currentChanged.connect(self._line)
-        self.variable.box.currentIndexChanged.connect(
-            lambda _index: self.selection_requested.emit(
-                replace(self.selection, variable=self.variable.current_key)
-            )
-        )
+        self.connect_choice(self.variable, "variable")
 
     def begin(self) -> None:
-        """Begin on the map."""
         self.map.setFocus()
 
     def refresh(self) -> None:
-        """Draw map, list and charts."""
         result, selection = self.result, self.selection
         if result is None:
             return
@@ -193,7 +237,6 @@ class FindStage(StageView):
         self.detail.setText(self.lines.row_model.rows[row].detail if row >= 0 else "")
 
     def _open(self, key: object) -> None:
-        """Look at a disagreement."""
         if self.result is None or not isinstance(key, int):
             return
         one = self.result.discrepancy.disagreements[key]
@@ -203,3 +246,94 @@ class FindStage(StageView):
         if one.region is not None:
             wish = replace(wish, variable=one.region.variable)
         self.selection_requested.emit(wish)
+
+
+class NameStage(StageView):
+    """Competition, alternatives, and what these flights could show."""
+
+    def __init__(self, look: DisplayStyle) -> None:
+        super().__init__(look)
+        pair = StackingColumns(look, (6, 5))
+        self.column.addWidget(pair, 1)
+        self.winner = create_label("", "strong", wrap=True)
+        self.margin = create_label("", "muted", wrap=True)
+        self.ranking = RankingView(look)
+        self.hidden_only = QCheckBox(tr("Unobservable only"))
+        self.hidden_only.setAccessibleName(tr("Only effects that these flights cannot show"))
+        self.observability = FittedTableView(
+            look, tr("Observability of each effect"),
+            (tr("Effect"), tr("A plausible size shows"), tr("To see it, fly")),
+            stretch=2, widths={0: 190, 1: 150}, least=3,
+        )  # fmt: skip
+        add_widgets(
+            pair.left,
+            create_label(tr("Candidate effects"), "heading"),
+            self.winner,
+            self.margin,
+            (self.ranking, 30),
+            create_label(tr("Observability"), "heading"),
+            self.hidden_only,
+            (self.observability, 30),
+        )
+        pair.left.addStretch(1)
+        self.effect = create_label("", "heading", wrap=True)
+        self.equation = create_label("", "muted", wrap=True)
+        self.about, self.alternatives = HeadedParagraphs(look), HeadedParagraphs(look)
+        self.same = create_label(tr("Indistinguishable"), "heading")
+        add_widgets(
+            pair.right, self.effect, self.equation, self.about, self.same, self.alternatives
+        )
+        pair.right.addStretch(1)
+        self.candidate = ""
+        self.ranking.row_changed.connect(self._show_effect)
+        self.observability.selectionModel().currentChanged.connect(self._seen)
+        self.hidden_only.toggled.connect(lambda _on: self._show_observability())
+
+    def begin(self) -> None:
+        self.ranking.setFocus()
+
+    def refresh(self) -> None:
+        result, step = self.result, self.selection.step
+        if result is None:
+            return
+        self.winner.setText(describe_ranking(result, step))
+        found = find_step_effect(result, step + 1)
+        self.margin.setText(describe_runner_up(result, found) if found is not None else "")
+        self.margin.setVisible(found is not None)
+        rows = build_ranking_rows(result, step)
+        self.ranking.show_rows(rows)
+        self.ranking.setVisible(bool(rows))
+        self._show_observability()
+        current = self.ranking.current_key() or (found.effect if found is not None else "")
+        self._show_effect(str(current))
+        same = build_alternative_rows(result, self.look.units)
+        self.same.setVisible(bool(same))
+        self.alternatives.show_paragraphs(
+            [(title, " ".join((why, tr("To tell: {fly}.").format(fly=fly))) if fly else why)
+             for title, why, fly in same]
+        )  # fmt: skip
+
+    def _show_observability(self) -> None:
+        if self.result is not None:
+            self.observability.show_rows(
+                build_observability_rows(self.result, hidden_only=self.hidden_only.isChecked())
+            )
+
+    def _seen(self) -> None:
+        key = self.observability.current_key()
+        if self.observability.hasFocus() and key is not None:
+            self._show_effect(str(key))
+
+    def _show_effect(self, effect: str) -> None:
+        self.candidate = effect
+        if self.result is None or not effect:
+            for part in (self.effect, self.equation):
+                part.hide()
+            self.about.show_paragraphs(())
+            return
+        equation, paragraphs = describe_effect(self.result, effect)
+        self.effect.setText(self.result.title(effect))
+        self.effect.show()
+        self.equation.setText(equation)
+        self.equation.setVisible(bool(equation))
+        self.about.show_paragraphs(paragraphs)

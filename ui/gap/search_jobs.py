@@ -1,9 +1,9 @@
-"""The process that searches: it keeps the prepared flights, to look again quickly. No Qt."""
+"""What a search is asked for and what comes back, and the process that searches. No Qt."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import TYPE_CHECKING, Protocol
@@ -15,15 +15,97 @@ from gsapp.discrepancy.settings import (
     SearchStoppedError,
 )
 from gsapp.foundation import GroundStationError
-from ui.gap.search_request import EffectInfo, GapRequest, SearchResult
 from ui.job_process.job_server import JobProgressCallback, JobStoppedError, StopEvent, serve_jobs
-from ui.translation import QT_TR_NOOP
+from ui.translation import QT_TR_NOOP, tr
 
 if TYPE_CHECKING:
     from gsapp.aircraft import Aircraft
     from gsapp.discrepancy.results import DiscrepancyResult
     from gsapp.dynamics.model import Model
     from gsapp.identification.maneuver import Maneuver
+
+
+class GapRequest(DiscrepancySettings):
+    """Flights to search, and the settings, with what the crew decided about effects."""
+
+    flights: tuple[Path, ...]
+    check_instruments: bool = True
+
+    @property
+    def text(self) -> str:
+        """Return what is searched: ``flight 3 and 2 more · model b777``."""
+        names = [path.name for path in self.flights]
+        more = tr(" and {count} more").format(count=len(names) - 1) if len(names) > 1 else ""
+        model = (
+            tr("model {stem}").format(stem=Path(self.model).stem)
+            if self.model
+            else tr("baseline fitted here")
+        )
+        return f"{names[0]}{more} · {model}" if names else model
+
+    @property
+    def undecided(self) -> GapRequest:
+        return self.with_changes(refused=(), forced=())
+
+    def refuse(self, effect: str) -> GapRequest:
+        """Return the request with that effect refused, and no longer forced."""
+        kept = tuple(known for known in self.forced if known != effect)
+        others = tuple(known for known in self.refused if known != effect)
+        return self.with_changes(refused=(*others, effect), forced=kept)
+
+    def force(self, effect: str) -> GapRequest:
+        """Return the request with that effect forced, and no longer refused."""
+        kept = tuple(known for known in self.refused if known != effect)
+        others = tuple(known for known in self.forced if known != effect)
+        return self.with_changes(refused=kept, forced=(*others, effect))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class EffectInfo:
+    """What the catalog says of an effect."""
+
+    effect: str
+    title: str
+    equation: str = ""
+    mistaken_for: tuple[str, ...] = ()
+    """Ids of effects that it is taken for, or words."""
+    distinguished_by: str = ""
+    remedy: str = ""
+    """The measurement on the ground that settles it; empty where flying does."""
+    units: Mapping[str, str]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class SearchResult:
+    """What a search gave."""
+
+    request: GapRequest
+    discrepancy: DiscrepancyResult
+    effect_infos: Mapping[str, EffectInfo]
+    remarks: tuple[str, ...] = ()
+    """About the flights: maneuvers left out, channels missing."""
+    kinds: Mapping[str, str] = field(default_factory=dict)
+    """Surfaces and shape of each maneuver, ``de doublet``, by its id."""
+    aircraft: str = ""
+
+    def continues(self, former: SearchResult) -> bool:
+        """Return whether only decisions lie between a former answer and this one."""
+        return self.request.undecided == former.request.undecided
+
+    def title(self, effect: str) -> str:
+        """Return an effect in a field engineer's words; its id where nobody knows any."""
+        note = self.effect_infos.get(effect)
+        if note is not None and note.title:
+            return note.title
+        for found in self.discrepancy.effects:
+            if found.effect == effect:
+                return found.title
+        for step in self.discrepancy.steps:
+            for candidate in step.ranking:
+                if candidate.effect == effect:
+                    return candidate.title
+        return effect
+
 
 _READ_SHARE = 0.15
 """Share of the bar that reading the flights takes."""
@@ -56,17 +138,7 @@ GapJob = GapRequest | GapReportJob
 def serve_gap_jobs(
     connection: Connection, stop: StopEvent, prepare: PrepareSearch | None = None
 ) -> None:
-    """Do jobs until the window hangs up; see `ui.job_process.job_server.serve_jobs`.
-
-    Parameters
-    ----------
-    connection : Connection
-        Jobs come in, `Told` goes out.
-    stop : StopEvent
-        Set by the window to stop the job at hand.
-    prepare : callable, optional
-        Makes a search of maneuvers, aircraft and model; that of `gsapp.discrepancy` by default.
-    """
+    """Do jobs until the window hangs up; `prepare` makes a search, by default the program's own."""
     serve_jobs(
         connection, stop, lambda tell: GapJobHandler(tell, prepare or _prepare_investigation)
     )
@@ -75,22 +147,13 @@ def serve_gap_jobs(
 def _prepare_investigation(
     maneuvers: Sequence[Maneuver], aircraft: Aircraft, model: Model | None
 ) -> PreparedSearch:
-    """Return the program's own search."""
     from gsapp.discrepancy.investigation import Investigation
 
     return Investigation(maneuvers, aircraft, model)
 
 
 class GapJobHandler:
-    """Does jobs one after the other and keeps what the next may need.
-
-    Parameters
-    ----------
-    tell : callable
-        Says how far the job is; raises where the window does not want it any more.
-    prepare : callable
-        Makes a search.
-    """
+    """Does jobs one after the other and keeps what the next may need."""
 
     def __init__(self, tell: JobProgressCallback, prepare: PrepareSearch) -> None:
         self._report_progress = tell
@@ -103,7 +166,6 @@ class GapJobHandler:
         self._aircraft = ""
 
     def do(self, job: GapJob) -> SearchResult | Path:
-        """Do one job and return its result."""
         if isinstance(job, GapReportJob):
             return self._write(job)
         return self._look(job)
@@ -135,6 +197,7 @@ class GapJobHandler:
 
     def _read(self, request: GapRequest) -> PreparedSearch:
         """Open the flights, cut their maneuvers, and prepare the search."""
+        from gsapp.dynamics.model import load_model
         from gsapp.identification.maneuver_extraction import open_flights_with_maneuvers
 
         steps = 2 * len(request.flights) + 2
@@ -165,47 +228,28 @@ class GapJobHandler:
         }
         self._aircraft = flown[0].aircraft.name
         doing(QT_TR_NOOP("preparing the maneuvers"))
-        model = _load_model(request.model) if request.model else None
+        model = load_model(request.model) if request.model else None
         search = self._prepare(maneuvers, flown[0].aircraft, model)
         self._notes = load_effect_infos()
         return search
 
     def _write(self, job: GapReportJob) -> Path:
+        """Write the report of a result, with the files that it was made from."""
+        from gsapp.flight.info import local_timestamp
+        from gsapp.report import discrepancy_report
+        from gsapp.report.discrepancy_provenance import search_provenance
+
         self._report_progress(None, QT_TR_NOOP("drawing the figures"))
-        return write_gap_report(job)
-
-
-def _load_model(name: str) -> Model:
-    from gsapp.dynamics.model import load_model
-
-    return load_model(name)
-
-
-def write_gap_report(job: GapReportJob) -> Path:
-    """Write the report of a result, with the files that it was made from.
-
-    Raises
-    ------
-    GroundStationError
-        If the file's ending is none that a report can have.
-    OSError
-        If the file cannot be written.
-    """
-    from gsapp.flight.info import local_timestamp
-    from gsapp.report import discrepancy_report
-    from gsapp.report.discrepancy_provenance import search_provenance
-
-    result, request = job.result, job.result.request
-    provenance = search_provenance(request.flights, request)
-    written = discrepancy_report.write_discrepancy_report(
-        result.discrepancy,
-        job.path,
-        aircraft=result.aircraft,
-        provenance=provenance,
-        units="SI" if job.units == "SI" else "US",
-        written=local_timestamp(),
-    )
-    return written[0] if written else job.path
+        result, request = job.result, job.result.request
+        written = discrepancy_report.write_discrepancy_report(
+            result.discrepancy,
+            job.path,
+            aircraft=result.aircraft,
+            provenance=search_provenance(request.flights, request),
+            units="SI" if job.units == "SI" else "US",
+            written=local_timestamp(),
+        )
+        return written[0] if written else job.path
 
 
 def load_effect_infos() -> dict[str, EffectInfo]:
