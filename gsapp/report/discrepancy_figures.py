@@ -191,11 +191,8 @@ def missing_by_condition_figure(
 
     Parameters
     ----------
-    found : DiscrepancyResult
-    coefficient : str
     marked : str
         The variable in which the disagreement grows.
-    units : {"US", "SI"}
     """
     known = [name for name in CONDITIONS if _varies(found, name)]
     rows = max(1, -(-len(known) // 4))
@@ -290,9 +287,6 @@ def ranking_figure(step: ModelStep, number: int, *, last: bool = False) -> Docum
 
     Parameters
     ----------
-    step : ModelStep
-    number : int
-        Of the round, from 1.
     last : bool
         Whether nothing was added after it.
     """

@@ -37,8 +37,6 @@ class MissingHistory:
         Under the baseline.
     after : ndarray, shape (n,), or None
         Under another model, if one is shown.
-    floor : float
-        Of the noise.
     spans : tuple of (float, float)
         Where the disagreement is proven, s.
     """
@@ -91,11 +89,8 @@ class ChannelOverlay:
 
     Attributes
     ----------
-    times, measured, before : ndarray, shape (n,)
     after : ndarray, shape (n,), or None
         Computed by another model than the baseline, if one is shown.
-    floor : float
-        Of the noise.
     """
 
     times: FloatArray

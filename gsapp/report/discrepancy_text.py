@@ -193,12 +193,6 @@ def change_text(value: ChangedValue) -> str:
 def residual_map(found: DiscrepancyResult, step: int) -> FloatArray:
     """Return measured less computed of each channel over its noise floor, RMS, under one model.
 
-    Parameters
-    ----------
-    found : DiscrepancyResult
-    step : int
-        Place among the steps.
-
     Returns
     -------
     ndarray, shape (n_maneuvers, n_channels)

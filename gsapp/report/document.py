@@ -1,7 +1,7 @@
 """What a report holds, apart from how it is printed: sections of paragraphs, tables, pictures.
 
-Written once, a `Document` becomes a page for a browser (`gsapp.report.html_writer`) and pages for
-paper (`gsapp.report.pdf_writer`).
+Written once, a `Document` becomes a page for a browser (`gsapp.report.document_writer`) and
+pages for paper (`gsapp.report.pdf_writer`).
 """
 
 from __future__ import annotations
@@ -60,8 +60,6 @@ class Paragraph:
 
     Attributes
     ----------
-    text : str
-        Plain text.
     kind : {"plain", "lead", "note"}
         A lead is what to read if nothing else; a note is smaller.
     """
@@ -76,9 +74,6 @@ class DocumentTable:
 
     Attributes
     ----------
-    columns : tuple of str
-    rows : tuple of tuple of str
-    caption : str
     numeric : frozenset of int
         Columns that stand flush right.
     """
@@ -95,8 +90,6 @@ class DocumentFigure:
 
     Attributes
     ----------
-    name : str
-        Of its file, without ending.
     caption : str
         What it shows, in words; stands below it.
     height : float
@@ -135,12 +128,8 @@ class Document:
 
     Attributes
     ----------
-    title : str
-    facts : tuple of (label, value)
-        Short facts under the title.
     written : str
         When; the only line that differs between two reports on the same.
-    sections : tuple of DocumentSection
     units : {"US", "SI"}
         Decides the paper, too: Letter or A4.
     """

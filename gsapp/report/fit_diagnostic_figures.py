@@ -52,10 +52,8 @@ def correlation_figure(
 
     Parameters
     ----------
-    estimate : Estimate
     subject : str
         What was fitted, ``maneuver 2:M4 of Flight D``.
-    palette : Palette
     """
     names = estimate.free
     if len(names) < 2:
@@ -160,13 +158,6 @@ def bounds_figure(
     """Return the bounds of one fit in percent: as white noise would have them, and as they are.
 
     None where no derivative was earned.
-
-    Parameters
-    ----------
-    estimate : Estimate
-    subject : str
-        What was fitted.
-    palette : Palette
     """
     found = [
         (name, 100.0 * one.cramer_rao / abs(one.value), 100.0 * one.std / abs(one.value))

@@ -19,10 +19,6 @@ class FlightEstimateHistory:
 
     Attributes
     ----------
-    flight : str
-        Its name.
-    histories : mapping of str to EstimateHistory
-        By derivative; empty where it could not listen.
     why : str
         Why it could not, in words.
     """
@@ -42,12 +38,8 @@ def compute_ftr_histories(
 
     Parameters
     ----------
-    flights : sequence of (Flight, Aircraft)
-        Each with the aircraft as it flew it.
     most : int, optional
         Flights to listen to, from the first on; None for all.
-    doing : callable, optional
-        Told what is being done, in words, before each flight.
     """
     found = []
     for flight, aircraft in flights[:most]:

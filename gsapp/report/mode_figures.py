@@ -33,7 +33,6 @@ def modes_figure(
     ----------
     modes : mapping of str to sequence of ModeUncertainty
         By axis in words, ``longitudinal``.
-    palette : Palette
     """
 
     def draw(container: FigureBase) -> None:

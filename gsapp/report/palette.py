@@ -21,12 +21,8 @@ class Palette:
 
     Attributes
     ----------
-    background : str
-        Behind everything.
     ink, secondary_ink : str
         What is read; what is read second.
-    faint : str
-        Grid and frames.
     previous : str
         What was known before; another run.
     band : str
@@ -35,8 +31,6 @@ class Palette:
         Points that do not count.
     traces : mapping of str to str
         Colors of the names in `TRACE_COLORS`.
-    line_scale : float
-        Of lines, 1 on paper.
     """
 
     background: str

@@ -18,8 +18,6 @@ class ResidualSummary:
 
     Attributes
     ----------
-    name : str
-        Channel.
     fits, white : int
         How many there are, and how many of them may be white noise.
     low_share, white_share : float

@@ -130,19 +130,11 @@ class EquipmentMonitor:
 
     Parameters
     ----------
-    registry : AlarmRegistry
-        Where alarms go.
-    clock : callable
-        Seconds that never go back.
-    wall_us : callable
-        Host time, microseconds since 1970.
     facts : callable, optional
         Returns what the disk tells of the recorder; by default that is read with every look.
 
     Attributes
     ----------
-    link, recorder, disk
-        What to show.
     landed : bool
         Whether the aircraft has landed: it may be switched off, and silence is no alarm.
     """
@@ -213,8 +205,6 @@ class EquipmentMonitor:
 
         Parameters
         ----------
-        now : float or None
-            Flight time, for alarms, s.
         caught_up : bool
             Whether everything recorded was counted in `health`. While an older part of the record
             is being read its age says nothing of the link.

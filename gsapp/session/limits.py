@@ -63,7 +63,6 @@ class LimitRule:
 
     @property
     def key(self) -> str:
-        """Return what names the rule among all."""
         return f"{self.channel}:{self.side}"
 
     def describe(self, severity: Severity) -> str:
@@ -316,11 +315,6 @@ class LimitSet:
     own : sequence of LimitRule
         From a limits file; each replaces the other rules of its channel and side, and takes them
         away where it holds no limit.
-
-    Attributes
-    ----------
-    revision : int
-        Counts the changes.
     """
 
     def __init__(self, aircraft: Aircraft | None = None, own: Sequence[LimitRule] = ()) -> None:

@@ -63,7 +63,6 @@ class SparseArray:
         return base
 
     def read(self, first: int, last: int, plane: int = 0) -> FloatArray:
-        """Return a copy of positions ``first <= k < last``."""
         size = self.size
         offset = plane * size
         segment, start = divmod(first, size)

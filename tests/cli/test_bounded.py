@@ -2,7 +2,7 @@
 
 import pytest
 
-from gsapp.cli._value_format import format_value_and_bound
+from gsapp.cli._console import format_value_and_bound
 
 
 @pytest.mark.parametrize(

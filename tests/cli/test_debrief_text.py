@@ -3,7 +3,7 @@
 from math import radians
 from types import SimpleNamespace
 
-from gsapp.cli._debrief_text import _sizes
+from gsapp.cli.debrief import _sizes
 
 
 def test_an_input_stands_beside_its_target_and_the_band_that_is_good() -> None:

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from gsapp.cli import estimate
+from gsapp.cli.estimate import estimate
 from gsapp.flight.writers import write_block
 from tests.identification.virtual_maneuvers import fly
 
@@ -19,7 +19,7 @@ def test_equation_error_stands_beside_in_gusts(
     rough = fly(70, "lon", gust=1.0, dt=0.02).maneuver
     flight = write_block(tmp_path / "gusty.csv", rough.block, "csv")
     out = tmp_path / "out.json"
-    estimate.run(flights=[flight], aircraft="b777", maneuver_windows=["0:10"], json=out)
+    estimate(flights=[flight], aircraft="b777", maneuver_windows=["0:10"], json=out)
     shown = capsys.readouterr().out
     (maneuver,) = json.loads(out.read_text(encoding="utf-8"))["maneuvers"]
     beside = maneuver["equation_error"]["derivatives"]["Cm_q"]

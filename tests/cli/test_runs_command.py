@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from gsapp.cli._value_format import MEAN_HEADINGS, mean_cells
+from gsapp.cli._console import MEAN_HEADINGS, mean_cells
 from gsapp.cli.main import app
 from gsapp.foundation import FlightError, GroundStationError, UnknownNameError
 from gsapp.identification.campaign import CampaignValue

@@ -6,7 +6,7 @@ from gsapp.aircraft import load_aircraft
 from gsapp.flight.events import EventLog
 from gsapp.flight.info import FlightInfo
 from gsapp.session.checklist import load_checklist
-from gsapp.session.pending_checklist import PendingChecklist
+from gsapp.session.checklist.session_checklist import PendingChecklist
 
 
 def begin(folder: Path, card: FlightInfo | None = None) -> PendingChecklist:

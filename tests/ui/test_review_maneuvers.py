@@ -14,7 +14,7 @@ from PySide6.QtGui import QColor, QImage, QPainter
 from PySide6.QtWidgets import QApplication, QFileDialog, QLineEdit, QWidget
 from pytestqt.qtbot import QtBot
 
-from gsapp.cli.maneuvers import run
+from gsapp.cli.maneuvers import maneuvers
 from gsapp.flight.catalog import Catalog, search_maneuvers
 from gsapp.flight.maneuvers.detected_maneuver import GRADED_BY_PROGRAM
 from gsapp.flight.writers import write_block
@@ -119,7 +119,7 @@ def written(page: ManeuversPage) -> list[str]:
 
 
 def listed(page: ManeuversPage, out: Path) -> list[dict[str, object]]:
-    run(flight=page.flights.flight.path, json=out)
+    maneuvers(flight=page.flights.flight.path, json=out)
     return list(json.loads(out.read_text()))
 
 

@@ -193,7 +193,7 @@ def write_gap_report(job: GapReportJob) -> Path:
     """
     from gsapp.flight.info import local_timestamp
     from gsapp.report import discrepancy_report
-    from gsapp.report.discrepancy_provenance import search_provenance
+    from gsapp.report.provenance import search_provenance
 
     result, request = job.result, job.result.request
     provenance = search_provenance(request.flights, request)

@@ -13,8 +13,8 @@ if TYPE_CHECKING:
     # The window starts without the numerics behind an estimation.
     from gsapp.identification.runs.outcome import RunOutcome
     from gsapp.identification.runs.request import RunRequest
+    from gsapp.identification.summary.linear_model_validation import LinearModelValidation
     from gsapp.report.ftr_histories import FlightEstimateHistory
-    from gsapp.report.linear_report import LinearModelValidation
 
 
 NOT_STORED_TEXT = "the run is not saved"

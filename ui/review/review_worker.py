@@ -26,8 +26,8 @@ if TYPE_CHECKING:
     from gsapp.identification.runs.flight_cache import FlightCache
     from gsapp.identification.runs.outcome import RunOutcome
     from gsapp.identification.runs.run_repetition import RepeatedRun
+    from gsapp.identification.summary.linear_model_validation import LinearModelValidation
     from gsapp.report.ftr_histories import FlightEstimateHistory
-    from gsapp.report.linear_report import LinearModelValidation
 
 _READ_SHARE, _FIT_SHARE = 0.2, 0.98
 """Shares of the bar when the flights are read, and when all is fitted."""
@@ -126,7 +126,7 @@ class ReviewJobHandler:
         )
 
     def _compare(self, job: LinearModelsJob) -> LinearModelValidation:
-        from gsapp.report.linear_report import compare_linear_models
+        from gsapp.report.linear_text import compare_linear_models
 
         return compare_linear_models(
             job.outcome, job.validate, flights=self.flights, progress=self._report_step

@@ -75,7 +75,6 @@ class _Rule(StrictModel):
 
     @property
     def required_channels(self) -> tuple[str, ...]:
-        """Return the channels whose samples it needs."""
         return ()
 
 
@@ -275,7 +274,6 @@ class ChecklistItem(StrictModel):
 
     @property
     def checked_by(self) -> Literal["hand", "telemetry"]:
-        """Return who says that it is done."""
         return "hand" if self.rule is None else "telemetry"
 
 

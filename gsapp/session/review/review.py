@@ -45,7 +45,6 @@ class Review:
 
     @property
     def paths(self) -> tuple[Path, ...]:
-        """Return folders and files of the flights, in their order."""
         return tuple(flight.path for flight in self.flights)
 
     def add(self, flight: ReviewedFlight) -> None:
