@@ -7,7 +7,7 @@ for pictures: a flight called ``[x]fl`` lost half of its name.
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Collection, Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -84,10 +84,19 @@ class PlainConsole(Console):
 
         self.print(convert_text_units(sentence, DISPLAY_UNITS.get()), style=style, soft_wrap=True)
 
-    def create_table(self, title: str = "", **options: Any) -> Table:
-        """Return a table as all commands print them, without columns."""
+    def create_table(
+        self,
+        title: str = "",
+        columns: Iterable[str] = (),
+        right: Collection[str] = (),
+        **options: Any,
+    ) -> Table:
+        """Return a table as all commands print them; columns named in `right` hold numbers."""
         options = {"title_justify": "left", "box": box.SIMPLE_HEAD, "pad_edge": False, **options}
-        return Table(title=title or None, **options)
+        table = Table(title=title or None, **options)
+        for name in columns:
+            table.add_column(name, justify="right" if name in right else "left")
+        return table
 
     def print_unwrapped(self, table: Table) -> None:
         """Print a table whose cells stay in one piece, so that what looks for a name finds it.

@@ -5,9 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING
 
-from gsapp.cli._options import (
-    DISPLAY_UNITS,
-)
+from gsapp.cli._options import DISPLAY_UNITS
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -87,9 +85,7 @@ def _name(console: PlainConsole, found: DiscrepancyResult) -> None:
     for effect in found.effects:
         console.print_sentence(effect_text(effect, DISPLAY_UNITS.get()))
         if effect.runner_up:
-            console.print_sentence(
-                f"Second: {effect.runner_up}, {effect.margin:z.1f} lower.",
-            )
+            console.print_sentence(f"Second: {effect.runner_up}, {effect.margin:z.1f} lower.")
     for other in found.alternatives:
         console.print_sentence(
             f"These flights cannot distinguish it from {' and '.join(other.effects)}"
@@ -166,7 +162,7 @@ def _show(console: PlainConsole, found: DiscrepancyResult) -> None:
         )
         console.print_sentence(
             f"Residual of all channels, 1 = noise floor: {found.steps[0].misfit:z.2f} before, "
-            f"{falls}.",
+            f"{falls}."
         )
     console.print_sentence(closed_gap_text(found))
 

@@ -7,9 +7,7 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from gsapp.cli._options import (
-    DISPLAY_UNITS,
-)
+from gsapp.cli._options import DISPLAY_UNITS
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -79,15 +77,12 @@ def print_flight(console: PlainConsole, flight: Flight) -> None:
     if frames is not None:
         console.print(
             f"frames: {frames.good} good, {frames.damaged} damaged, {frames.unknown} unknown, "
-            f"{frames.lost} lost",
+            f"{frames.lost} lost"
         )
         if frames.lines or frames.bad_lines:
             console.print(f"lines: {frames.lines} good, {frames.bad_lines} excluded")
     noticed = [event for event in flight.events if event.kind in NOTICE_KINDS]
-    told = [
-        *flight.remarks,
-        *(_at(event.time) + event.text for event in noticed[:_MOST_NOTICES]),
-    ]
+    told = [*flight.remarks, *(_at(event.time) + event.text for event in noticed[:_MOST_NOTICES])]
     for sentence in told:
         console.print_sentence(sentence, "yellow")
     if len(noticed) > _MOST_NOTICES:

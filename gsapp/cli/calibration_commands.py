@@ -9,11 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
-from gsapp.cli._options import (
-    DISPLAY_UNITS,
-    JsonFile,
-    Units,
-)
+from gsapp.cli._options import DISPLAY_UNITS, JsonFile, Units
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -42,12 +38,10 @@ def calibrate(
     channel: Annotated[str, typer.Option(metavar="ID", help="Channel, such as elevator_left")],
     out: Annotated[Path, typer.Option(readable=False, metavar="FILE", help="Certificate to write")],
     degree: Annotated[
-        int | None,
-        typer.Option(min=1, max=3, help="Order of the fit; default: automatic"),
+        int | None, typer.Option(min=1, max=3, help="Order of the fit; default: automatic")
     ] = None,
     excitation: Annotated[
-        float | None,
-        typer.Option(metavar="V", help="Supply voltage of a ratiometric instrument"),
+        float | None, typer.Option(metavar="V", help="Supply voltage of a ratiometric instrument")
     ] = None,
     travel: Annotated[
         str | None,
@@ -55,8 +49,7 @@ def calibrate(
     ] = None,
     who: Annotated[str, typer.Option(help="Name of the person who took the readings")] = "",
     temperature: Annotated[
-        float | None,
-        typer.Option(metavar="DEGC", help="Of the surroundings"),
+        float | None, typer.Option(metavar="DEGC", help="Of the surroundings")
     ] = None,
     former: Annotated[
         list[Path] | None,
@@ -127,12 +120,9 @@ def calibrate(
         ) from error
     if report is not None:
         _write_report(certificate, out, [load_certificate(path) for path in former or ()], report)
-    if json is not None:
-        content = _certificate_json(certificate, made, drifts, sentences, out)
-        write_json(json, content)
-        if is_stdout(json):
-            return
-    _print_certificate(certificate, made, taken, drifts, sentences, out)
+    write_json(json, _certificate_json(certificate, made, drifts, sentences, out))
+    if not is_stdout(json):
+        _print_certificate(certificate, made, taken, drifts, sentences, out)
 
 
 def _write_report(
@@ -197,10 +187,7 @@ def _certificate_json(
         "residuals": [si(residual) for residual in made.fit.residuals],
         "outliers": list(quality.outliers),
         "former": [
-            {
-                "certificate": str(path),
-                **drift_json(drift, certificate.channel, certificate.unit),
-            }
+            {"certificate": str(path), **drift_json(drift, certificate.channel, certificate.unit)}
             for path, drift in drifts
         ],
         "remarks": list(sentences),

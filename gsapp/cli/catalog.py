@@ -8,11 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
-from gsapp.cli._options import (
-    DISPLAY_UNITS,
-    JsonFile,
-    Units,
-)
+from gsapp.cli._options import DISPLAY_UNITS, JsonFile, Units
 
 if TYPE_CHECKING:
     from gsapp.cli._console import PlainConsole
@@ -25,8 +21,7 @@ def catalog(
     ],
     flight: Annotated[str | None, typer.Option(help="Of this flight")] = None,
     inputs: Annotated[
-        str | None,
-        typer.Option(metavar="da+dr", help="Exactly these surfaces moved"),
+        str | None, typer.Option(metavar="da+dr", help="Exactly these surfaces moved")
     ] = None,
     kind: Annotated[
         Literal["doublet", "3-2-1-1", "pulse", "multistep", "sweep", "retrim", "none"] | None,
@@ -41,13 +36,9 @@ def catalog(
             metavar="CHANNEL=LEAST:MOST", help="Condition before the input, as 'V=90 ft/s:'"
         ),
     ] = None,
-    note: Annotated[
-        str | None,
-        typer.Option(help="Text in the note"),
-    ] = None,
+    note: Annotated[str | None, typer.Option(help="Text in the note")] = None,
     derivative: Annotated[
-        str | None,
-        typer.Option(metavar="NAME", help="Show every estimate of this derivative"),
+        str | None, typer.Option(metavar="NAME", help="Show every estimate of this derivative")
     ] = None,
     csv: Annotated[
         Path | None,
@@ -90,9 +81,7 @@ def catalog(
         _check_name(file, "estimate of", derivative, estimated | set(derivative_names()))
     if csv is not None:
         write_atomically(csv, maneuvers_csv(found))
-    if json is not None:
-        content = [_json(one, runs) for one in found]
-        write_json(json, content)
+    write_json(json, [_json(one, runs) for one in found])
     if not is_stdout(json):
         _describe(console, found, runs, derivative)
 
@@ -165,23 +154,11 @@ def _describe(
 
     speed = channel("V").display_unit(DISPLAY_UNITS.get())
 
-    count = len(found)
+    columns = ("flight", "id", "start [s]", "inputs", "kind", "grade", "verdict", f"V [{speed}]")
     table = console.create_table(
-        title=f"{count} maneuver{'' if count == 1 else 's'}",
-    )  # fmt: skip
-    for heading in (
-        "flight",
-        "id",
-        "start [s]",
-        "inputs",
-        "kind",
-        "grade",
-        "verdict",
-        f"V [{speed}]",
-    ):
-        table.add_column(heading)
-    table.add_column("alpha [deg]")
-    table.add_column(derivative or "runs")
+        f"{len(found)} maneuver{'' if len(found) == 1 else 's'}",
+        (*columns, "alpha [deg]", derivative or "runs"),
+    )
     for one in found:
         maneuver = one.maneuver
         last = str(len(one.runs))

@@ -7,12 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from gsapp.cli._commands import MANEUVER_SETTINGS, takes_settings
-from gsapp.cli._options import (
-    DISPLAY_UNITS,
-    FlightPaths,
-    JsonFile,
-    Units,
-)
+from gsapp.cli._options import DISPLAY_UNITS, FlightPaths, JsonFile, Units
 
 if TYPE_CHECKING:
     from gsapp.cli._console import PlainConsole
@@ -162,10 +157,10 @@ def _describe(console: PlainConsole, result: CompatibilityResult) -> None:
 
     if result.parameters:
         table = console.create_table(
-            title=f"instrument errors, from maneuver {', '.join(result.maneuvers)}",
-        )  # fmt: skip
-        for heading in ("", "value", "bound", ""):
-            table.add_column(heading, justify="right" if heading else "left")
+            f"instrument errors, from maneuver {', '.join(result.maneuvers)}",
+            ("", "value", "bound", ""),
+            right=("value", "bound"),
+        )
         for name, one in result.parameters.items():
             if one.value is None or one.std is None:
                 table.add_row(name, "not observable", "", one.why)

@@ -10,12 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from gsapp.cli._commands import MANEUVER_SETTINGS, takes_settings
-from gsapp.cli._options import (
-    DISPLAY_UNITS,
-    CatalogFile,
-    JsonFile,
-    Units,
-)
+from gsapp.cli._options import DISPLAY_UNITS, CatalogFile, JsonFile, Units
 
 if TYPE_CHECKING:
     from gsapp.cli._console import PlainConsole
@@ -99,12 +94,11 @@ def debrief(
         found = tuple(
             compute_flight_trend(one.flight, one.maneuvers, one.cards) for one in debriefs
         )
-    if json is not None:
-        result = {
-            "flights": [one.to_json() for one in debriefs],
-            "trends": [one.to_json() for one in found],
-        }
-        write_json(json, result)
+    result = {
+        "flights": [one.to_json() for one in debriefs],
+        "trends": [one.to_json() for one in found],
+    }
+    write_json(json, result)
     if not is_stdout(json):
         for one in debriefs:
             print_debrief(console, one)
@@ -175,7 +169,7 @@ def print_cues(console: PlainConsole, debrief: Debrief) -> None:
     heard = sum(bool(one.text) for one in debrief.announcements)
     console.print(
         f"{_count(gone, 'GO')}, {_count(heard, 'sentence')} spoken, "
-        f"{_count(len(debrief.maneuvers), 'verdict')}",
+        f"{_count(len(debrief.maneuvers), 'verdict')}"
     )
     for one in debrief.maneuvers:
         console.print_sentence(_sentence(one))
@@ -189,21 +183,10 @@ def print_debrief(console: PlainConsole, debrief: Debrief) -> None:
 
     speed = channel("V").display_unit(DISPLAY_UNITS.get())
 
+    columns = ("id", "at [s]", "inputs", "kind", f"V [{speed}]", "GO", "card", "verdict", "grade")
     table = console.create_table(
-        title=f"{debrief.flight}: {_count(len(debrief.maneuvers), 'input')}",
+        f"{debrief.flight}: {_count(len(debrief.maneuvers), 'input')}", columns
     )
-    for heading in (
-        "id",
-        "at [s]",
-        "inputs",
-        "kind",
-        f"V [{speed}]",
-        "GO",
-        "card",
-        "verdict",
-        "grade",
-    ):
-        table.add_column(heading)
     for one in debrief.maneuvers:
         verdict = one.verdict
         table.add_row(
@@ -231,7 +214,7 @@ def print_score(console: PlainConsole, cards: Sequence[CardScore], score: float 
         return
     for card in cards:
         console.print_sentence(
-            f"{card.card}: {card.good} of {card.requested} good, {card.flown} flown  {card.title}",
+            f"{card.card}: {card.good} of {card.requested} good, {card.flown} flown  {card.title}"
         )
     console.print(f"score: {100.0 * score:z.0f} % of the card set")
 
@@ -240,11 +223,8 @@ def print_trends(console: PlainConsole, found: Sequence[FlightTrend]) -> None:
     """Print one line for each flight."""
     from gsapp.quantities import SURFACE_NAMES
 
-    table = console.create_table(
-        title="from flight to flight",
-    )
-    for heading in ("flight", "inputs", "good", "score", "without GO", "s each"):
-        table.add_column(heading, no_wrap=True)
+    columns = ("flight", "inputs", "good", "score", "without GO", "s each")
+    table = console.create_table("from flight to flight", columns)
     for one in found:
         table.add_row(
             one.flight,

@@ -15,10 +15,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from gsapp.cli._options import (
-    DISPLAY_UNITS,
-    JsonFile,
-)
+from gsapp.cli._options import DISPLAY_UNITS, JsonFile
 
 if TYPE_CHECKING:
     from gsapp.cli._console import PlainConsole
@@ -40,14 +37,12 @@ _PLAN = "six"
 
 def demo(
     headless: Annotated[bool, typer.Option("--headless", help="Without a window")] = False,
-    out: Annotated[
-        Path,
-        typer.Option(readable=False, metavar="DIR", help="Output folder"),
-    ] = Path("demo-flight"),
+    out: Annotated[Path, typer.Option(readable=False, metavar="DIR", help="Output folder")] = Path(
+        "demo-flight"
+    ),
     seed: Annotated[int, typer.Option(min=0, help="Random seed of the flight")] = 1,
     speed: Annotated[
-        float | None,
-        typer.Option(metavar="X", help="Times real time; 1 with a window, 4 without"),
+        float | None, typer.Option(metavar="X", help="Times real time; 1 with a window, 4 without")
     ] = None,
     json: JsonFile = None,
 ) -> None:
@@ -64,10 +59,7 @@ def demo(
     from gsapp.cli.report import report
     from gsapp.flight.folder_setup import prepare_flight_folder
     from gsapp.telemetry.recorder_control import start_recorder
-    from gsapp.virtual.downlink.aircraft_process import (
-        AircraftProcess,
-        find_free_udp_port,
-    )
+    from gsapp.virtual.downlink.aircraft_process import AircraftProcess, find_free_udp_port
     from gsapp.virtual.downlink.flight_settings import FlightSettings
     from ui.display_check import NoDisplayError, require_display
     from ui.settings import SettingsStore, settings_path

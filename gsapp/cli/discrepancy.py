@@ -13,11 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from gsapp.cli._commands import takes_settings
-from gsapp.cli._options import (
-    DISPLAY_UNITS,
-    JsonFile,
-    Units,
-)
+from gsapp.cli._options import DISPLAY_UNITS, JsonFile, Units
 
 if TYPE_CHECKING:
     from gsapp.aircraft import Aircraft
@@ -124,16 +120,12 @@ def discrepancy(
     except FlightError as error:
         causes = (words for one in flown for words in uncalibrated_text(one.flight))
         raise FlightError("; ".join(dict.fromkeys((str(error), *causes)))) from error
-    remarks = (
-        *calibration_sentences(one.flight for one in flown),
-        *record_remarks(maneuvers, own),
-    )
+    remarks = (*calibration_sentences(one.flight for one in flown), *record_remarks(maneuvers, own))
     found = replace(found, warnings=tuple(dict.fromkeys((*found.warnings, *remarks))))
     provenance = search_provenance(flights, request)
     with console.status("writing the report"), _atomic_folder(out) as part:
         _fill(part, found, out, own, provenance, draw or ())
-    if json is not None:
-        write_json(json, discrepancy_json(found, model=out / MODEL_FILE))
+    write_json(json, discrepancy_json(found, model=out / MODEL_FILE))
     print_aircraft_warnings(console, [flown[0].file_aircraft])
     for one in flown:
         for remark in one.remarks:

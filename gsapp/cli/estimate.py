@@ -8,12 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from gsapp.cli._commands import ESTIMATE_SETTINGS, takes_settings
-from gsapp.cli._options import (
-    CatalogFile,
-    FlightPaths,
-    JsonFile,
-    Units,
-)
+from gsapp.cli._options import CatalogFile, FlightPaths, JsonFile, Units
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -80,7 +75,7 @@ def estimate(
         _check_derivatives(names, known)
     shelf = FlightCache()
     outcome = console.run_with_progress_bar(
-        lambda doing, step: execute_run(request, flights=shelf, doing=doing, progress=step),
+        lambda doing, step: execute_run(request, flights=shelf, doing=doing, progress=step)
     )
     kept = ""
     if catalog is not None:
@@ -133,7 +128,7 @@ def _values(console: PlainConsole, result: CampaignResult) -> Table:
     wide = _FIXED + _EACH * columns <= console.width
     table = console.create_table(
         title=f"{result.settings.method.upper()}: {len(results)} "
-        f"maneuver{'' if len(results) == 1 else 's'}, per radian",
+        f"maneuver{'' if len(results) == 1 else 's'}, per radian"
     )
     table.add_column("", no_wrap=True)
     headings = [*MEAN_HEADINGS]

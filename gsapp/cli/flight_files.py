@@ -10,12 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 
 from gsapp.cli._commands import MANEUVER_SETTINGS, takes_settings
-from gsapp.cli._options import (
-    FileUnits,
-    FlightPath,
-    JsonFile,
-    Units,
-)
+from gsapp.cli._options import FileUnits, FlightPath, JsonFile, Units
 
 if TYPE_CHECKING:
     from gsapp.cli._console import PlainConsole
@@ -55,8 +50,7 @@ def import_(
     if not is_stdout(json):
         print_flight(console, flight)
         console.print(f"written to {out}", soft_wrap=True)
-    if json is not None:
-        write_json(json, {"flight": str(out), **summarize_flight(flight)})
+    write_json(json, {"flight": str(out), **summarize_flight(flight)})
 
 
 @takes_settings(MANEUVER_SETTINGS, "channel_map", "calibration")
@@ -138,8 +132,7 @@ def onboard(
     ] = None,
     list_: Annotated[bool, typer.Option("--list", help="List the autopilot's logs only")] = False,
     use: Annotated[
-        str | None,
-        typer.Option(metavar="NAME|none", help="Use a log in the folder, or none"),
+        str | None, typer.Option(metavar="NAME|none", help="Use a log in the folder, or none")
     ] = None,
     json: JsonFile = None,
 ) -> None:

@@ -13,9 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Any, cast
 import typer
 
 from gsapp.cli._commands import takes_settings
-from gsapp.cli._options import (
-    JsonFile,
-)
+from gsapp.cli._options import JsonFile
 
 if TYPE_CHECKING:
     import numpy as np
@@ -43,10 +41,7 @@ _PEER_TIMEOUT = 300.0
 
 @takes_settings("gsapp.virtual.downlink.flight_settings:FlightSettings")
 def fly(
-    to: Annotated[
-        str | None,
-        typer.Option(metavar="LINK", help="Transmit over this link"),
-    ] = None,
+    to: Annotated[str | None, typer.Option(metavar="LINK", help="Transmit over this link")] = None,
     out: Annotated[
         Path | None,
         typer.Option(readable=False, metavar="FLIGHT", help="Write a flight folder at full speed"),
@@ -223,13 +218,7 @@ def _transmit_flight(
         downlink = settings.create_downlink(started)
         log, server = settings.create_onboard_log(place, started)
         transmitter = DownlinkTransmitter(
-            downlink,
-            line,
-            clock=clock,
-            speed=speed,
-            thin=settings.thin,
-            log=log,
-            server=server,
+            downlink, line, clock=clock, speed=speed, thin=settings.thin, log=log, server=server
         )
         try:
             with _flight_status(console, f"Flying '{settings.plan}' over {to}") as show:
@@ -324,10 +313,7 @@ def _fly_with_sticks(
         return pilots[-1]
 
     downlink = settings.create_downlink(clock.now_us(), make)
-    control = StdinConsole(
-        sys.stdin,
-        lambda text: console.print(text, soft_wrap=True),
-    )
+    control = StdinConsole(sys.stdin, lambda text: console.print(text, soft_wrap=True))
     with open_link(to, clock, speed) as line, contextlib.closing(control):
         stream = TrainingDownlink(downlink, pilots[0], control)
         transmitter = DownlinkTransmitter(
@@ -348,8 +334,7 @@ def _print_crash(downlink: FlightDownlink, console: PlainConsole) -> None:
     if downlink.crashed:
         end = downlink.truth().times[-1]
         console.print(
-            f"The aircraft crashed after {end:.1f} s; the flight ends there.",
-            style="yellow",
+            f"The aircraft crashed after {end:.1f} s; the flight ends there.", style="yellow"
         )
 
 

@@ -7,10 +7,7 @@ from typing import Annotated
 
 import typer
 
-from gsapp.cli._options import (
-    DISPLAY_UNITS,
-    JsonFile,
-)
+from gsapp.cli._options import DISPLAY_UNITS, JsonFile
 
 
 def inertia(

@@ -10,11 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from gsapp.cli._commands import MANEUVER_SETTINGS, takes_settings
-from gsapp.cli._options import (
-    FlightPaths,
-    JsonFile,
-    Units,
-)
+from gsapp.cli._options import FlightPaths, JsonFile, Units
 
 if TYPE_CHECKING:
     from gsapp.cli._console import PlainConsole
@@ -36,8 +32,7 @@ def linear_models(
         typer.Option(readable=False, metavar="FLIGHT", help="Flight to validate the models on"),
     ],
     model: Annotated[
-        str | None,
-        typer.Option(metavar="FILE", help="Model whose effects are known"),
+        str | None, typer.Option(metavar="FILE", help="Model whose effects are known")
     ] = None,
     order_lon: Annotated[
         str, typer.Option(metavar="N|auto", help="Order of the longitudinal subspace model")

@@ -8,13 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from gsapp.cli._commands import MANEUVER_SETTINGS, takes_settings
-from gsapp.cli._options import (
-    DISPLAY_UNITS,
-    CatalogFile,
-    FlightPath,
-    JsonFile,
-    Units,
-)
+from gsapp.cli._options import DISPLAY_UNITS, CatalogFile, FlightPath, JsonFile, Units
 
 if TYPE_CHECKING:
     from gsapp.cli._console import PlainConsole
@@ -121,14 +115,12 @@ def _describe(console: PlainConsole, flight: Flight, found: FlightManeuvers) -> 
     speed = channel("V").display_unit(DISPLAY_UNITS.get())
 
     count = len(found.maneuvers)
+    numbers = ("start [s]", "end [s]", "size [deg]", f"V [{speed}]", "alpha [deg]")
     table = console.create_table(
-        title=f"{flight.name}: {count} maneuver{'' if count == 1 else 's'}",
+        f"{flight.name}: {count} maneuver{'' if count == 1 else 's'}",
+        ("id", *numbers[:2], "inputs", "kind", *numbers[2:], "grade"),
+        right=numbers,
     )
-    for heading in ("id", "start [s]", "end [s]", "inputs", "kind", "size [deg]", f"V [{speed}]"):
-        right = heading.endswith("]")
-        table.add_column(heading, justify="right" if right else "left")
-    table.add_column("alpha [deg]", justify="right")
-    table.add_column("grade")
     for one in found.maneuvers:
         table.add_row(
             one.id,
@@ -195,11 +187,7 @@ def print_card_status(
         return
     flown = match_cards(cards, maneuvers)
     title = f"test cards {cards.name}".rstrip()
-    table = console.create_table(
-        title=title,
-    )
-    for heading in ("card", "what", "flown", "state"):
-        table.add_column(heading)
+    table = console.create_table(title, ("card", "what", "flown", "state"))
     for one in flown.cards:
         table.add_row(
             one.card.id,

@@ -11,9 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from gsapp.cli._commands import MANEUVER_SETTINGS, takes_settings
-from gsapp.cli._options import (
-    JsonFile,
-)
+from gsapp.cli._options import JsonFile
 
 if TYPE_CHECKING:
     from gsapp.telemetry.recorder_status import RecorderStatus
@@ -37,12 +35,10 @@ def record(
         typer.Option(metavar="FOLDER", help="Certificates: a folder, or the name of a shipped set"),
     ] = None,
     heartbeat: Annotated[
-        bool | None,
-        typer.Option(help="Send a heartbeat every second; default: over udpout only"),
+        bool | None, typer.Option(help="Send a heartbeat every second; default: over udpout only")
     ] = None,
     speed: Annotated[
-        float | None,
-        typer.Option(metavar="X", help="Times real time, where LINK is a FLIGHT"),
+        float | None, typer.Option(metavar="X", help="Times real time, where LINK is a FLIGHT")
     ] = None,
     append: Annotated[
         bool, typer.Option("--continue", help="Append to a flight that is already finished")

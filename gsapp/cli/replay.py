@@ -8,12 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from gsapp.cli._commands import MANEUVER_SETTINGS, takes_settings
-from gsapp.cli._options import (
-    DISPLAY_UNITS,
-    FlightPath,
-    JsonFile,
-    Units,
-)
+from gsapp.cli._options import DISPLAY_UNITS, FlightPath, JsonFile, Units
 
 if TYPE_CHECKING:
     from gsapp.cli._console import PlainConsole

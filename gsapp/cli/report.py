@@ -9,12 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from gsapp.cli._commands import ESTIMATE_SETTINGS, takes_settings
-from gsapp.cli._options import (
-    DISPLAY_UNITS,
-    Dated,
-    JsonFile,
-    Units,
-)
+from gsapp.cli._options import DISPLAY_UNITS, Dated, JsonFile, Units
 
 if TYPE_CHECKING:
     from gsapp.identification.campaign import CampaignProgressCallback

@@ -8,12 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
-from gsapp.cli._options import (
-    DISPLAY_UNITS,
-    Dated,
-    JsonFile,
-    Units,
-)
+from gsapp.cli._options import DISPLAY_UNITS, Dated, JsonFile, Units
 
 if TYPE_CHECKING:
     from gsapp.cli._console import PlainConsole
@@ -50,15 +45,12 @@ def runs(
         typer.Argument(help="Action"),
     ] = "list",
     rest: Annotated[
-        list[str] | None,
-        typer.Argument(metavar="N|LABEL", help="Numbers of runs; a label"),
+        list[str] | None, typer.Argument(metavar="N|LABEL", help="Numbers of runs; a label")
     ] = None,
     out: Annotated[
         Path | None,
         typer.Option(
-            readable=False,
-            metavar="PLACE",
-            help="Of the report: a .html or .pdf file, or a folder",
+            readable=False, metavar="PLACE", help="Of the report: a .html or .pdf file, or a folder"
         ),
     ] = None,
     units: Units = "us",  # noqa: ARG001  acts in its callback
@@ -246,16 +238,14 @@ def _brief(one: StoredRun) -> dict[str, Any]:
 
 def _print_runs(console: PlainConsole, runs: Sequence[StoredRun]) -> None:
     """Print a line for each run."""
-    table = console.create_table(f"{len(runs)} run{'' if len(runs) == 1 else 's'}")
-    for heading in ("run", "when", "method", "axis"):
-        table.add_column(heading, no_wrap=True)
-    for heading in ("flights", "maneuvers"):
-        table.add_column(heading, justify="right", no_wrap=True)
     wide = console.width >= _WIDE
     shown = [name for name in _SHOWN if wide and any(name in one.campaign for one in runs)]
-    for name in shown:
-        table.add_column(name, justify="right", no_wrap=True)
-    table.add_column("label", overflow="ellipsis", no_wrap=True)
+    numbers = ("flights", "maneuvers", *shown)
+    table = console.create_table(
+        f"{len(runs)} run{'' if len(runs) == 1 else 's'}",
+        ("run", "when", "method", "axis", *numbers, "label"),
+        right=numbers,
+    )
     for one in runs:
         table.add_row(
             str(one.number),
@@ -275,10 +265,10 @@ def _print_run(console: PlainConsole, one: StoredRun) -> None:
     from gsapp.cli._console import MEAN_HEADINGS, MEAN_LEGEND, mean_cells
 
     table = console.create_table(
-        f"{one.name}: {one.maneuver_count} maneuvers, {', '.join(one.flights)}"
+        f"{one.name}: {one.maneuver_count} maneuvers, {', '.join(one.flights)}",
+        ("", *MEAN_HEADINGS),
+        right=MEAN_HEADINGS,
     )
-    for heading in ("", *MEAN_HEADINGS):
-        table.add_column(heading, justify="right" if heading else "left", no_wrap=True)
     for name, value in one.campaign.items():
         table.add_row(name, *mean_cells(value))
     console.print_unwrapped(table)
@@ -311,10 +301,11 @@ def _print_run_comparison(console: PlainConsole, found: RunComparison) -> None:
     console.print(asked if found.settings else "the requests are equal")
     for sentence in found.versions:
         console.print_sentence(sentence, "yellow")
-    table = console.create_table("per radian; difference in joint bounds")
     own = [f"{run}\n{heading}" for run in (found.one, found.other) for heading in MEAN_HEADINGS]
-    for heading in ("", *own, "difference", "in bounds", ""):
-        table.add_column(heading, justify="right" if heading else "left", no_wrap=True)
+    own += ["difference", "in bounds"]
+    table = console.create_table(
+        "per radian; difference in joint bounds", ("", *own, ""), right=own
+    )
     for one in found.values:
         table.add_row(
             one.name,

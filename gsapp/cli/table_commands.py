@@ -9,11 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 
 from gsapp.cli._commands import MANEUVER_SETTINGS, takes_settings
-from gsapp.cli._options import (
-    FileUnits,
-    FlightPath,
-    JsonFile,
-)
+from gsapp.cli._options import FileUnits, FlightPath, JsonFile
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
@@ -28,16 +24,11 @@ TableFile = Annotated[
     ),
 ]
 ChannelList = Annotated[
-    str | None,
-    typer.Option(metavar="ID,ID,..", help="Keep only these channels, in this order"),
+    str | None, typer.Option(metavar="ID,ID,..", help="Keep only these channels, in this order")
 ]
-WithoutList = Annotated[
-    str | None,
-    typer.Option(metavar="ID,ID,..", help="Drop these channels"),
-]
+WithoutList = Annotated[str | None, typer.Option(metavar="ID,ID,..", help="Drop these channels")]
 RenameList = Annotated[
-    list[str] | None,
-    typer.Option(metavar="OLD=NEW", help="Rename a channel; repeatable"),
+    list[str] | None, typer.Option(metavar="OLD=NEW", help="Rename a channel; repeatable")
 ]
 
 
@@ -103,8 +94,7 @@ def merge(
         typer.Option(metavar="K:SECONDS", help="Add to the times of the K-th flight; repeatable"),
     ] = None,
     align: Annotated[
-        bool,
-        typer.Option("--align", help="Estimate the clock offset from common channels"),
+        bool, typer.Option("--align", help="Estimate the clock offset from common channels")
     ] = False,
     conflict: Annotated[
         Literal["first", "last", "both"],
@@ -158,8 +148,7 @@ def resample(
     flight: FlightPath,
     out: TableFile,
     rate: Annotated[
-        float | None,
-        typer.Option(metavar="HZ", help="Samples per second; default: unchanged"),
+        float | None, typer.Option(metavar="HZ", help="Samples per second; default: unchanged")
     ] = None,
     low_pass: Annotated[
         float | None,

@@ -8,11 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from gsapp.cli._commands import MANEUVER_SETTINGS, takes_settings
-from gsapp.cli._options import (
-    FlightPaths,
-    JsonFile,
-    Units,
-)
+from gsapp.cli._options import FlightPaths, JsonFile, Units
 
 if TYPE_CHECKING:
     from gsapp.cli._console import PlainConsole
@@ -32,8 +28,7 @@ def terms(
         typer.Option(metavar="NAME", help="CN, CA, CY, Cl, Cm or Cn; repeatable; all by default"),
     ] = None,
     model: Annotated[
-        str | None,
-        typer.Option(metavar="FILE", help="Model whose effects are known"),
+        str | None, typer.Option(metavar="FILE", help="Model whose effects are known")
     ] = None,
     units: Units = "us",  # noqa: ARG001  acts in its callback
     json: JsonFile = None,
@@ -84,9 +79,8 @@ def terms(
                 reasons.append(str(error))
     if not found:
         raise FlightError(f"no terms can be chosen: {'; '.join(reasons)}")
-    if json is not None:
-        content = {"coefficients": {one.coefficient: _content(one) for one in found}}
-        write_json(json, {**content, "remarks": reasons})
+    content = {one.coefficient: _content(one) for one in found}
+    write_json(json, {"coefficients": content, "remarks": reasons})
     print_aircraft_warnings(console, (one.file_aircraft for one in flown))
     for one in found:
         _describe(console, one)
@@ -121,10 +115,10 @@ def _content(one: TermSelection) -> dict[str, Any]:
 
 def _describe(console: PlainConsole, one: TermSelection) -> None:
     table = console.create_table(
-        title=f"{one.coefficient}: R2 {one.r2:z.4f}",
-    )  # fmt: skip
-    for name in ("term", "value", "bound", ""):
-        table.add_column(name, justify="left" if name in ("term", "") else "right")
+        f"{one.coefficient}: R2 {one.r2:z.4f}",
+        ("term", "value", "bound", ""),
+        right=("value", "bound"),
+    )
     for name, (value, std) in one.values.items():
         beyond = "beyond the linear build-up" if name in one.beyond_linear else ""
         table.add_row(name, f"{value:z.4g}", f"{std:z.2g}", beyond)
