@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
@@ -86,68 +88,36 @@ def compatibility(
 
 
 def _content(result: CompatibilityResult) -> dict[str, Any]:
-    import math
+    from dataclasses import asdict
 
-    def number(value: float | None) -> float | None:
-        return value if value is not None and math.isfinite(value) else None
-
-    return {
-        "maneuvers": list(result.maneuvers),
+    content = {
+        "maneuvers": result.maneuvers,
         "consistent": result.consistent,
         "summary": result.summary,
-        "parameters": {
-            name: {
-                "value": number(one.value),
-                "std": number(one.std),
-                "nominal": one.nominal,
-                "status": one.status,
-                "why": one.why,
-            }
-            for name, one in result.parameters.items()
-        },
-        "signs": dict(result.signs),
-        "verdicts": [
-            {
-                "kind": one.kind,
-                "channels": list(one.channels),
-                "sentence": one.sentence,
-                "value": number(one.value),
-                "std": number(one.std),
-                "before": number(one.before),
-                "after": number(one.after),
-                "seen_in": one.seen_in or None,
-            }
-            for one in result.verdicts
-        ],
-        "comparisons": [
-            {
-                "reference": one.reference,
-                "other": one.other,
-                "bias": number(one.bias),
-                "scale": number(one.scale),
-                "delay": number(one.delay),
-                "noise": None if one.noise is None else list(one.noise),
-                "difference": number(one.difference),
-                "agree": one.agree,
-                "sentence": one.sentence,
-            }
-            for one in result.comparisons
-        ],
+        "parameters": {name: asdict(one) for name, one in result.parameters.items()},
+        "signs": result.signs,
+        "verdicts": [{**asdict(one), "seen_in": one.seen_in or None} for one in result.verdicts],
+        "comparisons": [asdict(one) for one in result.comparisons],
         "fit": {
-            name: {
-                "rms": number(one.rms),
-                "rms_over_range_pct": number(one.rms_over_range_pct),
-                "r2": number(one.r2),
-                "theil": number(one.theil),
-            }
+            name: {key: getattr(one, key) for key in ("rms", "rms_over_range_pct", "r2", "theil")}
             for name, one in result.fit.items()
         },
-        "noise": {name: number(size) for name, size in result.noise.items()},
-        "gust": {name: number(size) for name, size in result.gust.items()},
-        "remedies": list(result.remedies),
+        "noise": result.noise,
+        "gust": result.gust,
+        "remedies": result.remedies,
         "converged": result.converged,
-        "warnings": list(result.warnings),
+        "warnings": result.warnings,
     }
+    return {name: _finite(value) for name, value in content.items()}
+
+
+def _finite(value: Any) -> Any:
+    """Return a value for JSON: null for what is not finite."""
+    if isinstance(value, float):
+        return value if math.isfinite(value) else None
+    if isinstance(value, Mapping):
+        return {name: _finite(one) for name, one in value.items()}
+    return [_finite(one) for one in value] if isinstance(value, (list, tuple)) else value
 
 
 def _describe(console: PlainConsole, result: CompatibilityResult) -> None:
