@@ -29,7 +29,6 @@ WorkResult = TypeVar("WorkResult")
 
 _UNLIMITED_WIDTH = 10_000
 MEAN_HEADINGS = ("mean", "std. error", "scatter", "n")
-"""Above `mean_cells`."""
 MEAN_LEGEND = (
     "std. error: standard error of the mean; scatter: standard deviation from maneuver to maneuver"
 )

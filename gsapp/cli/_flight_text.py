@@ -24,7 +24,6 @@ if TYPE_CHECKING:
 
 _MARKS = {"estimated": "est.", "derived": "calc."}
 _UNCALIBRATED = "uncal"
-"""Beside what was not measured."""
 _WIDE = 100
 _MOST_NOTICES = 20
 

@@ -27,9 +27,7 @@ _MAX_LARGE_CELLS: Final = 10
 _LABEL_ANGLE: Final = 60.0
 """Of the names above a heat map, degrees: neighbors do not run into each other."""
 _ROW: Final = 0.24
-"""Height of a row, inches."""
 _NAMED: Final = 3
-"""Pairs that a caption names."""
 
 
 def correlated_pairs(estimate: Estimate) -> tuple[tuple[str, str, float], ...]:

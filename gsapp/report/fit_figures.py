@@ -35,7 +35,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 _ROW_HEIGHT = 0.82
-"""Height of one chart, inches."""
 
 
 def fit_figure(

@@ -56,7 +56,6 @@ _DASHES: Final[Mapping[str, tuple[float, ...]]] = {
 }
 """Of each model: told apart without color, too."""
 _MOST: Final = 3
-"""Maneuvers beside each other."""
 
 
 def select_traces(one: AxisValidation) -> tuple[ValidationTrace, ...]:

@@ -33,9 +33,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 ONLINE_FIGURE_COLUMNS: Final = 2
-"""Charts beside each other on paper."""
 _MOST: Final = 12
-"""Charts of a page."""
 
 
 def online_estimates_figure(

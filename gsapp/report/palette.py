@@ -71,7 +71,6 @@ PRINT_PALETTE = Palette(
 """Of every report: the Okabe-Ito set, its yellow darkened for white paper."""
 
 FLIGHT_MARKERS = "os^Dv<>pXh"
-"""Of the flights, in their order."""
 
 
 def flight_marker(place: int) -> str:

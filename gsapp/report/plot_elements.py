@@ -30,7 +30,6 @@ NAME_SEPARATOR: Final = "|"
 _TRACE, WIDE_LINE_WIDTH = 0.9, 2.0
 """Width of a trace, and of one under another, points."""
 UNDERLAY_ALPHA: Final = 0.55
-"""Opacity of a trace under another."""
 _POINTS: Final = 3000
 """Of a trace: more cannot be told apart."""
 _TIME_STEPS: Final = (
@@ -39,7 +38,6 @@ _TIME_STEPS: Final = (
 )  # fmt: skip
 _FINE_TICK_SPACING: Final = 0.095
 _MAX_TIME_STEPS: Final = 5
-"""Steps of a time axis, at most."""
 _ACCENTS: Final = {"\N{COMBINING DOT ABOVE}": "dot", "\N{COMBINING MACRON}": "bar"}
 
 

@@ -39,9 +39,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 VALUE_FIGURE_COLUMNS: Final = 3
-"""Charts of derivatives beside each other on paper."""
 _FIGURE_ROWS: Final = 4
-"""Rows of them on a page."""
 _OUTLIER, _BY_HAND, _UNFIT = "x", "+", "1"
 _SMALL, _LARGE = 3.2, 5.5
 """Markers in points: of small charts, and of one alone."""

@@ -28,7 +28,6 @@ class Alarm:
     message: str
     """What it means, or the whole sentence for alarms without a value."""
     rule: LimitRule | None = None
-    """The limit, for alarms with a value."""
     value: float | None = None
     """The farthest value since it was raised, SI."""
     acknowledged: bool = False
@@ -87,7 +86,6 @@ class AlarmAcknowledgment:
     by: str = ""
     """Who, and how: ``crew, key K``; empty where it was not written."""
     time: float | None = None
-    """Flight time of the acknowledgment, s."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -95,18 +93,14 @@ class AlarmEpisode:
     """An alarm from when its cause came to when it was gone."""
 
     key: str
-    """What it is about."""
     severity: Severity
     onset: float | None
     """Flight time at which it was raised, s."""
     end: float | None = None
     """Flight time at which the cause was gone, s; None while it stays, or if nobody knows."""
     message: str
-    """As in `Alarm`."""
     rule: LimitRule | None = None
-    """The limit, for alarms with a value."""
     value: float | None = None
-    """The farthest value, SI."""
     raised: float | None
     """Flight time at which it was raised or last grew worse, s."""
     acknowledgment: AlarmAcknowledgment | None = None

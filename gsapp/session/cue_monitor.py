@@ -28,7 +28,6 @@ if TYPE_CHECKING:
 
 VERDICT_EVENT: Final = "verdict"
 CARD_SELECTION_EVENT: Final = "card-choice"
-"""Kinds of events in the flight's file."""
 _SEVERITY: Final = {"caution": Severity.CAUTION, "warning": Severity.WARNING}
 _EQUIPMENT: Final = {
     "link": "telemetry lost",

@@ -41,7 +41,6 @@ class LimitRule:
 
     channel: str
     side: LimitSide
-    """Whether values below or above are meant."""
     caution: float | None = None
     warning: float | None = None
     """SI; beyond it the alarm is raised."""
@@ -51,7 +50,6 @@ class LimitRule:
     """How long a value must stay beyond, or back, s."""
     caution_text: str = ""
     warning_text: str = ""
-    """What it means, in words."""
     armed_at: float | None = None
     """The rule sleeps until a value was on the safe side of this, SI ..."""
     disarmed_at: float | None = None

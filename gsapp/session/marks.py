@@ -41,7 +41,6 @@ class FlightMark:
     """A mark or a note as it stands."""
 
     id: str
-    """Names it in later events."""
     kind: MarkKind
     """A note has more to say than a label."""
     time: float | None

@@ -59,13 +59,10 @@ class SessionOptions(SettingOverrides, total=False):
     consumers: Sequence[Consumer]
     """Estimators and the like, fed with all samples in order, after the alarms."""
     clock: Callable[[], float]
-    """Seconds of a clock that never goes back."""
     wall_us: Callable[[], int]
-    """Microseconds since 1970."""
     cues: bool
     """Whether the crew is to be told what to fly and how it was; by default it is."""
     system: str
-    """Units of what is said."""
     workers: FitWorker
     """Where maneuvers are fitted as they end; without it no derivatives are estimated."""
     in_background: bool
@@ -78,11 +75,9 @@ class SessionSetting(FlightReadSettings):
     """What a flight is read with, and the limits in force."""
 
     limits: tuple[LimitRule, ...] = ()
-    """The crew's own."""
     model: Model | None = None
     """Of the aerodynamics, as far as it is known before the flight."""
     cards: CardSet | None = None
-    """The test cards of the flight."""
     fence: Geofence | None = None
     """Where the aircraft may fly; None for the usual space."""
     remarks: tuple[str, ...] = ()
@@ -180,16 +175,11 @@ class SessionFlight:
     """A flight that was opened, and where its samples come from."""
 
     path: Path
-    """Its folder or file."""
     reader: RecordReader | FlightReader
     setting: SessionSetting
-    """What it is read and watched with."""
     rate: float
-    """Of the grid, Hz."""
     loaded_flight: Flight | None = None
-    """A flight that was read whole."""
     find_damage: Callable[[], Sequence[RawDamage]] = tuple
-    """Returns what was lost of the record."""
     has_grown: Callable[[], bool] = lambda: True
     """Returns whether the record may hold something new."""
     worker: FileWorker | None = None

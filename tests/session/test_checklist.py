@@ -249,10 +249,7 @@ def test_surfaces_are_seen_to_follow_and_faults_are_named(measured: Block) -> No
     weak = judged(rules(ELEVATOR), changed(measured, de=0.3 * elevator))
     assert (weak.state, "8.0 deg required" in weak.why) == ("red", True)
     timid = judged(rules(ELEVATOR), changed(measured, stick_pitch=0.5 * measured["stick_pitch"]))
-    assert (timid.state, "pitch stick" in timid.why) == (
-        "open",
-        True,
-    )
+    assert (timid.state, "pitch stick" in timid.why) == ("open", True)
     mended = rules(ELEVATOR)
     assert judged(mended, changed(measured, de=-elevator)).state == "red"
     later = Block(channels=measured.channels, times=measured.times + 60.0, values=measured.values)

@@ -15,7 +15,6 @@ from gsapp.session.snapshot import SessionSnapshot
 
 ItemStatus = Literal["red", "amber", "open", "green"]
 STATUS_ORDER: Final[tuple[ItemStatus, ...]] = ("red", "amber", "open", "green")
-"""What is not green comes first."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -32,7 +31,6 @@ class ChecklistContext:
     calibration: CalibrationInForce | None = None
     """The certificates of the flight; None where no flight is open."""
     system: str = "US"
-    """Units of the sentences."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

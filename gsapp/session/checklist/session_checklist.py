@@ -28,7 +28,6 @@ TICK_EVENT: Final = "checklist-tick"
 UNTICK_EVENT: Final = "checklist-untick"
 RESTART_EVENT: Final = "checklist-restart"
 FLIGHT_START_EVENT: Final = "flight-start"
-"""Kinds of events."""
 
 
 class Checklist:

@@ -33,7 +33,6 @@ _WORKER_NICENESS = 10
 UNUSABLE_VERDICTS: Final = ("spoiled", "unclear")
 """Verdicts whose maneuvers are not fitted: nobody knows what moved the aircraft."""
 CutManeuver = Callable[[InputVerdict], Maneuver]
-"""Cuts a maneuver from what was recorded."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -50,7 +49,6 @@ class FitResponse:
     """What came of it."""
 
     result: ManeuverResult
-    """Its estimate is None where the fit failed."""
     seconds: float
     """That it took; says nothing of the flight."""
 
