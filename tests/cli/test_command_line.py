@@ -8,6 +8,7 @@ import shutil
 import struct
 import subprocess
 import sys
+from collections.abc import Callable
 from datetime import datetime
 from pathlib import Path
 from typing import get_type_hints
@@ -22,7 +23,9 @@ from gsapp.cli._usage_errors import check_output_paths
 from gsapp.cli.main import app
 from gsapp.decoding.dialect import dialect
 from gsapp.flight.folder_setup import prepare_flight_folder
+from gsapp.flight.writers import write_block
 from gsapp.foundation import GroundStationError, files
+from gsapp.virtual.virtual_flight import VirtualFlight
 from tests.cli.command_kit import Done
 from tests.cli.command_kit import gsapp as here
 
@@ -421,7 +424,10 @@ def flown(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Done]:
     It is only read.
     """
     folder = tmp_path_factory.mktemp("flown")
-    done = here("fly", "--out", MARKED, "--plan", "short", "--seed", 3, folder=folder)
+    (folder / "plan.toml").write_text(
+        'name = "ground"\n[engines]\nstart = "0.5 s"\nrunning = "2 s"\n'
+    )
+    done = here("fly", "--out", MARKED, "--plan", "plan.toml", "--seed", 3, folder=folder)
     return folder / MARKED, done
 
 
@@ -455,9 +461,10 @@ def test_all_commands_print_on_the_same_kind_of_screen() -> None:
 
 
 def test_numbers_of_estimates_are_whole_however_narrow_the_screen(
-    flown: tuple[Path, Done], monkeypatch: pytest.MonkeyPatch
+    flown_short: Callable[[int], VirtualFlight], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    call = ("estimate", flown[0], "--aircraft", "b777", "--method", "ee")
+    flight = write_block(tmp_path / "flight.csv", flown_short(6).measured, "csv")
+    call = ("estimate", flight, "--aircraft", "b777", "--method", "ee")
     wide = here(*call).stdout
     monkeypatch.setenv("COLUMNS", "40")
     narrow = here(*call).stdout
