@@ -15,17 +15,12 @@ from gsapp.report.settings import REPORT
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class FlightEstimateHistory:
-    """What FTR formed over one flight.
-
-    Attributes
-    ----------
-    why : str
-        Why it could not, in words.
-    """
+    """What FTR formed over one flight."""
 
     flight: str
     histories: Mapping[str, EstimateHistory] = field(default_factory=dict)
     why: str = ""
+    """Why there is none, in words."""
 
 
 def compute_ftr_histories(

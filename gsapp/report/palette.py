@@ -18,29 +18,21 @@ class Palette:
 
     A measured channel is solid in its own color (`channel`), a computed one dashed in ink. Flights
     and estimators take trace colors by name.
-
-    Attributes
-    ----------
-    ink, secondary_ink : str
-        What is read; what is read second.
-    previous : str
-        What was known before; another run.
-    band : str
-        Areas behind the traces: 95 % of a mean, what white noise keeps within.
-    excluded : str
-        Points that do not count.
-    traces : mapping of str to str
-        Colors of the names in `TRACE_COLORS`.
     """
 
     background: str
     ink: str
     secondary_ink: str
+    """What is read; what is read second."""
     faint: str
     previous: str
+    """What was known before; another run."""
     band: str
+    """Areas behind the traces: 95 % of a mean, what white noise keeps within."""
     excluded: str
+    """Points that do not count."""
     traces: Mapping[str, str] = field(hash=False)
+    """Colors of the names in `TRACE_COLORS`."""
     line_scale: float = 1.0
 
     def channel(self, name: str) -> str:
