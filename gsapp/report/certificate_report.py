@@ -252,7 +252,7 @@ def certificate_document(
 def _facts(certificate: Certificate, units: str) -> tuple[tuple[str, str], ...]:
     unit = certificate.unit
     ends = evaluate_polynomial(certificate.coefficients, np.array(certificate.range))
-    low, high = (_number(value, _decimals(certificate)) for value in sorted(ends.tolist()))
+    low, high = (f"{value:.{_decimals(certificate)}f}" for value in sorted(ends.tolist()))
     supply = certificate.excitation_voltage
     follows = "ratiometric" if certificate.ratiometric else "not ratiometric"
     found = {
@@ -419,7 +419,3 @@ def _decimals(certificate: Certificate) -> int:
     """Return the digits that the instrument's channel earns in the unit of the certificate."""
     spec = channel(certificate.channel)
     return spec.decimals(certificate.unit)
-
-
-def _number(value: float, decimals: int) -> str:
-    return f"{value:.{decimals}f}"

@@ -157,7 +157,7 @@ def _table(caption: str, values: Sequence[MethodDifference]) -> DocumentTable:
                 one.name,
                 *_value_cells(one.maximum_likelihood),
                 *_value_cells(one.equation_error),
-                _difference_cell(one),
+                "" if one.normalized_difference is None else f"{one.normalized_difference:+.1f}",
             )
             for one in values
         ),
@@ -171,7 +171,3 @@ def _value_cells(one: ValueWithBound | None) -> tuple[str, str]:
     value, bound = one
     digits = decimals_for_std(bound)
     return f"{value:.{digits}f}", f"{bound:.{digits}f}"
-
-
-def _difference_cell(one: MethodDifference) -> str:
-    return "" if one.normalized_difference is None else f"{one.normalized_difference:+.1f}"

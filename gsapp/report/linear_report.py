@@ -237,9 +237,7 @@ def linear_section(comparison: LinearModelValidation, *, units: str) -> Document
         parts.append(error_table(one, comparison.method))
         parts.append(linear_model_figure(one, units=units))
         parts.append(_mode_table(one, comparison.method, units))
-    parts += [Paragraph(text=f"{_sentence(text)}.", kind="note") for text in comparison.remarks]
+    parts += [
+        Paragraph(text=f"{text[:1].upper()}{text[1:]}.", kind="note") for text in comparison.remarks
+    ]
     return DocumentSection(title="Linear models against flight", parts=tuple(parts))
-
-
-def _sentence(text: str) -> str:
-    return text[:1].upper() + text[1:]
