@@ -1,4 +1,4 @@
-"""Watching for messages that stay away."""
+"""The consumers of a session's samples: alarms, missing messages, cues, estimates, landing."""
 
 from __future__ import annotations
 
