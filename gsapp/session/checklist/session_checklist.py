@@ -36,7 +36,7 @@ class Checklist:
     def __init__(self, file: ChecklistFile) -> None:
         self.file = file
         self._items = {item.id: item for item in file.items}
-        self._ticks: dict[str, str] = {}  # by whom; empty where nobody gave a name
+        self.ticks: dict[str, str] = {}  # by whom; empty where nobody gave a name
         self._judges: dict[str, RuleEvaluator] = {}
         self.restart()
 
@@ -53,7 +53,7 @@ class Checklist:
 
     def restart(self) -> None:
         """Begin anew: no tick stands and no sample was seen."""
-        self._ticks.clear()
+        self.ticks.clear()
         self._judges = {
             item.id: create_evaluator(item.rule)
             for item in self.file.items
@@ -73,7 +73,7 @@ class Checklist:
         UnknownNameError
             If there is no such item.
         """
-        self._ticks[self._item(item_id).id] = who
+        self.ticks[self._item(item_id).id] = who
 
     def untick(self, item_id: str) -> None:
         """Take a tick back.
@@ -83,7 +83,7 @@ class Checklist:
         UnknownNameError
             If there is no such item.
         """
-        self._ticks.pop(self._item(item_id).id, None)
+        self.ticks.pop(self._item(item_id).id, None)
 
     def apply_event(self, event: Event) -> None:
         """Take in a tick that was written; a list that was edited since may lack the item."""
@@ -110,7 +110,7 @@ class Checklist:
             ) from None
 
     def _state(self, item: ChecklistItem, facts: ChecklistContext) -> EvaluatedItem:
-        tick = self._ticks.get(item.id)
+        tick = self.ticks.get(item.id)
         said = f"ticked by {tick}" if tick else "ticked"
         if item.rule is None:
             return EvaluatedItem(
