@@ -12,7 +12,7 @@ from concurrent.futures import Future
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass
 from multiprocessing.connection import Connection
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 from gsapp.dynamics.model import Model
 from gsapp.excitation.doublets.verdict import InputVerdict
@@ -25,8 +25,10 @@ from gsapp.identification.campaign import (
     run_campaign,
 )
 from gsapp.identification.maneuver import Maneuver
-from gsapp.session.live_estimation.fit_workers import FitWorker
 from gsapp.session.monitor_settings import MONITORS
+
+if TYPE_CHECKING:
+    from gsapp.session.live_estimation.fit_workers import FitWorker
 
 _WORKER_NICENESS = 10
 """By how much a worker stands back behind the stream and the window."""
