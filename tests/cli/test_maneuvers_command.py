@@ -3,12 +3,14 @@
 import io
 import json
 from contextlib import redirect_stdout
+from math import radians
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
 from gsapp.cli.catalog import catalog as search
-from gsapp.cli.debrief import debrief
+from gsapp.cli.debrief import _sizes, debrief
 from gsapp.cli.maneuvers import maneuvers
 from gsapp.cli.runs import runs
 from gsapp.flight.catalog import Catalog, search_maneuvers
@@ -122,3 +124,12 @@ def test_what_is_no_catalog_is_told_so(tmp_path: Path, there: bool) -> None:
     ):
         with pytest.raises(FlightError, match=words):
             ask()
+
+
+def test_an_input_stands_beside_its_target_and_the_band_that_is_good() -> None:
+    band = SimpleNamespace(low=radians(1.5), best=radians(9.3), high=radians(15.5))
+    judged = SimpleNamespace(
+        verdict=SimpleNamespace(amplitudes={"dr": radians(14.6), "da": radians(2.0)}),
+        target_input=SimpleNamespace(amplitudes={"dr": band}),
+    )
+    assert _sizes(judged) == "rudder 14.6 deg (target 9.3, 1.5 to 15.5), aileron 2.0 deg"

@@ -9,6 +9,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+import gsapp.flight.read_settings
+from calibration import load_certificates
 from gsapp.aircraft.aircraft_loader import SHIPPED_AIRCRAFT
 from gsapp.cli._console import PlainConsole
 from gsapp.cli.replay import print_summary, replay
@@ -334,3 +336,30 @@ def test_a_record_that_fits_no_map_says_so(tmp_path: Path) -> None:
     live.update()
     assert "b777" in live.snapshot().problem
     assert live.history.channels == ()
+
+
+START_US = 1_700_000_000_000_000
+
+
+def test_certificates_that_the_map_names_are_read_once(
+    tmp_path: Path, box: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    folder = tmp_path / "flight"
+    FlightFolder.create(folder)
+    writer, framer = RawWriter(folder), Framer()
+    for k in range(400):
+        writer.append(START_US + 10_000 * k, framer.feed(b"".join(box.tick(k))))
+    writer.close()
+    read: list[object] = []
+
+    def counted(name: Any) -> Any:
+        read.append(name)
+        return load_certificates(name)
+
+    monkeypatch.setattr(gsapp.flight.read_settings, "load_certificates", counted)
+    session = Session.replay(folder, channel_map="b777", speed=UNLIMITED_SPEED)
+    run_replay(session)
+    told = [session.snapshot().calibration for _ in range(5)]
+    assert read == ["b777"]
+    assert set(told) == {tuple(sorted(load_certificates("b777")))}
+    session.close()
