@@ -338,9 +338,6 @@ def test_a_record_that_fits_no_map_says_so(tmp_path: Path) -> None:
     assert live.history.channels == ()
 
 
-START_US = 1_700_000_000_000_000
-
-
 def test_certificates_that_the_map_names_are_read_once(
     tmp_path: Path, box: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
