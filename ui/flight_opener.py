@@ -19,7 +19,7 @@ from gsapp.flight.folder import FlightFolder
 from gsapp.foundation import GroundStationError, UnmappedError
 from gsapp.session import Session
 from gsapp.session.live_estimation.fit_workers import ProcessFitWorker
-from gsapp.session.session_setting import SessionOptions
+from gsapp.session.session_flight import SessionOptions
 from gsapp.telemetry.link_registry import kind_of, parse_link
 from gsapp.telemetry.recorder_control import find_recorder, start_recorder
 from gsapp.telemetry.recorder_folder import check_not_finished, record_state

@@ -11,12 +11,18 @@ import re
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from importlib import import_module
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Annotated, Any, Literal, get_origin
 
 import typer
 from typer.core import TyperCommand, TyperGroup
 from typer.models import CommandInfo
+
+if TYPE_CHECKING:
+    from pydantic.fields import FieldInfo
+
+    from gsapp.foundation.settings import SettingsModel
 
 _TYPE = re.compile(r" <(list\[)?\w+\]?>$")
 _CHOICE = re.compile(r"'(?P<typed>.*)' is not one of (?P<known>'.*')\.")
@@ -28,6 +34,8 @@ _METAVARS = {
     "<float range>": "X",
 }
 """What stands in the place of a value that is not a choice."""
+_LAST = ("catalog", "units", "dated", "json")
+"""Where the results go, of every command the last of its options."""
 LINKS = "{links}"
 """Stands for the kinds of links in the help of a command."""
 _BRACES = str.maketrans("", "", "{}")
@@ -43,10 +51,8 @@ class _Command(TyperCommand):
 
     def invoke(self, ctx: Any) -> Any:
         """Do it; when asked to end, take back on the way out what is half done."""
-        from gsapp.cli._output_paths import (
-            check_distinct_flights,
-            check_output_paths,
-        )  # not needed for --help
+        # Not needed for --help.
+        from gsapp.cli._usage_errors import check_distinct_flights, check_output_paths
         from gsapp.foundation.process_shutdown import on_termination_signal
 
         check_output_paths(ctx.params)
@@ -106,10 +112,8 @@ class _SettingsCommand(_Command):
     def params(self) -> list[Any]:
         """Return all arguments and options."""
         if self._expands:
-            from gsapp.cli._setting_options import with_setting_options
-
             self._expands = False
-            function = with_setting_options(self.callback.__wrapped__)  # type: ignore[union-attr]
+            function = _with_setting_options(self.callback.__wrapped__)  # type: ignore[union-attr]
             whole = typer.main.get_command_from_info(
                 CommandInfo(callback=function), pretty_exceptions_short=False, rich_markup_mode=None
             )
@@ -121,6 +125,71 @@ class _SettingsCommand(_Command):
         self._params = params
 
 
+def _with_setting_options(function: Callable[..., None]) -> Callable[..., None]:
+    """Return a command that has an option for each of its settings, too."""
+    own = inspect.signature(function, eval_str=True).parameters.values()
+    module, _, name = function.settings_path.partition(":")  # type: ignore[attr-defined]
+    settings: type[SettingsModel] = getattr(import_module(module), name)
+    options = list(_options(settings, function.setting_names))  # type: ignore[attr-defined]
+    names = {one.name for one in options}
+    first = [one for one in own if one.name not in _LAST]
+    last = [one for one in own if one.name in _LAST]
+
+    def command(**values: Any) -> None:
+        function(
+            **{name: one for name, one in values.items() if name not in names or one is not None}
+        )
+
+    command.__signature__ = inspect.Signature(  # type: ignore[attr-defined]
+        [one.replace(kind=one.KEYWORD_ONLY) for one in (*first, *options, *last)]
+    )
+    command.__name__, command.__doc__ = function.__name__, function.__doc__
+    return command
+
+
+def _options(settings: type[SettingsModel], names: tuple[str, ...]) -> Iterator[inspect.Parameter]:
+    """Return the options, those of a class before those of the classes that it extends."""
+    from gsapp.foundation.settings import setting_info
+    from gsapp.identification.methods import estimation_methods
+
+    own = [name for base in settings.__mro__ for name in inspect.get_annotations(base)]
+    for name in (one for one in own if one in settings.model_fields):
+        field = settings.model_fields[name]
+        info = setting_info(field)
+        if not info.option or (names and name not in names):
+            continue
+        kind, default = _type(name, field)
+        text = str(field.description).partition(". ")[0].removesuffix(".")
+        if name == "method":
+            text = ", ".join(f"{one.id}: {one.title}" for one in estimation_methods().values())
+        if info.is_repeatable:
+            text += "; repeatable"
+        least = next((one.ge for one in field.metadata if hasattr(one, "ge")), None)
+        option = typer.Option(info.option, metavar=info.metavar or None, help=text, min=least)
+        yield inspect.Parameter(
+            name,
+            inspect.Parameter.KEYWORD_ONLY,
+            default=default,
+            annotation=Annotated[kind, option],
+        )
+
+
+def _type(name: str, field: FieldInfo) -> tuple[Any, Any]:
+    """Return the type of an option, and its default; settings read typed text themselves."""
+    from gsapp.foundation.settings import setting_info
+    from gsapp.identification.methods import estimation_methods
+
+    if name == "method":
+        return Literal[tuple(estimation_methods())], field.default
+    if field.annotation in (bool, int) or get_origin(field.annotation) is Literal:
+        return field.annotation, field.default
+    if setting_info(field).is_repeatable:
+        return list[str] | None, None
+    if field.annotation == float | None:
+        return float | None, None
+    return str | None, field.default or None
+
+
 MANEUVER_SETTINGS = "gsapp.flight.maneuver_settings:ManeuverSettings"
 ESTIMATE_SETTINGS = "gsapp.identification.estimate_settings:EstimateSettings"
 
@@ -128,7 +197,7 @@ ESTIMATE_SETTINGS = "gsapp.identification.estimate_settings:EstimateSettings"
 def takes_settings(
     settings: str, *names: str
 ) -> Callable[[Callable[..., None]], Callable[..., None]]:
-    """Mark a function that takes settings as further keywords.
+    """Mark a function that takes settings as keywords: of these names, or any.
 
     Parameters
     ----------
@@ -140,7 +209,11 @@ def takes_settings(
 
     def mark(function: Callable[..., None]) -> Callable[..., None]:
         signature = inspect.signature(function, eval_str=True)
-        own = [one for one in signature.parameters.values() if one.kind is not one.VAR_KEYWORD]
+        own = [
+            one
+            for one in signature.parameters.values()
+            if one.kind is not one.VAR_KEYWORD and one.name not in names
+        ]
         function.settings_path = settings  # type: ignore[attr-defined]
         function.setting_names = names  # type: ignore[attr-defined]
         function.__signature__ = signature.replace(parameters=own)  # type: ignore[attr-defined]

@@ -1,4 +1,4 @@
-"""What commands print on: words stay as they are.
+"""What commands print on, and where ``--json`` goes: words stay as they are.
 
 The library behind it takes words in square brackets for its own marks, and words between colons
 for pictures: a flight called ``[x]fl`` lost half of its name.
@@ -6,14 +6,32 @@ for pictures: a flight called ``[x]fl`` lost half of its name.
 
 from __future__ import annotations
 
-from typing import Any
+import sys
+from collections.abc import Callable, Collection, Iterable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeVar
 
+from rich import box
 from rich.console import Console, RenderableType
-from rich.progress import TextColumn
+from rich.measure import Measurement
+from rich.progress import BarColumn, Progress, ProgressColumn, TextColumn, TimeRemainingColumn
 from rich.status import Status
+from rich.table import Table
 from rich.text import Text
 
 from gsapp.cli._options import DISPLAY_UNITS
+
+if TYPE_CHECKING:
+    from gsapp.identification.campaign import CampaignProgressCallback, CampaignValue
+    from gsapp.identification.runs.maneuver_selection import StatusCallback
+
+WorkResult = TypeVar("WorkResult")
+
+_UNLIMITED_WIDTH = 10_000
+MEAN_HEADINGS = ("mean", "std. error", "scatter", "n")
+MEAN_LEGEND = (
+    "std. error: standard error of the mean; scatter: standard deviation from maneuver to maneuver"
+)
 
 
 class PlainConsole(Console):
@@ -28,21 +46,89 @@ class PlainConsole(Console):
     """
 
     def __init__(self, *, stderr: bool = False, **options: Any) -> None:
-        super().__init__(stderr=stderr, markup=False, emoji=False, **options)
+        super().__init__(stderr=stderr, markup=False, emoji=False, highlight=False, **options)
 
     def status(self, status: RenderableType, **options: Any) -> Status:
-        """Return a line that says what is being done, for a while."""
         return _PlainStatus(status, console=self, **options)
+
+    def progress(self, *columns: ProgressColumn, **options: Any) -> Progress:
+        """Return a progress bar after the words that say what is being done."""
+        words = TextColumn("{task.description}", markup=False)
+        return Progress(words, BarColumn(), *columns, console=self, transient=True, **options)
+
+    def run_with_progress_bar(
+        self, work: Callable[[StatusCallback, CampaignProgressCallback], WorkResult]
+    ) -> WorkResult:
+        """Return what a piece of work gives, showing how far it is.
+
+        Parameters
+        ----------
+        work : callable
+            Takes what it tells before the fits begin, and what it tells of them.
+        """
+        with self.progress(TimeRemainingColumn()) as bar:
+            task = bar.add_task("reading", total=None)
+
+            def doing(words: str) -> None:
+                bar.update(task, total=None, description=words)
+
+            def step(done: int, total: int, what: str) -> None:
+                bar.update(task, completed=done, total=total, description=what or "done")
+
+            return work(doing, step)
+
+    def print_sentence(self, sentence: str, style: str = "") -> None:
+        """Print a sentence in one line, with its values in the units of the call."""
+        from gsapp.quantities import convert_text_units
+
+        self.print(convert_text_units(sentence, DISPLAY_UNITS.get()), style=style, soft_wrap=True)
+
+    def create_table(
+        self,
+        title: str = "",
+        columns: Iterable[str] = (),
+        right: Collection[str] = (),
+        **options: Any,
+    ) -> Table:
+        """Return a table as all commands print them; columns named in `right` hold numbers."""
+        options = {"title_justify": "left", "box": box.SIMPLE_HEAD, "pad_edge": False, **options}
+        table = Table(title=title or None, **options)
+        for name in columns:
+            table.add_column(name, justify="right" if name in right else "left")
+        return table
+
+    def print_unwrapped(self, table: Table) -> None:
+        """Print a table whose cells stay in one piece, so that what looks for a name finds it.
+
+        Where they do not fit, the columns move together; where that does not suffice, the lines
+        are longer than the screen. A column with a ratio takes what is left of the line, and is
+        cut; one that folds is prose, and takes more lines.
+        """
+        for column in table.columns:
+            if column.ratio is None and column.overflow != "fold":
+                cells = (column.header, *column.cells)
+                column.min_width = max(
+                    line.cell_len for cell in cells for line in Text(str(cell)).split()
+                )
+                column.no_wrap = True
+        endless = self.options.update(max_width=_UNLIMITED_WIDTH)
+
+        def needed() -> int:
+            return Measurement.get(self, endless, table).minimum
+
+        if needed() > self.width:
+            table.padding = 0
+            table.width = max(self.width, needed())
+        self.print(table, crop=False, soft_wrap=True)
 
 
 class _PlainStatus(Status):
-    """Such a line; its words, too, are plain."""
+    """A line that says what is being done, for a while; its words, too, are plain."""
 
     def __init__(self, status: RenderableType, **options: Any) -> None:
         super().__init__(_plain(status), **options)
 
     def update(self, status: RenderableType | None = None, **options: Any) -> None:
-        """Say something else."""
         super().update(None if status is None else _plain(status), **options)
 
 
@@ -50,18 +136,63 @@ def _plain(words: RenderableType) -> RenderableType:
     return Text(words) if isinstance(words, str) else words
 
 
-def description_column() -> TextColumn:
-    """Return the column of a progress bar that says what is being done."""
-    return TextColumn("{task.description}", markup=False)
+def is_stdout(json: Path | None) -> bool:
+    """Return whether the result for programs is to stand alone on the screen."""
+    return json is not None and str(json) == "-"
 
 
-def print_sentence(console: Console, sentence: str, style: str = "") -> None:
-    """Print a sentence in one line, with its values in the units of the call."""
-    from gsapp.quantities import convert_text_units
+def format_json(result: object) -> str:
+    """Return a result as JSON: SI units, absent = null."""
+    from json import dumps
 
-    console.print(
-        convert_text_units(sentence, DISPLAY_UNITS.get()),
-        style=style,
-        highlight=False,
-        soft_wrap=True,
-    )
+    return dumps(result, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
+
+
+def write_json(json: Path | None, result: object) -> None:
+    """Write the result of a command for programs; ``-`` is the screen, None nowhere.
+
+    Raises
+    ------
+    GroundStationError
+        If the file cannot be written.
+    """
+    from gsapp.foundation import GroundStationError, write_atomically
+    from gsapp.foundation.os_error_text import format_os_error
+
+    if json is None:
+        return
+    text = format_json(result)
+    if is_stdout(json):
+        if sys.stdout is None:
+            raise GroundStationError("the standard output is closed; name a file instead of '-'")
+        sys.stdout.write(text)
+        return
+    try:
+        write_atomically(json, text)
+    except OSError as error:
+        raise GroundStationError(
+            format_os_error(json, error, "choose a folder with write permission")
+        ) from error
+
+
+def format_value_and_bound(value: float, std: float, least: int = 4) -> tuple[str, str]:
+    """Return a value and its bound: never a bound of zero for one that is small.
+
+    Parameters
+    ----------
+    least : int
+        Digits after the point, so that columns of usual values stand in line.
+    """
+    from gsapp.report.estimate_text import decimals_for_std
+
+    digits = max(least, decimals_for_std(std))
+    return f"{value:z.{digits}f}", f"{std:.{digits}f}"
+
+
+def mean_cells(value: CampaignValue | None) -> list[str]:
+    """Return the cells of a mean: value, standard error, scatter and number."""
+    if value is None:
+        return ["unknown", "", "", ""]
+    mean, std = format_value_and_bound(value.mean, value.std)
+    scatter = "" if value.scatter is None else format_value_and_bound(value.scatter, value.std)[0]
+    return [mean, std, scatter, str(value.n)]

@@ -5,14 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING
 
-from gsapp.cli._console import print_sentence
 from gsapp.cli._options import DISPLAY_UNITS
-from gsapp.cli._tables import print_unwrapped
 
 if TYPE_CHECKING:
-    from rich.console import Console
     from rich.table import Table
 
+    from gsapp.cli._console import PlainConsole
     from gsapp.discrepancy.results import DiscrepancyResult, ModelStep
 
 _NUMBERS = 40
@@ -21,52 +19,46 @@ _PLACES, _CANDIDATES = 5, 5
 """Most places of disagreement and candidates of a round on the screen; all are in the files."""
 
 
-def print_discrepancy(console: Console, found: DiscrepancyResult) -> None:
-    """Tell what was found.
-
-    Parameters
-    ----------
-    console : Console
-    found : DiscrepancyResult
-    """
+def print_discrepancy(console: PlainConsole, found: DiscrepancyResult) -> None:
+    """Tell what was found."""
     from gsapp.report.discrepancy_text import HEADLINES
 
     _find(console, found)
     _name(console, found)
     _add(console, found)
     _show(console, found)
-    print_sentence(console, f"\n{HEADLINES[found.verdict]}", "bold")
-    print_sentence(console, found.why)
+    console.print_sentence(f"\n{HEADLINES[found.verdict]}", "bold")
+    console.print_sentence(found.why)
     for sentence in found.warnings:
-        print_sentence(console, sentence, "yellow")
+        console.print_sentence(sentence, "yellow")
 
 
-def _find(console: Console, found: DiscrepancyResult) -> None:
+def _find(console: PlainConsole, found: DiscrepancyResult) -> None:
     from gsapp.report.discrepancy_text import disagreement_sentence
 
-    print_sentence(console, "1. Find: where do simulation and flight disagree?", "bold")
+    console.print_sentence("1. Find: where do simulation and flight disagree?", "bold")
     for remark in found.instruments:
         style = "" if remark.consistent else "yellow"
-        print_sentence(console, f"Instruments: {remark.words}", style)
+        console.print_sentence(f"Instruments: {remark.words}", style)
     _map(console, found)
     for one in found.disagreements[:_PLACES]:
-        print_sentence(console, disagreement_sentence(one))
+        console.print_sentence(disagreement_sentence(one))
     more = len(found.disagreements) - _PLACES
     if more > 0:
-        print_sentence(console, f"{more} more are in the report.")
+        console.print_sentence(f"{more} more are in the report.")
     if not found.disagreements:
-        print_sentence(console, "No single disagreement exceeds the noise.")
+        console.print_sentence("No single disagreement exceeds the noise.")
 
 
-def _map(console: Console, found: DiscrepancyResult) -> None:
+def _map(console: PlainConsole, found: DiscrepancyResult) -> None:
     """Print what each coefficient lacks in each maneuver, in units of the noise."""
     import numpy as np
 
     from gsapp.quantities import channel
     from gsapp.report.discrepancy_text import residual_map
 
-    print_sentence(console, "residual of each coefficient, 1 = noise floor; * held out", "italic")
-    table = _table()
+    console.print_sentence("residual of each coefficient, 1 = noise floor; * held out", "italic")
+    table = console.create_table()
     table.add_column("maneuver", no_wrap=True)
     for name in (*found.coefficients, "worst channel"):
         table.add_column(name, justify="right", no_wrap=True)
@@ -77,49 +69,46 @@ def _map(console: Console, found: DiscrepancyResult) -> None:
         worst = int(np.argmax(channels[place]))
         cells.append(f"{channel(found.channels[worst]).symbol} {channels[place, worst]:z.1f}")
         table.add_row(f"{view.id} {view.kind}{' *' if view.held_out else ''}", *cells)
-    print_unwrapped(console, table)
+    console.print_unwrapped(table)
 
 
-def _name(console: Console, found: DiscrepancyResult) -> None:
+def _name(console: PlainConsole, found: DiscrepancyResult) -> None:
     from gsapp.report.discrepancy_text import disturbance_text, effect_text
 
-    print_sentence(console, "\n2. Name: which effect is missing?", "bold")
+    console.print_sentence("\n2. Name: which effect is missing?", "bold")
     for number, step in enumerate(found.steps, start=1):
         if step.ranking:
             last = step is found.steps[-1]
             title = f"round {number}: " + ("not proven" if last else "candidates, best first")
-            print_sentence(console, title, "italic")
-            console.print(_ranking(step, console.width))
+            console.print_sentence(title, "italic")
+            console.print(_ranking(console, step))
     for effect in found.effects:
-        print_sentence(console, effect_text(effect, DISPLAY_UNITS.get()))
+        console.print_sentence(effect_text(effect, DISPLAY_UNITS.get()))
         if effect.runner_up:
-            print_sentence(
-                console,
-                f"Second: {effect.runner_up}, {effect.margin:z.1f} lower.",
-            )
+            console.print_sentence(f"Second: {effect.runner_up}, {effect.margin:z.1f} lower.")
     for other in found.alternatives:
-        print_sentence(
-            console, f"These flights cannot distinguish it from {' and '.join(other.effects)}"
+        console.print_sentence(
+            f"These flights cannot distinguish it from {' and '.join(other.effects)}"
         )
-        print_sentence(console, f"  {other.title}: {other.why}")
+        console.print_sentence(f"  {other.title}: {other.why}")
         if other.fly:
-            print_sentence(console, f"  To distinguish, fly: {other.fly}")
+            console.print_sentence(f"  To distinguish, fly: {other.fly}")
     if disturbance_text(found):
-        print_sentence(console, disturbance_text(found))
+        console.print_sentence(disturbance_text(found))
     if not found.effects and not found.alternatives:
-        print_sentence(console, "No effect was named.")
+        console.print_sentence("No effect was named.")
 
 
-def _ranking(step: ModelStep, width: int) -> Table:
+def _ranking(console: PlainConsole, step: ModelStep) -> Table:
 
     from gsapp.report.discrepancy_text import gain_text, probability_text
 
     shown = step.ranking[:_CANDIDATES]
     names = max((len(one.effect) for one in shown), default=0)
-    table = _table()
+    table = console.create_table()
     table.add_column("effect", no_wrap=True)
     # What stands in words gives way; the numbers do not.
-    table.add_column("in words", no_wrap=True, max_width=max(10, width - names - _NUMBERS))
+    table.add_column("in words", no_wrap=True, max_width=max(10, console.width - names - _NUMBERS))
     for heading in ("gain", "evidence", "left out"):
         table.add_column(heading, justify="right", no_wrap=True)
     for one in shown:
@@ -133,31 +122,31 @@ def _ranking(step: ModelStep, width: int) -> Table:
     return table
 
 
-def _add(console: Console, found: DiscrepancyResult) -> None:
+def _add(console: PlainConsole, found: DiscrepancyResult) -> None:
     from gsapp.report.discrepancy_text import change_text, parameter_rows, value_with_std
 
-    print_sentence(console, "\n3. Add: the model with the effect", "bold")
+    console.print_sentence("\n3. Add: the model with the effect", "bold")
     for effect in found.effects:
-        print_sentence(console, f"{effect.effect}: {effect.equation}")
+        console.print_sentence(f"{effect.effect}: {effect.equation}")
     rows = parameter_rows(found.effects, DISPLAY_UNITS.get())
     if rows:
-        console.print(_filled(("effect", "parameter", "value", "unit"), rows))
+        console.print(_filled(console, ("effect", "parameter", "value", "unit"), rows))
     if found.values:
         changed = [
             (name, f"{one.before:z.4g}", value_with_std(one.after, one.std), change_text(one))
             for name, one in found.values.items()
         ]
         headings = ("derivative", "before", "after", "moved, in std")
-        print_sentence(console, "values that moved beyond their bounds", "italic")
-        console.print(_filled(headings, changed))
+        console.print_sentence("values that moved beyond their bounds", "italic")
+        console.print(_filled(console, headings, changed))
     if not rows and not found.values:
-        print_sentence(console, "No effect was added.")
+        console.print_sentence("No effect was added.")
 
 
-def _show(console: Console, found: DiscrepancyResult) -> None:
+def _show(console: PlainConsole, found: DiscrepancyResult) -> None:
     from gsapp.report.discrepancy_text import closed_gap_text, rms_rows
 
-    print_sentence(console, "\n4. Show: does the gap shrink?", "bold")
+    console.print_sentence("\n4. Show: does the gap shrink?", "bold")
     if found.gap.channels:
         headings: tuple[str, ...] = ("channel", "RMS before", "after", "noise")
         rows: list[tuple[str, ...]] = [*rms_rows(found.gap, DISPLAY_UNITS.get())]
@@ -165,32 +154,24 @@ def _show(console: Console, found: DiscrepancyResult) -> None:
             headings = ("channel", "RMS", "noise")
             rows = [(row[0], row[1], row[3]) for row in rows]
         where = f"maneuver{'s' if len(found.gap.on) != 1 else ''} {', '.join(found.gap.on)}"
-        print_sentence(console, f"residual, {where}", "italic")
-        console.print(_filled(headings, rows))
+        console.print_sentence(f"residual, {where}", "italic")
+        console.print(_filled(console, headings, rows))
     if len(found.steps) > 1:
         falls = ", ".join(
             f"{step.misfit:z.2f} with {step.added or 'values refitted'}" for step in found.steps[1:]
         )
-        print_sentence(
-            console,
+        console.print_sentence(
             f"Residual of all channels, 1 = noise floor: {found.steps[0].misfit:z.2f} before, "
-            f"{falls}.",
+            f"{falls}."
         )
-    print_sentence(console, closed_gap_text(found))
+    console.print_sentence(closed_gap_text(found))
 
 
-def _filled(headings: Sequence[str], rows: Iterable[Sequence[str]]) -> Table:
+def _filled(console: PlainConsole, headings: Sequence[str], rows: Iterable[Sequence[str]]) -> Table:
     """Return a table whose first column is a name and whose others are numbers."""
-    table = _table()
+    table = console.create_table()
     for place, heading in enumerate(headings):
         table.add_column(heading, justify="right" if place else "left", no_wrap=True)
     for row in rows:
         table.add_row(*row)
     return table
-
-
-def _table() -> Table:
-    from rich import box
-    from rich.table import Table
-
-    return Table(box=box.SIMPLE_HEAD, pad_edge=False)

@@ -1,15 +1,15 @@
-"""``gsapp discrepancy --list``: the effects that a model may lack, as tables for people."""
+"""The effects that a model may lack, as tables for people."""
 
 from __future__ import annotations
 
-from pathlib import Path
+from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
+    from pathlib import Path
 
-    from rich.console import Console
-
+    from gsapp.cli._console import PlainConsole
     from gsapp.discrepancy.effect_catalog import EffectRecord
 
 _HEADINGS = {
@@ -28,43 +28,25 @@ _CLASSES = (
 )
 
 
-def run(*, json: Path | None = None) -> None:
-    """Print the catalog, and write it for programs where asked to.
-
-    Parameters
-    ----------
-    json : Path, optional
-        Where the catalog for programs goes; ``-`` is the screen.
-
-    Raises
-    ------
-    GroundStationError
-        If the file cannot be written.
-    """
-    from gsapp.cli._console import PlainConsole
-    from gsapp.cli._json_output import format_json, is_stdout, write_json
+def list_effects(json: Path | None) -> None:
+    """Print the catalog, or write it for programs where asked to."""
+    from gsapp.cli._console import PlainConsole, is_stdout, write_json
     from gsapp.discrepancy.effect_catalog import all_effects, effect_catalog_json
 
-    if json is not None:
-        write_json(json, format_json(effect_catalog_json()))
+    write_json(json, effect_catalog_json())
     if not is_stdout(json):
         console = PlainConsole()
         # Into a file or a pager the columns may be as wide as they read well.
         print_catalog(console if console.is_terminal else PlainConsole(width=_WIDTH), all_effects())
 
 
-def print_catalog(console: Console, records: tuple[EffectRecord, ...]) -> None:
+def print_catalog(console: PlainConsole, records: tuple[EffectRecord, ...]) -> None:
     """Print a table for each group of effects.
 
     What is alike for every surface, or every channel, stands there once.
     """
-    from rich.table import Table
-
     for group, heading in _HEADINGS.items():
-        table = Table(
-            title=heading, title_justify="left", title_style="bold", box=None, pad_edge=False,
-            show_lines=False, padding=(0, 2, 1, 0),
-        )  # fmt: skip
+        table = console.create_table(heading, title_style="bold", box=None, padding=(0, 2, 1, 0))
         table.add_column("effect", no_wrap=True)
         table.add_column("")
         table.add_column("effect, equation, typical size", ratio=1)
@@ -80,9 +62,9 @@ def print_catalog(console: Console, records: tuple[EffectRecord, ...]) -> None:
                 "\n".join(line for line in lines if line),
                 f"{taken}\n{told}" if taken else told,
             )
-        console.print(table, highlight=False)
+        console.print(table)
     named = sum(not one.disturbance for one in records)
-    console.print(f"{named} effects. {_CLASSES}", highlight=False)
+    console.print(f"{named} effects. {_CLASSES}")
 
 
 def _rows(records: list[EffectRecord]) -> Iterator[tuple[str, EffectRecord]]:

@@ -3,46 +3,41 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable, Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from gsapp.cli._console import print_sentence
 from gsapp.cli._options import DISPLAY_UNITS
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
     from pathlib import Path
 
-    from rich.console import Console
-
+    from gsapp.aircraft import Aircraft
+    from gsapp.cli._console import PlainConsole
     from gsapp.decoding.pipeline import ChannelSource
     from gsapp.flight.flight import Flight
-
+    from gsapp.flight.maneuver_settings import ManeuverSettings
+    from gsapp.identification.maneuver_extraction import FlightWithManeuvers
+    from gsapp.identification.runs.flight_cache import FlightCache
+    from gsapp.identification.runs.outcome import RunOutcome
 
 _MARKS = {"estimated": "est.", "derived": "calc."}
 _UNCALIBRATED = "uncal"
-"""Beside what was not measured."""
-
 _WIDE = 100
 _MOST_NOTICES = 20
 
 
-def print_flight(console: Console, flight: Flight) -> None:
+def print_flight(console: PlainConsole, flight: Flight) -> None:
     """Print length, channels with their sources, frames, and what was lost."""
-    from rich import box
-    from rich.table import Table
-
-    from gsapp.cli._tables import print_unwrapped
     from gsapp.decoding.decoder import NOTICE_KINDS
     from gsapp.flight.summary import summarize_flight
     from gsapp.quantities import channel, from_si
 
     summary = summarize_flight(flight)
     rate = f", {flight.rate:z.4g} per s" if math.isfinite(flight.rate) else ""
-    table = Table(
+    table = console.create_table(
         title=f"{flight.name}: {summary['duration']:z.1f} s{rate}",
-        title_justify="left",
-        box=box.SIMPLE_HEAD,
-        pad_edge=False,
         padding=(0, 1, 0, 0),
         expand=True,
     )
@@ -76,25 +71,19 @@ def print_flight(console: Console, flight: Flight) -> None:
             _mark(source) if source else "",
             *([source.source if source else ""] if wide else []),
         )
-    print_unwrapped(console, table)
+    console.print_unwrapped(table)
     frames = flight.frames
     if frames is not None:
         console.print(
             f"frames: {frames.good} good, {frames.damaged} damaged, {frames.unknown} unknown, "
-            f"{frames.lost} lost",
-            highlight=False,
+            f"{frames.lost} lost"
         )
         if frames.lines or frames.bad_lines:
-            console.print(
-                f"lines: {frames.lines} good, {frames.bad_lines} excluded", highlight=False
-            )
+            console.print(f"lines: {frames.lines} good, {frames.bad_lines} excluded")
     noticed = [event for event in flight.events if event.kind in NOTICE_KINDS]
-    told = [
-        *flight.remarks,
-        *(_at(event.time) + event.text for event in noticed[:_MOST_NOTICES]),
-    ]
+    told = [*flight.remarks, *(_at(event.time) + event.text for event in noticed[:_MOST_NOTICES])]
     for sentence in told:
-        print_sentence(console, sentence, "yellow")
+        console.print_sentence(sentence, "yellow")
     if len(noticed) > _MOST_NOTICES:
         console.print(f"and {len(noticed) - _MOST_NOTICES} more like these", style="yellow")
 
@@ -103,10 +92,10 @@ def _mark(source: ChannelSource) -> str:
     return _UNCALIBRATED if source.uncalibrated_channel else _MARKS.get(source.kind, "")
 
 
-def print_calibration(console: Console, flights: Iterable[Flight]) -> None:
+def print_calibration(console: PlainConsole, flights: Iterable[Flight]) -> None:
     """Say of each flight which channels are uncalibrated, and whose certificates were used."""
     for sentence in calibration_sentences(flights):
-        print_sentence(console, sentence, "yellow")
+        console.print_sentence(sentence, "yellow")
 
 
 def calibration_sentences(flights: Iterable[Flight]) -> tuple[str, ...]:
@@ -121,29 +110,56 @@ def calibration_json(flights: Iterable[Flight]) -> list[dict[str, Any]]:
     return [{"flight": flight.name, **flight.calibration_json()} for flight in flights]
 
 
-def check_catalog(catalog: Path | None, calibration: str | None) -> None:
-    """Raise `CommandUsageError` where results with other certificates would go into a catalog.
-
-    A catalog keeps one set of maneuvers and estimates of a flight: those of its own certificates.
-    """
-    from gsapp.cli._usage_errors import CommandUsageError
-
-    if catalog is not None and calibration is not None:
-        raise CommandUsageError(
-            f"{catalog} stores results with the certificates of the flights; omit --catalog or "
-            "--calibration"
-        )
-
-
-def check_is_catalog(catalog: Path, remedy: str) -> None:
-    """Raise `FlightError` where no catalog stands; what to do about it ends the sentence."""
-    from gsapp.foundation import FlightError
-
-    if catalog.is_dir():
-        raise FlightError(f"{catalog} is a folder; name the file of a catalog")
-    if not catalog.is_file():
-        raise FlightError(f"there is no catalog {catalog}; {remedy}")
-
-
 def _at(time: float | None) -> str:
     return "" if time is None else f"{time:z.2f} s: "
+
+
+def print_aircraft_warnings(console: PlainConsole, aircraft: Iterable[Aircraft | None]) -> None:
+    """Print a line for each possible but suspicious value of the user's own aircraft files.
+
+    Parameters
+    ----------
+    aircraft : iterable of Aircraft or None
+        As their files say; one that comes twice is warned about once.
+    """
+    from gsapp.aircraft import file_warnings
+
+    sentences = [
+        f"{one.name}: {sentence}"
+        for one in aircraft
+        if one is not None
+        for sentence in file_warnings(one)
+    ]
+    for sentence in dict.fromkeys(sentences):
+        console.print_sentence(sentence, "yellow")
+
+
+def load_flown_flights(
+    paths: Sequence[Path], settings: ManeuverSettings, console: PlainConsole
+) -> tuple[FlightWithManeuvers, ...]:
+    """Open flights and cut their maneuvers, telling a console what is being done."""
+    from gsapp.identification import maneuver_extraction
+
+    with console.status("reading") as status:
+        return maneuver_extraction.open_flights_with_maneuvers(paths, settings, doing=status.update)
+
+
+def outcome_json(outcome: RunOutcome, flights: FlightCache) -> dict[str, Any]:
+    """Return what a run gave, with the certificates that its flights were read with."""
+    from gsapp.identification.estimate_json import campaign_json
+    from gsapp.identification.runs.inputs import flight_open_requests
+
+    opened = [flights.open(one).opened for one in flight_open_requests(outcome.request)]
+    content: dict[str, Any] = campaign_json(outcome.result)
+    return content | {"calibration": calibration_json(one.flight for one in opened)}
+
+
+def check_fitted(outcome: RunOutcome) -> None:
+    """Raise `FlightError` where no maneuver gave anything; what is uncalibrated comes first."""
+    from gsapp.foundation import FlightError
+
+    results = outcome.result.results
+    failures = [one.failure for one in results if one.estimate is None]
+    if len(failures) == len(results):
+        causes = (*outcome.uncalibrated, failures[0])
+        raise FlightError(f"no maneuver could be fitted: {'; '.join(causes)}")

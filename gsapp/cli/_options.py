@@ -52,3 +52,18 @@ FileUnits = Annotated[
         help="us: ft/s, deg, g; si: m/s, deg, g; base: m/s, rad, m/s^2",
     ),
 ]
+FlightPaths = Annotated[
+    list[Path],
+    typer.Argument(
+        metavar="FLIGHT",
+        readable=False,
+        help="Flight folders, .csv, .tlog, .bin, .ulg, .mat, .parquet",
+    ),
+]
+Dated = Annotated[bool, typer.Option("--date/--no-date", help="Include the date")]
+CatalogFile = Annotated[
+    Path | None,
+    typer.Option(
+        "--catalog", readable=False, metavar="FILE", help="Save the results in this catalog"
+    ),
+]

@@ -2,59 +2,57 @@
 
 from __future__ import annotations
 
-import json as json_module
 from collections.abc import Collection, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-from gsapp.cli._options import DISPLAY_UNITS
-from gsapp.cli._value_format import format_value_and_bound
+import typer
+
+from gsapp.cli._options import DISPLAY_UNITS, JsonFile, Units
 
 if TYPE_CHECKING:
-    from rich.console import Console
-
+    from gsapp.cli._console import PlainConsole
     from gsapp.flight.catalog import EstimationRun, StoredManeuver
 
 
-def run(
-    *,
-    catalog: Path,
-    flight: str | None = None,
-    inputs: str | None = None,
-    kind: str | None = None,
-    worst_grade: Literal["A", "B", "C", "D"] = "D",
-    where: Sequence[str] = (),
-    note: str | None = None,
-    derivative: str | None = None,
-    csv: Path | None = None,
-    json: Path | None = None,
+def catalog(
+    file: Annotated[
+        Path, typer.Argument(metavar="CATALOG", readable=False, help="As --catalog wrote it")
+    ],
+    flight: Annotated[str | None, typer.Option(help="Of this flight")] = None,
+    inputs: Annotated[
+        str | None, typer.Option(metavar="da+dr", help="Exactly these surfaces moved")
+    ] = None,
+    kind: Annotated[
+        Literal["doublet", "3-2-1-1", "pulse", "multistep", "sweep", "retrim", "none"] | None,
+        typer.Option(help="Shape of the input"),
+    ] = None,
+    worst_grade: Annotated[
+        Literal["A", "B", "C", "D"], typer.Option(help="Exclude worse grades")
+    ] = "D",
+    where: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="CHANNEL=LEAST:MOST", help="Condition before the input, as 'V=90 ft/s:'"
+        ),
+    ] = None,
+    note: Annotated[str | None, typer.Option(help="Text in the note")] = None,
+    derivative: Annotated[
+        str | None, typer.Option(metavar="NAME", help="Show every estimate of this derivative")
+    ] = None,
+    csv: Annotated[
+        Path | None,
+        typer.Option(readable=False, metavar="FILE", help="Write the result as a table"),
+    ] = None,
+    units: Units = "us",  # noqa: ARG001  acts in its callback
+    json: JsonFile = None,
 ) -> None:
-    """Search a catalog.
+    """Search the maneuvers and estimates of a campaign.
 
-    Parameters
-    ----------
-    catalog : Path
-    flight, kind, note : str, optional
-        Name of a flight, shape of the input, words in the note.
-    inputs : str, optional
-        Exactly these surfaces, ``da+dr``.
-    worst_grade : {"A", "B", "C", "D"}
-    where : sequence of str
-        Each ``CHANNEL=LEAST:MOST``, with a unit or SI: conditions before the input.
-    derivative : str, optional
-        Show every estimate of it.
-    csv, json : Path, optional
-        Where the maneuvers found go.
-
-    Raises
-    ------
-    GroundStationError
-        If the catalog cannot be opened, or a condition cannot be read.
+    Example: gsapp catalog campaign.sqlite --inputs da+dr --where "V=90 ft/s:110 ft/s"
     """
-    from gsapp.cli._console import PlainConsole
-    from gsapp.cli._flight_text import check_is_catalog
-    from gsapp.cli._json_output import is_stdout, write_json
-    from gsapp.cli._usage_errors import as_usage_error
+    from gsapp.cli._console import PlainConsole, is_stdout, write_json
+    from gsapp.cli._usage_errors import as_usage_error, check_is_catalog
     from gsapp.dynamics.buildup import derivative_names
     from gsapp.flight.catalog import (
         Catalog,
@@ -66,26 +64,24 @@ def run(
     from gsapp.foundation import write_atomically
     from gsapp.quantities import channel
 
-    check_is_catalog(catalog, "gsapp maneuvers --catalog makes one")
+    check_is_catalog(file, "gsapp maneuvers --catalog makes one")
     console = PlainConsole(stderr=is_stdout(json))
     with as_usage_error():
-        conditions = dict(_condition(text) for text in where)
+        conditions = dict(_condition(text) for text in where or ())
         for name in () if inputs is None else inputs.split("+"):
             channel(name)
-    with Catalog(catalog) as store:
+    with Catalog(file) as store:
         found = search_maneuvers(
             store, flight=flight, kind=kind, worst_grade=worst_grade, conditions=conditions,
             inputs=None if inputs is None else inputs.split("+"), text=note,
         )  # fmt: skip
         runs = {one.id: one for one in search_runs(store)}
-        _check_name(catalog, "flight", flight, list_flights(store))
+        _check_name(file, "flight", flight, list_flights(store))
         estimated = {name for run in runs.values() for name in run.estimates}
-        _check_name(catalog, "estimate of", derivative, estimated | set(derivative_names()))
+        _check_name(file, "estimate of", derivative, estimated | set(derivative_names()))
     if csv is not None:
         write_atomically(csv, maneuvers_csv(found))
-    if json is not None:
-        content = [_json(one, runs) for one in found]
-        write_json(json, json_module.dumps(content, indent=1) + "\n")
+    write_json(json, [_json(one, runs) for one in found])
     if not is_stdout(json):
         _describe(console, found, runs, derivative)
 
@@ -146,38 +142,23 @@ def _json(one: StoredManeuver, runs: dict[int | None, EstimationRun]) -> dict[st
 
 
 def _describe(
-    console: Console,
+    console: PlainConsole,
     found: Sequence[StoredManeuver],
     runs: dict[int | None, EstimationRun],
     derivative: str | None,
 ) -> None:
-    from rich import box
-    from rich.table import Table
 
-    from gsapp.cli._tables import print_unwrapped
+    from gsapp.cli._console import format_value_and_bound
     from gsapp.quantities import channel, from_si
     from gsapp.quantities.constants import DEGREE
 
     speed = channel("V").display_unit(DISPLAY_UNITS.get())
 
-    count = len(found)
-    table = Table(
-        title=f"{count} maneuver{'' if count == 1 else 's'}", title_justify="left",
-        box=box.SIMPLE_HEAD, pad_edge=False,
-    )  # fmt: skip
-    for heading in (
-        "flight",
-        "id",
-        "start [s]",
-        "inputs",
-        "kind",
-        "grade",
-        "verdict",
-        f"V [{speed}]",
-    ):
-        table.add_column(heading)
-    table.add_column("alpha [deg]")
-    table.add_column(derivative or "runs")
+    columns = ("flight", "id", "start [s]", "inputs", "kind", "grade", "verdict", f"V [{speed}]")
+    table = console.create_table(
+        f"{len(found)} maneuver{'' if len(found) == 1 else 's'}",
+        (*columns, "alpha [deg]", derivative or "runs"),
+    )
     for one in found:
         maneuver = one.maneuver
         last = str(len(one.runs))
@@ -197,4 +178,4 @@ def _describe(
             "" if maneuver.alpha is None else f"{maneuver.alpha / DEGREE:z.1f}",
             last,
         )  # fmt: skip
-    print_unwrapped(console, table)
+    console.print_unwrapped(table)

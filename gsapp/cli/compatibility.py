@@ -2,48 +2,49 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from pathlib import Path
-from typing import TYPE_CHECKING, Any
+import math
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Annotated, Any
 
-from gsapp.cli._console import print_sentence
-from gsapp.cli._options import DISPLAY_UNITS
-from gsapp.cli._tables import print_unwrapped
+import typer
+
+from gsapp.cli._commands import MANEUVER_SETTINGS, takes_settings
+from gsapp.cli._options import DISPLAY_UNITS, FlightPaths, JsonFile, Units
 
 if TYPE_CHECKING:
-    from rich.console import Console
-
+    from gsapp.cli._console import PlainConsole
     from gsapp.identification.compatibility import CompatibilityResult
 
 
-def run(
-    *,
-    flights: Sequence[Path],
-    free: Sequence[str] = (),
-    json: Path | None = None,
+@takes_settings(
+    MANEUVER_SETTINGS, "aircraft", "maneuver_windows", "as_found", "channel_map", "calibration"
+)
+def compatibility(
+    flights: FlightPaths,
+    error: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--error",
+            metavar="ID.KIND",
+            help="Also estimate this error, such as q.scale or V.delay; repeatable",
+        ),
+    ] = None,
+    free: Annotated[list[str] | None, typer.Option("--free", hidden=True)] = None,
+    units: Units = "us",  # noqa: ARG001  acts in its callback
+    json: JsonFile = None,
     **settings: Any,
 ) -> None:
-    """Check the instruments over the maneuvers of some flights, all taken together.
+    """Check the instruments against one another.
 
-    Parameters
-    ----------
-    flights : sequence of Path
-    free : sequence of str
-        Errors to be estimated beside the usual ones: ``q.scale``.
-    json : Path, optional
-        Where the result for programs goes.
-    **settings
-        Fields of `gsapp.flight.maneuver_settings.ManeuverSettings`.
+    No aerodynamic model is needed.
 
-    Raises
-    ------
-    GroundStationError
-        If a flight cannot be read, holds no maneuver, or an error has an unknown name.
+    Rates, accelerations, flow angles and speed must follow from one motion: bias, scale factor
+    and delay of each instrument, reversed axes, redundant sensors that disagree.
+
+    Example: gsapp compatibility flights/2026-05-12-a --aircraft b777
     """
-    from gsapp.cli._console import PlainConsole
-    from gsapp.cli._flight_text import calibration_json, print_calibration
-    from gsapp.cli._flown_flights import load_flown_flights
-    from gsapp.cli._json_output import format_json, is_stdout, write_json
+    from gsapp.cli._console import PlainConsole, is_stdout, write_json
+    from gsapp.cli._flight_text import calibration_json, load_flown_flights, print_calibration
     from gsapp.cli._usage_errors import as_usage_error, check_windows
     from gsapp.flight.maneuver_settings import ManeuverSettings
     from gsapp.flight.maneuvers import uncalibrated_text
@@ -59,7 +60,9 @@ def run(
     given = ManeuverSettings(every_grade=True, **settings)
     check_windows(given.maneuver_windows, flights)
     with as_usage_error():
-        checked = CompatibilitySettings(free=tuple(dict.fromkeys((*DEFAULT_FREE_ERRORS, *free))))
+        checked = CompatibilitySettings(
+            free=tuple(dict.fromkeys((*DEFAULT_FREE_ERRORS, *(error or ()), *(free or ()))))
+        )
     flown = load_flown_flights(flights, given, console)
     maneuvers = [one for flight in flown for one in flight.maneuvers]
     if not maneuvers:
@@ -72,97 +75,62 @@ def run(
     if json is not None:
         content = _content(result)
         content["calibration"] = calibration_json(one.flight for one in flown)
-        write_json(json, format_json(content))
+        write_json(json, content)
     print_calibration(console, (one.flight for one in flown))
     _describe(console, result)
     for one in flown:
         for words in one.remarks if given.maneuver_windows else ():
             if words not in one.flight.remarks:  # told already
-                print_sentence(console, words, "yellow")
+                console.print_sentence(words, "yellow")
     for one in () if result.parameters else flown:
         for words in uncalibrated_text(one.flight):
-            print_sentence(console, f"{one.flight.name}: {words}")
+            console.print_sentence(f"{one.flight.name}: {words}")
 
 
 def _content(result: CompatibilityResult) -> dict[str, Any]:
-    import math
+    from dataclasses import asdict
 
-    def number(value: float | None) -> float | None:
-        return value if value is not None and math.isfinite(value) else None
-
-    return {
-        "maneuvers": list(result.maneuvers),
+    content = {
+        "maneuvers": result.maneuvers,
         "consistent": result.consistent,
         "summary": result.summary,
-        "parameters": {
-            name: {
-                "value": number(one.value),
-                "std": number(one.std),
-                "nominal": one.nominal,
-                "status": one.status,
-                "why": one.why,
-            }
-            for name, one in result.parameters.items()
-        },
-        "signs": dict(result.signs),
-        "verdicts": [
-            {
-                "kind": one.kind,
-                "channels": list(one.channels),
-                "sentence": one.sentence,
-                "value": number(one.value),
-                "std": number(one.std),
-                "before": number(one.before),
-                "after": number(one.after),
-                "seen_in": one.seen_in or None,
-            }
-            for one in result.verdicts
-        ],
-        "comparisons": [
-            {
-                "reference": one.reference,
-                "other": one.other,
-                "bias": number(one.bias),
-                "scale": number(one.scale),
-                "delay": number(one.delay),
-                "noise": None if one.noise is None else list(one.noise),
-                "difference": number(one.difference),
-                "agree": one.agree,
-                "sentence": one.sentence,
-            }
-            for one in result.comparisons
-        ],
+        "parameters": {name: asdict(one) for name, one in result.parameters.items()},
+        "signs": result.signs,
+        "verdicts": [{**asdict(one), "seen_in": one.seen_in or None} for one in result.verdicts],
+        "comparisons": [asdict(one) for one in result.comparisons],
         "fit": {
-            name: {
-                "rms": number(one.rms),
-                "rms_over_range_pct": number(one.rms_over_range_pct),
-                "r2": number(one.r2),
-                "theil": number(one.theil),
-            }
+            name: {key: getattr(one, key) for key in ("rms", "rms_over_range_pct", "r2", "theil")}
             for name, one in result.fit.items()
         },
-        "noise": {name: number(size) for name, size in result.noise.items()},
-        "gust": {name: number(size) for name, size in result.gust.items()},
-        "remedies": list(result.remedies),
+        "noise": result.noise,
+        "gust": result.gust,
+        "remedies": result.remedies,
         "converged": result.converged,
-        "warnings": list(result.warnings),
+        "warnings": result.warnings,
     }
+    return {name: _finite(value) for name, value in content.items()}
 
 
-def _describe(console: Console, result: CompatibilityResult) -> None:
-    from rich import box
-    from rich.table import Table
+def _finite(value: Any) -> Any:
+    """Return a value for JSON: null for what is not finite."""
+    if isinstance(value, float):
+        return value if math.isfinite(value) else None
+    if isinstance(value, Mapping):
+        return {name: _finite(one) for name, one in value.items()}
+    return [_finite(one) for one in value] if isinstance(value, (list, tuple)) else value
+
+
+def _describe(console: PlainConsole, result: CompatibilityResult) -> None:
 
     from gsapp.identification.compatibility.instrument_text import format_error_with_bound
     from gsapp.quantities import convert_text_units
 
     if result.parameters:
-        table = Table(
-            title=f"instrument errors, from maneuver {', '.join(result.maneuvers)}",
-            title_justify="left", box=box.SIMPLE_HEAD, pad_edge=False,
-        )  # fmt: skip
-        for heading in ("", "value", "bound", ""):
-            table.add_column(heading, justify="right" if heading else "left")
+        table = console.create_table(
+            f"instrument errors, from maneuver {', '.join(result.maneuvers)}",
+            ("", "value", "bound", ""),
+            right=("value", "bound"),
+        )
         for name, one in result.parameters.items():
             if one.value is None or one.std is None:
                 table.add_row(name, "not observable", "", one.why)
@@ -172,12 +140,12 @@ def _describe(console: Console, result: CompatibilityResult) -> None:
                     for words in format_error_with_bound(name, one.value, one.std)
                 )
                 table.add_row(name, value, std, "")
-        print_unwrapped(console, table)
+        console.print_unwrapped(table)
     open_signs = [name for name, sign in result.signs.items() if sign == "not-observable"]
     if open_signs:
-        print_sentence(console, f"signs not observable in these maneuvers: {', '.join(open_signs)}")
+        console.print_sentence(f"signs not observable in these maneuvers: {', '.join(open_signs)}")
     for sentence in result.warnings:
         if sentence not in result.summary:
-            print_sentence(console, sentence, "yellow")
+            console.print_sentence(sentence, "yellow")
     style = "green" if result.consistent and result.parameters else "bold red"
-    print_sentence(console, result.summary, style)
+    console.print_sentence(result.summary, style)

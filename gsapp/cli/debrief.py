@@ -5,56 +5,71 @@ from __future__ import annotations
 import contextlib
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from gsapp.cli._commands import MANEUVER_SETTINGS, takes_settings
+from gsapp.cli._options import DISPLAY_UNITS, CatalogFile, JsonFile, Units
 
 if TYPE_CHECKING:
+    from gsapp.cli._console import PlainConsole
     from gsapp.excitation.debrief import Debrief
+    from gsapp.excitation.debrief_maneuver import EvaluatedManeuver
     from gsapp.excitation.debrief_trends import FlightTrend
-    from gsapp.flight.catalog import Catalog
+    from gsapp.flight.catalog import CardScore, Catalog
     from gsapp.session import Session
 
+_COLORS = {"good": "green", "unclear": "yellow"}
 
-def run(
-    *,
-    flights: Sequence[Path],
+
+@takes_settings(MANEUVER_SETTINGS, "aircraft", "channel_map", "calibration")
+def debrief(
+    flights: Annotated[
+        list[Path] | None,
+        typer.Argument(
+            metavar="FLIGHT", readable=False, help="Without a flight: trends of the catalog"
+        ),
+    ] = None,
+    model: Annotated[
+        str | None,
+        typer.Option(
+            metavar="FILE",
+            help="Prior model: a file, or the name of a shipped one; default: shipped for the "
+            "aircraft",
+        ),
+    ] = None,
+    cards: Annotated[
+        str | None,
+        typer.Option(
+            metavar="FILE",
+            help=(
+                "Test cards to use instead of those of the flight: a file, or the name of a "
+                "shipped set"
+            ),
+        ),
+    ] = None,
+    catalog: CatalogFile = None,
+    units: Units = "us",  # noqa: ARG001  acts in its callback
+    json: JsonFile = None,
     aircraft: str | None = None,
-    model: str | None = None,
     channel_map: str | None = None,
     calibration: str | None = None,
-    cards: str | None = None,
-    catalog: Path | None = None,
-    json: Path | None = None,
 ) -> None:
-    """Judge recorded flights as they would have been judged in flight; tell trends.
+    """Tell what every input of a flight was worth.
 
-    Parameters
-    ----------
-    flights : sequence of Path
-        Folders or files; none for those that the catalog holds.
-    aircraft, model : str, optional
-        Names or paths; by default the flight's own aircraft, else ``b777``, and the model
-        shipped for it.
-    channel_map : str, optional
-        Name or path.
-    calibration : str, optional
-        Certificates in place of those kept with the flight: a folder, or a shipped set.
-    cards : str, optional
-        Test cards in place of the flight's own: a file, or the name of a shipped set.
-    catalog : Path, optional
-        Where the debriefs are kept, and whose flights make the trends.
-    json : Path, optional
-        Where to write the result for programs; ``-`` for the screen.
+    Also how the test cards were flown, and trends from flight to flight.
 
-    Raises
-    ------
-    GroundStationError
-        If a flight cannot be read, a file cannot be written, or there is nothing to debrief.
+    Verdicts are those that the pilot heard in flight: too small, too large, not trimmed, spoiled,
+    good, and what to do next time. With a catalog they are kept beside the grades of the
+    maneuvers, and its flights are compared.
+
+    Example: gsapp debrief flights/2026-05-12-a --catalog campaign.sqlite
+
+    Example: gsapp debrief --catalog campaign.sqlite
     """
-    from gsapp.cli._console import PlainConsole
-    from gsapp.cli._debrief_text import print_debrief, print_trends
-    from gsapp.cli._flight_text import check_catalog, check_is_catalog
-    from gsapp.cli._json_output import format_json, is_stdout, write_json
-    from gsapp.cli._usage_errors import CommandUsageError
+    from gsapp.cli._console import PlainConsole, is_stdout, write_json
+    from gsapp.cli._usage_errors import CommandUsageError, check_catalog, check_is_catalog
     from gsapp.excitation.debrief_trends import compute_flight_trend
     from gsapp.flight.catalog import Catalog
 
@@ -65,7 +80,7 @@ def run(
     console = PlainConsole(stderr=is_stdout(json))
     check_catalog(catalog, calibration)
     debriefs: list[Debrief] = []
-    for path in flights:
+    for path in flights or ():
         with console.status(f"judging {path.name}"):
             session = replay_to_end(path, aircraft, model, channel_map, calibration, cards)
         with contextlib.closing(session):
@@ -79,12 +94,11 @@ def run(
         found = tuple(
             compute_flight_trend(one.flight, one.maneuvers, one.cards) for one in debriefs
         )
-    if json is not None:
-        result = {
-            "flights": [one.to_json() for one in debriefs],
-            "trends": [one.to_json() for one in found],
-        }
-        write_json(json, format_json(result))
+    result = {
+        "flights": [one.to_json() for one in debriefs],
+        "trends": [one.to_json() for one in found],
+    }
+    write_json(json, result)
     if not is_stdout(json):
         for one in debriefs:
             print_debrief(console, one)
@@ -92,7 +106,7 @@ def run(
             print_trends(console, found)
         for written in (json, catalog if flights else None):
             if written is not None:
-                console.print(f"written to {written}", highlight=False, soft_wrap=True)
+                console.print(f"written to {written}", soft_wrap=True)
 
 
 def replay_to_end(
@@ -147,3 +161,116 @@ def _trends(catalog: Catalog) -> tuple[FlightTrend, ...]:
     verdicts = search_verdicts(catalog)
     flights = dict.fromkeys(one.flight for one in verdicts)
     return compute_trends(verdicts, {name: list_card_scores(catalog, name) for name in flights})
+
+
+def print_cues(console: PlainConsole, debrief: Debrief) -> None:
+    """Print in a few lines what the crew was told."""
+    gone = sum(event.kind == "trim" and event.state == "go" for event in debrief.events)
+    heard = sum(bool(one.text) for one in debrief.announcements)
+    console.print(
+        f"{_count(gone, 'GO')}, {_count(heard, 'sentence')} spoken, "
+        f"{_count(len(debrief.maneuvers), 'verdict')}"
+    )
+    for one in debrief.maneuvers:
+        console.print_sentence(_sentence(one))
+
+
+def print_debrief(console: PlainConsole, debrief: Debrief) -> None:
+    """Print every input with its verdict, and the score by card."""
+    from rich.text import Text
+
+    from gsapp.quantities import channel, from_si
+
+    speed = channel("V").display_unit(DISPLAY_UNITS.get())
+
+    columns = ("id", "at [s]", "inputs", "kind", f"V [{speed}]", "GO", "card", "verdict", "grade")
+    table = console.create_table(
+        f"{debrief.flight}: {_count(len(debrief.maneuvers), 'input')}", columns
+    )
+    for one in debrief.maneuvers:
+        verdict = one.verdict
+        table.add_row(
+            verdict.id,
+            f"{verdict.t_input:z.1f}",
+            "+".join(verdict.surfaces),
+            verdict.kind,
+            "" if verdict.V is None else f"{from_si(verdict.V, speed, 'speed'):z.0f}",
+            "yes" if one.go_at is not None else "no",
+            verdict.card,
+            Text(verdict.result, _COLORS.get(verdict.result, "red")),
+            verdict.grade or "",
+        )
+    console.print_unwrapped(table)
+    for one in debrief.maneuvers:
+        console.print_sentence(f"{one.verdict.id}: {_sizes(one)}; {one.verdict.advice}")
+    print_score(console, debrief.cards, debrief.score)
+    for words in debrief.limitations:
+        console.print_sentence(words, "dim")
+
+
+def print_score(console: PlainConsole, cards: Sequence[CardScore], score: float | None) -> None:
+    """Print how the test cards were flown; nothing without cards."""
+    if score is None:
+        return
+    for card in cards:
+        console.print_sentence(
+            f"{card.card}: {card.good} of {card.requested} good, {card.flown} flown  {card.title}"
+        )
+    console.print(f"score: {100.0 * score:z.0f} % of the card set")
+
+
+def print_trends(console: PlainConsole, found: Sequence[FlightTrend]) -> None:
+    """Print one line for each flight."""
+    from gsapp.quantities import SURFACE_NAMES
+
+    columns = ("flight", "inputs", "good", "score", "without GO", "s each")
+    table = console.create_table("from flight to flight", columns)
+    for one in found:
+        table.add_row(
+            one.flight,
+            str(one.inputs),
+            f"{100.0 * one.share_good:z.0f} %",
+            "" if one.score is None else f"{100.0 * one.score:z.0f} %",
+            str(one.without_go),
+            "" if one.seconds_each is None else f"{one.seconds_each:z.0f}",
+        )
+    console.print_unwrapped(table)
+    for one in found:
+        told = [f"{SURFACE_NAMES[name]} {share:z.2f}" for name, share in one.amplitudes.items()]
+        sizes = f"{', '.join(told)} of the target" if told else "no target"
+        worst = max(one.trim_errors, key=lambda name: one.trim_errors[name], default="")
+        off = (
+            f"; began with {worst} {one.trim_errors[worst]:z.1f} of its tolerance" if worst else ""
+        )
+        console.print_sentence(f"{one.flight}: {sizes}{off}")
+
+
+def _sizes(one: EvaluatedManeuver) -> str:
+    from gsapp.quantities import SURFACE_NAMES
+    from gsapp.quantities.constants import DEGREE
+
+    wanted = {} if one.target_input is None else one.target_input.amplitudes
+    told = []
+    for name, size in one.verdict.amplitudes.items():
+        asked = ""
+        if name in wanted:
+            low, best, high = (
+                f"{angle / DEGREE:z.1f}"
+                for angle in (wanted[name].low, wanted[name].best, wanted[name].high)
+            )
+            asked = f" (target {best}, {low} to {high})"
+        told.append(f"{SURFACE_NAMES[name]} {size / DEGREE:z.1f} deg{asked}")
+    return ", ".join(told)
+
+
+def _sentence(one: EvaluatedManeuver) -> str:
+    verdict = one.verdict
+    card = f" (card {verdict.card})" if verdict.card else ""
+    inputs = "+".join(verdict.surfaces)
+    return (
+        f"{verdict.given_at:9.2f} s  {verdict.id:4} {inputs} {verdict.kind}: {verdict.advice}{card}"
+    )
+
+
+def _count(number: int, what: str) -> str:
+    return f"{number} {what}{'' if number == 1 else 's'}"

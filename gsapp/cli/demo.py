@@ -9,74 +9,63 @@ maximum likelihood, a run that is kept and repeated, linear models, a report, an
 from __future__ import annotations
 
 import time
+from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
-import numpy as np
+import typer
 
-from gsapp.cli._options import DISPLAY_UNITS
-from gsapp.foundation import FlightError
+from gsapp.cli._options import DISPLAY_UNITS, JsonFile
 
 if TYPE_CHECKING:
-    from rich.console import Console
-
+    from gsapp.cli._console import PlainConsole
     from gsapp.session import Session
     from gsapp.virtual.downlink.aircraft_process import AircraftProcess
 
-DEMO_CHANNELS = (
+_CHANNELS = (
     "V", "altitude", "alpha", "beta", "p", "q", "r", "an", "ax", "ay",
     "de", "da", "dr", "throttle", "rpm_left",
 )  # fmt: skip
 _HEADLESS_SPEED = 4.0
 _END_OF_DATA_SECONDS = 1.0
 """Seconds without a new sample, after the aircraft is done, that end the live part."""
+_CATALOG = "campaign.sqlite"
+"""As the window calls the catalog of a folder of flights."""
+_PLAN = "six"
+"""Of the other flight: enough maneuvers to tell honest bounds, and what strays, from chance."""
 
 
-def run(
-    *,
-    headless: bool,
-    out: Path,
-    seed: int,
-    speed: float | None = None,
-    json: Path | None = None,
+def demo(
+    headless: Annotated[bool, typer.Option("--headless", help="Without a window")] = False,
+    out: Annotated[Path, typer.Option(readable=False, metavar="DIR", help="Output folder")] = Path(
+        "demo-flight"
+    ),
+    seed: Annotated[int, typer.Option(min=0, help="Random seed of the flight")] = 1,
+    speed: Annotated[
+        float | None, typer.Option(metavar="X", help="Times real time; 1 with a window, 4 without")
+    ] = None,
+    json: JsonFile = None,
 ) -> None:
-    """Fly, record, watch, replay and sum up a short virtual flight, and report on a campaign.
+    """Do the whole job once, on virtual flights.
 
-    Parameters
-    ----------
-    headless : bool
-        Without a window.
-    out : Path
-        Folder for the flights, their summary, catalog and report.
-    seed : int
-        Same seed, same flight.
-    speed : float, optional
-        Times real time; by default 1 with a window, 4 without.
-    json : Path, optional
-        Where to write for programs what `gsapp replay` would, and where everything lies; ``-``
-        for the screen, which then shows nothing else.
+    Stream, record, replay, estimate, report, review.
 
-    Raises
-    ------
-    GroundStationError
-        If a step fails; says which.
+    Example: gsapp demo --headless --out demo-flight
     """
-    from gsapp.cli._console import PlainConsole
-    from gsapp.cli._demo_campaign import create_demo_campaign, show_review
-    from gsapp.cli._json_output import format_json, is_stdout, write_json
+    from gsapp.cli._console import PlainConsole, is_stdout, write_json
     from gsapp.cli._usage_errors import check_speed
+    from gsapp.cli.estimate import estimate
+    from gsapp.cli.fly import write_folder
+    from gsapp.cli.report import report
     from gsapp.flight.folder_setup import prepare_flight_folder
     from gsapp.telemetry.recorder_control import start_recorder
-    from gsapp.virtual.downlink.aircraft_process import (
-        AircraftProcess,
-        find_free_udp_port,
-    )
+    from gsapp.virtual.downlink.aircraft_process import AircraftProcess, find_free_udp_port
     from gsapp.virtual.downlink.flight_settings import FlightSettings
     from ui.display_check import NoDisplayError, require_display
     from ui.settings import SettingsStore, settings_path
 
     DISPLAY_UNITS.set("SI" if SettingsStore(settings_path()).current.units == "SI" else "US")
-    console = PlainConsole(highlight=False, soft_wrap=True, stderr=is_stdout(json))
+    console = PlainConsole(soft_wrap=True, stderr=is_stdout(json))
     check_speed(speed)
     if not headless:
         try:
@@ -111,22 +100,32 @@ def run(
             aircraft.stop()
         recorder.stop()
     result = _replay(folder, out, live, console)
-    campaign = create_demo_campaign(folder, out, console, seed=seed + 1)
+    flights = (out / f"{folder.name}-before", folder)
+    catalog = out / _CATALOG
+    derivatives = out / f"{folder.name}-derivatives.json"
+    reported = out / f"{folder.name}-report"
+    console.print("5. The same aircraft on another day, six maneuvers, at full speed:")
+    write_folder(FlightSettings(plan=_PLAN, seed=seed + 1), flights[0], truth=None, console=console)
+    console.print("6. The maneuvers of both flights by maximum likelihood:")
+    estimate(flights=[*flights], json=derivatives, catalog=catalog, label=folder.name)
+    number = _repeat(catalog)
+    console.print(f"7. Run {number} is saved; repeating it gives bit-identical results.")
+    console.print("8. The report with figures, files and linear models:")
+    report(flights=[*flights], out=reported, model="b777")
     result |= {
-        "report": str(campaign.report),
-        "derivatives": str(campaign.derivatives),
-        "catalog": str(campaign.catalog),
-        "flights": [str(path) for path in campaign.flights],
+        "report": str(reported),
+        "derivatives": str(derivatives),
+        "catalog": str(catalog),
+        "flights": [str(path) for path in flights],
     }
     console.print(
         f"The flight: {folder}\nits summary: {result['summary']}\nits charts: "
-        f"{result['picture']}\nderivatives of both flights: {campaign.derivatives}\n"
-        f"the catalog with the run: {campaign.catalog}\nthe report: {campaign.report}"
+        f"{result['picture']}\nderivatives of both flights: {derivatives}\n"
+        f"the catalog with the run: {catalog}\nthe report: {reported}"
     )
-    if json is not None:
-        write_json(json, format_json(result))
+    write_json(json, result)
     if not headless:
-        show_review(campaign, out, console)
+        _show_review(flights, out, console)
 
 
 def _unused(path: Path) -> Path:
@@ -139,10 +138,11 @@ def _unused(path: Path) -> Path:
     return candidate
 
 
-def _follow_live(folder: Path, aircraft: AircraftProcess, console: Console) -> Session:
+def _follow_live(folder: Path, aircraft: AircraftProcess, console: PlainConsole) -> Session:
     """Follow the flight as a window would, until it is over."""
     from rich.progress import Progress, TextColumn
 
+    from gsapp.foundation import FlightError
     from gsapp.session import Session
     from gsapp.session.live_estimation.fit_workers import ProcessFitWorker
 
@@ -164,9 +164,10 @@ def _follow_live(folder: Path, aircraft: AircraftProcess, console: Console) -> S
     return session
 
 
-def _replay(folder: Path, out: Path, live: Session | None, console: Console) -> dict[str, Any]:
+def _replay(folder: Path, out: Path, live: Session | None, console: PlainConsole) -> dict[str, Any]:
     """Replay the record, compare, sum up and draw; return the result for programs."""
     from gsapp.cli.replay import print_summary, summary_json
+    from gsapp.foundation import FlightError
     from gsapp.report.strip_figure import write_strip_figure
     from gsapp.session import UNLIMITED_SPEED, Session
     from gsapp.session.live_estimation.fit_workers import InlineFitWorker
@@ -190,7 +191,7 @@ def _replay(folder: Path, out: Path, live: Session | None, console: Console) -> 
         )
         live.close()
     picture = write_strip_figure(
-        flight.block, DEMO_CHANNELS, out / f"{folder.name}.png",
+        flight.block, _CHANNELS, out / f"{folder.name}.png",
         title=f"Virtual flight of the B777, {flight.duration:.0f} s", units=DISPLAY_UNITS.get(),
     )  # fmt: skip
     summary = out / f"{folder.name}.json"
@@ -208,6 +209,10 @@ def _replay(folder: Path, out: Path, live: Session | None, console: Console) -> 
 
 def _same_as_live(live: Session, replayed: Session) -> int:
     """Return how many channels agree bit for bit; raise if one differs."""
+    import numpy as np
+
+    from gsapp.foundation import FlightError
+
     first = round((replayed.history.start or 0.0) * replayed.history.rate)
     last = round((replayed.history.end or 0.0) * replayed.history.rate) + 1
     for channel_id in replayed.history.channels:
@@ -222,3 +227,38 @@ def _same_as_live(live: Session, replayed: Session) -> int:
     if formed is not None and found is not None and formed.to_json() != found.to_json():
         raise FlightError("the replay gives different derivatives than in flight")
     return len(replayed.history.channels)
+
+
+def _repeat(catalog: Path) -> int:
+    """Do the last run again; return its number."""
+    from gsapp.flight.catalog import Catalog
+    from gsapp.foundation import FlightError
+    from gsapp.identification.runs.run_repetition import repeat_run
+    from gsapp.identification.runs.run_store import stored_runs
+
+    with Catalog(catalog) as store:
+        number = max(one.number for one in stored_runs(store))
+        again = repeat_run(store, number)
+    if not again.is_identical:
+        raise FlightError(f"run {number} gives other numbers: {'; '.join(again.differences)}")
+    return number
+
+
+def _show_review(flights: Sequence[Path], out: Path, console: PlainConsole) -> None:
+    """Open the window where the campaign is reviewed; its settings stay with the demo."""
+    from ui.app import run_window
+    from ui.settings import SettingsStore, settings_path
+
+    settings = out / "window.toml"
+    store = SettingsStore(settings)
+    # Theme and size are the user's; flights and catalog the demo's.
+    own = SettingsStore(settings_path()).current
+    store.change(
+        theme=own.theme, scale=own.scale, units=own.units, muted=own.muted,
+        flights=str(out), review_flights=tuple(str(path) for path in flights),
+    )  # fmt: skip
+    console.print(
+        "9. The window shows both flights in Review: edit maneuvers (Alt+1), estimate (Alt+2), "
+        "figures\n   (Alt+3), summary (Alt+4). Close it to end."
+    )
+    run_window(settings=settings, place="review")

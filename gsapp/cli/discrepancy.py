@@ -2,24 +2,25 @@
 
 from __future__ import annotations
 
-import contextlib
 import shutil
 import tempfile
 from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
-from gsapp.cli._console import print_sentence
-from gsapp.cli._options import DISPLAY_UNITS
+import typer
+
+from gsapp.cli._commands import takes_settings
+from gsapp.cli._options import DISPLAY_UNITS, JsonFile, Units
 
 if TYPE_CHECKING:
-    from rich.console import Console
-
     from gsapp.aircraft import Aircraft
+    from gsapp.cli._console import PlainConsole
     from gsapp.discrepancy.investigation import Investigation
     from gsapp.discrepancy.results import DiscrepancyResult
-    from gsapp.discrepancy.settings import DiscrepancySettings
+    from gsapp.discrepancy.settings import DiscrepancySettings, SearchProgress
     from gsapp.identification.maneuver import Maneuver
     from gsapp.report.provenance import Provenance
 
@@ -27,40 +28,63 @@ MODEL_FILE, RESULT_FILE = "model.toml", "discrepancy.json"
 """Files in the folder beside the report and its figures."""
 
 
-def run(
-    *,
-    flights: Sequence[Path],
-    out: Path,
-    draw: Sequence[str] = (),
-    json: Path | None = None,
+@takes_settings("gsapp.discrepancy.settings:DiscrepancySettings")
+def discrepancy(
+    flights: Annotated[
+        list[Path] | None,
+        typer.Argument(
+            metavar="FLIGHT",
+            readable=False,
+            help="Flight folders, .csv, .tlog, .bin, .ulg, .mat, .parquet",
+        ),
+    ] = None,
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            readable=False,
+            metavar="DIR",
+            help="Folder for the revised model, report.html, report.pdf, figures, discrepancy.json",
+        ),
+    ] = None,
+    list_: Annotated[bool, typer.Option("--list", help="List the effects and exit")] = False,
+    catalog: Annotated[bool, typer.Option("--catalog", hidden=True)] = False,
+    draw: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="MANEUVER",
+            help="Plot all channels of this maneuver in the report; repeatable; default: worst "
+            "held-out maneuver",
+        ),
+    ] = None,
+    units: Units = "us",  # noqa: ARG001  acts in its callback
+    json: JsonFile = None,
     **settings: Any,
 ) -> None:
-    """Search for what a model lacks and write the answer.
+    """Name and add the effect that a model lacks.
 
-    Parameters
-    ----------
-    flights : sequence of Path
-    out : Path
-        Folder for the revised model, the report, its figures and the JSON. Of what stands there
-        already only files of the same names are replaced, all at once when everything is done.
-    draw : sequence of str
-        Ids of the maneuvers that the report draws in full; by default the worst of those kept out.
-    json : Path, optional
-        Where the answer for programs goes, besides the folder.
-    **settings
-        Fields of `gsapp.discrepancy.settings.DiscrepancySettings`.
+    Find where simulation and flight disagree, name the effect, add it, show the gap shrink.
 
-    Raises
-    ------
-    GroundStationError
-        If a file or name is wrong, or these maneuvers do not suffice.
+    Example: gsapp discrepancy flights/a flights/b --aircraft b777 --model b777 --out missing
+
+    Example: gsapp discrepancy flights/a --out missing --refuse aero.Cm.speed
+    --held-out 3 --held-out 7
+
+    Example: gsapp discrepancy --list
     """
-    from gsapp.cli._aircraft_text import print_aircraft_warnings
-    from gsapp.cli._console import PlainConsole
+    if list_ or catalog:
+        from gsapp.cli._effect_catalog_text import list_effects
+
+        list_effects(json)
+        return
+    if not flights or out is None:
+        raise typer.BadParameter("give FLIGHT... and --out DIR, or --list")
+    from gsapp.cli._console import PlainConsole, is_stdout, write_json
     from gsapp.cli._discrepancy_text import print_discrepancy
-    from gsapp.cli._flight_text import calibration_sentences
-    from gsapp.cli._flown_flights import load_flown_flights
-    from gsapp.cli._json_output import format_json, is_stdout, write_json
+    from gsapp.cli._flight_text import (
+        calibration_sentences,
+        load_flown_flights,
+        print_aircraft_warnings,
+    )
     from gsapp.cli._usage_errors import as_usage_error, check_windows
     from gsapp.discrepancy.investigation import Investigation
     from gsapp.discrepancy.model_match import check_model_match
@@ -71,7 +95,7 @@ def run(
     from gsapp.flight.maneuvers import uncalibrated_text
     from gsapp.foundation import FlightError
     from gsapp.identification.maneuver_extraction import no_maneuvers_text
-    from gsapp.report.discrepancy_provenance import search_provenance
+    from gsapp.report.provenance import search_provenance
 
     console = PlainConsole(stderr=is_stdout(json))
     _check_output_folder(out)
@@ -88,7 +112,7 @@ def run(
             f"no maneuver to compare model and flight by: {no_maneuvers_text(flown)}; name windows "
             "of the flight with --maneuver START:STOP, or fly doublets"
         )
-    _check_maneuvers(maneuvers, request.held_out or (), draw)
+    _check_maneuvers(maneuvers, request.held_out or (), draw or ())
     if model is not None:
         check_model_match(model, maneuvers)
     try:
@@ -96,29 +120,22 @@ def run(
     except FlightError as error:
         causes = (words for one in flown for words in uncalibrated_text(one.flight))
         raise FlightError("; ".join(dict.fromkeys((str(error), *causes)))) from error
-    remarks = (
-        *calibration_sentences(one.flight for one in flown),
-        *record_remarks(maneuvers, own),
-    )
+    remarks = (*calibration_sentences(one.flight for one in flown), *record_remarks(maneuvers, own))
     found = replace(found, warnings=tuple(dict.fromkeys((*found.warnings, *remarks))))
     provenance = search_provenance(flights, request)
     with console.status("writing the report"), _atomic_folder(out) as part:
-        _fill(part, found, out, own, provenance, draw)
-    if json is not None:
-        write_json(json, format_json(discrepancy_json(found, model=out / MODEL_FILE)))
+        _fill(part, found, out, own, provenance, draw or ())
+    write_json(json, discrepancy_json(found, model=out / MODEL_FILE))
     print_aircraft_warnings(console, [flown[0].file_aircraft])
     for one in flown:
         for remark in one.remarks:
             if remark not in one.flight.calibration_remarks:  # stands among the warnings
-                print_sentence(console, f"{one.flight.name}: {remark}", "yellow")
+                console.print_sentence(f"{one.flight.name}: {remark}", "yellow")
     print_discrepancy(console, found)
     console.print(
-        f"The model, the report and its figures are in {out}", highlight=False,
+        f"The model, the report and its figures are in {out}",
         soft_wrap=True,
     )  # fmt: skip
-
-
-# --- before the search --------------------------------------------------------------------------
 
 
 def _check_output_folder(out: Path) -> None:
@@ -162,30 +179,19 @@ def _check_maneuvers(
                 )
 
 
-# --- the search ---------------------------------------------------------------------------------
-
-
 def _search(
-    console: Console, investigation: Investigation, settings: DiscrepancySettings
+    console: PlainConsole, investigation: Investigation, settings: DiscrepancySettings
 ) -> DiscrepancyResult:
-    from rich.progress import BarColumn, Progress, TaskProgressColumn
-    from rich.progress import TimeRemainingColumn as TimeLeft
+    from rich.progress import TaskProgressColumn, TimeRemainingColumn
 
-    from gsapp.cli._console import description_column
-    from gsapp.discrepancy.settings import SearchProgress as Done
-
-    columns = (description_column(), BarColumn(), TaskProgressColumn(), TimeLeft())
-    shown = console.is_terminal
-    with Progress(*columns, console=console, transient=True, disable=not shown) as bar:
+    columns = (TaskProgressColumn(), TimeRemainingColumn())
+    with console.progress(*columns, disable=not console.is_terminal) as bar:
         task = bar.add_task("preparing", total=1.0)
 
-        def show(done: Done) -> None:
+        def show(done: SearchProgress) -> None:
             bar.update(task, completed=done.share, description=done.activity)
 
         return investigation.run(settings, progress=show)
-
-
-# --- what is written ----------------------------------------------------------------------------
 
 
 def _fill(
@@ -197,7 +203,7 @@ def _fill(
     draw: Sequence[str],
 ) -> None:
     """Write everything into a folder that will stand at `out`."""
-    from gsapp.cli._json_output import format_json
+    from gsapp.cli._console import format_json
     from gsapp.discrepancy.result_json import discrepancy_json
     from gsapp.dynamics.model import save_model
     from gsapp.flight.info import local_timestamp
@@ -214,7 +220,7 @@ def _fill(
     )  # fmt: skip
 
 
-@contextlib.contextmanager
+@contextmanager
 def _atomic_folder(out: Path) -> Iterator[Path]:
     """Give a folder to fill; what is in it stands at `out` when all is done, or not at all."""
     from gsapp.foundation.files import create_sibling_folder, move_into_place

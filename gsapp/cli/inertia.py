@@ -2,35 +2,32 @@
 
 from __future__ import annotations
 
-import json as json_module
 from pathlib import Path
+from typing import Annotated
 
-from rich.table import Table
+import typer
 
-from gsapp.cli._console import PlainConsole, print_sentence
-from gsapp.cli._options import DISPLAY_UNITS
-from gsapp.cli._tables import print_unwrapped
+from gsapp.cli._options import DISPLAY_UNITS, JsonFile
 
 
-def run(*, swings: Path, json: Path | None = None, unit: str = "slug ft^2") -> None:
-    """Evaluate a file of swings.
+def inertia(
+    swings: Annotated[
+        Path,
+        typer.Argument(metavar="SWINGS.toml", readable=False, help="Times and distances of swings"),
+    ],
+    unit: Annotated[str, typer.Option(help="Units on the screen")] = "slug ft^2",
+    json: JsonFile = None,
+) -> None:
+    """Find moments of inertia from pendulum swings.
 
-    Parameters
-    ----------
-    swings : Path
-        TOML; see `gsapp.aircraft.swings.Swings`.
-    json : Path, optional
-        Where the result for programs goes.
-    unit : str
-        Of the values on the screen.
+    Each comes with its uncertainty.
 
-    Raises
-    ------
-    GroundStationError
-        If the file holds mistakes.
+    Example: gsapp inertia swings.toml --unit "kg m^2"
     """
+    from rich.table import Table
+
     from gsapp.aircraft.swings import compute_inertia, load_swings
-    from gsapp.cli._json_output import is_stdout, write_json
+    from gsapp.cli._console import PlainConsole, is_stdout, write_json
     from gsapp.cli._usage_errors import as_usage_error
     from gsapp.quantities import units
 
@@ -48,7 +45,7 @@ def run(*, swings: Path, json: Path | None = None, unit: str = "slug ft^2") -> N
             "shares": {name: dict(share) for name, share in result.shares.items()},
             "warnings": list(result.warnings),
         }
-        write_json(json, json_module.dumps(content, indent=1) + "\n")
+        write_json(json, content)
         if is_stdout(json):
             return
     console = PlainConsole()
@@ -59,16 +56,16 @@ def run(*, swings: Path, json: Path | None = None, unit: str = "slug ft^2") -> N
         percent = f"{100.0 * one.std / abs(one.value):z.1f}" if one.value else ""
         words = f"{largest} ({100.0 * share[largest]:z.0f} %)" if share else largest
         table.add_row(name, f"{one.value / scale:z.3f}", f"{one.std / scale:z.3f}", percent, words)
-    print_unwrapped(console, table)
+    console.print_unwrapped(table)
     parts = Table("", "full period", "cradle", "to the CG, with air", title=f"Made of, {unit}")
     for name, part in result.parts.items():
         title = "about the vertical, nose up" if name == "vertical" else name
         parts.add_row(
             title, *(f"{one / scale:z.3f}" for one in (part.whole, part.cradle, part.transfer))
         )
-    print_unwrapped(console, parts)
-    console.print("For the aircraft file:\n\n[mass]", highlight=False)
+    console.print_unwrapped(parts)
+    console.print("For the aircraft file:\n\n[mass]")
     for name, one in result.values.items():
-        console.print(f'{name} = "{one.value / scale:z.4g} {unit}"', highlight=False)
+        console.print(f'{name} = "{one.value / scale:z.4g} {unit}"')
     for warning in result.warnings:
-        print_sentence(console, f"note: {warning}")
+        console.print_sentence(f"note: {warning}")

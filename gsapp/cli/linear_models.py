@@ -2,80 +2,79 @@
 
 from __future__ import annotations
 
-import json as json_module
 import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
-from gsapp.cli._console import print_sentence
-from gsapp.cli._tables import print_unwrapped
-from gsapp.identification.axes import AXIS_TITLES
-from gsapp.identification.linear_models.signals import LINEAR_STATES, LinearAxis
-from gsapp.identification.methods import DEFAULT_METHOD, linear_model_title
+import typer
+
+from gsapp.cli._commands import MANEUVER_SETTINGS, takes_settings
+from gsapp.cli._options import FlightPaths, JsonFile, Units
 
 if TYPE_CHECKING:
-    from rich.console import Console
-
+    from gsapp.cli._console import PlainConsole
     from gsapp.dynamics.model import Model
     from gsapp.identification.linear_models.linear_model_files import PublishedErrors
     from gsapp.identification.linear_models.model_comparison import EvaluatedModel
+    from gsapp.identification.linear_models.signals import LinearAxis
     from gsapp.identification.maneuver import Maneuver
     from gsapp.identification.maneuver_extraction import FlightWithManeuvers
 
     Judged = dict[LinearAxis, dict[str, EvaluatedModel]]
 
 
-def run(
-    *,
-    flights: Sequence[Path],
-    validate: Path,
-    model: str | None = None,
-    order_lon: str = "2",
-    order_lat: str = "4",
-    out: Path | None = None,
-    json: Path | None = None,
+@takes_settings(MANEUVER_SETTINGS, "aircraft", "as_found", "channel_map", "calibration")
+def linear_models(
+    flights: FlightPaths,
+    validate: Annotated[
+        Path,
+        typer.Option(readable=False, metavar="FLIGHT", help="Flight to validate the models on"),
+    ],
+    model: Annotated[
+        str | None, typer.Option(metavar="FILE", help="Model whose effects are known")
+    ] = None,
+    order_lon: Annotated[
+        str, typer.Option(metavar="N|auto", help="Order of the longitudinal subspace model")
+    ] = "2",
+    order_lat: Annotated[
+        str, typer.Option(metavar="N|auto", help="Order of the lateral-directional subspace model")
+    ] = "4",
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            readable=False, metavar="DIR", help="Write the models to this folder, one file each"
+        ),
+    ] = None,
+    units: Units = "us",  # noqa: ARG001  acts in its callback
+    json: JsonFile = None,
     **settings: Any,
 ) -> None:
-    """Fit the three models on some flights and judge them on another.
+    """Fit three linear models, and judge them on another flight.
 
-    Parameters
-    ----------
-    flights : sequence of Path
-    validate : Path
-        The flight they are judged on.
-    model : str, optional
-        Name or path; its effects are taken as known, those on instruments undone in the record.
-    order_lon, order_lat : str
-        Of the subspace model: a number, or ``auto``.
-    out : Path, optional
-        Folder for the models, one TOML file each.
-    json : Path, optional
-        Where the result for programs goes.
-    **settings
-        Fields of `gsapp.flight.maneuver_settings.ManeuverSettings`.
+    Batch least squares, subspace with prediction error, and maximum likelihood derivatives
+    through appendix A; RMS error over range as in tables 7.4.1 and 7.4.2 of the source.
 
-    Raises
-    ------
-    GroundStationError
-        If a flight cannot be read, or neither axis has maneuvers in both.
+    Example: gsapp linear-models flights/a --validate flights/b --aircraft b777
     """
-    from gsapp.cli._aircraft_text import print_aircraft_warnings
-    from gsapp.cli._console import PlainConsole
-    from gsapp.cli._flight_text import calibration_sentences
-    from gsapp.cli._flown_flights import load_flown_flights
-    from gsapp.cli._json_output import is_stdout
-    from gsapp.cli._output_paths import is_same_path
-    from gsapp.cli._usage_errors import CommandUsageError
+    from gsapp.cli._console import PlainConsole, is_stdout, write_json
+    from gsapp.cli._flight_text import (
+        calibration_sentences,
+        load_flown_flights,
+        print_aircraft_warnings,
+    )
+    from gsapp.cli._usage_errors import CommandUsageError, is_same_path
     from gsapp.dynamics.model import load_model
     from gsapp.flight.maneuver_settings import ManeuverSettings
     from gsapp.foundation import FlightError
+    from gsapp.identification.axes import AXIS_TITLES
     from gsapp.identification.campaign import CampaignSettings, run_campaign
     from gsapp.identification.instrument_effects import effective_records
     from gsapp.identification.linear_models.linear_model_files import (
         PUBLISHED_AIRCRAFT,
         published_errors,
     )
+    from gsapp.identification.linear_models.signals import LINEAR_STATES
     from gsapp.identification.maneuver_extraction import no_maneuvers_text
     from gsapp.identification.moment_reference import derivatives_about_flown_cg
 
@@ -121,7 +120,10 @@ def run(
     if not found:
         raise FlightError(f"there are no linear models: {'; '.join(reasons)}")
     if json is not None:
-        _write_json(json, found, reasons)
+        content: dict[str, Any] = {"lon": None, "lat": None}
+        for axis, models in found.items():
+            content[axis] = {name: _json(one) for name, one in models.items()}
+        write_json(json, {**content, "remarks": reasons})
     if out is not None:
         _save(out, found, [one.flight.name for one in every[:-1]])
     print_aircraft_warnings(console, (one.file_aircraft for one in every))
@@ -130,7 +132,7 @@ def run(
     for axis, models in found.items():
         _describe(console, axis, models, published, other.flight.name)
     for sentence in reasons:
-        print_sentence(console, sentence, "yellow")
+        console.print_sentence(sentence, "yellow")
 
 
 def _compare(
@@ -160,19 +162,11 @@ def _compare(
     return evaluate_linear_models(on, against, whole, axis, derivatives, order=order)
 
 
-def _write_json(path: Path, found: Judged, remarks: Sequence[str]) -> None:
-    from gsapp.cli._json_output import write_json
-
-    content: dict[str, Any] = {"lon": None, "lat": None}
-    for axis, models in found.items():
-        content[axis] = {name: _json(one) for name, one in models.items()}
-    content["remarks"] = list(remarks)
-    write_json(path, json_module.dumps(content, indent=1, allow_nan=False) + "\n")
-
-
 def _save(folder: Path, found: Judged, flights: Sequence[str]) -> None:
     """Write the models whose states the vocabulary knows; a subspace model's have no meaning."""
+    from gsapp.identification.axes import AXIS_TITLES
     from gsapp.identification.linear_models.linear_model_files import save_linear_model
+    from gsapp.identification.methods import DEFAULT_METHOD, linear_model_title
 
     folder.mkdir(parents=True, exist_ok=True)
     for axis, models in found.items():
@@ -186,6 +180,7 @@ def _save(folder: Path, found: Judged, flights: Sequence[str]) -> None:
 
 
 def _order(text: str) -> int | None:
+
     from gsapp.cli._usage_errors import CommandUsageError
 
     if text == "auto":
@@ -211,23 +206,21 @@ def _json(judged: EvaluatedModel) -> dict[str, Any]:
 
 
 def _describe(
-    console: Console,
+    console: PlainConsole,
     axis: LinearAxis,
     models: Mapping[str, EvaluatedModel],
     published: Mapping[str, PublishedErrors],
     flight: str,
 ) -> None:
-    from rich import box
-    from rich.table import Table
 
-    table = Table(
+    from gsapp.identification.axes import AXIS_TITLES
+    from gsapp.identification.methods import DEFAULT_METHOD, linear_model_title
+
+    table = console.create_table(
         title=f"{AXIS_TITLES[axis]}: RMS error over range in {flight}, %",
         caption="whole flight; its maneuvers, each from its own start"
         + ("; the source's (tables 7.4.1, 7.4.2)" if published else ""),
-        title_justify="left",
         caption_justify="left",
-        box=box.SIMPLE_HEAD,
-        pad_edge=False,
     )
     table.add_column("", no_wrap=True)
     for name in models:
@@ -243,7 +236,7 @@ def _describe(
                 for name, one in models.items()
             ),
         )
-    print_unwrapped(console, table)
+    console.print_unwrapped(table)
     for name, one in models.items():
         modes = ", ".join(
             f"{mode.name} {mode.pole.real:z.3f}"
@@ -251,9 +244,7 @@ def _describe(
             for mode in one.model.modes()
         )
         remarks = f" ({'; '.join(one.remarks)})" if one.remarks else ""
-        print_sentence(
-            console, f"{linear_model_title(name, DEFAULT_METHOD)}{remarks}: {modes}  1/s"
-        )
+        console.print_sentence(f"{linear_model_title(name, DEFAULT_METHOD)}{remarks}: {modes}  1/s")
 
 
 def _shown(value: float | None) -> str:

@@ -15,23 +15,26 @@ from typing import Annotated
 
 import typer
 
-from gsapp.cli._campaign_commands import (
-    catalog,
-    compatibility,
-    debrief,
-    discrepancy,
-    estimate,
-    linear_models,
-    maneuvers,
-    report,
-    runs,
-    terms,
-)
 from gsapp.cli._commands import CommandApp
-from gsapp.cli._flight_commands import demo, export, fly, import_, onboard, record, replay
-from gsapp.cli._ground_commands import calibrate, certificates, inertia
 from gsapp.cli._options import DISPLAY_UNITS
-from gsapp.cli._table_commands import cut, merge, resample
+from gsapp.cli.calibration_commands import calibrate, certificates
+from gsapp.cli.catalog import catalog
+from gsapp.cli.compatibility import compatibility
+from gsapp.cli.debrief import debrief
+from gsapp.cli.demo import demo
+from gsapp.cli.discrepancy import discrepancy
+from gsapp.cli.estimate import estimate
+from gsapp.cli.flight_files import export, import_, onboard
+from gsapp.cli.fly import fly
+from gsapp.cli.inertia import inertia
+from gsapp.cli.linear_models import linear_models
+from gsapp.cli.maneuvers import maneuvers
+from gsapp.cli.record import record
+from gsapp.cli.replay import replay
+from gsapp.cli.report import report
+from gsapp.cli.runs import runs
+from gsapp.cli.table_commands import cut, merge, resample
+from gsapp.cli.terms import terms
 
 app = CommandApp(
     pretty_exceptions_enable=False,

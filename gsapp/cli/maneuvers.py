@@ -2,64 +2,45 @@
 
 from __future__ import annotations
 
-import json as json_module
+from collections.abc import Sequence
 from contextlib import closing
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from gsapp.cli._console import print_sentence
-from gsapp.cli._options import DISPLAY_UNITS
+from gsapp.cli._commands import MANEUVER_SETTINGS, takes_settings
+from gsapp.cli._options import DISPLAY_UNITS, CatalogFile, FlightPath, JsonFile, Units
 
 if TYPE_CHECKING:
-    from rich.console import Console
-
+    from gsapp.cli._console import PlainConsole
     from gsapp.flight.flight import Flight
-    from gsapp.flight.maneuvers import FlightManeuvers
+    from gsapp.flight.maneuvers import DetectedManeuver, FlightManeuvers
     from gsapp.session import Session
 
-_COLORS = {"A": "green", "B": "green", "C": "yellow", "D": "red"}
+_GRADE_COLORS = {"A": "green", "B": "green", "C": "yellow", "D": "red"}
+_CARD_COLORS = {"done": "green", "begun": "yellow", "open": "red"}
 
 
-def run(
-    *,
-    flight: Path,
+@takes_settings(MANEUVER_SETTINGS, "aircraft", "as_found", "channel_map", "calibration")
+def maneuvers(
+    flight: FlightPath,
+    catalog: CatalogFile = None,
+    units: Units = "us",  # noqa: ARG001  acts in its callback
+    json: JsonFile = None,
     aircraft: str | None = None,
+    as_found: bool = False,
     channel_map: str | None = None,
     calibration: str | None = None,
-    as_found: bool = False,
-    json: Path | None = None,
-    catalog: Path | None = None,
 ) -> None:
-    """Find the maneuvers of a flight and print them, changes by hand included.
+    """Find the maneuvers of a flight and grade them.
 
-    Parameters
-    ----------
-    flight : Path
-        Folder or file.
-    aircraft : str, optional
-        Name or path; by default that in the flight folder, else ``b777``.
-    channel_map : str, optional
-        Name or path.
-    calibration : str, optional
-        Certificates in place of those kept with the flight: a folder, or a shipped set.
-    as_found : bool
-        Whether to leave out what was changed by hand.
-    json : Path, optional
-        Where to write the list for programs; ``-`` for the screen.
-    catalog : Path, optional
-        A catalog to store the flight and its maneuvers in; made if it does not exist.
+    What was changed by hand counts.
 
-    Raises
-    ------
-    GroundStationError
-        If the flight cannot be read, has no surface, or a file cannot be written.
+    Example: gsapp maneuvers flights/2026-05-12-a --json maneuvers.json
     """
     from gsapp.aircraft import load_aircraft
-    from gsapp.cli._aircraft_text import print_aircraft_warnings
-    from gsapp.cli._cards_text import print_card_status
-    from gsapp.cli._console import PlainConsole
-    from gsapp.cli._flight_text import check_catalog, print_calibration
-    from gsapp.cli._json_output import is_stdout, write_json
+    from gsapp.cli._console import PlainConsole, is_stdout, write_json
+    from gsapp.cli._flight_text import print_aircraft_warnings, print_calibration
+    from gsapp.cli._usage_errors import check_catalog
     from gsapp.cli.debrief import replay_to_end
     from gsapp.flight.catalog import Catalog, store_maneuvers
     from gsapp.flight.flight_loader import load_flight
@@ -91,20 +72,17 @@ def run(
     if catalog is not None:
         with Catalog(catalog) as store:
             store_maneuvers(store, loaded, found.maneuvers, aircraft=flown.name)
-    if json is not None:
-        content = [maneuver.to_json() for maneuver in found.maneuvers]
-        text = json_module.dumps(content, indent=1, ensure_ascii=False, allow_nan=False)
-        write_json(json, text + "\n")
+    write_json(json, [maneuver.to_json() for maneuver in found.maneuvers])
     print_calibration(console, [loaded])
     if not is_stdout(json):
         print_aircraft_warnings(console, [flown])
         _describe(console, loaded, found)
         if own is None and (assumed := assumed_aircraft_text(loaded.name, loaded.info)):
-            print_sentence(console, assumed, "yellow")
+            console.print_sentence(assumed, "yellow")
         print_card_status(console, flight, found.maneuvers)
         for path in (json, catalog):
             if path is not None:
-                console.print(f"written to {path}", highlight=False, soft_wrap=True)
+                console.print(f"written to {path}", soft_wrap=True)
 
 
 def _graded(found: FlightManeuvers, session: Session) -> FlightManeuvers:
@@ -121,12 +99,9 @@ def _graded(found: FlightManeuvers, session: Session) -> FlightManeuvers:
     return replace(found, maneuvers=tuple(apply_verdicts(one, verdicts) for one in found.maneuvers))
 
 
-def _describe(console: Console, flight: Flight, found: FlightManeuvers) -> None:
-    from rich import box
-    from rich.table import Table
+def _describe(console: PlainConsole, flight: Flight, found: FlightManeuvers) -> None:
     from rich.text import Text
 
-    from gsapp.cli._tables import print_unwrapped
     from gsapp.flight.maneuvers import (
         GRADED_BY_CREW,
         GRADES,
@@ -140,17 +115,12 @@ def _describe(console: Console, flight: Flight, found: FlightManeuvers) -> None:
     speed = channel("V").display_unit(DISPLAY_UNITS.get())
 
     count = len(found.maneuvers)
-    table = Table(
-        title=f"{flight.name}: {count} maneuver{'' if count == 1 else 's'}",
-        title_justify="left",
-        box=box.SIMPLE_HEAD,
-        pad_edge=False,
+    numbers = ("start [s]", "end [s]", "size [deg]", f"V [{speed}]", "alpha [deg]")
+    table = console.create_table(
+        f"{flight.name}: {count} maneuver{'' if count == 1 else 's'}",
+        ("id", *numbers[:2], "inputs", "kind", *numbers[2:], "grade"),
+        right=numbers,
     )
-    for heading in ("id", "start [s]", "end [s]", "inputs", "kind", "size [deg]", f"V [{speed}]"):
-        right = heading.endswith("]")
-        table.add_column(heading, justify="right" if right else "left")
-    table.add_column("alpha [deg]", justify="right")
-    table.add_column("grade")
     for one in found.maneuvers:
         table.add_row(
             one.id,
@@ -162,25 +132,25 @@ def _describe(console: Console, flight: Flight, found: FlightManeuvers) -> None:
             _shown(one.V, to_si(1.0, speed, "speed")),
             _shown(one.alpha, DEGREE),
             Text.assemble(
-                (one.grade, _COLORS[one.grade]),
+                (one.grade, _GRADE_COLORS[one.grade]),
                 " (manual)" if one.graded_by == GRADED_BY_CREW else "",
             ),
         )
-    print_unwrapped(console, table)
+    console.print_unwrapped(table)
     for one in found.maneuvers:
         if one.use is not None:
             words = "used in estimates" if one.use else "left out of estimates"
-            console.print(f"{one.id}: {words}, by hand", highlight=False)
+            console.print(f"{one.id}: {words}, by hand")
         if one.note:
-            print_sentence(console, f"{one.id}: {one.note}")
+            console.print_sentence(f"{one.id}: {one.note}")
         if one.reasons:
-            print_sentence(console, f"{one.id}: {'; '.join(one.reasons)}")
+            console.print_sentence(f"{one.id}: {'; '.join(one.reasons)}")
     told = [
         *(f"{grade}: {words}" for grade, words in GRADES.items() if found.maneuvers),
         f"airborne detection by {found.airborne_criterion}; noise from {found.noise.source}",
     ]
     for sentence in told:
-        print_sentence(console, sentence, "dim")
+        console.print_sentence(sentence, "dim")
     remarks = [*found.remarks, *uncalibrated_text(flight)]
     if not found.maneuvers:
         remarks = [
@@ -190,8 +160,49 @@ def _describe(console: Console, flight: Flight, found: FlightManeuvers) -> None:
             *(one for one in found.remarks if one not in surface_remarks(flight)),
         ]
     for sentence in remarks:
-        print_sentence(console, sentence, "yellow")
+        console.print_sentence(sentence, "yellow")
 
 
 def _shown(value: float | None, unit: float) -> str:
     return "" if value is None else f"{value / unit:z.1f}"
+
+
+def print_card_status(
+    console: PlainConsole, flight: Path, maneuvers: Sequence[DetectedManeuver]
+) -> None:
+    """Print how the test cards kept with a flight stand; nothing where it has none.
+
+    Raises
+    ------
+    FileProblemsError
+        If the cards hold mistakes.
+    """
+    from rich.text import Text
+
+    from gsapp.flight.cards import match_cards
+    from gsapp.flight.folder import FlightFolder
+
+    cards = FlightFolder(path=flight).cards() if flight.is_dir() else None
+    if cards is None:
+        return
+    flown = match_cards(cards, maneuvers)
+    title = f"test cards {cards.name}".rstrip()
+    table = console.create_table(title, ("card", "what", "flown", "state"))
+    for one in flown.cards:
+        table.add_row(
+            one.card.id,
+            one.card.display_title,
+            f"{one.good_count} of {one.card.repeats}",
+            Text(one.state, _CARD_COLORS[one.state]),
+        )
+    console.print_unwrapped(table)
+    told = [
+        f"{one.card.id}: maneuver {attempt.maneuver.id} not counted: {'; '.join(attempt.reasons)}"
+        for one in flown.cards
+        for attempt in one.attempts
+        if not attempt.is_counted
+    ]
+    if flown.unplanned:
+        told.append(f"not on a card: {', '.join(one.id for one in flown.unplanned)}")
+    for sentence in told:
+        console.print_sentence(sentence)

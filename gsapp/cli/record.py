@@ -6,7 +6,12 @@ import contextlib
 import re
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from gsapp.cli._commands import MANEUVER_SETTINGS, takes_settings
+from gsapp.cli._options import JsonFile
 
 if TYPE_CHECKING:
     from gsapp.telemetry.recorder_status import RecorderStatus
@@ -15,43 +20,42 @@ _FIRST_DIAGNOSIS = 5.0
 """Seconds without anything useful before it is said what is wrong with the link."""
 
 
-def run(
-    link: str,
-    out: Path,
-    *,
+@takes_settings(MANEUVER_SETTINGS, "channel_map")
+def record(
+    link: Annotated[str, typer.Argument(metavar="LINK")],
+    out: Annotated[
+        Path, typer.Option(readable=False, metavar="FLIGHT", help="Flight folder to write")
+    ],
+    aircraft: Annotated[
+        str | None,
+        typer.Option(metavar="FILE", help="Aircraft: a file, or the name of a shipped one"),
+    ] = None,
+    calibration: Annotated[
+        str | None,
+        typer.Option(metavar="FOLDER", help="Certificates: a folder, or the name of a shipped set"),
+    ] = None,
+    heartbeat: Annotated[
+        bool | None, typer.Option(help="Send a heartbeat every second; default: over udpout only")
+    ] = None,
+    speed: Annotated[
+        float | None, typer.Option(metavar="X", help="Times real time, where LINK is a FLIGHT")
+    ] = None,
+    append: Annotated[
+        bool, typer.Option("--continue", help="Append to a flight that is already finished")
+    ] = False,
+    json: JsonFile = None,
     channel_map: str | None = None,
-    aircraft: str | None = None,
-    calibration: str | None = None,
-    heartbeat: bool | None = None,
-    speed: float | None = None,
-    append: bool = False,
-    json: Path | None = None,
 ) -> None:
-    """Record a link into a flight folder, in this process, until Ctrl-C or `recorder.stop`.
+    """Record all that comes over a link, until Ctrl-C.
 
-    Parameters
-    ----------
-    link : str
-        The LINK.
-    out : Path
-        The flight folder. A flight whose recorder died is continued.
-    channel_map, aircraft, calibration : str, optional
-        Names or paths of what the record is to be read with; copies go into the folder.
-    heartbeat : bool, optional
-        Whether to send the ground station's sign of life once a second; by default only over
-        ``udpout``.
-    speed : float, optional
-        Of a recorded flight as the link.
-    append : bool
-        Whether to continue a finished flight, too.
-    json : Path, optional
-        Where to write the final state for programs; ``-`` for the screen.
+    LINK is one of {links}.
+
+    Example: gsapp record serial:/dev/ttyUSB0:57600 --map b777-thin --out flights/2026-05-12-a
     """
     import threading
 
-    from gsapp.cli._aircraft_text import print_aircraft_warnings
-    from gsapp.cli._console import PlainConsole
-    from gsapp.cli._json_output import is_stdout, write_json
+    from gsapp.cli._console import PlainConsole, is_stdout, write_json
+    from gsapp.cli._flight_text import print_aircraft_warnings
     from gsapp.cli._usage_errors import CommandUsageError, as_usage_error, check_speed
     from gsapp.flight.folder_setup import prepare_flight_folder
     from gsapp.foundation import GroundStationError
@@ -66,7 +70,7 @@ def run(
     def say(words: str) -> None:
         # Words that nobody reads any more must not end the record.
         with contextlib.suppress(OSError, SystemExit):
-            console.print(words, highlight=False, soft_wrap=True)
+            console.print(words, soft_wrap=True)
 
     stop, give_up = threading.Event(), threading.Event()
     teller = _StatusPrinter(say, f"Recording {link} into {out}; Ctrl-C ends it.")
@@ -102,8 +106,7 @@ def run(
         f"Recorded {frames} frames, {lines} lines and {status.residue_bytes} other bytes in "
         f"{seconds:.0f} s{where}."
     )
-    if json is not None:
-        write_json(json, status.model_dump_json(indent=2) + "\n")
+    write_json(json, status.model_dump(mode="json"))
     if status.dropped_bytes:
         raise GroundStationError(
             f"{status.unwritten_frames} of {status.frames} frames and {status.unwritten_lines} "

@@ -3,63 +3,61 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
-from gsapp.cli._console import print_sentence
-from gsapp.cli._options import DISPLAY_UNITS
+import typer
+
+from gsapp.cli._commands import MANEUVER_SETTINGS, takes_settings
+from gsapp.cli._options import DISPLAY_UNITS, FlightPath, JsonFile, Units
 
 if TYPE_CHECKING:
-    from rich.console import Console
-
+    from gsapp.cli._console import PlainConsole
     from gsapp.decoding.health import LinkReport
     from gsapp.session.session import Session
 
 _MOST_ALARMS = 20
 
 
-def run(
-    *,
-    flight: Path,
-    speed: str | float = "max",
-    json: Path | None = None,
+@takes_settings(MANEUVER_SETTINGS, "channel_map", "calibration")
+def replay(
+    flight: FlightPath,
+    speed: Annotated[
+        str | None,
+        typer.Option(metavar="X|max", help="Times real time; 1 in the window, max headless"),
+    ] = None,
+    headless: Annotated[bool, typer.Option("--headless", help="Print a summary instead")] = False,
+    units: Units = "us",  # noqa: ARG001  acts in its callback
+    json: JsonFile = None,
     channel_map: str | None = None,
     calibration: str | None = None,
-) -> int:
-    """Replay a flight without a window, and print a summary at its end.
+) -> None:
+    """Replay a flight in the window, or sum it up without one.
 
-    Parameters
-    ----------
-    flight : Path
-        Folder or file.
-    speed : str or float
-        Times real time, 0.1 to 50, or ``max``.
-    json : Path, optional
-        Where to write the summary for programs; ``-`` for the screen, which then shows nothing
-        else.
-    channel_map : str, optional
-        Name or path, in place of the one in the flight folder.
-    calibration : str, optional
-        Certificates in place of those kept with the flight: a folder, or a shipped set.
+    Without a window it goes as fast as it can.
 
-    Returns
-    -------
-    int
-        Exit code.
-
-    Raises
-    ------
-    GroundStationError
-        If the flight cannot be read, or the speed is none.
+    Example: gsapp replay flights/2026-05-12-a --headless --json summary.json
     """
+    from gsapp.cli._console import PlainConsole, is_stdout
+    from gsapp.cli._flight_text import print_aircraft_warnings
     from gsapp.cli._usage_errors import as_usage_error
     from gsapp.session.feeds import parse_speed
 
+    in_window = not headless and json is None
+    speed = speed or ("1" if in_window else "max")
     with as_usage_error():
         times = parse_speed(speed)
-    from gsapp.cli._aircraft_text import print_aircraft_warnings
-    from gsapp.cli._console import PlainConsole
-    from gsapp.cli._json_output import is_stdout
+    if in_window:
+        from gsapp.flight.flight_loader import check_flight_exists
+        from ui.app import run_window
+
+        check_flight_exists(flight)
+        raise typer.Exit(
+            run_window(flight=flight, speed=speed, channel_map=channel_map, calibration=calibration)
+        )
+    from rich.progress import TaskProgressColumn, TimeRemainingColumn
+
     from gsapp.session.live_estimation.fit_workers import InlineFitWorker
+    from gsapp.session.replay_runner import run_replay
     from gsapp.session.session import Session
 
     console = PlainConsole(stderr=is_stdout(json))
@@ -72,42 +70,31 @@ def run(
     )
     try:
         print_aircraft_warnings(console, [session.aircraft])
-        _play(session, console)
+        with console.progress(TaskProgressColumn(), TimeRemainingColumn()) as progress:
+            task = progress.add_task(f"replaying {session.name}", total=1.0)
+            run_replay(session, lambda share: progress.update(task, completed=share))
         print_summary(session, console, json)
     finally:
         session.close()
-    return 0
 
 
-def print_summary(session: Session, console: Console, json: Path | None) -> None:
-    """Print what a replay that has ended showed, and write it for programs.
-
-    Parameters
-    ----------
-    session : Session
-        Played to its end.
-    console : Console
-        Where to print; nothing where the JSON itself goes to the screen.
-    json : Path or None
-        See `run`.
-    """
-    from gsapp.cli._json_output import format_json, is_stdout, write_json
+def print_summary(session: Session, console: PlainConsole, json: Path | None) -> None:
+    """Print what a replay that has ended showed, and write it for programs."""
+    from gsapp.cli._console import is_stdout, write_json
+    from gsapp.cli._flight_text import print_flight
+    from gsapp.cli.debrief import print_cues
 
     whole = session.flight()
     debrief = session.crew_cues.debrief()
     if json is not None:
-        write_json(json, format_json(summary_json(session)))
+        write_json(json, summary_json(session))
     if not is_stdout(json):
-        from gsapp.cli._flight_text import print_flight
-
         print_flight(console, whole)
         _print_alarms(session, console)
         if debrief is not None:
-            from gsapp.cli._debrief_text import print_cues
-
             print_cues(console, debrief)
         if json is not None:
-            console.print(f"written to {json}", highlight=False, soft_wrap=True)
+            console.print(f"written to {json}", soft_wrap=True)
 
 
 def summary_json(session: Session) -> dict[str, Any]:
@@ -173,37 +160,15 @@ def _link_json(report: LinkReport | None, duration: float) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def _play(session: Session, console: Console) -> None:
-    from rich.progress import (
-        BarColumn,
-        Progress,
-        TaskProgressColumn,
-        TimeRemainingColumn,
-    )
-
-    from gsapp.cli._console import description_column
-    from gsapp.session.replay_runner import run_replay
-
-    columns = (
-        description_column(),
-        BarColumn(),
-        TaskProgressColumn(),
-        TimeRemainingColumn(),
-    )
-    with Progress(*columns, console=console, transient=True) as progress:
-        task = progress.add_task(f"replaying {session.name}", total=1.0)
-        run_replay(session, lambda share: progress.update(task, completed=share))
-
-
-def _print_alarms(session: Session, console: Console) -> None:
+def _print_alarms(session: Session, console: PlainConsole) -> None:
     alarms = session.alarm_registry.episodes
     if not alarms:
         return
-    console.print(f"{len(alarms)} alarm{'' if len(alarms) == 1 else 's'}", highlight=False)
+    console.print(f"{len(alarms)} alarm{'' if len(alarms) == 1 else 's'}")
     for one in alarms[:_MOST_ALARMS]:
         when = "" if one.onset is None else f"{one.onset:9.2f} s  "
-        print_sentence(
-            console, f"{when}{one.severity.name.lower():8} {one.message_text(DISPLAY_UNITS.get())}"
+        console.print_sentence(
+            f"{when}{one.severity.name.lower():8} {one.message_text(DISPLAY_UNITS.get())}"
         )
     if len(alarms) > _MOST_ALARMS:
-        console.print(f"and {len(alarms) - _MOST_ALARMS} more", highlight=False)
+        console.print(f"and {len(alarms) - _MOST_ALARMS} more")

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
-from gsapp.cli._console import print_sentence
-from gsapp.cli._options import DISPLAY_UNITS
+import typer
+
+from gsapp.cli._commands import ESTIMATE_SETTINGS, takes_settings
+from gsapp.cli._options import DISPLAY_UNITS, Dated, JsonFile, Units
 
 if TYPE_CHECKING:
     from gsapp.identification.campaign import CampaignProgressCallback
@@ -15,43 +17,53 @@ if TYPE_CHECKING:
     from gsapp.identification.runs.outcome import RunOutcome
 
 
-def run(
-    *,
-    flights: Sequence[Path],
-    out: Path,
-    dated: bool = True,
-    validate: Sequence[Path] = (),
-    json: Path | None = None,
+@takes_settings(
+    ESTIMATE_SETTINGS, "aircraft", "method", "axis", "weights", "model", "joint",
+    "maneuver_windows", "every_grade", "as_found", "channel_map", "calibration",
+)  # fmt: skip
+def report(
+    flights: Annotated[
+        list[Path],
+        typer.Argument(
+            metavar="FLIGHT|DIR",
+            readable=False,
+            help="Flights, or folders with flights",
+            show_default=False,
+        ),
+    ],
+    out: Annotated[
+        Path,
+        typer.Option(
+            metavar="FILE",
+            readable=False,
+            help=".html or .pdf file; or a folder for both plus figures and results (CSV, "
+            "MATLAB, JSON, models)",
+        ),
+    ],
+    validate: Annotated[
+        list[Path] | None,
+        typer.Option(
+            metavar="FLIGHT",
+            readable=False,
+            help="Flight to validate linear models on; repeatable; default: the last",
+        ),
+    ] = None,
+    units: Units = "us",  # noqa: ARG001  acts in its callback
+    dated: Dated = True,
+    json: JsonFile = None,
     **settings: Any,
 ) -> None:
-    """Estimate, and write the report.
+    """Write the report on one flight or a campaign.
 
-    Parameters
-    ----------
-    flights : sequence of Path
-        Flights, or folders that hold some.
-    out : Path
-        A folder for the report, its pictures and the results as files; or one ``.html`` or
-        ``.pdf``.
-    dated : bool
-        Whether the report says when it was written.
-    validate : sequence of Path
-        Flights among them that linear models are judged on, and not fitted on.
-    json : Path, optional
-        Where the estimates and the names of what was written go, for programs.
-    **settings
-        Fields of `gsapp.identification.estimate_settings.EstimateSettings`.
+    It gives derivatives that can be defended.
 
-    Raises
-    ------
-    GroundStationError
-        If a file or name is wrong, or no maneuver gives anything.
+    Example: gsapp report flights/e --aircraft b777 --out "flight E.pdf"
+
+    Example: gsapp report flights --model b777 --out results
     """
-    from gsapp.cli._console import PlainConsole
-    from gsapp.cli._json_output import format_json, is_stdout, outcome_json, write_json
-    from gsapp.cli._output_paths import check_distinct_flights
-    from gsapp.cli._progress_bar import check_fitted, run_with_progress_bar
-    from gsapp.cli._usage_errors import as_usage_error, check_windows
+    from gsapp.cli._console import PlainConsole, is_stdout, write_json
+    from gsapp.cli._flight_text import check_fitted, outcome_json
+    from gsapp.cli._usage_errors import as_usage_error, check_distinct_flights, check_windows
     from gsapp.flight.info import local_timestamp
     from gsapp.identification.runs.flight_cache import FlightCache
     from gsapp.identification.runs.request import RunRequest
@@ -68,7 +80,7 @@ def run(
     check_distinct_flights(paths)  # one may be named beside the folder that holds it
     with as_usage_error():
         request = RunRequest(flights=paths, **settings)
-        validation_flight_numbers(paths, validate)
+        validation_flight_numbers(paths, validate or ())
     check_windows(request.maneuver_windows, paths)
     shelf = FlightCache()
 
@@ -87,15 +99,15 @@ def run(
         )  # fmt: skip
         return outcome, written
 
-    outcome, written = run_with_progress_bar(console, work)
+    outcome, written = console.run_with_progress_bar(work)
     if json is not None:
         content = outcome_json(outcome, shelf) | {"written": [str(one) for one in written]}
-        write_json(json, format_json(content))
-    print_sentence(console, estimate_headline(outcome.summary, outcome.result))
+        write_json(json, content)
+    console.print_sentence(estimate_headline(outcome.summary, outcome.result))
     for sentence in outlier_maneuver_text(outcome.summary):
-        print_sentence(console, sentence, "yellow")
+        console.print_sentence(sentence, "yellow")
     place = out if out.is_dir() else written[0]
-    console.print(f"written to {place}", highlight=False, soft_wrap=True)
+    console.print(f"written to {place}", soft_wrap=True)
 
 
 def find_flights(paths: Sequence[Path]) -> tuple[Path, ...]:

@@ -4,21 +4,22 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-from gsapp.cli._options import DISPLAY_UNITS
+import typer
+
+from gsapp.cli._options import DISPLAY_UNITS, Dated, JsonFile, Units
 
 if TYPE_CHECKING:
-    from rich.console import Console
-
+    from gsapp.cli._console import PlainConsole
     from gsapp.flight.catalog import Catalog
     from gsapp.identification.campaign import CampaignProgressCallback
     from gsapp.identification.runs.maneuver_selection import StatusCallback
+    from gsapp.identification.runs.run_comparison import RunComparison
+    from gsapp.identification.runs.run_repetition import RepeatedRun
     from gsapp.identification.runs.run_store import StoredRun
 
-RunsAction = Literal["list", "show", "compare", "repeat", "report", "forget", "recall", "rename"]
-
-REQUIRED_ARGUMENTS: dict[RunsAction, str] = {
+_REQUIRED_ARGUMENTS = {
     "list": "",
     "show": "N",
     "compare": "N M",
@@ -29,78 +30,95 @@ REQUIRED_ARGUMENTS: dict[RunsAction, str] = {
     "rename": "N LABEL",
 }
 """What is typed after each word: numbers of runs, and a label."""
+_SHOWN = ("Cm_alpha", "Cm_q", "Cl_p", "Cn_beta")
+"""Derivatives that a list of runs is told apart by, where the line has room for them."""
+_WIDE = 110
+"""Characters of a line that has."""
 
 
-def check_arguments(what: RunsAction, rest: Sequence[str], out: Path | None) -> None:
-    """Raise `ValueError`, with the right call in words, where it cannot be what was meant."""
-    typed, _, place = REQUIRED_ARGUMENTS[what].partition("--out")
+def runs(
+    catalog: Annotated[
+        Path, typer.Argument(metavar="CATALOG", readable=False, help="File of the campaign")
+    ],
+    what: Annotated[
+        Literal["list", "show", "compare", "repeat", "report", "forget", "recall", "rename"],
+        typer.Argument(help="Action"),
+    ] = "list",
+    rest: Annotated[
+        list[str] | None, typer.Argument(metavar="N|LABEL", help="Numbers of runs; a label")
+    ] = None,
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            readable=False, metavar="PLACE", help="Of the report: a .html or .pdf file, or a folder"
+        ),
+    ] = None,
+    units: Units = "us",  # noqa: ARG001  acts in its callback
+    dated: Dated = True,
+    json: JsonFile = None,
+) -> None:
+    """List the runs kept in a catalog, compare or repeat them.
+
+    They can also be shown, reported, renamed, forgotten and recalled.
+
+    A run that is repeated uses the same maneuvers with the same edges and settings; it gives the
+    same numbers to the last bit, or you are told what has changed.
+
+    Example: gsapp runs campaign.sqlite
+
+    Example: gsapp runs campaign.sqlite compare 3 5
+
+    Example: gsapp runs campaign.sqlite repeat 3
+
+    Example: gsapp runs campaign.sqlite report 3 --out results
+    """
+    from gsapp.cli._console import PlainConsole, is_stdout, write_json
+    from gsapp.cli._usage_errors import check_is_catalog
+    from gsapp.flight.catalog import Catalog
+
+    typed = rest or []
+    _check_arguments(what, typed, out)
+    check_is_catalog(catalog, "gsapp estimate --catalog makes one")
+    console = PlainConsole(stderr=is_stdout(json))
+    with Catalog(catalog) as store:
+        if what == "list":
+            content = _list(console, store)
+        elif what == "show":
+            content = _show(console, store, int(typed[0]))
+        elif what == "compare":
+            content = _compare(console, store, int(typed[0]), int(typed[1]))
+        elif what in ("repeat", "report"):
+            content = _repeat(console, store, int(typed[0]), out, dated)
+        else:
+            content = _change(console, store, what, typed)
+    write_json(json, content)
+
+
+def _check_arguments(what: str, rest: Sequence[str], out: Path | None) -> None:
+    """Raise, with the right call in words, where it cannot be what was meant."""
+    typed, _, place = _REQUIRED_ARGUMENTS[what].partition("--out")
     needed = typed.split()
     numbers = rest[: needed.count("N") + needed.count("M")]
     fits = len(rest) == len(needed) and all(number.isdecimal() for number in numbers)
     if not fits or bool(place) != (out is not None):
-        raise ValueError(f"write: gsapp runs CATALOG {what} {REQUIRED_ARGUMENTS[what]}".rstrip())
+        raise typer.BadParameter(
+            f"write: gsapp runs CATALOG {what} {_REQUIRED_ARGUMENTS[what]}".rstrip()
+        )
 
 
-def run(
-    *,
-    catalog: Path,
-    what: RunsAction = "list",
-    rest: Sequence[str] = (),
-    out: Path | None = None,
-    dated: bool = True,
-    json: Path | None = None,
-) -> None:
-    """Do what was asked with the runs of a catalog.
-
-    Parameters
-    ----------
-    catalog : Path
-    what : str
-    rest : sequence of str
-        As `check_arguments` lets through.
-    out : Path, optional
-        Where the report of a run goes.
-    dated : bool
-        Whether it says when it was written.
-    json : Path, optional
-        Where the result for programs goes.
-
-    Raises
-    ------
-    GroundStationError
-        If there is no such catalog or run, or a run cannot be done again.
-    """
-    from gsapp.cli._console import PlainConsole
-    from gsapp.cli._flight_text import check_is_catalog
-    from gsapp.cli._json_output import format_json, is_stdout, write_json
-    from gsapp.flight.catalog import Catalog
-
-    check_is_catalog(catalog, "gsapp estimate --catalog makes one")
-    console = PlainConsole(stderr=is_stdout(json), highlight=False)
-    with Catalog(catalog) as store:
-        if out is not None:
-            content = _report(console, store, int(rest[0]), out, dated)
-        else:
-            content = _ACTIONS[what](console, store, rest)
-    if json is not None:
-        write_json(json, format_json(content))
-
-
-def _list(console: Console, store: Catalog, _: Sequence[str]) -> Any:
-    from gsapp.cli._runs_text import print_runs
+def _list(console: PlainConsole, store: Catalog) -> Any:
     from gsapp.identification.runs.run_store import stored_runs
 
     found = stored_runs(store)
-    print_runs(console, found)
+    _print_runs(console, found)
     return [_brief(one) for one in found]
 
 
-def _show(console: Console, store: Catalog, rest: Sequence[str]) -> Any:
-    from gsapp.cli._runs_text import print_run
+def _show(console: PlainConsole, store: Catalog, number: int) -> Any:
     from gsapp.identification.runs.run_store import load_run
 
-    found = load_run(store, int(rest[0]))
-    print_run(console, found)
+    found = load_run(store, number)
+    _print_run(console, found)
     return {
         **_brief(found),
         "settings": dict(found.settings),
@@ -123,114 +141,80 @@ def _show(console: Console, store: Catalog, rest: Sequence[str]) -> Any:
     }
 
 
-def _compare(console: Console, store: Catalog, rest: Sequence[str]) -> Any:
+def _compare(console: PlainConsole, store: Catalog, number: int, other: int) -> Any:
     from dataclasses import asdict
 
-    from gsapp.cli._runs_text import print_run_comparison
     from gsapp.identification.runs.run_comparison import compare_runs
     from gsapp.identification.runs.run_store import load_run
 
-    found = compare_runs(
-        load_run(store, int(rest[0])), load_run(store, int(rest[1])), means="campaign"
-    )
-    print_run_comparison(console, found)
+    found = compare_runs(load_run(store, number), load_run(store, other), means="campaign")
+    _print_run_comparison(console, found)
     return {
         **asdict(found),
         "values": [{**asdict(one), "differs": one.differs} for one in found.values],
     }
 
 
-def _repeat(console: Console, store: Catalog, rest: Sequence[str]) -> Any:
-    from gsapp.cli._progress_bar import run_with_progress_bar
-    from gsapp.cli._runs_text import print_repeat_result
-    from gsapp.identification.estimate_json import campaign_json
-    from gsapp.identification.runs.run_repetition import repeat_run
-
-    number = int(rest[0])
-    found = run_with_progress_bar(
-        console, lambda doing, step: repeat_run(store, number, doing=doing, progress=step)
-    )
-    print_repeat_result(console, number, found)
-    return {
-        "same": found.is_identical,
-        "differences": list(found.differences),
-        **campaign_json(found.outcome.result),
-    }
-
-
-def _report(
-    console: Console,
-    store: Catalog,
-    number: int,
-    out: Path,
-    dated: bool,
+def _repeat(
+    console: PlainConsole, store: Catalog, number: int, out: Path | None, dated: bool
 ) -> Any:
-    """Repeat a run, and write its report."""
+    """Repeat a run, and write its report where one is asked for."""
     from dataclasses import replace
 
-    from gsapp.cli._progress_bar import run_with_progress_bar
-    from gsapp.cli._runs_text import print_repeat_result
     from gsapp.flight.info import local_timestamp
+    from gsapp.identification.estimate_json import campaign_json
     from gsapp.identification.runs.flight_cache import FlightCache
-    from gsapp.identification.runs.run_repetition import RepeatedRun, repeat_run
+    from gsapp.identification.runs.run_repetition import repeat_run
     from gsapp.report.campaign_report import write_campaign_report
     from gsapp.report.document_writer import check_report_path
 
-    check_report_path(out)
+    if out is not None:
+        check_report_path(out)
     shelf = FlightCache()
 
     def work(
         doing: StatusCallback, step: CampaignProgressCallback
     ) -> tuple[RepeatedRun, tuple[Path, ...]]:
         found = repeat_run(store, number, flights=shelf, doing=doing, progress=step)
-        written = write_campaign_report(
+        if out is None:
+            return found, ()
+        return found, write_campaign_report(
             replace(found.outcome, number=number), out, units=DISPLAY_UNITS.get(),
             written=local_timestamp() if dated else None, flights=shelf, progress=step,
         )  # fmt: skip
-        return found, written
 
-    found, written = run_with_progress_bar(console, work)
-    print_repeat_result(console, number, found)
-    place = out if out.is_dir() else written[0]
-    console.print(f"written to {place}", soft_wrap=True)
-    return {
-        "same": found.is_identical,
-        "differences": list(found.differences),
-        "written": [str(path) for path in written],
-    }
-
-
-def _forget(console: Console, store: Catalog, rest: Sequence[str]) -> Any:
-    from gsapp.identification.runs.run_store import forget_run
-
-    forget_run(store, int(rest[0]))
+    found, written = console.run_with_progress_bar(work)
     console.print(
-        f"run {rest[0]} was deleted; 'gsapp runs {store.path} recall {rest[0]}' restores it",
-        soft_wrap=True,
-    )  # fmt: skip
-    return _list_json(store)
+        f"run {number} is reproduced to the last bit"
+        if found.is_identical
+        else f"run {number} gives different values",
+        style="" if found.is_identical else "bold",
+    )
+    for sentence in found.differences:
+        console.print_sentence(sentence, "yellow")
+    content = {"same": found.is_identical, "differences": list(found.differences)}
+    if out is None:
+        return content | campaign_json(found.outcome.result)
+    console.print(f"written to {out if out.is_dir() else written[0]}", soft_wrap=True)
+    return content | {"written": [str(path) for path in written]}
 
 
-def _recall(console: Console, store: Catalog, rest: Sequence[str]) -> Any:
-    from gsapp.identification.runs.run_store import recall_run
+def _change(console: PlainConsole, store: Catalog, what: str, typed: Sequence[str]) -> Any:
+    """Forget, recall or rename a run; return the list of runs."""
+    from gsapp.identification.runs import run_store
 
-    recall_run(store, int(rest[0]))
-    console.print(f"run {rest[0]} is restored")
-    return _list_json(store)
-
-
-def _rename(console: Console, store: Catalog, rest: Sequence[str]) -> Any:
-    from gsapp.identification.runs.run_store import rename_run
-
-    rename_run(store, int(rest[0]), rest[1])
-    console.print(f"run {rest[0]} is named '{rest[1].strip()}'", soft_wrap=True)
-    return _list_json(store)
-
-
-def _list_json(store: Catalog) -> list[dict[str, Any]]:
-    from gsapp.identification.runs.run_store import stored_runs
-
-    return [_brief(one) for one in stored_runs(store)]
+    number = int(typed[0])
+    if what == "forget":
+        run_store.forget_run(store, number)
+        said = f"was deleted; 'gsapp runs {store.path} recall {number}' restores it"
+    elif what == "recall":
+        run_store.recall_run(store, number)
+        said = "is restored"
+    else:
+        run_store.rename_run(store, number, typed[1])
+        said = f"is named '{typed[1].strip()}'"
+    console.print(f"run {typed[0]} {said}", soft_wrap=True)
+    return [_brief(one) for one in run_store.stored_runs(store)]
 
 
 def _brief(one: StoredRun) -> dict[str, Any]:
@@ -252,12 +236,84 @@ def _brief(one: StoredRun) -> dict[str, Any]:
     }
 
 
-_ACTIONS = {
-    "list": _list,
-    "show": _show,
-    "compare": _compare,
-    "repeat": _repeat,
-    "forget": _forget,
-    "recall": _recall,
-    "rename": _rename,
-}
+def _print_runs(console: PlainConsole, runs: Sequence[StoredRun]) -> None:
+    """Print a line for each run."""
+    wide = console.width >= _WIDE
+    shown = [name for name in _SHOWN if wide and any(name in one.campaign for one in runs)]
+    numbers = ("flights", "maneuvers", *shown)
+    table = console.create_table(
+        f"{len(runs)} run{'' if len(runs) == 1 else 's'}",
+        ("run", "when", "method", "axis", *numbers, "label"),
+        right=numbers,
+    )
+    for one in runs:
+        table.add_row(
+            str(one.number),
+            f"{one.created_at.astimezone():%Y-%m-%d %H:%M}",
+            one.method,
+            one.axis,
+            str(len(one.flights)),
+            str(one.maneuver_count),
+            *(f"{one.campaign[name].mean:z.4g}" if name in one.campaign else "" for name in shown),
+            one.label,
+        )
+    console.print_unwrapped(table)
+
+
+def _print_run(console: PlainConsole, one: StoredRun) -> None:
+    """Print all of a run: settings, values, files, versions, remarks."""
+    from gsapp.cli._console import MEAN_HEADINGS, MEAN_LEGEND, mean_cells
+
+    table = console.create_table(
+        f"{one.name}: {one.maneuver_count} maneuvers, {', '.join(one.flights)}",
+        ("", *MEAN_HEADINGS),
+        right=MEAN_HEADINGS,
+    )
+    for name, value in one.campaign.items():
+        table.add_row(name, *mean_cells(value))
+    console.print_unwrapped(table)
+    console.print_sentence(MEAN_LEGEND, "dim")
+    for heading, rows in (
+        ("settings", list(one.settings.items())),
+        ("files", [(f"{file.role} {file.name}", file.sha256) for file in one.inputs]),
+        ("versions", list(one.versions.items())),
+    ):
+        listed = console.create_table("")
+        listed.add_column(heading, overflow="fold")
+        listed.add_column("", overflow="fold")
+        for name, words in rows:
+            listed.add_row(name, words)
+        console.print(listed)
+    said = [f"maneuver {name} could not be fitted: {why}" for name, why in one.failures.items()]
+    for sentence in (*said, *one.remarks):
+        console.print_sentence(sentence, "yellow")
+
+
+def _print_run_comparison(console: PlainConsole, found: RunComparison) -> None:
+    """Print what differs between two runs, and their values beside each other."""
+    from gsapp.cli._console import MEAN_HEADINGS, MEAN_LEGEND, mean_cells
+
+    asked = console.create_table("request")
+    for heading in ("", found.one, found.other):
+        asked.add_column(heading, overflow="fold")
+    for setting in found.settings:
+        asked.add_row(setting.name, setting.one, setting.other)
+    console.print(asked if found.settings else "the requests are equal")
+    for sentence in found.versions:
+        console.print_sentence(sentence, "yellow")
+    own = [f"{run}\n{heading}" for run in (found.one, found.other) for heading in MEAN_HEADINGS]
+    own += ["difference", "in bounds"]
+    table = console.create_table(
+        "per radian; difference in joint bounds", ("", *own, ""), right=own
+    )
+    for one in found.values:
+        table.add_row(
+            one.name,
+            *mean_cells(one.one),
+            *mean_cells(one.other),
+            "" if one.difference is None else f"{one.difference:+z.2g}",
+            "single value" if one.in_bounds is None else f"{one.in_bounds:+z.2f}",
+            "differs" if one.in_bounds is not None and one.differs else "",
+        )
+    console.print_unwrapped(table)
+    console.print_sentence(MEAN_LEGEND, "dim")

@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
-from gsapp.cli._console import print_sentence
-from gsapp.cli._tables import print_unwrapped
+import typer
+
+from gsapp.cli._commands import MANEUVER_SETTINGS, takes_settings
+from gsapp.cli._options import FlightPaths, JsonFile, Units
 
 if TYPE_CHECKING:
-    from rich.console import Console
-
+    from gsapp.cli._console import PlainConsole
     from gsapp.identification.equation_error.stepwise_regression import TermSelection
     from gsapp.identification.maneuver import Maneuver
 
@@ -20,37 +20,31 @@ _AXES = {
 }  # fmt: skip
 
 
-def run(
-    *,
-    flights: Sequence[Path],
-    coefficient: Sequence[str] = (),
-    model: str | None = None,
-    json: Path | None = None,
+@takes_settings(MANEUVER_SETTINGS, "aircraft", "maneuver_windows", "channel_map", "calibration")
+def terms(
+    flights: FlightPaths,
+    coefficient: Annotated[
+        list[str] | None,
+        typer.Option(metavar="NAME", help="CN, CA, CY, Cl, Cm or Cn; repeatable; all by default"),
+    ] = None,
+    model: Annotated[
+        str | None, typer.Option(metavar="FILE", help="Model whose effects are known")
+    ] = None,
+    units: Units = "us",  # noqa: ARG001  acts in its callback
+    json: JsonFile = None,
     **settings: Any,
 ) -> None:
-    """Choose the terms of coefficients, stepwise, over the maneuvers of some flights together.
+    """Choose the terms that each coefficient needs.
 
-    Parameters
-    ----------
-    flights : sequence of Path
-    coefficient : sequence of str
-        Of CN, CA, CY, Cl, Cm, Cn; all that were excited where none is named.
-    model : str, optional
-        Name or path; its effects are taken as known.
-    json : Path, optional
-        Where the result for programs goes.
-    **settings
-        Fields of `gsapp.flight.maneuver_settings.ManeuverSettings`.
+    They are linear ones, effects, and products without a name.
 
-    Raises
-    ------
-    GroundStationError
-        If a flight cannot be read, or no coefficient can be had.
+    Equation error, stepwise: a term enters if it is proven and predicts stretches of the record
+    that were left out; it goes again if later ones make it superfluous.
+
+    Example: gsapp terms flights/a flights/b --coefficient Cm --aircraft b777
     """
-    from gsapp.cli._aircraft_text import print_aircraft_warnings
-    from gsapp.cli._console import PlainConsole
-    from gsapp.cli._flown_flights import load_flown_flights
-    from gsapp.cli._json_output import format_json, is_stdout, write_json
+    from gsapp.cli._console import PlainConsole, is_stdout, write_json
+    from gsapp.cli._flight_text import load_flown_flights, print_aircraft_warnings
     from gsapp.cli._usage_errors import CommandUsageError, check_windows
     from gsapp.dynamics.model import load_model
     from gsapp.flight.maneuver_settings import ManeuverSettings
@@ -59,7 +53,7 @@ def run(
     from gsapp.identification.equation_error.stepwise_regression import select_terms
     from gsapp.identification.maneuver_extraction import no_maneuvers_text
 
-    unknown = [name for name in coefficient if name not in _AXES]
+    unknown = [name for name in coefficient or () if name not in _AXES]
     if unknown:
         hint = did_you_mean(unknown[0], _AXES, f"there are {', '.join(_AXES)}")
         raise CommandUsageError(f"there is no coefficient '{unknown[0]}'; {hint}")
@@ -85,14 +79,13 @@ def run(
                 reasons.append(str(error))
     if not found:
         raise FlightError(f"no terms can be chosen: {'; '.join(reasons)}")
-    if json is not None:
-        content = {"coefficients": {one.coefficient: _content(one) for one in found}}
-        write_json(json, format_json({**content, "remarks": reasons}))
+    content = {one.coefficient: _content(one) for one in found}
+    write_json(json, {"coefficients": content, "remarks": reasons})
     print_aircraft_warnings(console, (one.file_aircraft for one in flown))
     for one in found:
         _describe(console, one)
     for sentence in reasons:
-        print_sentence(console, sentence, "yellow")
+        console.print_sentence(sentence, "yellow")
 
 
 def _moving(maneuvers: Sequence[Maneuver], coefficient: str) -> list[Maneuver]:
@@ -120,21 +113,17 @@ def _content(one: TermSelection) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def _describe(console: Console, one: TermSelection) -> None:
-    from rich import box
-    from rich.table import Table
-
-    table = Table(
-        title=f"{one.coefficient}: R2 {one.r2:z.4f}", title_justify="left", box=box.SIMPLE_HEAD,
-        pad_edge=False,
-    )  # fmt: skip
-    for name in ("term", "value", "bound", ""):
-        table.add_column(name, justify="left" if name in ("term", "") else "right")
+def _describe(console: PlainConsole, one: TermSelection) -> None:
+    table = console.create_table(
+        f"{one.coefficient}: R2 {one.r2:z.4f}",
+        ("term", "value", "bound", ""),
+        right=("value", "bound"),
+    )
     for name, (value, std) in one.values.items():
         beyond = "beyond the linear build-up" if name in one.beyond_linear else ""
         table.add_row(name, f"{value:z.4g}", f"{std:z.2g}", beyond)
-    print_unwrapped(console, table)
+    console.print_unwrapped(table)
     for step in one.steps:
-        print_sentence(console, f"  {step.action} {step.term}: {step.why}")
+        console.print_sentence(f"  {step.action} {step.term}: {step.why}")
     if one.unexcited:
-        print_sentence(console, f"  not excited: {', '.join(one.unexcited)}")
+        console.print_sentence(f"  not excited: {', '.join(one.unexcited)}")

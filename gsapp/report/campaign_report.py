@@ -11,12 +11,13 @@ from gsapp.identification.campaign import CampaignProgressCallback, CanceledErro
 from gsapp.identification.runs.flight_cache import FlightCache
 from gsapp.identification.runs.inputs import flight_open_requests
 from gsapp.identification.runs.outcome import RunOutcome
+from gsapp.identification.summary.linear_model_validation import LinearModelValidation
 from gsapp.report.document import ReportProgress
 from gsapp.report.document_writer import check_report_path, is_folder_report, write_document
 from gsapp.report.estimate_export import campaign_files
 from gsapp.report.estimate_report import CampaignReportData, ReportUnits, estimate_document
 from gsapp.report.ftr_histories import FlightEstimateHistory, compute_ftr_histories
-from gsapp.report.linear_report import LinearModelValidation, compare_linear_models
+from gsapp.report.linear_text import compare_linear_models
 from gsapp.report.settings import REPORT
 
 _PROGRESS_STEPS: Final = 100
@@ -42,20 +43,15 @@ def write_campaign_report(
 
     Parameters
     ----------
-    outcome : RunOutcome
     out : Path
         A folder for the report, its pictures and the results as files; or one ``.html`` or
         ``.pdf``.
-    units : {"US", "SI"}
-        Of pictures and tables.
     written : datetime, optional
         Stands in the line of the date; without it there is no such line.
     ftr_histories : tuple of FlightEstimateHistory, optional
         What FTR formed over the flights; it listens to them where it is not given.
     linear : LinearModelValidation, optional
         Linear models against flight; compared where they are not given.
-    flights : FlightCache, optional
-        Flights that are open already.
     progress : callable, optional
         Told of parts done, parts in all, and what is next; returning False stops.
 

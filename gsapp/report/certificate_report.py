@@ -6,12 +6,14 @@ The TOML file is the certificate; the page is for the folder of the aircraft and
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
+from matplotlib.ticker import MaxNLocator
 
 from calibration import Certificate
 from calibration.certificate_overview import CertificateStatus
+from calibration.points import DIRECTION_TEXT, Direction
 from calibration.polynomial_fit import evaluate_polynomial
 from calibration.quality import CalibrationQuality
 from calibration.settings import FIT_ORDER_TITLES
@@ -19,8 +21,7 @@ from gsapp.flight.info import current_versions
 from gsapp.flight.provenance import hash_input_file
 from gsapp.foundation import GroundStationError, write_atomically
 from gsapp.foundation.os_error_text import format_os_error
-from gsapp.quantities import channel, from_si
-from gsapp.report.certificate_figures import CERTIFICATE_FIGURE_HEIGHT, draw_certificate
+from gsapp.quantities import channel, from_si, unit_text
 from gsapp.report.document import (
     Document,
     DocumentFigure,
@@ -28,12 +29,155 @@ from gsapp.report.document import (
     DocumentTable,
     Paragraph,
     render_png,
+    set_margins,
 )
-from gsapp.report.html_writer import render_html
+from gsapp.report.document_writer import render_html
+from gsapp.report.palette import PRINT_PALETTE
 from gsapp.report.pdf_writer import render_pdf
 
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import FigureBase
+    from matplotlib.typing import FillStyleType
+
+    from calibration import Certificate
+    from calibration.certificate_overview import CertificateStatus
+    from calibration.quality import CalibrationQuality
+
+CERTIFICATE_FIGURE_HEIGHT = 2.6
+_BRANCHES: tuple[tuple[Direction, str, FillStyleType], ...] = (
+    ("up", "^", "full"),
+    ("down", "v", "none"),
+    ("single", "o", "none"),
+)
+"""Directions with the marker of their points; their color is the channel's."""
 _MOST_ROWS = 7
 """Settings one below the other in the table of points, so that all of it fits on one page."""
+
+
+def draw_certificate(container: FigureBase, standing: CertificateStatus) -> None:
+    """Draw curve and residuals of a certificate."""
+    left, right = container.subplots(1, 2, width_ratios=(1.0, 1.25))
+    set_margins(container, left=0.55, right=0.1, top=0.28, bottom=0.42, wspace=0.26)
+    _draw_curve(left, standing)
+    _draw_residuals(right, standing)
+    for axes in (left, right):
+        axes.grid(True, color=PRINT_PALETTE.faint, linewidth=0.4)
+        axes.xaxis.set_major_locator(MaxNLocator(nbins=6))
+        axes.yaxis.set_major_locator(MaxNLocator(nbins=7))
+        axes.set_xlabel("volts [V]")
+        for side in ("top", "right"):
+            axes.spines[side].set_visible(False)
+
+
+def _draw_curve(axes: Axes, standing: CertificateStatus) -> None:
+    certificate = standing.certificate
+    volts = np.linspace(*certificate.range, 200)
+    axes.plot(
+        volts,
+        evaluate_polynomial(certificate.coefficients, volts),
+        color=PRINT_PALETTE.ink,
+        linewidth=0.9,
+    )
+    former = standing.former
+    if former is not None:
+        old = np.linspace(*former.range, 200)
+        axes.plot(
+            old * _ratio(certificate, former), evaluate_polynomial(former.coefficients, old),
+            color=PRINT_PALETTE.previous, linestyle="--", linewidth=0.9,
+        )  # fmt: skip
+    color = PRINT_PALETTE.channel(certificate.channel)
+    for direction, marker, fill in _BRANCHES:
+        taken = [point for point in certificate.points if point.direction == direction]
+        axes.plot(
+            [point.volts for point in taken], [point.value for point in taken],
+            linestyle="none", marker=marker, markersize=4.0, color=color, fillstyle=fill,
+        )  # fmt: skip
+    axes.set_title("Set and measured values", loc="left")
+    axes.set_ylabel(_label("set to", certificate.unit))
+
+
+def _draw_residuals(axes: Axes, standing: CertificateStatus) -> None:
+    certificate, quality = standing.certificate, standing.quality
+    axes.axhline(0.0, color=PRINT_PALETTE.ink, linewidth=0.9)
+    if quality is not None and quality.uncertainty_volts:
+        width = np.array(quality.half_widths)
+        axes.fill_between(
+            quality.uncertainty_volts, -width, width, color=PRINT_PALETTE.band, linewidth=0.0,
+            zorder=0,
+            label="95 % of one reading",
+        )  # fmt: skip
+    _draw_former(axes, standing)
+    color = PRINT_PALETTE.channel(certificate.channel)
+    for direction, marker, fill in _BRANCHES:
+        taken = sorted(
+            (point.volts, point.value - _curve(certificate, point.volts))
+            for point in certificate.points
+            if point.direction == direction
+        )
+        if taken:
+            axes.plot(
+                *zip(*taken, strict=True), color=color, marker=marker, markersize=4.0,
+                linewidth=0.6, fillstyle=fill,
+                label=DIRECTION_TEXT[direction] or "points",
+            )  # fmt: skip
+    _ring_outliers(axes, certificate, quality)
+    axes.set_title("Residuals", loc="left")
+    axes.set_ylabel(_label("off the curve", certificate.unit))
+    low, high = axes.get_ylim()
+    # The legend stands above the traces, not on them.
+    axes.set_ylim(low, high + 0.3 * (high - low))
+    if axes.get_legend_handles_labels()[0]:
+        axes.legend(loc="upper left", ncols=2, handlelength=1.6, columnspacing=1.2)
+
+
+def _draw_former(axes: Axes, standing: CertificateStatus) -> None:
+    """Draw what the certificate before would have said, less what this one says."""
+    certificate, former = standing.certificate, standing.former
+    if former is None:
+        return
+    ratio = _ratio(certificate, former)
+    low = max(certificate.range[0], former.range[0] * ratio)
+    high = min(certificate.range[1], former.range[1] * ratio)
+    if low >= high:
+        return
+    volts = np.linspace(low, high, 100)
+    apart = evaluate_polynomial(former.coefficients, volts / ratio) - evaluate_polynomial(
+        certificate.coefficients, volts
+    )
+    axes.plot(
+        volts, apart, color=PRINT_PALETTE.previous, linestyle="--", linewidth=0.9,
+        label=f"certificate of {former.stamp:%Y-%m-%d}",
+    )  # fmt: skip
+
+
+def _ring_outliers(
+    axes: Axes, certificate: Certificate, quality: CalibrationQuality | None
+) -> None:
+    for place, index in enumerate(() if quality is None else quality.outliers):
+        point = certificate.points[index]
+        axes.plot(
+            [point.volts], [point.value - _curve(certificate, point.volts)],
+            linestyle="none", marker="o", markersize=9.0, color=PRINT_PALETTE.ink, fillstyle="none",
+            label="" if place else "does not fit",
+        )  # fmt: skip
+
+
+def _curve(certificate: Certificate, volts: float) -> float:
+    return float(evaluate_polynomial(certificate.coefficients, np.array(volts)))
+
+
+def _ratio(new: Certificate, former: Certificate) -> float:
+    """Return what the volts of the former become at the supply of the new one."""
+    if not (new.ratiometric and former.ratiometric):
+        return 1.0
+    if new.excitation_voltage is None or former.excitation_voltage is None:
+        return 1.0
+    return new.excitation_voltage / former.excitation_voltage
+
+
+def _label(what: str, unit: str) -> str:
+    return f"{what} [{unit_text(unit)}]" if unit else what
 
 
 def write_certificate_report(
@@ -45,17 +189,10 @@ def write_certificate_report(
     ----------
     standing : CertificateStatus
         The certificate with its quality and the one before (`calibration.certificate_overview`).
-    path : Path
-        Ends in ``.html`` or ``.pdf``.
     written : str
         When, for the head of the page; the only words that differ between two writings.
     units : {"US", "SI"}
         Of the paper and of the temperature; all else is in the certificate's own unit.
-
-    Returns
-    -------
-    Path
-        The file written.
 
     Raises
     ------
@@ -86,15 +223,7 @@ def check_report_suffix(path: Path) -> None:
 def certificate_document(
     standing: CertificateStatus, *, written: str = "", units: Literal["US", "SI"] = "US"
 ) -> Document:
-    """Return the page of a certificate.
-
-    Parameters
-    ----------
-    standing : CertificateStatus
-    written : str
-        When.
-    units : {"US", "SI"}
-    """
+    """Return the page of a certificate."""
     certificate = standing.certificate
     spec = channel(certificate.channel)
     picture = DocumentFigure(
@@ -123,7 +252,7 @@ def certificate_document(
 def _facts(certificate: Certificate, units: str) -> tuple[tuple[str, str], ...]:
     unit = certificate.unit
     ends = evaluate_polynomial(certificate.coefficients, np.array(certificate.range))
-    low, high = (_number(value, _decimals(certificate)) for value in sorted(ends.tolist()))
+    low, high = (f"{value:.{_decimals(certificate)}f}" for value in sorted(ends.tolist()))
     supply = certificate.excitation_voltage
     follows = "ratiometric" if certificate.ratiometric else "not ratiometric"
     found = {
@@ -290,7 +419,3 @@ def _decimals(certificate: Certificate) -> int:
     """Return the digits that the instrument's channel earns in the unit of the certificate."""
     spec = channel(certificate.channel)
     return spec.decimals(certificate.unit)
-
-
-def _number(value: float, decimals: int) -> str:
-    return f"{value:.{decimals}f}"

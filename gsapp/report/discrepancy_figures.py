@@ -103,7 +103,9 @@ def _maps(
             chart.set_title(title, loc="left", color=INK, pad=16)
         charts[0].set_yticks(range(rows), [_row_label(one) for one in found.maneuvers])
         last = charts[len(shown) - 1]
-        bar = container.colorbar(image, ax=list(charts[: len(shown)]), cax=_place_colorbar(last))
+        bar = container.colorbar(
+            image, ax=list(charts[: len(shown)]), cax=last.inset_axes((1.04, 0.0, 0.05, 1.0))
+        )
         bar.set_label("times the noise", color=INK)
         bar.set_ticks([value for value in _SCALE if value <= most], minor=False)
         bar.ax.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
@@ -118,10 +120,6 @@ def _finite(values: FloatArray) -> FloatArray:
 
 def _row_label(view: ManeuverHistories) -> str:
     return f"{view.id} {view.kind}{' *' if view.held_out else ''}"
-
-
-def _place_colorbar(chart: Axes) -> Axes:
-    return chart.inset_axes((1.04, 0.0, 0.05, 1.0))
 
 
 def _draw_map(chart: Axes, columns: tuple[str, ...], values: FloatArray, most: float) -> AxesImage:
@@ -191,11 +189,8 @@ def missing_by_condition_figure(
 
     Parameters
     ----------
-    found : DiscrepancyResult
-    coefficient : str
     marked : str
         The variable in which the disagreement grows.
-    units : {"US", "SI"}
     """
     known = [name for name in CONDITIONS if _varies(found, name)]
     rows = max(1, -(-len(known) // 4))
@@ -290,9 +285,6 @@ def ranking_figure(step: ModelStep, number: int, *, last: bool = False) -> Docum
 
     Parameters
     ----------
-    step : ModelStep
-    number : int
-        Of the round, from 1.
     last : bool
         Whether nothing was added after it.
     """

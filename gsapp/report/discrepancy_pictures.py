@@ -29,25 +29,16 @@ def to_display_units(name: str, values: FloatArray, system: str) -> FloatArray:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class MissingHistory:
-    """The missing part of one coefficient over one maneuver.
-
-    Attributes
-    ----------
-    times, before : ndarray, shape (n,)
-        Under the baseline.
-    after : ndarray, shape (n,), or None
-        Under another model, if one is shown.
-    floor : float
-        Of the noise.
-    spans : tuple of (float, float)
-        Where the disagreement is proven, s.
-    """
+    """The missing part of one coefficient over one maneuver."""
 
     times: FloatArray
     before: FloatArray
+    """Shape (n,). Under the baseline."""
     after: FloatArray | None
+    """Shape (n,). Under another model, if one is shown."""
     floor: float
     spans: tuple[tuple[float, float], ...]
+    """Where the disagreement is proven, s."""
 
 
 def missing_history(
@@ -87,21 +78,13 @@ def missing_by_condition(
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class ChannelOverlay:
-    """One channel of one maneuver, measured and computed, in the unit of display.
-
-    Attributes
-    ----------
-    times, measured, before : ndarray, shape (n,)
-    after : ndarray, shape (n,), or None
-        Computed by another model than the baseline, if one is shown.
-    floor : float
-        Of the noise.
-    """
+    """One channel of one maneuver, measured and computed, in the unit of display."""
 
     times: FloatArray
     measured: FloatArray
     before: FloatArray
     after: FloatArray | None
+    """Shape (n,). Computed by another model than the baseline, if one is shown."""
     floor: float
 
 

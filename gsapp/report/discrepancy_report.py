@@ -75,12 +75,9 @@ def write_discrepancy_report(
 
     Parameters
     ----------
-    found : DiscrepancyResult
     out : Path
         A folder for ``report.html``, ``report.pdf`` and ``figures/*.png``; or one file that ends in
         ``.html`` or ``.pdf``.
-    aircraft : str
-        Name of the one that flew.
     provenance : Provenance, optional
         Files with their sums, settings, versions (`search_provenance`): the last section.
     units : {"US", "SI"}
@@ -89,11 +86,6 @@ def write_discrepancy_report(
         Ids of the maneuvers drawn in full; by default those kept out that were worst before.
     written : datetime, optional
         Stands in the line of the date; without it there is no such line.
-
-    Returns
-    -------
-    tuple of Path
-        The files written.
 
     Raises
     ------

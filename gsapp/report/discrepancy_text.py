@@ -111,16 +111,13 @@ def effect_text(one: FoundEffect, system: str) -> str:
     return f"{one.title[:1].upper()}{one.title[1:]} ({one.effect}): {sizes}; {sure}."
 
 
-def _others(one: FoundEffect) -> list[str]:
-    return [name for name in one.one_of if name != one.effect]
-
-
 def format_confidence(one: FoundEffect) -> str:
     """Return the confidence in an effect, in percent; never a certainty."""
     if one.forced:
         return "forced"
+    others = [name for name in one.one_of if name != one.effect]
     alone = f"{100.0 * one.confidence:.0f} %"
-    return f"{alone}; cannot be told from {', '.join(_others(one))}" if one.one_of else alone
+    return f"{alone}; cannot be told from {', '.join(others)}" if one.one_of else alone
 
 
 def gain_text(gain: float) -> str:
@@ -192,12 +189,6 @@ def change_text(value: ChangedValue) -> str:
 
 def residual_map(found: DiscrepancyResult, step: int) -> FloatArray:
     """Return measured less computed of each channel over its noise floor, RMS, under one model.
-
-    Parameters
-    ----------
-    found : DiscrepancyResult
-    step : int
-        Place among the steps.
 
     Returns
     -------

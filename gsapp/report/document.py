@@ -1,7 +1,7 @@
 """What a report holds, apart from how it is printed: sections of paragraphs, tables, pictures.
 
-Written once, a `Document` becomes a page for a browser (`gsapp.report.html_writer`) and pages for
-paper (`gsapp.report.pdf_writer`).
+Written once, a `Document` becomes a page for a browser (`gsapp.report.document_writer`) and
+pages for paper (`gsapp.report.pdf_writer`).
 """
 
 from __future__ import annotations
@@ -56,63 +56,38 @@ _DRAWING = threading.RLock()
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Paragraph:
-    """A few sentences.
-
-    Attributes
-    ----------
-    text : str
-        Plain text.
-    kind : {"plain", "lead", "note"}
-        A lead is what to read if nothing else; a note is smaller.
-    """
+    """A few sentences."""
 
     text: str
     kind: Literal["plain", "lead", "note"] = "plain"
+    """A lead is what to read if nothing else; a note is smaller."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DocumentTable:
-    """Rows of text under headings.
-
-    Attributes
-    ----------
-    columns : tuple of str
-    rows : tuple of tuple of str
-    caption : str
-    numeric : frozenset of int
-        Columns that stand flush right.
-    """
+    """Rows of text under headings."""
 
     columns: tuple[str, ...]
     rows: tuple[tuple[str, ...], ...]
     caption: str = ""
     numeric: frozenset[int] = frozenset()
+    """Columns that stand flush right."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class DocumentFigure:
-    """A figure that has not been drawn yet.
-
-    Attributes
-    ----------
-    name : str
-        Of its file, without ending.
-    caption : str
-        What it shows, in words; stands below it.
-    height : float
-        Inches; at most `MAX_FIGURE_HEIGHT`.
-    draw : callable
-        Draws into a figure or a part of one.
-    numbers : callable or None
-        Returns the numbers that are drawn, in full, under headings with units; None for a picture
-        that has none to give.
-    """
+    """A figure that has not been drawn yet."""
 
     name: str
     caption: str
+    """What it shows, in words; stands below it."""
     height: float
+    """Inches; at most `MAX_FIGURE_HEIGHT`."""
     draw: Callable[[FigureBase], None]
+    """Draws into a figure or a part of one."""
     numbers: Callable[[], DocumentTable] | None = None
+    """Returns the numbers that are drawn, in full, under headings with units; None for a picture
+    that has none to give."""
 
 
 DocumentPart = Paragraph | DocumentTable | DocumentFigure
@@ -131,25 +106,15 @@ class DocumentSection:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Document:
-    """A report.
-
-    Attributes
-    ----------
-    title : str
-    facts : tuple of (label, value)
-        Short facts under the title.
-    written : str
-        When; the only line that differs between two reports on the same.
-    sections : tuple of DocumentSection
-    units : {"US", "SI"}
-        Decides the paper, too: Letter or A4.
-    """
+    """A report."""
 
     title: str
     sections: tuple[DocumentSection, ...]
     units: Literal["US", "SI"] = "US"
+    """Decides the paper, too: Letter or A4."""
     facts: tuple[tuple[str, str], ...] = ()
     written: str = ""
+    """When; the only line that differs between two reports on the same."""
 
     @property
     def figures(self) -> tuple[DocumentFigure, ...]:

@@ -1,14 +1,116 @@
-"""A document written to disk: as a page, as a PDF, or as a folder with both and every picture."""
+"""A document, a picture or its numbers as files: HTML, PDF, or a folder with both."""
 
 from __future__ import annotations
 
+import csv
+import io
+from base64 import b64encode
 from collections.abc import Mapping
+from functools import cache
 from pathlib import Path
 
+from jinja2 import Environment, PackageLoader, StrictUndefined, select_autoescape
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+
 from gsapp.foundation import GroundStationError, write_atomically
-from gsapp.report.document import Document, ReportProgress, render_png
-from gsapp.report.html_writer import render_html
+from gsapp.quantities import typeset
+from gsapp.report.document import (
+    FIGURE_WIDTH,
+    Document,
+    DocumentFigure,
+    DocumentTable,
+    Paragraph,
+    ReportProgress,
+    figure_style,
+    render_png,
+)
 from gsapp.report.pdf_writer import render_pdf
+
+_METADATA = {".pdf": {"CreationDate": None}, ".svg": {"Date": None}}
+"""Without the hour of writing: the same picture gives the same bytes."""
+_SEPARATORS = {".csv": ",", ".tsv": "\t"}
+
+
+def render_html(document: Document, images: Mapping[str, bytes]) -> str:
+    """Return a document as HTML.
+
+    Parameters
+    ----------
+    images : mapping of str to bytes
+        PNG of each picture by its name (`gsapp.report.document.render_png`).
+    """
+    template = _environment().get_template("document.html")
+    return template.render(
+        document=document, sources={name: data_uri(png) for name, png in images.items()}
+    )
+
+
+def data_uri(png: bytes) -> str:
+    """Return a PNG as text that stands in place of its address."""
+    return f"data:image/png;base64,{b64encode(png).decode('ascii')}"
+
+
+@cache
+def _environment() -> Environment:
+    environment = Environment(
+        loader=PackageLoader("gsapp.report"),
+        autoescape=select_autoescape(default=True),
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        keep_trailing_newline=True,
+    )
+    kinds = {Paragraph: "paragraph", DocumentTable: "table", DocumentFigure: "picture"}
+    environment.filters["typeset"] = typeset
+    environment.filters["kind_of_part"] = lambda part: kinds[type(part)]
+    environment.globals["picture_width"] = FIGURE_WIDTH
+    return environment
+
+
+def export_figure(picture: DocumentFigure, ending: str) -> bytes:
+    """Return a picture on white paper, or its numbers.
+
+    Parameters
+    ----------
+    ending : str
+        ``.png``, ``.pdf`` or ``.svg`` for the picture; for its numbers ``.csv``, or ``.tsv`` with
+        tabs.
+
+    Raises
+    ------
+    GroundStationError
+        If the ending is another, or the picture has no numbers.
+    """
+    if ending == ".png":
+        return render_png(picture)
+    if ending in _SEPARATORS:
+        if picture.numbers is None:
+            raise GroundStationError(
+                f"the picture '{picture.name}' has no numbers; save it as .png, .pdf or .svg"
+            )
+        return format_delimited_table(picture.numbers(), _SEPARATORS[ending]).encode("utf-8")
+    if ending not in _METADATA:
+        raise GroundStationError(
+            f"a figure cannot be written as '{ending}'; give a name that ends in .png, .pdf, "
+            ".svg, or .csv for its numbers"
+        )
+    with figure_style():
+        figure = Figure(figsize=(FIGURE_WIDTH, picture.height))
+        FigureCanvasAgg(figure)
+        picture.draw(figure)
+        content = io.BytesIO()
+        figure.savefig(content, format=ending[1:], metadata=_METADATA[ending])
+    return content.getvalue()
+
+
+def format_delimited_table(table: DocumentTable, between: str) -> str:
+    """Return a table as lines of text: separated by commas for a file, by tabs for a clipboard."""
+    lines = io.StringIO()
+    writer = csv.writer(lines, delimiter=between, lineterminator="\n")
+    writer.writerow(table.columns)
+    writer.writerows(table.rows)
+    return lines.getvalue()
 
 
 def check_report_path(out: Path) -> None:
@@ -44,13 +146,9 @@ def write_document(
 
     Parameters
     ----------
-    document : Document
     out : Path
         A folder for ``report.html``, ``report.pdf`` and ``figures/*.png``; or one file that ends in
         ``.html`` or ``.pdf``.
-    beside : mapping of str to bytes, optional
-        Further files of a folder, by name.
-    tell : callable, optional
 
     Returns
     -------

@@ -41,7 +41,6 @@ def file_names(outcome: RunOutcome, linear: LinearModelValidation | None = None)
 
     Parameters
     ----------
-    outcome : RunOutcome
     linear : LinearModelValidation, optional
         Without it there is no file of it.
     """
@@ -65,8 +64,6 @@ def file_content(
         each maneuver), ``derivatives.mat``, ``campaign.json``, ``model.toml``,
         ``linear-lon.toml``, ``linear-lat.toml``, or ``linear-models.json`` with the comparison of
         linear models.
-    outcome : RunOutcome
-    linear : LinearModelValidation, optional
     """
     result, summary = outcome.result, outcome.summary
     flights = ", ".join(dict.fromkeys(one.maneuver.flight for one in result.results))

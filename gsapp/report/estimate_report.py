@@ -18,6 +18,7 @@ from gsapp.identification.campaign import CampaignResult, ManeuverResult
 from gsapp.identification.methods import estimation_method
 from gsapp.identification.runs.outcome import RunOutcome
 from gsapp.identification.summary import CONDITIONS, CampaignSummary
+from gsapp.identification.summary.linear_model_validation import LinearModelValidation
 from gsapp.identification.summary.mode_uncertainty import (
     ModeUncertainty,
     propagate_mode_uncertainty,
@@ -31,7 +32,6 @@ from gsapp.report.document import (
     Paragraph,
     convert_units,
 )
-from gsapp.report.estimate_provenance import campaign_provenance
 from gsapp.report.estimate_text import (
     DERIVATIVE_COLUMNS,
     JOINT_COLUMNS,
@@ -48,18 +48,18 @@ from gsapp.report.estimate_text import (
     trend_text,
     unknown_rows,
 )
-from gsapp.report.fit_diagnostics import fit_diagnostics_section
-from gsapp.report.fit_figures import fit_figure, residual_figure
-from gsapp.report.ftr_histories import FlightEstimateHistory
-from gsapp.report.gust_text import (
+from gsapp.report.fit_diagnostics import (
+    fit_diagnostics_section,
     gust_comparison_table,
     gusty_maneuvers_text,
     method_comparison_table,
 )
-from gsapp.report.linear_report import LinearModelValidation, linear_section
+from gsapp.report.fit_figures import fit_figure, residual_figure
+from gsapp.report.ftr_histories import FlightEstimateHistory
+from gsapp.report.linear_report import linear_section
 from gsapp.report.mode_figures import modes_figure, modes_table
 from gsapp.report.online_figures import online_estimates_figure
-from gsapp.report.provenance import provenance_section
+from gsapp.report.provenance import campaign_provenance, provenance_section
 from gsapp.report.residual_text import residual_text
 from gsapp.report.settings import REPORT
 from gsapp.report.value_figures import value_figures
@@ -89,16 +89,7 @@ _ONLINE: Final = {
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class CampaignReportData:
-    """All that a report on a campaign is made from.
-
-    Attributes
-    ----------
-    outcome : RunOutcome
-    ftr_histories : tuple of FlightEstimateHistory
-        FTR over the flights; may be empty.
-    linear : LinearModelValidation
-        Linear models against flight; may be empty.
-    """
+    """All that a report on a campaign is made from."""
 
     outcome: RunOutcome
     ftr_histories: tuple[FlightEstimateHistory, ...] = ()
@@ -106,12 +97,10 @@ class CampaignReportData:
 
     @property
     def result(self) -> CampaignResult:
-        """Return what each maneuver gave."""
         return self.outcome.result
 
     @property
     def summary(self) -> CampaignSummary:
-        """Return what all of them gave together."""
         return self.outcome.summary
 
 
@@ -122,9 +111,6 @@ def estimate_document(
 
     Parameters
     ----------
-    reported : CampaignReportData
-    units : {"US", "SI"}
-        Of pictures and tables.
     written : datetime, optional
         Stands in the line of the date, with the number of the run where it is kept in a catalog;
         without it there is no such line.

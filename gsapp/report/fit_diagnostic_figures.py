@@ -27,9 +27,7 @@ _MAX_LARGE_CELLS: Final = 10
 _LABEL_ANGLE: Final = 60.0
 """Of the names above a heat map, degrees: neighbors do not run into each other."""
 _ROW: Final = 0.24
-"""Height of a row, inches."""
 _NAMED: Final = 3
-"""Pairs that a caption names."""
 
 
 def correlated_pairs(estimate: Estimate) -> tuple[tuple[str, str, float], ...]:
@@ -52,10 +50,8 @@ def correlation_figure(
 
     Parameters
     ----------
-    estimate : Estimate
     subject : str
         What was fitted, ``maneuver 2:M4 of Flight D``.
-    palette : Palette
     """
     names = estimate.free
     if len(names) < 2:
@@ -160,13 +156,6 @@ def bounds_figure(
     """Return the bounds of one fit in percent: as white noise would have them, and as they are.
 
     None where no derivative was earned.
-
-    Parameters
-    ----------
-    estimate : Estimate
-    subject : str
-        What was fitted.
-    palette : Palette
     """
     found = [
         (name, 100.0 * one.cramer_rao / abs(one.value), 100.0 * one.std / abs(one.value))

@@ -35,7 +35,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 _ROW_HEIGHT = 0.82
-"""Height of one chart, inches."""
 
 
 def fit_figure(
@@ -50,13 +49,8 @@ def fit_figure(
 
     Parameters
     ----------
-    result : ManeuverResult
-    units : {"US", "SI"}
-    palette : Palette
     other : ManeuverResult, optional
         The same maneuver in another run, whose computed responses are drawn in gray.
-    other_name : str
-        Of that run, for the legend.
 
     Returns
     -------
@@ -192,14 +186,12 @@ def residual_figure(
 
 
 def autocorrelation(values: FloatArray, dt: float) -> tuple[FloatArray, FloatArray, float]:
-    """Return how a residual repeats itself over a second.
+    """Return how a residual, sampled every `dt` (s), repeats itself over a second.
 
     Parameters
     ----------
     values : ndarray, shape (n,)
         NaN where a sample did not count.
-    dt : float
-        Sample time, s.
 
     Returns
     -------

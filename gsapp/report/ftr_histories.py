@@ -15,21 +15,12 @@ from gsapp.report.settings import REPORT
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class FlightEstimateHistory:
-    """What FTR formed over one flight.
-
-    Attributes
-    ----------
-    flight : str
-        Its name.
-    histories : mapping of str to EstimateHistory
-        By derivative; empty where it could not listen.
-    why : str
-        Why it could not, in words.
-    """
+    """What FTR formed over one flight."""
 
     flight: str
     histories: Mapping[str, EstimateHistory] = field(default_factory=dict)
     why: str = ""
+    """Why there is none, in words."""
 
 
 def compute_ftr_histories(
@@ -42,12 +33,8 @@ def compute_ftr_histories(
 
     Parameters
     ----------
-    flights : sequence of (Flight, Aircraft)
-        Each with the aircraft as it flew it.
     most : int, optional
         Flights to listen to, from the first on; None for all.
-    doing : callable, optional
-        Told what is being done, in words, before each flight.
     """
     found = []
     for flight, aircraft in flights[:most]:

@@ -39,12 +39,9 @@ def compare_linear_models(
 
     Parameters
     ----------
-    outcome : RunOutcome
     validate : collection of Path
         Flights of the outcome to judge on. Empty: for each axis the last flight that flew it;
         where only one did, every other maneuver of each kind.
-    flights : FlightCache, optional
-        Flights that are open already.
     progress : callable, optional
         As of `gsapp.identification.campaign.run_campaign`.
 
@@ -123,7 +120,6 @@ def error_rows(
 
     Parameters
     ----------
-    outputs : sequence of str
     errors : mapping of str to mapping of str to float
         By model and output: `AxisValidation.errors`, or ``whole``.
     """

@@ -21,7 +21,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 _DAMPING: Final = (0.2, 0.4, 0.6, 0.8)
-"""Damping ratios that have a line."""
 
 
 def modes_figure(
@@ -33,7 +32,6 @@ def modes_figure(
     ----------
     modes : mapping of str to sequence of ModeUncertainty
         By axis in words, ``longitudinal``.
-    palette : Palette
     """
 
     def draw(container: FigureBase) -> None:

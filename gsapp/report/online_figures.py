@@ -33,9 +33,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 ONLINE_FIGURE_COLUMNS: Final = 2
-"""Charts beside each other on paper."""
 _MOST: Final = 12
-"""Charts of a page."""
 
 
 def online_estimates_figure(
@@ -52,18 +50,10 @@ def online_estimates_figure(
 
     Parameters
     ----------
-    histories : sequence of EstimateHistory
-        Of the derivatives to be drawn.
     result : CampaignResult
         Whose maneuvers of this flight are drawn as points, where they ended.
     summary : CampaignSummary
         Whose means are the lines to be reached.
-    flight : str
-    number : int
-        Of the flight, for the name of the picture.
-    palette : Palette
-    across : int
-        Charts beside each other.
     """
     drawn = tuple(histories)[:_MOST]
     rows = -(-len(drawn) // across)

@@ -18,35 +18,21 @@ class Palette:
 
     A measured channel is solid in its own color (`channel`), a computed one dashed in ink. Flights
     and estimators take trace colors by name.
-
-    Attributes
-    ----------
-    background : str
-        Behind everything.
-    ink, secondary_ink : str
-        What is read; what is read second.
-    faint : str
-        Grid and frames.
-    previous : str
-        What was known before; another run.
-    band : str
-        Areas behind the traces: 95 % of a mean, what white noise keeps within.
-    excluded : str
-        Points that do not count.
-    traces : mapping of str to str
-        Colors of the names in `TRACE_COLORS`.
-    line_scale : float
-        Of lines, 1 on paper.
     """
 
     background: str
     ink: str
     secondary_ink: str
+    """What is read; what is read second."""
     faint: str
     previous: str
+    """What was known before; another run."""
     band: str
+    """Areas behind the traces: 95 % of a mean, what white noise keeps within."""
     excluded: str
+    """Points that do not count."""
     traces: Mapping[str, str] = field(hash=False)
+    """Colors of the names in `TRACE_COLORS`."""
     line_scale: float = 1.0
 
     def channel(self, name: str) -> str:
@@ -77,7 +63,6 @@ PRINT_PALETTE = Palette(
 """Of every report: the Okabe-Ito set, its yellow darkened for white paper."""
 
 FLIGHT_MARKERS = "os^Dv<>pXh"
-"""Of the flights, in their order."""
 
 
 def flight_marker(place: int) -> str:

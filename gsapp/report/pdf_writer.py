@@ -50,12 +50,10 @@ class _Paper:
 
     @property
     def side(self) -> float:
-        """Return the margin on either side."""
         return (self.width - FIGURE_WIDTH) / 2.0
 
     @property
     def room(self) -> float:
-        """Return the height between the margins."""
         return self.height - self.top - self.bottom
 
 
@@ -90,14 +88,7 @@ _KINDS = {"plain": _BODY, "lead": _TextStyle(size=10.5, bold=True), "note": _NOT
 
 
 def render_pdf(document: Document, *, tell: ReportProgress | None = None) -> bytes:
-    """Return a document as PDF.
-
-    Parameters
-    ----------
-    document : Document
-    tell : callable, optional
-        Told how far one is, before each section and each page.
-    """
+    """Return a document as PDF."""
     said = tell or (lambda _share, _words: None)
     with figure_style():
         flow = _PageFlow(_PAPERS[document.units])
@@ -148,7 +139,6 @@ class _PageFlow:
 
         Parameters
         ----------
-        title : str
         before : float
             Height of a picture that follows at once, inches.
         """

@@ -30,7 +30,6 @@ NAME_SEPARATOR: Final = "|"
 _TRACE, WIDE_LINE_WIDTH = 0.9, 2.0
 """Width of a trace, and of one under another, points."""
 UNDERLAY_ALPHA: Final = 0.55
-"""Opacity of a trace under another."""
 _POINTS: Final = 3000
 """Of a trace: more cannot be told apart."""
 _TIME_STEPS: Final = (
@@ -39,7 +38,6 @@ _TIME_STEPS: Final = (
 )  # fmt: skip
 _FINE_TICK_SPACING: Final = 0.095
 _MAX_TIME_STEPS: Final = 5
-"""Steps of a time axis, at most."""
 _ACCENTS: Final = {"\N{COMBINING DOT ABOVE}": "dot", "\N{COMBINING MACRON}": "bar"}
 
 
@@ -47,11 +45,9 @@ class ClockFormatter(Formatter):
     """Writes flight time as ``mm:ss.s``, with more digits where ticks are closer."""
 
     def __call__(self, time: float, _place: int | None = None) -> str:
-        """Return one time."""
         return clock_text(time, decimals=1)
 
     def format_ticks(self, values: Sequence[float]) -> list[str]:
-        """Return the times of all ticks."""
         close = len(values) > 1 and abs(values[1] - values[0]) < _FINE_TICK_SPACING
         return [clock_text(time, decimals=2 if close else 1) for time in values]
 
@@ -60,12 +56,10 @@ class ClockLocator(Locator):
     """Places ticks at round seconds and minutes."""
 
     def __call__(self) -> Sequence[float]:
-        """Return the ticks in sight."""
         low, high = sorted(self.axis.get_view_interval())  # type: ignore[union-attr]
         return self.tick_values(low, high)
 
     def tick_values(self, vmin: float, vmax: float) -> Sequence[float]:
-        """Return the ticks between two times."""
         fitting = (step for step in _TIME_STEPS if vmax - vmin <= _MAX_TIME_STEPS * step)
         step = next(fitting, _TIME_STEPS[-1])
         first, last = math.ceil(vmin / step - 1e-6), math.floor(vmax / step + 1e-6)

@@ -14,23 +14,15 @@ from gsapp.identification.statistics import Whiteness, evaluate_whiteness
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ResidualSummary:
-    """The residuals of one response over a campaign.
-
-    Attributes
-    ----------
-    name : str
-        Channel.
-    fits, white : int
-        How many there are, and how many of them may be white noise.
-    low_share, white_share : float
-        Median share of their power below 2 Hz, and what it would be of white noise.
-    """
+    """The residuals of one response over a campaign."""
 
     name: str
     fits: int
     white: int
+    """How many there are, and how many of them may be white noise."""
     low_share: float
     white_share: float
+    """Median share of their power below 2 Hz, and what it would be of white noise."""
 
 
 def residual_summaries(result: CampaignResult) -> tuple[ResidualSummary, ...]:

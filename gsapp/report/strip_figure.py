@@ -38,16 +38,6 @@ def write_strip_figure(
         The samples; gaps stay gaps.
     channels : sequence of str
         Ids from top to bottom; those that the block lacks are left out.
-    path : Path or str
-        Ends in .png, .svg or .pdf.
-    title : str
-        Above the charts.
-    units : {"US", "SI"}
-
-    Returns
-    -------
-    Path
-        The file written.
     """
     shown = [channel_id for channel_id in channels if channel_id in block]
     rows = max(len(shown), 1)

@@ -39,9 +39,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 VALUE_FIGURE_COLUMNS: Final = 3
-"""Charts of derivatives beside each other on paper."""
 _FIGURE_ROWS: Final = 4
-"""Rows of them on a page."""
 _OUTLIER, _BY_HAND, _UNFIT = "x", "+", "1"
 _SMALL, _LARGE = 3.2, 5.5
 """Markers in points: of small charts, and of one alone."""
@@ -76,11 +74,9 @@ class _ManeuverLocator(Locator):
         self._letter = _LETTER * size / 72.0
 
     def __call__(self) -> Sequence[float]:
-        """Return the places to mark."""
         return [] if self.axis is None else self.tick_values(*sorted(self.axis.get_view_interval()))
 
     def tick_values(self, vmin: float, vmax: float) -> Sequence[float]:
-        """Return the places to mark between two ends."""
         seen = [place for place in self._names if vmin <= place <= vmax]
         marked = seen[:: max(1, -(-len(seen) // _NAMED))]
         inches = self._chart.get_window_extent().width / self._chart.figure.dpi
@@ -112,13 +108,10 @@ def value_figures(
 
     Parameters
     ----------
-    summary : CampaignSummary
     over : str
         ``V``, ``alpha``, ``beta`` or ``number``.
-    units : {"US", "SI"}
     known : mapping of str to float, optional
         Values known before, drawn as a dotted gray line.
-    palette : Palette
 
     Returns
     -------
@@ -147,20 +140,7 @@ def value_figure(
     across: int = VALUE_FIGURE_COLUMNS,
     number: int = 1,
 ) -> DocumentFigure:
-    """Return some derivatives against a condition or the number of the maneuver.
-
-    Parameters
-    ----------
-    summary : CampaignSummary
-    names : sequence of str
-        Derivatives; one alone is drawn large.
-    over, units, known, palette
-        As for `value_figures`.
-    across : int
-        Charts beside each other.
-    number : int
-        Of the page, for the picture's name.
-    """
+    """Return some derivatives against a condition or the number of the maneuver."""
     chosen = [summary.derivatives[name] for name in names]
     across = min(across, len(chosen))
     drawn = _ChartStyle(

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import contextlib
-import math
 from collections.abc import Callable
 from dataclasses import replace
 from typing import Final
 
 from gsapp.flight.events import Event
 from gsapp.foundation import FlightError
-from gsapp.session.alarms import Alarm, AlarmEpisode, AlarmRegistry
+from gsapp.session.alarms import Alarm, AlarmEpisode, AlarmRegistry, order_by_time
 from gsapp.session.limits import Severity
 from gsapp.session.marks import MarkStore
 from gsapp.session.monitor_settings import MONITORS
@@ -52,10 +51,6 @@ class AlarmLog:
 
     Parameters
     ----------
-    wall_us : callable
-        Host time, microseconds since 1970.
-    others : callable, optional
-        Told of every event that is none of its own.
     ahead : AlarmRegistry, optional
         In a replay, the alarms of the whole flight.
     """
@@ -104,12 +99,8 @@ class AlarmLog:
             )
             for one in self._recorded
         )
-        return tuple(
-            sorted(
-                (*found.values(), *recorded),
-                key=lambda one: (-math.inf if one.onset is None else one.onset, one.key),
-            )
-        )
+        every = (*found.values(), *recorded)
+        return tuple(sorted(every, key=lambda one: order_by_time(one.onset, one.key)))
 
     def read(self, *, refreshed: bool = False) -> None:
         """Take in what this and other windows wrote.

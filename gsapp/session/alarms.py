@@ -28,7 +28,6 @@ class Alarm:
     message: str
     """What it means, or the whole sentence for alarms without a value."""
     rule: LimitRule | None = None
-    """The limit, for alarms with a value."""
     value: float | None = None
     """The farthest value since it was raised, SI."""
     acknowledged: bool = False
@@ -38,26 +37,25 @@ class Alarm:
 
     @property
     def active(self) -> bool:
-        """Return whether the cause is still there."""
         return self.current > Severity.NORMAL
 
     def message_text(self, system: str = "SI") -> str:
         """Return what a field engineer says, with units of the system ``"SI"`` or ``"US"``."""
-        return _alarm_text(self.message, self.rule, self.severity, self.value, system)
+        return _alarm_text(self, system)
 
 
-def _alarm_text(
-    words: str, rule: LimitRule | None, severity: Severity, value: float | None, system: str
-) -> str:
+def _alarm_text(alarm: Alarm | AlarmEpisode, system: str) -> str:
+    rule, value = alarm.rule, alarm.value
     if rule is None or value is None:
-        return words
+        return alarm.message
     spec = channel(rule.channel)
     unit = spec.display_unit(system)
-    limit = _limit(rule, severity)
-    shown = _number(value, unit, spec.quantity, spec.decimals(unit))
-    bound = _number(limit or 0.0, unit, spec.quantity, spec.decimals(unit))
+    shown, bound = (
+        f"{from_si(number, unit, spec.quantity):.{spec.decimals(unit)}f} {unit}".strip()
+        for number in (value, _limit(rule, alarm.severity) or 0.0)
+    )
     beyond = "above" if rule.side == "high" else "below"
-    meaning = rule.describe(severity)
+    meaning = rule.describe(alarm.severity)
     tail = f", {meaning}" if meaning else ""
     return f"{spec.title} {shown}, {beyond} {bound}{tail}"
 
@@ -67,11 +65,6 @@ def _limit(rule: LimitRule, severity: Severity) -> float | None:
     if limit is None:
         limit = rule.caution if rule.warning is None else rule.warning
     return limit
-
-
-def _number(value: float, unit: str, quantity: str, decimals: int) -> str:
-    text = f"{from_si(value, unit, quantity):.{decimals}f}"
-    return f"{text} {unit}".strip()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -93,7 +86,6 @@ class AlarmAcknowledgment:
     by: str = ""
     """Who, and how: ``crew, key K``; empty where it was not written."""
     time: float | None = None
-    """Flight time of the acknowledgment, s."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -101,18 +93,14 @@ class AlarmEpisode:
     """An alarm from when its cause came to when it was gone."""
 
     key: str
-    """What it is about."""
     severity: Severity
     onset: float | None
     """Flight time at which it was raised, s."""
     end: float | None = None
     """Flight time at which the cause was gone, s; None while it stays, or if nobody knows."""
     message: str
-    """As in `Alarm`."""
     rule: LimitRule | None = None
-    """The limit, for alarms with a value."""
     value: float | None = None
-    """The farthest value, SI."""
     raised: float | None
     """Flight time at which it was raised or last grew worse, s."""
     acknowledgment: AlarmAcknowledgment | None = None
@@ -137,17 +125,16 @@ class AlarmEpisode:
 
     def message_text(self, system: str = "SI") -> str:
         """Return what a field engineer says, with units of the system ``"SI"`` or ``"US"``."""
-        return _alarm_text(self.message, self.rule, self.severity, self.value, system)
+        return _alarm_text(self, system)
+
+
+def order_by_time(time: float | None, key: str) -> tuple[float, str]:
+    """Return what sorts alarms by flight time; those without one come first."""
+    return (-math.inf if time is None else time, key)
 
 
 class AlarmRegistry:
-    """The alarms that stand, whoever raised them, and all that were raised so far.
-
-    Attributes
-    ----------
-    revision : int
-        Grows with every change.
-    """
+    """The alarms that stand, whoever raised them, and all that were raised so far."""
 
     def __init__(self) -> None:
         self.revision = 0
@@ -177,8 +164,7 @@ class AlarmRegistry:
         """Return every alarm raised so far, by time; those without a flight time first."""
         return tuple(
             sorted(
-                self._log,
-                key=lambda onset: (-math.inf if onset.time is None else onset.time, onset.key),
+                self._log, key=lambda one: (-math.inf if one.time is None else one.time, one.key)
             )
         )
 
@@ -189,9 +175,7 @@ class AlarmRegistry:
             replace(one, acknowledgment=self.acknowledgment(one.key, one.raised))
             for one in self._episodes
         )
-        return tuple(
-            sorted(told, key=lambda one: (-math.inf if one.onset is None else one.onset, one.key))
-        )
+        return tuple(sorted(told, key=lambda one: order_by_time(one.onset, one.key)))
 
     def acknowledgment(self, key: str, raised: float | None) -> AlarmAcknowledgment | None:
         """Return who has seen the alarm of a key that was raised at a flight time (s).
@@ -212,7 +196,6 @@ class AlarmRegistry:
 
     @property
     def unacknowledged(self) -> tuple[Alarm, ...]:
-        """Return those that nobody has acknowledged, newest first."""
         return tuple(alarm for alarm in self.current_alarms if not alarm.acknowledged)
 
     def get(self, key: str) -> Alarm | None:
@@ -289,7 +272,6 @@ class AlarmRegistry:
         self._update_worst_value(key, value)
 
     def _update_worst_value(self, key: str, value: float | None) -> None:
-        """Let the episode that goes on keep its farthest value."""
         place = self._active_indices.get(key)
         former = None if place is None else self._episodes[place]
         if place is None or former is None or former.rule is None or value is None:
@@ -308,13 +290,7 @@ class AlarmRegistry:
         self._alarms[key] = replace(former, value=former.rule.worse_value(value, former.value))
 
     def clear(self, key: str, time: float | None = None) -> None:
-        """Say that the cause is gone. The alarm stays until it is acknowledged.
-
-        Parameters
-        ----------
-        time : float, optional
-            Flight time at which the cause was gone, s.
-        """
+        """Say that the cause is gone since a flight time (s); acknowledgment ends the alarm."""
         former = self._alarms.get(key)
         if former is None or not former.active:
             return
@@ -340,13 +316,6 @@ class AlarmRegistry:
 
         That time says which one, since acknowledgments come from other windows too, and may be
         read before the alarm itself in a replay.
-
-        Parameters
-        ----------
-        raised : float or None
-            Flight time at which it was raised, s.
-        time : float, optional
-            Flight time at which it was seen, s.
         """
         if not self._is_acknowledged(key, raised):
             self.revision += 1
@@ -365,13 +334,7 @@ class AlarmRegistry:
         return any(one.raised == raised for one in self._acknowledged.get(key, ()))
 
     def end_all(self, time: float | None) -> None:
-        """Let every alarm end with its flight, acknowledged or not; the log keeps them.
-
-        Parameters
-        ----------
-        time : float or None
-            Flight time of the end, s.
-        """
+        """Let every alarm end with its flight at a time (s); the log keeps them."""
         for key in tuple(self._alarms):
             self.clear(key, time)
         self._alarms.clear()

@@ -36,13 +36,10 @@ class ChannelState:
     value: float | None = None
     """The latest sample: flight time (s), SI. Not to be shown as a value unless fresh."""
     age: float | None = None
-    """Seconds since that sample."""
     severity: Severity = Severity.NORMAL
-    """Of its limits, as of now."""
     clipped: bool = False
     """Whether it stands at the end of its instrument's range."""
     kind: Literal["measured", "estimated", "derived"] = "measured"
-    """Where it comes from."""
     calibrated: bool = True
     """Whether a certificate is in force, where one is needed."""
     source: str = ""

@@ -43,13 +43,7 @@ class SlowConsumer(Consumer, Protocol):
 
 
 class GridSegments:
-    """Where on the grid samples lie, as stretches without a long pause inside.
-
-    Parameters
-    ----------
-    rate : float
-        Of the grid, Hz.
-    """
+    """Where on the grid samples lie, as stretches without a long pause inside."""
 
     def __init__(self, rate: float) -> None:
         self._rate = rate
@@ -76,12 +70,10 @@ class GridSegments:
 
     @property
     def first(self) -> int | None:
-        """Return the first sample of all."""
         return self._firsts[0] if self._firsts else None
 
     @property
     def last(self) -> int | None:
-        """Return the last sample of all."""
         return self._lasts[-1] if self._lasts else None
 
     def segment_from(self, index: int) -> tuple[int, int] | None:
@@ -137,15 +129,7 @@ class ConsumerCursor:
 
 
 class ConsumerScheduler:
-    """Gives consumers what lies in a history, each from where it is.
-
-    Parameters
-    ----------
-    stretches : GridSegments
-        Where its samples lie.
-    clock : callable
-        Seconds of a clock that never goes back.
-    """
+    """Gives consumers what lies in a history, each from where it is."""
 
     def __init__(
         self,
@@ -177,24 +161,19 @@ class ConsumerScheduler:
         abreast: bool = False,
         reach: Callable[[int], None] = lambda _: None,
     ) -> bool:
-        """Give what lies up to a place, until a deadline: one step each, at least.
+        """Give what lies up to a place, until a deadline (s): one step each, at least.
+
+        Returns whether nothing is left to be given.
 
         Parameters
         ----------
         target : int
             The last place of the grid that counts.
-        deadline : float
-            Of the clock, s.
         abreast : bool
             Whether the one that is behind goes first; else the first in line has all that it
             wants before the next.
         reach : callable
             Called with the last place of each step before it is given.
-
-        Returns
-        -------
-        bool
-            Whether nothing is left to be given.
         """
         self._rows = None
         served: set[int] = set()

@@ -9,23 +9,25 @@ from typing import TYPE_CHECKING, Final
 from gsapp.excitation.alerts.alert import Alert, AlertLevel
 from gsapp.excitation.announcer import Announcement
 from gsapp.excitation.cues import CueEvent, CueSnapshot
+from gsapp.flight.cards import CardSet
 from gsapp.flight.events import Event
+from gsapp.flight.folder import FlightFolder
 from gsapp.foundation import FlightError
 from gsapp.quantities import Block, channel
 from gsapp.session.alarms import AlarmRegistry
 from gsapp.session.failure_guard import FailureGuard
+from gsapp.session.file_worker import FileWorker
+from gsapp.session.flight_metadata import FlightMetadata
 from gsapp.session.limits import Severity
 from gsapp.session.marks import MarkStore
 from gsapp.session.monitor_settings import MONITORS
 
 if TYPE_CHECKING:
     from gsapp.excitation.cueing import CueGenerator
+    from gsapp.excitation.debrief import Debrief
 
 VERDICT_EVENT: Final = "verdict"
 CARD_SELECTION_EVENT: Final = "card-choice"
-"""Kinds of events in the flight's file."""
-
-
 _SEVERITY: Final = {"caution": Severity.CAUTION, "warning": Severity.WARNING}
 _EQUIPMENT: Final = {
     "link": "telemetry lost",
@@ -45,12 +47,8 @@ class CueMonitor:
 
     Parameters
     ----------
-    registry : AlarmRegistry
-        Where alarms go.
     read : callable
         Takes in what all windows wrote to `mark_store`.
-    live : bool
-        Whether the flight is happening.
 
     Attributes
     ----------
@@ -113,8 +111,6 @@ class CueMonitor:
 
         Parameters
         ----------
-        uncalibrated : sequence of str
-            Channels whose instruments give volts only.
         beyond : sequence of str
             Channels that read beyond what their instruments were calibrated for.
         """
@@ -240,3 +236,88 @@ class CueMonitor:
 
 def _titles(channels: Sequence[str]) -> str:
     return ", ".join(channel(name).title for name in channels)
+
+
+class CrewCues:
+    """Cues of a session; empty where the options switch them off."""
+
+    def __init__(
+        self,
+        monitor: CueMonitor | None,
+        metadata: FlightMetadata,
+        folder: FlightFolder | None,
+        worker: FileWorker | None,
+    ) -> None:
+        self._monitor = monitor
+        self._metadata = metadata
+        self._folder = folder
+        self._worker = worker
+
+    def snapshot(self) -> CueSnapshot | None:
+        """Return what the crew is to be told now; None where cues are switched off."""
+        if self._monitor is None:
+            return None
+        return self._monitor.snapshot(
+            self._metadata.uncalibrated, self._metadata.out_of_calibrated_range
+        )
+
+    @property
+    def spoken(self) -> Sequence[Announcement]:
+        """Return all that is to be heard so far; it shrinks only when a replay goes back."""
+        return () if self._monitor is None else self._monitor.spoken
+
+    @property
+    def cards(self) -> CardSet | None:
+        return None if self._monitor is None else self._monitor.cueing.cards
+
+    def debrief(self) -> Debrief | None:
+        """Return every input judged so far, and the score by card; None without cues."""
+        if self._monitor is None:
+            return None
+        from gsapp.excitation.debrief import create_debrief
+
+        return create_debrief(self._metadata.name, self._monitor.cueing)
+
+    def select_card(self, card_id: str) -> None:
+        """Let a test card be the next until it is flown; an empty id lets the program pick.
+
+        A live flight keeps the choice among its events, so that a replay tells the same.
+
+        Raises
+        ------
+        UnknownNameError
+            If there is no such card.
+        FlightError
+            If it cannot be written.
+        """
+        if self._monitor is not None:
+            self._monitor.select_card(card_id)
+
+    def set_units(self, system: str) -> None:
+        """Give cues in these units, ``US`` or ``SI``, from now on."""
+        if self._monitor is not None:
+            self._monitor.cueing.use_units(system)
+
+    def set_cards(self, cards: CardSet) -> None:
+        """Take other test cards; a live flight without any keeps them in its folder.
+
+        Raises
+        ------
+        FlightError
+            If they cannot be written; they count in this window.
+        """
+        if self._monitor is None:
+            return
+        self._monitor.cueing.use_cards(cards)
+        folder = self._folder
+        if folder is None:
+            return
+
+        def store() -> None:
+            if not folder.cards_file.exists():
+                folder.store_cards(cards)
+
+        if self._worker is None:
+            store()
+        else:
+            self._worker.run_job(store)

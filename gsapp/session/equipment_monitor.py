@@ -29,7 +29,6 @@ class LinkSummary:
     """``ok``, ``waiting``, ``no data``, ``no aircraft``, ``silent``, ``unreadable``, ``lost``,
     ``ended`` ..."""
     severity: Severity = Severity.NORMAL
-    """Whether that is as it should be."""
     system: int | None = None
     """The flown system; None before it is known, and for lines of text."""
     problem: str = ""
@@ -45,7 +44,6 @@ class LinkSummary:
     damaged: int = 0
     unknown: int = 0
     lost: int = 0
-    """Frames since the beginning."""
     remarks: tuple[str, ...] = ()
     """What else the crew should know, in words."""
 
@@ -57,16 +55,12 @@ class RecorderSummary:
     state: str
     """``recording``, ``stopped``, ``dead`` ..."""
     severity: Severity = Severity.NORMAL
-    """Whether that is as it should be."""
     pid: int | None = None
-    """Its process, if one runs."""
     link: str = ""
     source_state: str = ""
     """How the link fares, in its words."""
     received_bytes: int = 0
-    """Since its start."""
     byte_rate: float = 0.0
-    """Bytes per second."""
     growing: bool = False
     """Whether what was written grew since the look before."""
     remarks: tuple[str, ...] = ()
@@ -78,11 +72,9 @@ class DiskSummary:
     """The room for recording."""
 
     free_bytes: int | None = None
-    """On the disk of the flight."""
     seconds_left: float | None = None
     """For how long it lasts at the present rate; None while nothing comes."""
     severity: Severity = Severity.NORMAL
-    """Whether that is enough."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -90,9 +82,7 @@ class RecorderObservation:
     """What the disk tells of a recorder."""
 
     handle: RecorderHandle | None = None
-    """The recorder that runs."""
     status: RecorderStatus | None = None
-    """What it told of itself at the latest."""
     is_folder_reachable: bool = True
     """Whether the flight folder is where it was."""
     free_bytes: int | None = None
@@ -130,19 +120,11 @@ class EquipmentMonitor:
 
     Parameters
     ----------
-    registry : AlarmRegistry
-        Where alarms go.
-    clock : callable
-        Seconds that never go back.
-    wall_us : callable
-        Host time, microseconds since 1970.
     facts : callable, optional
         Returns what the disk tells of the recorder; by default that is read with every look.
 
     Attributes
     ----------
-    link, recorder, disk
-        What to show.
     landed : bool
         Whether the aircraft has landed: it may be switched off, and silence is no alarm.
     """
@@ -213,8 +195,6 @@ class EquipmentMonitor:
 
         Parameters
         ----------
-        now : float or None
-            Flight time, for alarms, s.
         caught_up : bool
             Whether everything recorded was counted in `health`. While an older part of the record
             is being read its age says nothing of the link.

@@ -26,10 +26,6 @@ class FailureGuard:
     ----------
     what : str
         What is missing then, as a sentence begins.
-    registry : AlarmRegistry
-        Where it is said.
-    now : callable
-        Flight time, s.
 
     Attributes
     ----------
@@ -71,13 +67,7 @@ class FailureGuard:
 
 
 class RetriedSteps:
-    """Does steps of a live flight; one that fails is tried again after a while.
-
-    Attributes
-    ----------
-    failures : dict of str to str
-        What fails at present, in words, by the name of the step.
-    """
+    """Does steps of a live flight; one that fails is tried again after a while."""
 
     def __init__(self) -> None:
         self.failures: dict[str, str] = {}

@@ -113,12 +113,8 @@ class LiveFeed:
 
     Parameters
     ----------
-    history : SampleHistory
-        Where samples go.
     consumers : sequence of Consumer
         Who watches them, the most urgent first.
-    clock : callable
-        Seconds of a clock that never goes back.
 
     Attributes
     ----------
@@ -145,7 +141,6 @@ class LiveFeed:
 
     @property
     def now(self) -> float | None:
-        """Return the flight time reached, s."""
         return self._history.end
 
     @property
@@ -252,12 +247,6 @@ class ReplayFeed:
     consumers : sequence of Consumer
         Get samples up to the playhead. After a jump back they are reset and fed again. Those that
         say when they are `SlowConsumer` are waited for.
-    clock : callable
-        Seconds of a clock that never goes back.
-    speed : float
-        Times real time; `UNLIMITED_SPEED` for as fast as it goes.
-    playing : bool
-        Whether it plays from the start.
     ahead : sequence of Consumer
         Get the whole record as it is read, whatever the playhead.
 
@@ -318,13 +307,11 @@ class ReplayFeed:
 
     @property
     def start(self) -> float | None:
-        """Return the time of the first sample read, s."""
         first = self._stretches.first
         return None if first is None else first / self._history.rate
 
     @property
     def end(self) -> float | None:
-        """Return the time of the last sample read so far, s."""
         last = self._stretches.last
         return None if last is None else last / self._history.rate
 

@@ -31,13 +31,7 @@ log = logging.getLogger(__name__)
 
 
 class FileWorker:
-    """Does what waits for the disk of one flight, one thing after the other, in a thread.
-
-    Attributes
-    ----------
-    is_closed : bool
-        Whether it was told to end.
-    """
+    """Does what waits for the disk of one flight, one thing after the other, in a thread."""
 
     def __init__(self) -> None:
         self._jobs: deque[tuple[Callable[[], object], Future[object]]] = deque()
@@ -67,18 +61,11 @@ class FileWorker:
         return lambda: newest
 
     def start(self) -> None:
-        """Begin."""
         self._round_ended = time.monotonic()
         Thread(target=self._run, name="flight files", daemon=True).start()
 
     def submit(self, job: Callable[[], object]) -> Future[object]:
-        """Let something be done next, and wait a moment for it, but not for a disk that hangs.
-
-        Returns
-        -------
-        Future
-            Done or not; it never raises that it is late.
-        """
+        """Let something be done next, and wait a moment for it, but not for a disk that hangs."""
         future: Future[object] = Future()
         self._jobs.append((job, future))
         self._wake.set()

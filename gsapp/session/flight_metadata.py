@@ -132,13 +132,7 @@ class FlightMetadata:
             return None
 
     def messages(self, until: float | None) -> tuple[Event, ...]:
-        """Return what the vehicle said, and what was noticed about it, by time.
-
-        Parameters
-        ----------
-        until : float or None
-            Up to this flight time, s; None for all.
-        """
+        """Return what the vehicle said, and what was noticed about it, by time."""
         decoder, whole = self.decoder, self._opened.loaded_flight
         if decoder is not None:
             said = [event_from_notice(notice) for notice in (*decoder.messages, *decoder.notices)]

@@ -32,8 +32,6 @@ class LandingMonitor:
     ----------
     aircraft : Aircraft or None
         Tells how fast it must be to fly.
-    rate : float
-        Of the grid, Hz.
     on_ground : callable
         Whether the autopilot reports ground at a flight time (s); None where it reports nothing.
 

@@ -38,8 +38,6 @@ class GroundProximityMonitor:
         settled then, and once for the flight: a pitot that is blocked in flight lands nowhere.
     slow_at : float
         Calibrated airspeed below which it certainly does not fly, m/s.
-    rate : float
-        Of the grid, Hz.
     """
 
     def __init__(self, flown_at: float, slow_at: float, rate: float) -> None:
@@ -206,7 +204,6 @@ class _RuleMonitor:
 
     @property
     def on(self) -> bool:
-        """Return whether any threshold is on."""
         return any(latch.on for latch in self._latches.values())
 
     def quiet_range(self) -> tuple[float, float] | None:
@@ -317,10 +314,6 @@ class LimitMonitor:
 
     Parameters
     ----------
-    registry : AlarmRegistry
-        Where the alarms go.
-    rate : float
-        Of the grid, Hz.
     together : callable
         Whether two channels always come in the same blocks, live as in a replay; limits that
         wait near the ground need that of speed and altitude.

@@ -41,7 +41,6 @@ class LimitRule:
 
     channel: str
     side: LimitSide
-    """Whether values below or above are meant."""
     caution: float | None = None
     warning: float | None = None
     """SI; beyond it the alarm is raised."""
@@ -51,7 +50,6 @@ class LimitRule:
     """How long a value must stay beyond, or back, s."""
     caution_text: str = ""
     warning_text: str = ""
-    """What it means, in words."""
     armed_at: float | None = None
     """The rule sleeps until a value was on the safe side of this, SI ..."""
     disarmed_at: float | None = None
@@ -63,7 +61,6 @@ class LimitRule:
 
     @property
     def key(self) -> str:
-        """Return what names the rule among all."""
         return f"{self.channel}:{self.side}"
 
     def describe(self, severity: Severity) -> str:
@@ -316,11 +313,6 @@ class LimitSet:
     own : sequence of LimitRule
         From a limits file; each replaces the other rules of its channel and side, and takes them
         away where it holds no limit.
-
-    Attributes
-    ----------
-    revision : int
-        Counts the changes.
     """
 
     def __init__(self, aircraft: Aircraft | None = None, own: Sequence[LimitRule] = ()) -> None:

@@ -35,8 +35,6 @@ class RecordReader:
         Gives at most so many of the next records; none where none are waiting.
     progress : callable
         Gives the share of the records read, 0 to 1.
-    grows : bool
-        Whether further records may come.
     waits : callable
         Returns whether the last poll gave fewer than there are, since the disk has them still.
 
@@ -79,11 +77,9 @@ class RecordReader:
 
     @property
     def progress(self) -> float:
-        """Return the share of the record that was read, 0 to 1."""
         return self._progress()
 
     def read(self, limit: int) -> ReadResult:
-        """Decode the next records."""
         records = self._poll(limit)
         waits = self._waits()
         more = waits or len(records) >= limit
@@ -94,7 +90,6 @@ class RecordReader:
         return ReadResult(self.decoder.feed(records), more, waits)
 
     def finish(self) -> Sequence[Block]:
-        """Give what the decoder held back; nothing more will come."""
         if self.decoder is None and self._held:
             records = self._decide()
             if self.decoder is not None:
@@ -210,11 +205,9 @@ class FlightReader:
 
     @property
     def progress(self) -> float:
-        """Return the share given, 0 to 1."""
         return self._position / max(len(self._block), 1)
 
     def read(self, limit: int) -> ReadResult:
-        """Give the next rows."""
         block = self._block
         first = self._position
         last = min(first + limit * _FLIGHT_ROWS, len(block))

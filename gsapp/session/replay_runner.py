@@ -10,13 +10,7 @@ from gsapp.session.session import Session
 
 
 def run_replay(session: Session, tell: Callable[[float], None] = lambda _: None) -> None:
-    """Play a replay to its end, as fast as it goes or at its speed.
-
-    Parameters
-    ----------
-    tell : callable
-        Called with the share done, 0 to 1.
-    """
+    """Play a replay to its end, as fast as it goes or at its speed."""
     feed = session.replay_feed
     if feed is None:
         raise ValueError("only a replay has an end")

@@ -24,19 +24,15 @@ _MAX_INDEX = 2**52
 
 
 class SampleHistory:
-    """Everything measured in a flight, by channel, on one grid.
+    """Everything measured in a flight, by channel, on one grid of `rate` Hz.
 
     Parameters
     ----------
     channels : sequence of str
         Channels to begin with; a block may bring further ones.
-    rate : float
-        Samples per second of the grid, Hz.
 
     Attributes
     ----------
-    rate : float
-        Hz.
     revision : int
         Grows whenever something that may already be on screen changed: samples before the end
         of a channel were rewritten, or the `horizon` went back. What was cached is then void.
@@ -57,7 +53,6 @@ class SampleHistory:
 
     @property
     def channels(self) -> tuple[str, ...]:
-        """Return the channels, in the order in which they came."""
         return tuple(self._tracks)
 
     @property
@@ -247,8 +242,6 @@ class SampleHistory:
         ----------
         first_bin, last_bin : int
             ``first_bin <= j < last_bin``.
-        bin_size : int
-            Samples in a bin.
 
         Returns
         -------

@@ -63,7 +63,6 @@ class SparseArray:
         return base
 
     def read(self, first: int, last: int, plane: int = 0) -> FloatArray:
-        """Return a copy of positions ``first <= k < last``."""
         size = self.size
         offset = plane * size
         segment, start = divmod(first, size)
@@ -351,8 +350,8 @@ class SampleTrack:
             parts = [(first, up), (down, last)] if climb else [(first, last)]
             for begin, end in parts:
                 if begin < end:
-                    low = _min_number(low, self.cells(level, begin, end, 0))
-                    high = _max_number(high, self.cells(level, begin, end, 1))
+                    low = float(np.fmin(low, np.fmin.reduce(self.cells(level, begin, end, 0))))
+                    high = float(np.fmax(high, np.fmax.reduce(self.cells(level, begin, end, 1))))
             if not climb:
                 break
             first, last = up // _FACTOR, down // _FACTOR
@@ -411,11 +410,3 @@ def _aligned_level(bin_size: int) -> int:
     while level < _LEVELS and bin_size % _FACTOR ** (level + 1) == 0:
         level += 1
     return level
-
-
-def _min_number(value: float, others: FloatArray) -> float:
-    return float(np.fmin(value, np.fmin.reduce(others)))
-
-
-def _max_number(value: float, others: FloatArray) -> float:
-    return float(np.fmax(value, np.fmax.reduce(others)))

@@ -30,7 +30,7 @@ from gsapp.flight.folder import FlightFolder
 from gsapp.session.alarm_log import AlarmLog
 from gsapp.session.alarms import AlarmRegistry
 from gsapp.session.channel_states import ChannelState, ChannelStates
-from gsapp.session.crew_cues import CrewCues
+from gsapp.session.cue_monitor import CrewCues
 from gsapp.session.equipment_monitor import (
     STUCK_DISK_TEXT,
     DiskSummary,
@@ -44,14 +44,17 @@ from gsapp.session.feeds import LiveFeed, ReplayFeed
 from gsapp.session.file_worker import BackgroundEventLog
 from gsapp.session.flight_metadata import FlightMetadata
 from gsapp.session.limits import LimitBands, LimitSet
-from gsapp.session.marks import FlightMark, MarkKind, MarkStore
+from gsapp.session.marks import FlightMark, MarkKind, MarkStore, SystemSelection
 from gsapp.session.monitor_settings import MONITORS
 from gsapp.session.sample_history import SampleHistory
-from gsapp.session.session_flight import SessionFlight, open_live_flight, open_recorded_flight
+from gsapp.session.session_flight import (
+    SessionFlight,
+    SessionOptions,
+    open_live_flight,
+    open_recorded_flight,
+)
 from gsapp.session.session_monitors import SessionMonitors
-from gsapp.session.session_setting import SessionOptions
 from gsapp.session.snapshot import SessionMode, SessionSnapshot
-from gsapp.session.system_selection import SystemSelection
 from gsapp.telemetry.recorder_control import RecorderHandle
 
 if TYPE_CHECKING:
@@ -169,7 +172,7 @@ class Session:
     def follow(cls, folder: Path | str, **options: Unpack[SessionOptions]) -> Session:
         """Watch a flight that is being recorded, from its beginning.
 
-        The options are those of `gsapp.session.session_setting.SessionOptions`.
+        The options are those of `gsapp.session.session_flight.SessionOptions`.
         """
         return cls(open_live_flight(folder, options), options, mode="live")
 
@@ -188,7 +191,7 @@ class Session:
         whole and then released by the playhead.
 
         `speed` is 0.1 to 50 times real time, or `gsapp.session.feeds.UNLIMITED_SPEED`. The other
-        options are those of `gsapp.session.session_setting.SessionOptions`.
+        options are those of `gsapp.session.session_flight.SessionOptions`.
         """
         opened = open_recorded_flight(Path(flight), options)
         return cls(opened, options, mode="replay", speed=speed, playing=playing)
@@ -306,7 +309,6 @@ class Session:
 
     @property
     def cues(self) -> CueSnapshot | None:
-        """Return what the crew is to be told now; None where cues are switched off."""
         return self.crew_cues.snapshot()
 
     @property

@@ -22,13 +22,11 @@ class Playhead:
     end: float
     """Of the playhead, and of the first and last sample known."""
     playing: bool
-    """Whether it moves."""
     speed: float
     """Times real time; infinite for as fast as it goes."""
     complete: bool
     """Whether `end` is the end of the flight; the record is read ahead."""
     at_end: bool
-    """Whether the playhead has arrived there."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -37,9 +35,7 @@ class SessionSnapshot:
 
     name: str
     path: Path
-    """Its folder or file."""
     mode: SessionMode
-    """Whether it is happening."""
     now: float | None
     """Flight time, s; None before the first sample."""
     is_up_to_date: bool
@@ -47,7 +43,6 @@ class SessionSnapshot:
     monitored_fraction: float
     """How much of it was looked through for alarms and cues, 0 to 1."""
     progress: float
-    """Share of the record that was read, 0 to 1."""
     link: LinkSummary
     recorder: RecorderSummary
     disk: DiskSummary
@@ -63,7 +58,6 @@ class SessionSnapshot:
     alarms: tuple[Alarm, ...]
     """Those that stand, newest first."""
     unacknowledged_count: int
-    """How many of them nobody has acknowledged."""
     playhead: Playhead | None
     """None while live, and before the first sample of a replay was read."""
     problem: str

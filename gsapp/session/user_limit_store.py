@@ -73,7 +73,6 @@ class UserLimitStore:
 
     @property
     def limits(self) -> Mapping[str, LimitBands]:
-        """Return the typed limits by channel, SI."""
         return {name: _bands(entry) for name, entry in self._entries.items()}
 
     def write(self, channel_id: str, bands: LimitBands | None, system: str) -> None:
@@ -83,8 +82,6 @@ class UserLimitStore:
         ----------
         bands : LimitBands or None
             SI; None forgets what was typed, and limits that are all None switch them off.
-        system : {"US", "SI"}
-            Units of the file.
 
         Raises
         ------

@@ -10,7 +10,7 @@ import pytest
 
 from gsapp.aircraft import load_aircraft
 from gsapp.aircraft.aircraft_loader import SHIPPED_AIRCRAFT
-from gsapp.cli.discrepancy import run
+from gsapp.cli.discrepancy import discrepancy
 from gsapp.discrepancy.model_match import check_model_match
 from gsapp.discrepancy.remarks import record_remarks
 from gsapp.dynamics.model import load_model
@@ -55,7 +55,7 @@ def told(
 ) -> str:
     there = everything_in(path.parent)
     with pytest.raises(GroundStationError) as caught:
-        run(
+        discrepancy(
             flights=[path],
             out=path.parent / "answer",
             aircraft=aircraft,

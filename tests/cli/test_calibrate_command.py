@@ -8,7 +8,7 @@ import pytest
 
 from calibration import load_certificate
 from calibration.points_file import load_points
-from gsapp.cli.calibrate import run
+from gsapp.cli.calibration_commands import calibrate
 from gsapp.foundation import FileProblemsError, GroundStationError
 from gsapp.quantities.constants import DEGREE
 from tests.calibration.potentiometer_kit import Sweep, quick_sweep
@@ -33,7 +33,7 @@ def test_points_become_a_certificate(
     points: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     out = tmp_path / "day" / "elevator_left.toml"
-    run(
+    calibrate(
         points=points, channel="elevator_left", out=out, excitation=5.0, travel="-25:25",
         who="B. Jones", temperature=16.0,
     )  # fmt: skip
@@ -56,7 +56,7 @@ def test_programs_get_si_units(
     points: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     out = tmp_path / "c.toml"
-    run(points=points, channel="elevator_left", out=out, degree=1, json=Path("-"))
+    calibrate(points=points, channel="elevator_left", out=out, degree=1, json=Path("-"))
     found = json.loads(capsys.readouterr().out)
     made = load_certificate(out)
     assert found["degree"] == 1
@@ -73,11 +73,11 @@ def test_drift_against_former_certificates_is_told(
     points: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     former = tmp_path / "former.toml"
-    run(points=points, channel="elevator_left", out=former, who="crew")
+    calibrate(points=points, channel="elevator_left", out=former, who="crew")
     moved = write(tmp_path / "moved.csv", quick_sweep(7, "elevator_left"), shift=0.05)
     capsys.readouterr()
     out, result = tmp_path / "new.toml", tmp_path / "new.json"
-    run(
+    calibrate(
         points=moved, channel="elevator_left", out=out, who="crew", former=(former, former),
         json=result,
     )  # fmt: skip
@@ -141,7 +141,7 @@ def test_every_slip_has_its_line_and_a_remedy(
     path, out = tmp_path / "p.csv", tmp_path / "c.toml"
     path.write_bytes(text if isinstance(text, bytes) else text.encode())
     with pytest.raises(FileProblemsError) as caught:
-        run(points=path, channel="elevator_left", out=out)
+        calibrate(points=path, channel="elevator_left", out=out)
     problem = caught.value.problems[0]
     assert problem.where == where
     assert what in problem.what
@@ -176,14 +176,14 @@ def test_a_wrong_call_says_why(
         "points": points, "channel": "elevator_left", "out": tmp_path / "c.toml",
     }  # fmt: skip
     with pytest.raises(error, match=words):
-        run(**(call | more))  # type: ignore[arg-type]
+        calibrate(**(call | more))  # type: ignore[arg-type]
     assert not (tmp_path / "c.toml").exists()
 
 
 def test_remarks_reach_the_screen(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path = tmp_path / "p.csv"
     path.write_text("angle [deg],volts [V]\n-5,2.2\n0,2.5\n5,2.8\n")
-    run(points=path, channel="rudder", out=tmp_path / "c.toml", travel="-30:30")
+    calibrate(points=path, channel="rudder", out=tmp_path / "c.toml", travel="-30:30")
     shown = capsys.readouterr().out
     for words in ("hysteresis was not measured", "only 17 % of the travel", "add --who"):
         assert words in shown

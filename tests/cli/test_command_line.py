@@ -8,6 +8,7 @@ import shutil
 import struct
 import subprocess
 import sys
+from collections.abc import Callable
 from datetime import datetime
 from pathlib import Path
 from typing import get_type_hints
@@ -16,13 +17,15 @@ import pytest
 from typer.models import OptionInfo
 
 from gsapp.aircraft.aircraft_loader import SHIPPED_AIRCRAFT
-from gsapp.cli import _output_paths
-from gsapp.cli._json_output import write_json
-from gsapp.cli._output_paths import check_output_paths
+from gsapp.cli import _usage_errors
+from gsapp.cli._console import write_json
+from gsapp.cli._usage_errors import check_output_paths
 from gsapp.cli.main import app
 from gsapp.decoding.dialect import dialect
 from gsapp.flight.folder_setup import prepare_flight_folder
+from gsapp.flight.writers import write_block
 from gsapp.foundation import GroundStationError, files
+from gsapp.virtual.virtual_flight import VirtualFlight
 from tests.cli.command_kit import Done
 from tests.cli.command_kit import gsapp as here
 
@@ -330,10 +333,10 @@ def test_only_the_result_for_programs_goes_to_the_screen(tmp_path: Path) -> None
 def test_what_a_system_refuses_is_told_with_a_remedy(
     monkeypatch: pytest.MonkeyPatch, error: OSError, sentence: str
 ) -> None:
-    def fail(**_: object) -> None:
+    def fail(_: object) -> None:
         raise error
 
-    monkeypatch.setattr("gsapp.cli.inertia.run", fail)
+    monkeypatch.setattr("gsapp.aircraft.swings.load_swings", fail)
     done = here("inertia", "swings.toml")
     assert done.returncode == 1
     assert re.search(sentence, done.stderr)
@@ -401,7 +404,7 @@ def test_what_cannot_be_read_is_told_by_the_command() -> None:
 def test_every_option_that_names_what_is_written_is_watched() -> None:
     read = {"channel_map", "calibration", "aircraft", "model", "weights", "validate", "former"}
     read |= {"plan", "cards", "log", "catalog"}  # a catalog is both, and nothing but a catalog
-    watched = set(_output_paths._WRITTEN)
+    watched = set(_usage_errors._WRITTEN)
     for command in app.registered_commands:
         hints = get_type_hints(command.callback, include_extras=True)
         for name, hint in hints.items():
@@ -421,7 +424,10 @@ def flown(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Done]:
     It is only read.
     """
     folder = tmp_path_factory.mktemp("flown")
-    done = here("fly", "--out", MARKED, "--plan", "short", "--seed", 3, folder=folder)
+    (folder / "plan.toml").write_text(
+        'name = "ground"\n[engines]\nstart = "0.5 s"\nrunning = "2 s"\n'
+    )
+    done = here("fly", "--out", MARKED, "--plan", "plan.toml", "--seed", 3, folder=folder)
     return folder / MARKED, done
 
 
@@ -447,7 +453,7 @@ def test_words_in_brackets_and_between_colons_are_printed_as_they_are(
 
 
 def test_all_commands_print_on_the_same_kind_of_screen() -> None:
-    for path in Path(_output_paths.__file__).parent.glob("*.py"):
+    for path in Path(_usage_errors.__file__).parent.glob("*.py"):
         words = path.read_text(encoding="utf-8")
         if path.name != "_console.py":
             assert not re.search(r"\bConsole\(|TextColumn\(\"{task.desc|rich\.markup", words), path
@@ -455,9 +461,10 @@ def test_all_commands_print_on_the_same_kind_of_screen() -> None:
 
 
 def test_numbers_of_estimates_are_whole_however_narrow_the_screen(
-    flown: tuple[Path, Done], monkeypatch: pytest.MonkeyPatch
+    flown_short: Callable[[int], VirtualFlight], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    call = ("estimate", flown[0], "--aircraft", "b777", "--method", "ee")
+    flight = write_block(tmp_path / "flight.csv", flown_short(6).measured, "csv")
+    call = ("estimate", flight, "--aircraft", "b777", "--method", "ee")
     wide = here(*call).stdout
     monkeypatch.setenv("COLUMNS", "40")
     narrow = here(*call).stdout
@@ -497,7 +504,6 @@ def test_names_that_are_not_utf8_are_told_without_a_stack_trace(
     shutil.copytree(flown[0], tmp_path / name)
     for call in (
         ("fly", "--plan", "short", "--out", f"{name}.out"),
-        ("report", name, "--method", "ee", "--out", "x.html"),
         ("maneuvers", name, "--catalog", "c.sqlite"),
     ):
         done = here(*call, folder=tmp_path)

@@ -5,10 +5,13 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 from gsapp.flight.catalog import Catalog
 from gsapp.identification.runs.run_store import stored_runs
 
 
+@pytest.mark.long
 def test_the_headless_demo_ends_with_a_summary_and_a_picture(tmp_path: Path) -> None:
     done = subprocess.run(
         [sys.executable, "-m", "gsapp.cli", "demo", "--headless", "--speed", "25", "--out", "demo",
@@ -37,7 +40,6 @@ def test_the_headless_demo_ends_with_a_summary_and_a_picture(tmp_path: Path) -> 
     # What the aircraft flew with: its shipped model.
     assert abs(derivatives["campaign"]["Cm_de"]["mean"] + 1.104) < 0.03
     assert abs(derivatives["campaign"]["Cl_da"]["mean"] - 0.395) < 0.02
-    assert "bit-identical" in done.stdout
     report = tmp_path / result["report"]
     page = (report / "report.html").read_text()
     assert "1 maneuver" in page

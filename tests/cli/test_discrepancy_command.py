@@ -150,7 +150,6 @@ def test_options_reach_the_search(flight: Path, search: Install, tmp_path: Path)
 
 
 @pytest.mark.usefixtures("undrawn")
-@pytest.mark.usefixtures("undrawn")
 def test_maneuvers_corrected_by_hand_are_searched(
     flight: Path, search: Install, tmp_path: Path
 ) -> None:
@@ -170,6 +169,7 @@ def test_maneuvers_corrected_by_hand_are_searched(
     assert [one.id for one in asked[1].maneuvers] == [first.id, second.id]
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_json_on_the_screen_stands_alone(flight: Path, search: Install, tmp_path: Path) -> None:
     search(SMALL)
     done = CliRunner().invoke(
@@ -207,6 +207,7 @@ def test_what_stops_the_search_leaves_nothing(
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.long
 @pytest.mark.usefixtures("undrawn")
 def test_the_real_search_from_flight_to_model(flight: Path, tmp_path: Path) -> None:
     """Nothing replaced: fixed keys, numbers that are finite or null, a model that flies at once."""
@@ -233,6 +234,7 @@ def test_the_real_search_from_flight_to_model(flight: Path, tmp_path: Path) -> N
     FlightModel(load_aircraft("b777"), model)
 
 
+@pytest.mark.long
 @pytest.mark.skipif(sys.platform == "win32", reason="no pseudo-terminals there")
 def test_ctrl_c_in_the_midst_of_a_search(flight: Path, tmp_path: Path) -> None:
     """The real search in a terminal: share, time left and what it does are shown, then it stops."""

@@ -1,6 +1,7 @@
 """``gsapp estimate`` and ``gsapp linear-models`` from outside, on virtual flights."""
 
 import json
+import math
 import os
 import re
 import subprocess
@@ -14,8 +15,9 @@ import pytest
 from scipy.io import loadmat
 from typer.testing import CliRunner
 
-from gsapp.cli import report
+from gsapp.cli.estimate import estimate
 from gsapp.cli.main import app
+from gsapp.cli.report import report
 from gsapp.dynamics.model import load_model
 from gsapp.flight.catalog import Catalog, search_runs
 from gsapp.flight.maneuvers.input_shape import InputKind
@@ -26,6 +28,7 @@ from gsapp.identification.runs.request import RunRequest
 from gsapp.report.estimate_export import campaign_files
 from gsapp.virtual.virtual_flight import VirtualFlight
 from tests.cli.command_kit import gsapp
+from tests.identification.virtual_maneuvers import fly
 from ui.review.review_jobs import EstimateJob, LinearModelsJob, ReviewJobHandler, RunReportJob
 
 TRUTH = load_model("b777")
@@ -175,13 +178,13 @@ def test_hold_free_weights_and_joint_do_what_they_say(flights: Path, tmp_path: P
 
 
 def test_why_instruments_cannot_be_compared_is_printed_once(flights: Path) -> None:
-    done = process("compatibility", flights / "flight5.csv", "--maneuver", "60:60.2")
+    done = gsapp("compatibility", flights / "flight5.csv", "--maneuver", "60:60.2")
     assert " ".join(done.stdout.split()).count("compare instruments") == 1
 
 
 def test_engines_running_on_the_ground_are_no_maneuver(flights: Path) -> None:
     """Named by hand or not, nothing is estimated where nothing flew."""
-    done = process("estimate", flights / "flight5.csv", "--maneuver", "5:15")
+    done = gsapp("estimate", flights / "flight5.csv", "--maneuver", "5:15")
     assert done.returncode == 1
     assert "not flown" in " ".join(done.stderr.split())
 
@@ -190,13 +193,11 @@ def test_instruments_are_not_blamed_for_windows_on_the_ground(
     flights: Path, tmp_path: Path
 ) -> None:
     flight = flights / "flight5.csv"
-    done = process("compatibility", flight, "--maneuver", "5:15")
+    done = gsapp("compatibility", flight, "--maneuver", "5:15")
     assert done.returncode == 1
     assert "maneuver 1" in " ".join(done.stderr.split())
-    flown = result_of("maneuvers", flight, folder=tmp_path)[0]
-    window = f"{flown['t_start']}:{flown['t_end']}"
     content = result_of(
-        "compatibility", flight, "--maneuver", "5:15", "--maneuver", window, folder=tmp_path
+        "compatibility", flight, "--maneuver", "5:15", "--maneuver", "39:46", folder=tmp_path
     )
     assert content["maneuvers"] == ["2"]
 
@@ -285,6 +286,7 @@ def test_errors_of_the_source_stand_beside_its_own_aircraft_alone(
     assert ("; 13.51" in done.stdout) is (name == "B777")
 
 
+@pytest.mark.long
 def test_a_report_is_complete_and_a_button_writes_the_same_page(
     flights: Path, tmp_path: Path
 ) -> None:
@@ -349,8 +351,40 @@ def test_wrong_calls_of_a_report_get_one_sentence(flights: Path, tmp_path: Path)
         ),
     ):
         with pytest.raises(GroundStationError, match=words):
-            report.run(**options)
+            report(**options)
     assert [path.name for path in tmp_path.iterdir()] == ["empty"]
     done = gsapp("report", empty, "--out", tmp_path / "out")
     assert done.returncode == 1
     assert len(done.stderr.strip().splitlines()) <= 2
+
+
+def test_equation_error_stands_beside_in_gusts(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A column of its own with the value that the JSON holds, and where the two lie apart."""
+    monkeypatch.setenv("COLUMNS", "200")
+    rough = fly(70, "lon", gust=1.0, dt=0.02).maneuver
+    flight = write_block(tmp_path / "gusty.csv", rough.block, "csv")
+    out = tmp_path / "out.json"
+    estimate(flights=[flight], aircraft="b777", maneuver_windows=["0:10"], json=out)
+    shown = capsys.readouterr().out
+    (maneuver,) = json.loads(out.read_text(encoding="utf-8"))["maneuvers"]
+    beside = maneuver["equation_error"]["derivatives"]["Cm_q"]
+    (row,) = [line for line in shown.splitlines() if line.strip().startswith("Cm_q")]
+    assert f"{beside['value']:.3f} ±{beside['std']:.3f}" in row
+    assert f"{maneuver['derivatives']['Cm_q']['value']:.3f} ±" in row
+    said = " ".join(shown.split())
+    assert "turbulence" in said
+    both = (maneuver["derivatives"], maneuver["equation_error"]["derivatives"])
+    apart = [
+        name
+        for name, one in both[0].items()
+        if not name.endswith("_0")
+        and one["value"] is not None
+        and abs(one["value"] - both[1][name]["value"])
+        > 2.0 * math.hypot(one["std"], both[1][name]["std"])
+    ]
+    if apart:
+        assert f"2 joint bounds off in {', '.join(apart)}; use the smaller bound" in said
+    else:
+        assert "equation error agrees" in said

@@ -1,12 +1,18 @@
 """``gsapp maneuvers`` prints for people, writes the fixed JSON, and fills a catalog."""
 
+import io
 import json
+from contextlib import redirect_stdout
+from math import radians
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
-from gsapp.cli import catalog, debrief, runs
-from gsapp.cli.maneuvers import run
+from gsapp.cli.catalog import catalog as search
+from gsapp.cli.debrief import _sizes, debrief
+from gsapp.cli.maneuvers import maneuvers
+from gsapp.cli.runs import runs
 from gsapp.flight.catalog import Catalog, search_maneuvers
 from gsapp.flight.writers import write_block
 from gsapp.foundation import FlightError, GroundStationError
@@ -30,10 +36,18 @@ def folder(tmp_path_factory):
     return place
 
 
-def test_the_list_is_printed_and_written(folder, tmp_path, capsys):
-    out, catalog = tmp_path / "m.json", tmp_path / "campaign.sqlite"
-    run(flight=folder / "whole.csv", json=out, catalog=catalog)
-    shown = capsys.readouterr().out
+@pytest.fixture(scope="module")
+def listed(folder: Path) -> tuple[str, Path, Path]:
+    """Return what was printed of the whole flight, its JSON, and the catalog with it."""
+    out, catalog = folder / "m.json", folder / "campaign.sqlite"
+    shown = io.StringIO()
+    with redirect_stdout(shown):
+        maneuvers(flight=folder / "whole.csv", aircraft="b777", json=out, catalog=catalog)
+    return shown.getvalue(), out, catalog
+
+
+def test_the_list_is_printed_and_written(listed):
+    shown, out, catalog = listed
     assert "whole: 5 maneuvers" in shown
     assert "airspeed" in shown
     found = json.loads(out.read_text())
@@ -48,10 +62,9 @@ def test_the_list_is_printed_and_written(folder, tmp_path, capsys):
     assert [one.maneuver.to_json() for one in stored] == found
 
 
-def test_no_maneuver_is_an_a_that_the_debrief_does_not_call_good(folder, tmp_path):
-    run(flight=folder / "whole.csv", aircraft="b777", json=tmp_path / "m.json")
-    debrief.run(flights=[folder / "whole.csv"], aircraft="b777", json=tmp_path / "d.json")
-    found = json.loads((tmp_path / "m.json").read_text())
+def test_no_maneuver_is_an_a_that_the_debrief_does_not_call_good(folder, listed, tmp_path):
+    debrief(flights=[folder / "whole.csv"], aircraft="b777", json=tmp_path / "d.json")
+    found = json.loads(listed[1].read_text())
     judged = json.loads((tmp_path / "d.json").read_text())["flights"][0]["maneuvers"]
     results = set()
     for verdict in judged:
@@ -64,7 +77,7 @@ def test_no_maneuver_is_an_a_that_the_debrief_does_not_call_good(folder, tmp_pat
 
 
 def test_json_alone_on_the_screen(folder, capsys):
-    run(flight=folder / "short.csv", json=Path("-"))
+    maneuvers(flight=folder / "short.csv", json=Path("-"))
     shown = capsys.readouterr()
     (one,) = json.loads(shown.out)
     # Shorter than a minute with one maneuver: taken whole.
@@ -72,11 +85,9 @@ def test_json_alone_on_the_screen(folder, capsys):
     assert one["inputs"] == ["de"]
 
 
-def test_an_aircraft_of_ones_own(folder, tmp_path, capsys):
+def test_an_aircraft_that_does_not_exist_is_told(folder):
     with pytest.raises(GroundStationError, match="no-such-aircraft"):
-        run(flight=folder / "whole.csv", aircraft="no-such-aircraft")
-    run(flight=folder / "whole.csv", aircraft="b777")
-    assert "5 maneuvers" in capsys.readouterr().out
+        maneuvers(flight=folder / "whole.csv", aircraft="no-such-aircraft")
 
 
 @pytest.mark.parametrize(
@@ -85,7 +96,7 @@ def test_an_aircraft_of_ones_own(folder, tmp_path, capsys):
 def test_what_cannot_be_searched_says_why(folder, tmp_path, name, words):
     catalog = tmp_path / "c.sqlite"
     with pytest.raises(GroundStationError, match=words):
-        run(flight=folder / name, catalog=catalog)
+        maneuvers(flight=folder / name, catalog=catalog)
     assert not catalog.exists()
 
 
@@ -95,7 +106,7 @@ def test_a_flight_without_maneuvers_says_so(folder, tmp_path, capsys):
     write_block(
         path, Block(channels=quiet.channels, times=quiet.times, values=quiet.values), "csv", "us"
     )
-    run(flight=path, json=tmp_path / "m.json")
+    maneuvers(flight=path, json=tmp_path / "m.json")
     assert "no maneuver" in capsys.readouterr().out
     assert json.loads((tmp_path / "m.json").read_text()) == []
 
@@ -107,9 +118,18 @@ def test_what_is_no_catalog_is_told_so(tmp_path: Path, there: bool) -> None:
         path.mkdir()
     words = "is a folder; name the file" if there else "there is no catalog"
     for ask in (
-        lambda: catalog.run(catalog=path),
-        lambda: runs.run(catalog=path),
-        lambda: debrief.run(flights=[], catalog=path),
+        lambda: search(file=path),
+        lambda: runs(catalog=path),
+        lambda: debrief(flights=[], catalog=path),
     ):
         with pytest.raises(FlightError, match=words):
             ask()
+
+
+def test_an_input_stands_beside_its_target_and_the_band_that_is_good() -> None:
+    band = SimpleNamespace(low=radians(1.5), best=radians(9.3), high=radians(15.5))
+    judged = SimpleNamespace(
+        verdict=SimpleNamespace(amplitudes={"dr": radians(14.6), "da": radians(2.0)}),
+        target_input=SimpleNamespace(amplitudes={"dr": band}),
+    )
+    assert _sizes(judged) == "rudder 14.6 deg (target 9.3, 1.5 to 15.5), aileron 2.0 deg"

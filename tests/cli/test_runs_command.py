@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from gsapp.cli._value_format import MEAN_HEADINGS, mean_cells
+from gsapp.cli._console import MEAN_HEADINGS, format_value_and_bound, mean_cells
 from gsapp.cli.main import app
 from gsapp.foundation import FlightError, GroundStationError, UnknownNameError
 from gsapp.identification.campaign import CampaignValue
@@ -143,3 +143,16 @@ def test_what_cannot_be_kept_is_told_before_the_work(campaign: Path, tmp_path: P
     for place, words in ((notes, "not a catalog"), (tmp_path / "x" / "c.sqlite", "no folder")):
         with pytest.raises(FlightError, match=words):
             gsapp("estimate", tmp_path / "none.csv", "--catalog", place)
+
+
+@pytest.mark.parametrize(
+    ("value", "std", "shown"),
+    [
+        (-22.97391, 0.10781, ("-22.9739", "0.1078")),
+        (0.0149608, 0.0000291, ("0.014961", "0.000029")),
+        (-0.00000042, 0.0000037, ("-0.0000004", "0.0000037")),
+        (0.5, 0.0, ("0.50000000", "0.00000000")),
+    ],
+)
+def test_a_small_bound_keeps_two_digits(value: float, std: float, shown: tuple[str, str]) -> None:
+    assert format_value_and_bound(value, std) == shown

@@ -6,10 +6,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from rich.console import Console
 
 from gsapp.aircraft import Aircraft, load_aircraft
-from gsapp.cli._effect_catalog_text import print_catalog, run
+from gsapp.cli._console import PlainConsole
+from gsapp.cli._effect_catalog_text import list_effects, print_catalog
 from gsapp.discrepancy.effect_catalog import (
     TURBULENCE,
     all_effects,
@@ -346,7 +346,7 @@ def test_wrong_gearing_is_of_class_c(channel_id: str) -> None:
 
 def test_the_json_holds_all_and_is_strict(tmp_path: Path) -> None:
     path = tmp_path / "catalog.json"
-    run(json=path)
+    list_effects(json=path)
     text = path.read_text(encoding="utf-8")
     found = json.loads(text, parse_constant=lambda name: pytest.fail(f"{name} is not JSON"))
     assert found == effect_catalog_json()
@@ -361,12 +361,12 @@ def test_the_json_holds_all_and_is_strict(tmp_path: Path) -> None:
 
 
 def test_the_json_on_the_screen_stands_alone(capsys: pytest.CaptureFixture[str]) -> None:
-    run(json=Path("-"))
+    list_effects(json=Path("-"))
     assert json.loads(capsys.readouterr().out) == effect_catalog_json()
 
 
 def test_the_table_tells_every_effect_or_its_family() -> None:
-    console = Console(width=140, record=True, file=io.StringIO())
+    console = PlainConsole(width=140, record=True, file=io.StringIO())
     print_catalog(console, all_effects())
     text = console.export_text()
     for name in IDS:

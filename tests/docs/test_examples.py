@@ -18,7 +18,7 @@ import typer
 from calibration import load_certificate, load_certificates
 from gsapp.aircraft import Control, Limits, load_aircraft
 from gsapp.aircraft.swings import compute_inertia, load_swings
-from gsapp.cli import calibrate
+from gsapp.cli.calibration_commands import calibrate
 from gsapp.cli.main import app
 from gsapp.decoding.channel_map import load_channel_map
 from gsapp.decoding.decoder import Decoder
@@ -38,7 +38,7 @@ from gsapp.quantities.constants import GRAVITY
 from gsapp.session.checklist import load_checklist
 from gsapp.session.checklist.items import CHECKLIST_RULES
 from gsapp.session.limits import load_limits
-from gsapp.session.session_setting import find_session_setting
+from gsapp.session.session_flight import find_session_setting
 from gsapp.virtual.flight_plan import load_flight_plan
 
 ROOT = Path(__file__).parents[2]
@@ -144,7 +144,7 @@ def test_the_certificate_is_read_and_agrees_with_its_points(example: Example) ->
 
 
 def test_points_become_a_certificate(example: Example, tmp_path: Path) -> None:
-    calibrate.run(
+    calibrate(
         points=example("csv", "points"), channel="rudder", out=tmp_path / "rudder.toml",
         travel="-30:30",
     )  # fmt: skip

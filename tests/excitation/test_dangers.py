@@ -20,7 +20,7 @@ from gsapp.excitation.alerts.settings import ALERTS
 from gsapp.excitation.flight_rows import FlightRows, rows_from_block
 from gsapp.foundation import FileProblemsError
 from gsapp.quantities import Block, FloatArray
-from gsapp.session.session_setting import find_session_setting
+from gsapp.session.session_flight import find_session_setting
 from tests.excitation.danger_kit import (
     BARE,
     Flown,

@@ -8,8 +8,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from gsapp.cli import debrief as command
 from gsapp.cli._usage_errors import CommandUsageError
+from gsapp.cli.debrief import debrief as debrief_command
 from gsapp.excitation.debrief import Debrief
 from gsapp.excitation.debrief_maneuver import EvaluatedManeuver, ManeuverCurves, extract_curves
 from gsapp.excitation.debrief_trends import compute_flight_trend, compute_trends
@@ -140,7 +140,7 @@ def test_the_command_judges_keeps_and_compares(
     write_block(path, flown(size=2.0), "csv")
     save_cards(plan, CARDS)
     catalog, target = tmp_path / "c.sqlite", tmp_path / "out.json"
-    command.run(flights=[path], aircraft="b777", cards=str(plan), catalog=catalog, json=target)
+    debrief_command(flights=[path], aircraft="b777", cards=str(plan), catalog=catalog, json=target)
     told = json.loads(target.read_text())
     (one,) = told["flights"]
     assert (one["flight"], one["results"], one["score"]) == ("small", {"too-small": 1}, 0.0)
@@ -150,10 +150,10 @@ def test_the_command_judges_keeps_and_compares(
     assert "small: 1 input" in shown
     assert "twice" in shown
     assert "E1: 0 of 2 good, 1 flown" in shown
-    command.run(flights=[], catalog=catalog)
+    debrief_command(flights=[], catalog=catalog)
     again = capsys.readouterr().out
     assert "flight to flight" in again
     assert "small: elevator 0.4" in again
     assert "written" not in again
     with pytest.raises(CommandUsageError, match="nothing to debrief"):
-        command.run(flights=[])
+        debrief_command(flights=[])

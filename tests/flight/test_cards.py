@@ -5,9 +5,9 @@ from dataclasses import replace
 from typing import Any
 
 import pytest
-from rich.console import Console
 
-from gsapp.cli._cards_text import print_card_status
+from gsapp.cli._console import PlainConsole
+from gsapp.cli.maneuvers import print_card_status
 from gsapp.flight.cards import (
     CardSet,
     TestCard,
@@ -201,7 +201,7 @@ def test_what_was_not_measured_is_not_held_against_a_maneuver() -> None:
 def test_the_command_line_tells_what_is_done_and_what_is_open(tmp_path) -> None:
     """Cards of the flight folder as a table, with the reason of each attempt that fails."""
     folder = FlightFolder.create(tmp_path / "f")
-    screen = Console(width=120, record=True, file=io.StringIO())
+    screen = PlainConsole(width=120, record=True, file=io.StringIO())
     print_card_status(screen, folder.path, [flown(1)])
     assert screen.export_text() == ""
     folder.store_cards(cards(E1, C1))

@@ -12,7 +12,7 @@ import pytest
 
 from calibration import load_certificates
 from gsapp.aircraft.aircraft_loader import SHIPPED_AIRCRAFT
-from gsapp.cli import export, import_
+from gsapp.cli.flight_files import export, import_
 from gsapp.decoding.channel_map import SHIPPED_CHANNEL_MAPS as MAPS
 from gsapp.flight import load_flight
 from gsapp.flight.events import Event
@@ -342,7 +342,7 @@ def test_onboard_log_of_another_flight_is_left_out(tmp_path):
 def test_import_of_a_tlog_keeps_every_byte(tmp_path, capsys):
     source = tmp_path / "box.tlog"
     source.write_bytes(box_tlog())
-    import_.run(file=source, out=tmp_path / "flights" / "one")
+    import_(file=source, out=tmp_path / "flights" / "one")
     assert "written to" in capsys.readouterr().out
     folder = FlightFolder.open(tmp_path / "flights" / "one")
     assert folder.tlog_file.read_bytes() == source.read_bytes()
@@ -410,7 +410,7 @@ def test_import_never_writes_over_anything(tmp_path, taken):
 @pytest.mark.parametrize("to", ["csv", "mat", "parquet"])
 def test_export_of_a_folder(box_folder, tmp_path, to, capsys):
     out = tmp_path / f"out.{to}"
-    export.run(flight=box_folder.path, to=to, out=out, units="base")
+    export(flight=box_folder.path, to=to, out=out, units="base")
     assert "written to" in capsys.readouterr().out
     flight, back = load_flight(box_folder.path), load_flight(out)
     assert set(back.block.channels) == set(flight.block.channels)
@@ -421,7 +421,7 @@ def test_export_of_a_folder(box_folder, tmp_path, to, capsys):
 
 def test_import_and_export_write_their_results_for_programs(box_folder, tmp_path, capsys):
     table = tmp_path / "f.csv"
-    export.run(flight=box_folder.path, to="csv", out=table, json=Path("-"))
+    export(flight=box_folder.path, to="csv", out=table, json=Path("-"))
     written = json.loads(capsys.readouterr().out)
     assert (written["file"], written["format"]) == (str(table), "csv")
     assert written["units"]["time"] == "s"
@@ -429,7 +429,7 @@ def test_import_and_export_write_their_results_for_programs(box_folder, tmp_path
     flight = load_flight(box_folder.path)
     assert written["rows"] == len(flight.block)
     assert {name: written[name] for name in summarize_flight(flight)} == summarize_flight(flight)
-    import_.run(file=table, out=tmp_path / "new", json=tmp_path / "import.json")
+    import_(file=table, out=tmp_path / "new", json=tmp_path / "import.json")
     assert "written to" in capsys.readouterr().out
     imported = json.loads((tmp_path / "import.json").read_text(encoding="utf-8"))
     assert imported["flight"] == str(tmp_path / "new")
@@ -440,14 +440,14 @@ def test_import_and_export_write_their_results_for_programs(box_folder, tmp_path
 
 def test_export_refuses_before_it_reads(tmp_path, box_folder):
     with pytest.raises(UnknownNameError, match="csv, mat, parquet"):
-        export.run(flight=tmp_path / "none", to="xlsx", out=tmp_path / "x")
+        export(flight=tmp_path / "none", to="xlsx", out=tmp_path / "x")
     with pytest.raises(UnknownNameError, match="us, si, base"):
-        export.run(flight=tmp_path / "none", to="csv", out=tmp_path / "x", units="uk")
+        export(flight=tmp_path / "none", to="csv", out=tmp_path / "x", units="uk")
     empty = FlightFolder.create(tmp_path / "empty")
     with pytest.raises(FlightError, match="no samples"):
-        export.run(flight=empty.path, to="csv", out=tmp_path / "x")
+        export(flight=empty.path, to="csv", out=tmp_path / "x")
     with pytest.raises(FlightError, match="is a folder"):
-        export.run(flight=box_folder.path, to="csv", out=tmp_path)
+        export(flight=box_folder.path, to="csv", out=tmp_path)
     assert not (tmp_path / "x").exists()
 
 

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from gsapp.aircraft import load_aircraft
-from gsapp.cli import onboard
+from gsapp.cli.flight_files import onboard
 from gsapp.flight.events import Event, read_events
 from gsapp.flight.flight_loader import load_flight
 from gsapp.flight.folder import FlightFolder
@@ -133,7 +133,7 @@ def test_the_command_tells_and_takes_back(flight, tmp_path, capsys):
     said = tmp_path / "said.json"
 
     def told(**options):
-        onboard.run(flight=folder.path, json=said, **options)
+        onboard(flight=folder.path, json=said, **options)
         return json.loads(said.read_text())
 
     assert told()["onboard"] is None

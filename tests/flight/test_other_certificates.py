@@ -12,9 +12,15 @@ from scipy.io import loadmat
 
 from calibration import certificate_paths, load_certificates, write_certificate
 from gsapp.aircraft.aircraft_loader import SHIPPED_AIRCRAFT
-from gsapp.cli import compatibility, cut, discrepancy, estimate, export, linear_models, maneuvers
-from gsapp.cli import replay as replay_command
 from gsapp.cli._usage_errors import CommandUsageError
+from gsapp.cli.compatibility import compatibility
+from gsapp.cli.discrepancy import discrepancy
+from gsapp.cli.estimate import estimate
+from gsapp.cli.flight_files import export
+from gsapp.cli.linear_models import linear_models
+from gsapp.cli.maneuvers import maneuvers
+from gsapp.cli.replay import replay as replay_command
+from gsapp.cli.table_commands import cut
 from gsapp.decoding.channel_map import SHIPPED_CHANNEL_MAPS as MAPS
 from gsapp.flight import load_flight
 from gsapp.flight.certificates import calibrated_ranges
@@ -172,8 +178,8 @@ def test_inputs_that_are_volts_only_are_named_as_the_cause(
     assert ("alpha" in answers) == (kept != "alpha")
     given = {"flights": [flight.path], "calibration": str(certificates)}
     for run in (
-        lambda: estimate.run(**given),
-        lambda: discrepancy.run(**given, out=tmp_path / "out"),
+        lambda: estimate(**given),
+        lambda: discrepancy(**given, out=tmp_path / "out"),
     ):
         with pytest.raises(FlightError, match=f"uncalibrated.*{bare}"):
             run()
@@ -183,7 +189,7 @@ def test_inputs_that_are_volts_only_are_named_as_the_cause(
 def test_columns_that_were_calibrated_before_take_no_other_certificates(
     flight: FlightFolder, other: Path, tmp_path: Path
 ) -> None:
-    export.run(flight=flight.path, to="csv", out=tmp_path / "flight.csv")
+    export(flight=flight.path, to="csv", out=tmp_path / "flight.csv")
     with pytest.raises(FlightError, match="were calibrated"):
         load_flight(tmp_path / "flight.csv", certificates=other)
 
@@ -206,7 +212,7 @@ def test_uncalibrated_is_told_by_replay_export_and_cut_and_survives_a_table(
     """In the text, in the JSON, beside the channel; a table of volts is known for what it is."""
     monkeypatch.setenv("COLUMNS", "79")  # of which rich thinks where Windows writes to a pipe
     summary, table = tmp_path / "summary.json", tmp_path / "out.csv"
-    replay_command.run(flight=flight.path, json=summary, calibration=str(other))
+    replay_command(headless=True, flight=flight.path, json=summary, calibration=str(other))
     screen = capsys.readouterr().out
     assert "volts only: flap" in screen
     assert any("flap_volts" in line and "uncal" in line for line in screen.splitlines())
@@ -215,12 +221,12 @@ def test_uncalibrated_is_told_by_replay_export_and_cut_and_survives_a_table(
     beside = {name: each["calibrated"] for name, each in told["channels"].items()}
     assert (beside["flap_volts"], beside["alpha"], beside["alpha_volts"]) == (False, True, None)
 
-    export.run(flight=flight.path, to="csv", out=table, calibration=str(other), json=summary)
+    export(flight=flight.path, to="csv", out=table, calibration=str(other), json=summary)
     assert "volts only: flap" in capsys.readouterr().out
     assert json.loads(summary.read_text())["calibration"]["uncalibrated"] == ["flap"]
     assert load_flight(table).uncalibrated_channels == ("flap",)
 
-    cut.run(flight=flight.path, windows=["10:11"], out=table, calibration=str(other), json=summary)
+    cut(flight=flight.path, window=["10:11"], out=table, calibration=str(other), json=summary)
     assert "volts only: flap" in capsys.readouterr().err
     (cut_from,) = json.loads(summary.read_text())["calibration"]
     assert cut_from["given"] == str(other)
@@ -246,10 +252,10 @@ def test_results_with_other_certificates_stay_out_of_the_catalog(
     flight: FlightFolder, other: Path, tmp_path: Path
 ) -> None:
     for call in (
-        lambda: maneuvers.run(
+        lambda: maneuvers(
             flight=flight.path, calibration=str(other), catalog=tmp_path / "c.sqlite"
         ),
-        lambda: estimate.run(
+        lambda: estimate(
             flights=[flight.path], calibration=str(other), catalog=tmp_path / "c.sqlite"
         ),
     ):
@@ -265,17 +271,17 @@ def test_every_analysis_reads_with_the_certificates_given(
     command: str, flight: FlightFolder, tmp_path: Path
 ) -> None:
     calls = {
-        "estimate": lambda: estimate.run(flights=[flight.path], calibration="absent"),
-        "compatibility": lambda: compatibility.run(flights=[flight.path], calibration="absent"),
-        "discrepancy": lambda: discrepancy.run(
+        "estimate": lambda: estimate(flights=[flight.path], calibration="absent"),
+        "compatibility": lambda: compatibility(flights=[flight.path], calibration="absent"),
+        "discrepancy": lambda: discrepancy(
             flights=[flight.path], out=tmp_path / "d", calibration="absent"
         ),
-        "linear_models": lambda: linear_models.run(
+        "linear_models": lambda: linear_models(
             flights=[flight.path],
             validate=shutil.copytree(flight.path, tmp_path / "another"),
             calibration="absent",
         ),
-        "maneuvers": lambda: maneuvers.run(flight=flight.path, calibration="absent"),
+        "maneuvers": lambda: maneuvers(flight=flight.path, calibration="absent"),
     }
     with pytest.raises(Exception, match="no folder 'absent'"):
         calls[command]()

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from gsapp.cli import maneuvers as maneuvers_command
+from gsapp.cli.maneuvers import maneuvers as maneuvers_command
 from gsapp.flight.info import FlightInfo
 from gsapp.flight.maneuver_settings import ManeuverSettings
 from gsapp.flight.read_settings import assumed_aircraft_text
@@ -45,7 +45,7 @@ def test_a_flight_card_that_names_the_shipped_aircraft_is_enough() -> None:
 def test_maneuvers_are_found_with_the_same_words(
     table: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    maneuvers_command.run(flight=table)
+    maneuvers_command(flight=table)
     assert "no aircraft file" in capsys.readouterr().out
-    maneuvers_command.run(flight=table, aircraft="b777")
+    maneuvers_command(flight=table, aircraft="b777")
     assert "no aircraft file" not in capsys.readouterr().out

@@ -16,14 +16,15 @@ from gsapp.dynamics.model import load_model
 from gsapp.identification.campaign import CanceledError
 from gsapp.identification.linear_models.linear_model_files import load_linear_model
 from gsapp.identification.runs.exclusion import exclude_maneuvers
+from gsapp.identification.summary.linear_model_validation import LinearModelValidation
 from gsapp.identification.summary.method_comparison import compare_methods
 from gsapp.report.campaign_report import write_campaign_report
 from gsapp.report.document import Document, DocumentTable, Paragraph
 from gsapp.report.estimate_export import campaign_files, file_names
 from gsapp.report.estimate_report import CampaignReportData, estimate_document
 from gsapp.report.ftr_histories import FlightEstimateHistory
-from gsapp.report.linear_figures import linear_model_figure
-from gsapp.report.linear_report import LinearModelValidation, compare_linear_models
+from gsapp.report.linear_report import linear_model_figure
+from gsapp.report.linear_text import compare_linear_models
 from tests.report.campaign_kit import TRUTH, WILD, gusty, outcome, together, unearned
 
 

@@ -22,11 +22,14 @@ from calibration.certificate_store import CertificateStore
 from calibration.certificate_toml import SHIPPED_CERTIFICATES_FOLDER
 from calibration.curve_selection import create_certificate, fit_calibration
 from calibration.points import DIRECTION_TEXT
-from gsapp.cli import calibrate as calibrate_command
-from gsapp.cli import certificates as certificates_command
+from gsapp.cli.calibration_commands import calibrate as calibrate_command
+from gsapp.cli.calibration_commands import certificates as certificates_command
 from gsapp.foundation import GroundStationError, UnknownNameError
-from gsapp.report.certificate_figures import draw_certificate
-from gsapp.report.certificate_report import certificate_document, write_certificate_report
+from gsapp.report.certificate_report import (
+    certificate_document,
+    draw_certificate,
+    write_certificate_report,
+)
 from gsapp.report.palette import PRINT_PALETTE
 
 
@@ -127,7 +130,7 @@ def test_calibrate_writes_the_page_beside_the_certificate(
     rows = "\n".join(f"{p.value},{p.volts},{p.direction}" for p in rudder.points)
     (tmp_path / "points.csv").write_text(f"angle [deg],volts [V],direction\n{rows}\n")
     former = write_certificate(rudder, tmp_path / "former.toml")
-    calibrate_command.run(
+    calibrate_command(
         points=tmp_path / "points.csv", channel="rudder", out=tmp_path / "new.toml", who="C. Poe",
         former=[former], report=tmp_path / "new.html",
     )  # fmt: skip
@@ -147,7 +150,7 @@ def test_a_store_is_listed_with_age_quality_drift_and_what_was_skipped(
     store.put_in_force(load_certificates("b777")["alpha"])
     store.mark_uncalibrated("beta", "vane broken", "B. Jones", now)
     folder = store.in_force_folder
-    certificates_command.run(
+    certificates_command(
         folder=str(folder), report=tmp_path / "pages", page="html", json=tmp_path / "list.json"
     )
     screen = capsys.readouterr().out

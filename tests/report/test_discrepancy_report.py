@@ -17,14 +17,13 @@ from matplotlib import style
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure, FigureBase
 from matplotlib.text import Text
-from rich.console import Console
 
+from gsapp.cli._console import PlainConsole
 from gsapp.cli._discrepancy_text import print_discrepancy
 from gsapp.discrepancy.results import DiscrepancyVerdict
 from gsapp.discrepancy.settings import DiscrepancySettings
 from gsapp.flight.provenance import hash_input_file
 from gsapp.foundation import GroundStationError
-from gsapp.report.discrepancy_provenance import search_provenance
 from gsapp.report.discrepancy_report import discrepancy_document, write_discrepancy_report
 from gsapp.report.discrepancy_text import HEADLINES, residual_map
 from gsapp.report.document import (
@@ -38,9 +37,9 @@ from gsapp.report.document import (
     Paragraph,
     render_png,
 )
-from gsapp.report.document_writer import write_document
-from gsapp.report.html_writer import render_html
+from gsapp.report.document_writer import render_html, write_document
 from gsapp.report.pdf_writer import render_pdf
+from gsapp.report.provenance import search_provenance
 from tests.report.discrepancy_kit import adequate, answer
 
 NOON = datetime(2026, 5, 12, 12, 0, tzinfo=UTC)
@@ -140,7 +139,7 @@ def test_the_story_has_four_steps_and_says_what_was_found(small: Document) -> No
 def test_every_verdict_is_told_in_words(verdict: DiscrepancyVerdict) -> None:
     found = replace(answer(maneuvers=3, samples=60), verdict=verdict)
     page = Page(page_of(discrepancy_document(found, overlays=[])))
-    console = Console(width=100, file=StringIO())
+    console = PlainConsole(width=100, file=StringIO())
     print_discrepancy(console, found)
     for text in (page.text, console.file.getvalue()):
         assert HEADLINES[verdict] in text

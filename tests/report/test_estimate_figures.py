@@ -19,7 +19,7 @@ from gsapp.identification.summary import summarize_campaign
 from gsapp.identification.summary.mode_uncertainty import propagate_mode_uncertainty
 from gsapp.quantities import TRACE_COLORS
 from gsapp.report.document import DocumentFigure, figure_style, render_png
-from gsapp.report.figure_files import export_figure
+from gsapp.report.document_writer import export_figure
 from gsapp.report.fit_diagnostic_figures import bounds_figure, correlated_pairs, correlation_figure
 from gsapp.report.fit_figures import autocorrelation, fit_figure, residual_figure
 from gsapp.report.mode_figures import modes_figure, modes_table

@@ -7,11 +7,11 @@ from pathlib import Path
 
 import pytest
 from matplotlib.figure import FigureBase
-from rich.console import Console
 
 from calibration import load_certificate
 from calibration.certificate_overview import evaluate_certificate
 from calibration.certificate_toml import SHIPPED_CERTIFICATES_FOLDER
+from gsapp.cli._console import PlainConsole
 from gsapp.cli._discrepancy_text import print_discrepancy
 from gsapp.cli._options import DISPLAY_UNITS
 from gsapp.discrepancy.results import DiscrepancyResult, FlightRegion
@@ -26,7 +26,7 @@ from gsapp.report.document import (
     Paragraph,
     convert_units,
 )
-from gsapp.report.html_writer import render_html
+from gsapp.report.document_writer import render_html
 from gsapp.report.pdf_writer import render_pdf
 from tests.foreign_units import CUSTOMARY, METRIC
 from tests.report.discrepancy_kit import answer
@@ -150,7 +150,7 @@ def test_no_foreign_unit_stands_in_report_command_or_page(
 ) -> None:
     shown = discrepancy_document(found, units=units, overlays=[])
     page = re.sub(r"<[^>]+>", " ", render_html(shown, {one.name: b"" for one in shown.figures}))
-    console = Console(file=io.StringIO(), width=160)
+    console = PlainConsole(file=io.StringIO(), width=160)
     shown_in = DISPLAY_UNITS.set("SI" if units == "SI" else "US")
     print_discrepancy(console, found)
     DISPLAY_UNITS.reset(shown_in)

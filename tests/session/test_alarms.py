@@ -23,8 +23,7 @@ from gsapp.session.limits import (
     aircraft_rules,
     load_limits,
 )
-from gsapp.session.message_presence import MessagePresenceMonitor
-from gsapp.session.session_monitors import AlarmMonitor
+from gsapp.session.session_monitors import AlarmMonitor, MessagePresenceMonitor
 from gsapp.session.user_limit_store import UserLimitStore
 
 RATE = 100.0

@@ -14,7 +14,8 @@ import pytest
 
 from calibration import load_certificates
 from calibration.validity import CalibrationInForce
-from gsapp.flight.events import read_events
+from gsapp.aircraft import load_aircraft
+from gsapp.flight.events import EventLog, read_events
 from gsapp.flight.flight_loader import load_flight
 from gsapp.flight.folder import FlightFolder
 from gsapp.flight.folder_setup import prepare_flight_folder
@@ -34,7 +35,7 @@ from gsapp.session.checklist import (
     load_checklist,
     shipped_checklists,
 )
-from gsapp.session.checklist.session_checklist import FLIGHT_START_EVENT
+from gsapp.session.checklist.session_checklist import FLIGHT_START_EVENT, PendingChecklist
 from gsapp.session.replay_runner import run_replay
 from gsapp.virtual.downlink.flight_settings import FlightSettings
 from gsapp.virtual.downlink.onboard_log import OnboardLog
@@ -249,10 +250,7 @@ def test_surfaces_are_seen_to_follow_and_faults_are_named(measured: Block) -> No
     weak = judged(rules(ELEVATOR), changed(measured, de=0.3 * elevator))
     assert (weak.state, "8.0 deg required" in weak.why) == ("red", True)
     timid = judged(rules(ELEVATOR), changed(measured, stick_pitch=0.5 * measured["stick_pitch"]))
-    assert (timid.state, "pitch stick" in timid.why) == (
-        "open",
-        True,
-    )
+    assert (timid.state, "pitch stick" in timid.why) == ("open", True)
     mended = rules(ELEVATOR)
     assert judged(mended, changed(measured, de=-elevator)).state == "red"
     later = Block(channels=measured.channels, times=measured.times + 60.0, values=measured.values)
@@ -506,3 +504,43 @@ def test_a_live_flight_is_checked_and_started_all_the_same(
     out.close()
     going.session.close()
     later.session.close()
+
+
+def begin(folder: Path, card: FlightInfo | None = None) -> PendingChecklist:
+    return PendingChecklist(
+        EventLog(folder / "next" / "events.jsonl"),
+        load_checklist("b777"),
+        card=lambda: card,
+        aircraft=load_aircraft("b777"),
+    )
+
+
+def states(checklist: PendingChecklist) -> dict[str, str]:
+    return {item.id: item.state for item in checklist.update()}
+
+
+def test_ticks_are_kept_and_every_window_sees_them(tmp_path: Path) -> None:
+    one, other = begin(tmp_path), begin(tmp_path)
+    assert states(one)["airframe"] == "open"
+    one.tick("airframe", "Ann")
+    one.tick("vanes")
+    assert states(other)["airframe"] == "green"
+    other.untick("vanes")
+    assert states(one)["vanes"] == "open"
+    # A window started after a crash knows them too.
+    assert states(begin(tmp_path))["airframe"] == "green"
+    one.restart()
+    assert states(other)["airframe"] == "open"
+
+
+def test_the_card_counts_and_telemetry_is_still_to_come(tmp_path: Path) -> None:
+    full = FlightInfo.model_validate(
+        {
+            "takeoff_weight": "46.5 lb", "fuel": "2.7 lb", "crew": {"pilot": "Ann"},
+            "weather": {"temperature": "20 degC", "pressure": "1000 hPa"},
+        }
+    )  # fmt: skip
+    assert states(begin(tmp_path))["card"] != "green"
+    found = states(begin(tmp_path, full))
+    assert found["card"] == "green"
+    assert {found[name] for name in ("link", "recorder", "elevator")} == {"open"}

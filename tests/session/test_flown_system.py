@@ -127,7 +127,11 @@ def test_the_loss_of_the_aircraft_is_seen_whoever_else_is_heard(link: Link) -> N
 
 @pytest.mark.parametrize(
     ("system", "component", "what"),
-    [(51, 68, "radio"), (1, 191, "companion"), (255, 190, "station")],
+    [
+        (255, 190, "station"),
+        pytest.param(51, 68, "radio", marks=pytest.mark.long),
+        pytest.param(1, 191, "companion", marks=pytest.mark.long),
+    ],
 )
 def test_no_aircraft_is_heard_where_only_others_are(
     link: Link, system: int, component: int, what: str

@@ -22,8 +22,12 @@ from gsapp.identification.maneuver import cut_maneuver
 from gsapp.session import Session
 from gsapp.session.live_estimation.estimate_monitor import ManeuverCutter
 from gsapp.session.live_estimation.fit_workers import FitWorker, InlineFitWorker, ProcessFitWorker
-from gsapp.session.live_estimation.maneuver_fit import FitRequest, FitResponse, run_fit_request
-from gsapp.session.live_estimation.maneuver_fits import ManeuverFits
+from gsapp.session.live_estimation.maneuver_fits import (
+    FitRequest,
+    FitResponse,
+    ManeuverFits,
+    run_fit_request,
+)
 from gsapp.session.replay_runner import run_replay
 from gsapp.virtual.virtual_flight import VirtualFlight
 
@@ -137,6 +141,7 @@ def die_of_the_first(request: FitRequest) -> FitResponse:
     return run_fit_request(request)
 
 
+@pytest.mark.long
 def test_a_worker_that_dies_costs_its_fit_alone(
     session: Session, verdicts: tuple[InputVerdict, ...]
 ) -> None:
@@ -156,6 +161,7 @@ def test_a_worker_that_dies_costs_its_fit_alone(
     fits.close()
 
 
+@pytest.mark.long
 def test_a_worker_ends_with_a_window_that_was_killed() -> None:
     code = (
         "import time; from gsapp.session.live_estimation.fit_workers import ProcessFitWorker\n"
@@ -169,6 +175,7 @@ def test_a_worker_ends_with_a_window_that_was_killed() -> None:
     assert window.communicate(timeout=240.0)[0] == b""
 
 
+@pytest.mark.long
 def test_a_fit_that_runs_does_not_hold_up_the_end_of_the_program() -> None:
     code = (
         "import time; from gsapp.session.live_estimation.fit_workers import ProcessFitWorker\n"

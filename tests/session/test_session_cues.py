@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from gsapp.aircraft import Aircraft
-from gsapp.cli import replay
+from gsapp.cli.replay import replay
 from gsapp.excitation.flight_rows import FlightRows
 from gsapp.excitation.trim.trim_monitor import TrimMonitor
 from gsapp.flight.cards import CardSet
@@ -251,7 +251,7 @@ def test_the_replay_command_lists_cues_and_verdicts(
     record.close()
     target = tmp_path / "out.json"
     folder.store_aircraft(Path("gsapp/aircraft/files/b777.toml"))
-    replay.run(flight=folder.path, json=target, channel_map="b777")
+    replay(flight=folder.path, json=target, channel_map="b777")
     result = json.loads(target.read_text())
     (verdict,) = result["verdicts"]
     assert (verdict["result"], verdict["card"], verdict["surfaces"]) == ("good", "E1", ["de"])

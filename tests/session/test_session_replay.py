@@ -8,10 +8,12 @@ from typing import Any
 
 import numpy as np
 import pytest
-from rich.console import Console
 
+import gsapp.flight.read_settings
+from calibration import load_certificates
 from gsapp.aircraft.aircraft_loader import SHIPPED_AIRCRAFT
-from gsapp.cli import replay
+from gsapp.cli._console import PlainConsole
+from gsapp.cli.replay import print_summary, replay
 from gsapp.decoding.channel_map import load_channel_map
 from gsapp.decoding.dialect import dialect
 from gsapp.decoding.framing import Framer
@@ -68,7 +70,7 @@ def test_the_summary_is_that_of_the_flight_read_whole(tmp_path: Path, box: Any) 
     folder = recorded(tmp_path / "flight", box, 1500, skip=range(700, 760))
     EventLog(folder / "events.jsonl").append(Event(kind="mark", text="doublet", time=4.0))
     target = tmp_path / "out.json"
-    assert replay.run(flight=folder, json=target, channel_map="b777") == 0
+    replay(flight=folder, json=target, channel_map="b777")
     told = json.loads(target.read_text())
     assert same_but_for_cues(told, load_flight(folder, channel_map="b777"))
     assert told["frames"]["lost"] == 60 + 30 + 1
@@ -89,7 +91,7 @@ def test_the_summary_is_that_of_the_flight_read_whole(tmp_path: Path, box: Any) 
 def test_the_summary_of_a_flight_csv(tmp_path: Path) -> None:
     path = flight_csv(tmp_path / "flight.csv")
     target = tmp_path / "out.json"
-    replay.run(flight=path, json=target)
+    replay(flight=path, json=target)
     told = json.loads(target.read_text())
     assert same_but_for_cues(told, load_flight(path))
     assert told["channels"]["alpha"]["count"] == 500
@@ -101,10 +103,11 @@ def test_the_summary_of_a_flight_csv(tmp_path: Path) -> None:
     )
 
 
+@pytest.mark.long
 def test_a_real_flight_replayed_is_the_flight_read_whole(tmp_path: Path, shared_data: Path) -> None:
     path = shared_data / "alfa_carbonz_engine_failure.tlog"
     target = tmp_path / "out.json"
-    replay.run(flight=path, json=target)
+    replay(flight=path, json=target)
     told = json.loads(target.read_text())
     assert same_but_for_cues(told, load_flight(path))
     assert told["frames"]["good"] > 20_000
@@ -115,9 +118,9 @@ def test_json_for_the_screen_is_nothing_but_json(
 ) -> None:
     """``--json -`` can be piped; for people there is a table and the alarms."""
     path = flight_csv(tmp_path / "flight.csv")
-    replay.run(flight=path, json=Path("-"))
+    replay(flight=path, json=Path("-"))
     assert json.loads(capsys.readouterr().out)["duration"] == pytest.approx(9.98)
-    replay.run(flight=path)
+    replay(flight=path, headless=True)
     shown = capsys.readouterr().out
     assert "alpha" in shown
     assert "500" in shown
@@ -130,7 +133,7 @@ def test_wrong_speeds_and_missing_flights_are_named(tmp_path: Path) -> None:
     assert parse_speed("0.1") == 0.1
     assert parse_speed(" Max ") == UNLIMITED_SPEED
     with pytest.raises(FlightError, match="no flight"):
-        replay.run(flight=tmp_path / "nothing.csv")
+        replay(flight=tmp_path / "nothing.csv", headless=True)
 
 
 def test_alarms_are_told_for_people_and_for_programs(tmp_path: Path) -> None:
@@ -147,8 +150,8 @@ def test_alarms_are_told_for_people_and_for_programs(tmp_path: Path) -> None:
     watched.close()
     again = Session.replay(flight, aircraft="b777", speed=UNLIMITED_SPEED)
     run_replay(again)
-    screen = Console(file=io.StringIO(), width=80)
-    replay.print_summary(again, screen, target)
+    screen = PlainConsole(file=io.StringIO(), width=80)
+    print_summary(again, screen, target)
     again.close()
     told = json.loads(target.read_text())["events"]
     alarms = {event["data"]["alarm"]: event for event in told if event["kind"] == "alarm"}
@@ -333,3 +336,27 @@ def test_a_record_that_fits_no_map_says_so(tmp_path: Path) -> None:
     live.update()
     assert "b777" in live.snapshot().problem
     assert live.history.channels == ()
+
+
+def test_certificates_that_the_map_names_are_read_once(
+    tmp_path: Path, box: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    folder = tmp_path / "flight"
+    FlightFolder.create(folder)
+    writer, framer = RawWriter(folder), Framer()
+    for k in range(400):
+        writer.append(START_US + 10_000 * k, framer.feed(b"".join(box.tick(k))))
+    writer.close()
+    read: list[object] = []
+
+    def counted(name: Any) -> Any:
+        read.append(name)
+        return load_certificates(name)
+
+    monkeypatch.setattr(gsapp.flight.read_settings, "load_certificates", counted)
+    session = Session.replay(folder, channel_map="b777", speed=UNLIMITED_SPEED)
+    run_replay(session)
+    told = [session.snapshot().calibration for _ in range(5)]
+    assert read == ["b777"]
+    assert set(told) == {tuple(sorted(load_certificates("b777")))}
+    session.close()

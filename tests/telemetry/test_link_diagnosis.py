@@ -15,7 +15,7 @@ from typing import Any
 
 import pytest
 
-from gsapp.cli import record as command
+from gsapp.cli.record import record
 from gsapp.decoding.dialect import dialect
 from gsapp.flight.file_names import STATUS_FILE, STOP_FILE
 from gsapp.telemetry.link_diagnosis import diagnose_link
@@ -147,7 +147,7 @@ def test_recording_without_a_window_says_what_is_wrong(
     capsys: pytest.CaptureFixture[str],
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr(command, "_FIRST_DIAGNOSIS", 1.0)
+    monkeypatch.setattr("gsapp.cli.record._FIRST_DIAGNOSIS", 1.0)
     _inner, path = port
     folder = tmp_path / "flight"
 
@@ -158,7 +158,7 @@ def test_recording_without_a_window_says_what_is_wrong(
         (folder / STOP_FILE).touch()
 
     threading.Thread(target=stop, daemon=True).start()
-    command.run(f"serial:{path}:57600", folder, channel_map="ardupilot-plane", aircraft="b777")
+    record(f"serial:{path}:57600", folder, channel_map="ardupilot-plane", aircraft="b777")
     said = " ".join(capsys.readouterr().out.split())
     assert f"No data on {path} (57,600 baud) for" in said
     assert "aircraft is on" in said

@@ -709,14 +709,14 @@ def test_a_flight_is_recorded_again_from_its_record(tmp_path, frames) -> None:
 
 
 def test_the_record_command_tells_what_it_did(tmp_path, frames, capsys, port) -> None:
-    from gsapp.cli.record import run
+    from gsapp.cli.record import record
 
     first = tmp_path / "first"
     writer, framer = RawWriter(first), Framer()
     for number, frame in enumerate(frames(20)):
         writer.append(1_000_000 + number * 1000, framer.feed(frame) + framer.flush_complete())
     writer.close()
-    run(str(first), tmp_path / "out", speed=1000.0, json=tmp_path / "state.json")
+    record(str(first), tmp_path / "out", speed=1000.0, json=tmp_path / "state.json")
     printed = capsys.readouterr().out
     assert "Recorded 20 frames" in printed
     assert '"state": "stopped"' in (tmp_path / "state.json").read_text()

@@ -229,23 +229,23 @@ def test_a_folder_tells_whether_its_flight_is_finished(
 def test_the_command_appends_to_a_finished_flight_only_when_asked(
     tmp_path: Path, frames, capsys
 ) -> None:
-    from gsapp.cli.record import run
+    from gsapp.cli.record import record
 
     source, out = tmp_path / "source", tmp_path / "out"
     writer, framer = RawWriter(source), Framer()
     for number, frame in enumerate(frames(20)):
         writer.append(1_000_000 + number * 1000, framer.feed(frame) + framer.flush_complete())
     writer.close()
-    run(str(source), out, speed=1000.0)
+    record(str(source), out, speed=1000.0)
     with pytest.raises(FlightError, match="--continue"):
-        run(str(source), out, speed=1000.0)
+        record(str(source), out, speed=1000.0)
     assert len(frames_in(out)) == 20
-    run(str(source), out, speed=1000.0, append=True)
+    record(str(source), out, speed=1000.0, append=True)
     assert len(frames_in(out)) == 40
     # A recorder that died is continued without being asked, which is said.
     status = (out / "recorder.json").read_text()
     (out / "recorder.json").write_text(status.replace('"stopped"', '"recording"'))
     capsys.readouterr()
-    run(str(source), out, speed=1000.0)
+    record(str(source), out, speed=1000.0)
     assert "ended unexpectedly" in capsys.readouterr().out
     assert len(frames_in(out)) == 60

@@ -8,8 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from gsapp.cli import replay
 from gsapp.cli._usage_errors import CommandUsageError
+from gsapp.cli.replay import replay
 from gsapp.foundation import FlightError
 from ui.app import run_window
 from ui.display_check import NoDisplayError, offscreen_font_folder, require_display
@@ -134,4 +134,4 @@ def test_window_and_command_refuse_the_same_speeds_of_a_replay(speed: str, tmp_p
     with pytest.raises(FlightError, match=r"0\.1 to 50"):
         run_window(tmp_path / "absent", speed=speed)
     with pytest.raises(CommandUsageError, match=r"0\.1 to 50"):
-        replay.run(flight=tmp_path / "absent", speed=speed)
+        replay(headless=True, flight=tmp_path / "absent", speed=speed)

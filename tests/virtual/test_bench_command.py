@@ -114,7 +114,7 @@ def test_the_end_of_what_is_typed_ends_it(tmp_path: Path) -> None:
 
 def test_lines_over_a_port_are_obeyed_and_answered(ground: Ground) -> None:
     """A real link for the volts, a real port for the words; several lines in one datagram."""
-    from gsapp.cli._virtual_flight import open_link
+    from gsapp.cli.fly import open_link
 
     port = find_free_udp_port()
     clock = HostClock()

@@ -15,8 +15,8 @@ os.environ.setdefault("MAVLINK20", "1")
 
 from pymavlink import mavutil
 
-from gsapp.cli import fly as command
 from gsapp.cli._usage_errors import CommandUsageError
+from gsapp.cli.fly import fly
 from gsapp.flight.flight_loader import load_flight
 from gsapp.foundation import FlightError
 from gsapp.virtual.downlink import record_writer
@@ -26,7 +26,7 @@ DEG = np.pi / 180.0
 
 def test_a_flight_folder_is_as_if_recorded(tmp_path: Path) -> None:
     out, truth, json = tmp_path / "flight", tmp_path / "truth.csv", tmp_path / "flown.json"
-    command.run(out=out, plan="short", seed=3, truth=truth, json=json)
+    fly(out=out, plan="short", seed=3, truth=truth, json=json)
     flight = load_flight(out)
     told = loads(json.read_text(encoding="utf-8"))
     assert (told["flight"], told["link"], told["truth"]) == (str(out), None, str(truth))
@@ -78,7 +78,7 @@ def test_an_interrupted_flight_leaves_nothing(
 
     monkeypatch.setattr(record_writer, "write_record", interrupted)
     with pytest.raises(KeyboardInterrupt):
-        command.run(out=tmp_path / "flight", plan="short")
+        fly(out=tmp_path / "flight", plan="short")
     assert told
     assert list(tmp_path.iterdir()) == []
 
@@ -111,7 +111,7 @@ def test_a_flight_that_is_asked_to_end_leaves_nothing(name: str, tmp_path: Path)
 def test_a_place_that_is_taken_is_not_touched(tmp_path: Path) -> None:
     (tmp_path / "notes.txt").write_text("mine")
     with pytest.raises(FlightError, match="exists already"):
-        command.run(out=tmp_path, plan="short")
+        fly(out=tmp_path, plan="short")
     assert (tmp_path / "notes.txt").read_text() == "mine"
 
 
@@ -125,14 +125,14 @@ def test_a_place_that_is_taken_is_not_touched(tmp_path: Path) -> None:
 )
 def test_a_link_that_makes_no_sense_is_refused(to: str, speed: float, words: str) -> None:
     with pytest.raises(CommandUsageError, match=words):
-        command.run(to=to, plan="short", speed=speed)
+        fly(to=to, plan="short", speed=speed)
 
 
 def test_it_is_said_that_the_aircraft_crashed(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     out = tmp_path / "flight"
-    command.run(out=out, seed=9, turbulence=3.0)
+    fly(out=out, seed=9, turbulence=3.0)
     end = load_flight(out).block.times[-1]
     assert end < 10.0
     assert f"crashed after {end:.1f} s" in capsys.readouterr().err

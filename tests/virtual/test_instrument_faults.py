@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from gsapp.aircraft import load_aircraft
-from gsapp.cli import fly as fly_command
+from gsapp.cli.fly import fly as fly_command
 from gsapp.flight.flight_loader import load_flight
 from gsapp.foundation import FileProblemsError, FlightError, read_toml
 from gsapp.quantities.constants import DEGREE
@@ -143,7 +143,7 @@ def test_what_is_no_fault_gets_one_sentence(text: str, words: str) -> None:
 
 
 def test_a_broken_vane_goes_all_the_way_into_the_flight(tmp_path: Path) -> None:
-    fly_command.run(out=tmp_path / "flight", plan="short", seed=3, faults=("alpha:stuck",))
+    fly_command(out=tmp_path / "flight", plan="short", seed=3, faults=("alpha:stuck",))
     block = load_flight(tmp_path / "flight").block
     spread = {name: np.ptp(block[name][np.isfinite(block[name])]) for name in ("alpha", "beta")}
     assert spread["alpha"] < 1.0 * DEGREE

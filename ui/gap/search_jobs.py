@@ -237,7 +237,7 @@ class GapJobHandler:
         """Write the report of a result, with the files that it was made from."""
         from gsapp.flight.info import local_timestamp
         from gsapp.report import discrepancy_report
-        from gsapp.report.discrepancy_provenance import search_provenance
+        from gsapp.report.provenance import search_provenance
 
         self._report_progress(None, QT_TR_NOOP("drawing the figures"))
         result, request = job.result, job.result.request

@@ -20,7 +20,7 @@ from gsapp.session.checklist import (
     load_checklist,
     shipped_checklists,
 )
-from gsapp.session.pending_checklist import PendingChecklist
+from gsapp.session.checklist.session_checklist import PendingChecklist
 from ui.number_format import count_text
 from ui.translation import tr
 from ui.undo import UndoCommand, UndoStack

@@ -138,7 +138,7 @@ def _build_fit(data: FigureData, palette: Palette, _room: FigureSize) -> Documen
 
 
 def _methods_figure_data(data: FigureData) -> DocumentTable | None:
-    from gsapp.report.gust_text import method_comparison_table
+    from gsapp.report.fit_diagnostics import method_comparison_table
 
     return method_comparison_table(data.current_maneuver)
 
@@ -225,7 +225,7 @@ def _build_ftr_history(
 
 
 def _build_linear(data: FigureData, palette: Palette, room: FigureSize) -> DocumentFigure | str:
-    from gsapp.report.linear_figures import linear_model_figure, select_traces
+    from gsapp.report.linear_report import linear_model_figure, select_traces
 
     validation = selected_validation(data)
     if validation is None:

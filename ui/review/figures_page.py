@@ -231,7 +231,7 @@ class FiguresPage(ReviewStepPage):
 
         def content() -> bytes:
             from gsapp.report.document import FIGURE_WIDTH
-            from gsapp.report.figure_files import export_figure
+            from gsapp.report.document_writer import export_figure
             from gsapp.report.palette import PRINT_PALETTE
 
             if data is None:

@@ -18,8 +18,8 @@ if TYPE_CHECKING:
     from gsapp.identification.runs.outcome import RunOutcome
     from gsapp.identification.runs.request import RunRequest
     from gsapp.identification.runs.run_repetition import RepeatedRun
+    from gsapp.identification.summary.linear_model_validation import LinearModelValidation
     from gsapp.report.ftr_histories import FlightEstimateHistory
-    from gsapp.report.linear_report import LinearModelValidation
 
 NOT_STORED_TEXT = "the run is not saved"
 """Begins the remark of an outcome that the catalog did not take."""

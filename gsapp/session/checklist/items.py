@@ -75,7 +75,6 @@ class _Rule(StrictModel):
 
     @property
     def required_channels(self) -> tuple[str, ...]:
-        """Return the channels whose samples it needs."""
         return ()
 
 
@@ -153,7 +152,6 @@ class SensorActivityRule(_Rule):
     """Whether each must differ from sample to sample: a gyro with its engine running does, a
     surface held still does not."""
     duration: Time = 3.0
-    """Over how long, s."""
 
     @property
     def required_channels(self) -> tuple[str, ...]:
@@ -175,7 +173,6 @@ class SurfaceResponseRule(_Rule):
     stick: str
     """Channel of the stick, -1 to 1."""
     surface: str
-    """Channel of the surface."""
     sign: Literal[1, -1] = 1
     """1 if a positive stick makes a positive deflection."""
     stick_reach: Ratio = 0.7
@@ -199,7 +196,6 @@ class EngineSpeedRule(_Rule):
     apart: RotationSpeed | None = None
     """How far engines may differ, rad/s."""
     duration: Time = 2.0
-    """For how long, s."""
     throttle: tuple[Ratio, Ratio] | None = None
     """The throttle's range in which these bounds hold, where the throttle is measured: an engine
     outside its bounds is red then, not merely not yet tried."""
@@ -222,11 +218,9 @@ class SurfacePulseRule(_Rule):
 
     kind: Literal["pulses"]
     channels: tuple[str, ...] = ("de", "da", "dr")
-    """Any of these surfaces."""
     size: Angle
     """Least deflection from where it rested, rad."""
     count: int = Field(default=1, ge=1)
-    """How many pulses."""
     longest: Time = 5.0
     """A surface held longer than this, s, is no pulse."""
 
@@ -260,14 +254,12 @@ CHECKLIST_RULES: Final[tuple[type[_Rule], ...]] = (
     RangeRule, LinkRule, RecorderRule, DiskSpaceRule, SensorActivityRule, CalibrationRule,
     SurfaceResponseRule, EngineSpeedRule, SurfacePulseRule, FlightCardRule,
 )  # fmt: skip
-"""Every kind of rule."""
 
 
 class ChecklistItem(StrictModel):
     """One line of the checklist."""
 
     id: str
-    """Names it in the flight's events."""
     words: str
     """What is to be true, as read aloud."""
     rule: ChecklistRule | None = None
@@ -275,7 +267,6 @@ class ChecklistItem(StrictModel):
 
     @property
     def checked_by(self) -> Literal["hand", "telemetry"]:
-        """Return who says that it is done."""
         return "hand" if self.rule is None else "telemetry"
 
 
@@ -286,7 +277,6 @@ class ChecklistFile(StrictModel):
     aircraft: str = ""
     """Name of the aircraft it is made for; empty for any."""
     items: tuple[ChecklistItem, ...] = Field(min_length=1)
-    """In the order in which they are gone through."""
 
 
 def shipped_checklists() -> tuple[str, ...]:

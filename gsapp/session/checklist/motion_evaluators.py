@@ -8,14 +8,15 @@ from typing import Final
 import numpy as np
 
 from gsapp.quantities import Block
-from gsapp.session.checklist.checklist_text import (
+from gsapp.session.checklist.evaluation import (
+    ChecklistContext,
+    RuleResult,
     channel_name_text,
+    check_missing_channels,
     format_channel_value,
     format_list,
 )
-from gsapp.session.checklist.evaluation import ChecklistContext, RuleResult
 from gsapp.session.checklist.items import EngineSpeedRule, SurfacePulseRule, SurfaceResponseRule
-from gsapp.session.checklist.telemetry_availability import check_missing_channels
 from gsapp.session.monitor_settings import MONITORS
 
 _NO_STICK_POSITION = 9
@@ -98,7 +99,6 @@ class SurfaceResponseEvaluator:
         return 0 if abs(stick) <= MONITORS.stick_center else _NO_STICK_POSITION
 
     def evaluate(self, facts: ChecklistContext) -> RuleResult:
-        """Return whether the surface went with the stick to both sides."""
         rule = self._rule
         missing = check_missing_channels((rule.stick, rule.surface), facts)
         if missing is not None:
@@ -181,7 +181,6 @@ class EngineSpeedEvaluator:
             self._seen = speeds
 
     def evaluate(self, facts: ChecklistContext) -> RuleResult:
-        """Return whether all engines ran within the bounds, and do so where they are asked to."""
         rule = self._rule
         missing = check_missing_channels(rule.channels, facts)
         if missing is not None:
@@ -293,7 +292,6 @@ class SurfacePulseEvaluator:
                     watch.add(time, value)
 
     def evaluate(self, facts: ChecklistContext) -> RuleResult:
-        """Return whether enough pulses were seen."""
         rule = self._rule
         carried = [name for name in rule.channels if name in facts.states]
         missing = check_missing_channels(carried or rule.channels, facts)

@@ -5,18 +5,24 @@ from __future__ import annotations
 import math
 from datetime import timedelta
 from functools import singledispatch
+from typing import Generic, TypeVar
 
 import numpy as np
 
 from gsapp.flight.info import FlightInfo
 from gsapp.quantities import Block, FloatArray, channel
 from gsapp.session.channel_states import ChannelState
-from gsapp.session.checklist.checklist_text import (
+from gsapp.session.checklist.evaluation import (
+    NO_FLIGHT,
+    ChecklistContext,
+    RuleEvaluator,
+    RuleResult,
     channel_name_text,
+    check_missing_channels,
     format_channel_value,
     format_list,
+    require_live_equipment,
 )
-from gsapp.session.checklist.evaluation import ChecklistContext, RuleEvaluator, RuleResult
 from gsapp.session.checklist.items import (
     CalibrationRule,
     ChecklistRule,
@@ -35,12 +41,9 @@ from gsapp.session.checklist.motion_evaluators import (
     SurfacePulseEvaluator,
     SurfaceResponseEvaluator,
 )
-from gsapp.session.checklist.telemetry_availability import (
-    NO_FLIGHT,
-    check_missing_channels,
-    require_live_equipment,
-)
 from gsapp.session.limits import Severity
+
+RuleT = TypeVar("RuleT")
 
 
 def create_evaluator(rule: ChecklistRule) -> RuleEvaluator:
@@ -58,22 +61,21 @@ _create_evaluator.register(EngineSpeedRule)(EngineSpeedEvaluator)
 _create_evaluator.register(SurfacePulseRule)(SurfacePulseEvaluator)
 
 
-class _SnapshotEvaluator:
+class _SnapshotEvaluator(Generic[RuleT]):
     """Needs no samples."""
+
+    def __init__(self, rule: RuleT) -> None:
+        self._rule = rule
 
     def feed(self, block: Block) -> None:
         """Pass the samples over."""
 
 
 @_create_evaluator.register(LinkRule)
-class LinkEvaluator(_SnapshotEvaluator):
+class LinkEvaluator(_SnapshotEvaluator[LinkRule]):
     """See `gsapp.session.checklist.items.LinkRule`."""
 
-    def __init__(self, rule: LinkRule) -> None:
-        self._rule = rule
-
     def evaluate(self, facts: ChecklistContext) -> RuleResult:
-        """Return how the link stands."""
         there = require_live_equipment(facts)
         if isinstance(there, RuleResult):
             return there
@@ -91,14 +93,10 @@ class LinkEvaluator(_SnapshotEvaluator):
 
 
 @_create_evaluator.register(RecorderRule)
-class RecorderEvaluator(_SnapshotEvaluator):
+class RecorderEvaluator(_SnapshotEvaluator[RecorderRule]):
     """See `gsapp.session.checklist.items.RecorderRule`."""
 
-    def __init__(self, rule: RecorderRule) -> None:
-        self._rule = rule
-
     def evaluate(self, facts: ChecklistContext) -> RuleResult:
-        """Return how the recorder stands."""
         there = require_live_equipment(facts)
         if isinstance(there, RuleResult):
             return there
@@ -119,14 +117,10 @@ class RecorderEvaluator(_SnapshotEvaluator):
 
 
 @_create_evaluator.register(DiskSpaceRule)
-class DiskSpaceEvaluator(_SnapshotEvaluator):
+class DiskSpaceEvaluator(_SnapshotEvaluator[DiskSpaceRule]):
     """See `gsapp.session.checklist.items.DiskSpaceRule`."""
 
-    def __init__(self, rule: DiskSpaceRule) -> None:
-        self._rule = rule
-
     def evaluate(self, facts: ChecklistContext) -> RuleResult:
-        """Return how the disk stands."""
         there = require_live_equipment(facts)
         if isinstance(there, RuleResult):
             return there
@@ -145,14 +139,10 @@ class DiskSpaceEvaluator(_SnapshotEvaluator):
 
 
 @_create_evaluator.register(CalibrationRule)
-class CalibrationEvaluator(_SnapshotEvaluator):
+class CalibrationEvaluator(_SnapshotEvaluator[CalibrationRule]):
     """See `gsapp.session.checklist.items.CalibrationRule`."""
 
-    def __init__(self, rule: CalibrationRule) -> None:
-        self._rule = rule
-
     def evaluate(self, facts: ChecklistContext) -> RuleResult:
-        """Return whether certificates are in force."""
         if facts.calibration is None:
             return NO_FLIGHT
         age = self._rule.age
@@ -170,14 +160,10 @@ class CalibrationEvaluator(_SnapshotEvaluator):
 
 
 @_create_evaluator.register(FlightCardRule)
-class FlightCardEvaluator(_SnapshotEvaluator):
+class FlightCardEvaluator(_SnapshotEvaluator[FlightCardRule]):
     """See `gsapp.session.checklist.items.FlightCardRule`."""
 
-    def __init__(self, rule: FlightCardRule) -> None:
-        self._rule = rule
-
     def evaluate(self, facts: ChecklistContext) -> RuleResult:
-        """Return whether the card is filled in."""
         card = facts.card
         if card is None:
             return RuleResult(state="open", why="no flight card yet")
@@ -225,7 +211,6 @@ class RangeEvaluator:
         self._last = (float(times[-1]), float(values[-1]))
 
     def evaluate(self, facts: ChecklistContext) -> RuleResult:
-        """Return whether it is where it should be, and has been for long enough."""
         rule = self._rule
         missing = check_missing_channels((rule.channel,), facts)
         if missing is not None:
@@ -284,7 +269,6 @@ class SensorActivityEvaluator:
         self._now[name] = float(times[-1])
 
     def evaluate(self, facts: ChecklistContext) -> RuleResult:
-        """Return whether all sensors live."""
         rule = self._rule
         missing = check_missing_channels(rule.channels, facts)
         if missing is not None:

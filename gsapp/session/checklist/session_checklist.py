@@ -1,13 +1,13 @@
-"""The checklist of a session: fed from its history, its ticks and the start kept as events."""
+"""The checklist of a session, or before any is open: its ticks and the start kept as events."""
 
 from __future__ import annotations
 
 import contextlib
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any, Final
 
-from gsapp.flight.events import Event
+from gsapp.aircraft import Aircraft
+from gsapp.flight.events import Event, EventLog
 from gsapp.flight.folder import FlightFolder
 from gsapp.flight.info import FlightInfo
 from gsapp.flight.info_checks import check_flight_info
@@ -24,13 +24,10 @@ from gsapp.session.checklist.rule_evaluators import create_evaluator
 from gsapp.session.monitor_settings import MONITORS
 from gsapp.session.session import Session
 
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class ManualTick:
-    """That a person said so."""
-
-    who: str = ""
-    """Empty where nobody gave a name."""
+TICK_EVENT: Final = "checklist-tick"
+UNTICK_EVENT: Final = "checklist-untick"
+RESTART_EVENT: Final = "checklist-restart"
+FLIGHT_START_EVENT: Final = "flight-start"
 
 
 class Checklist:
@@ -39,14 +36,9 @@ class Checklist:
     def __init__(self, file: ChecklistFile) -> None:
         self.file = file
         self._items = {item.id: item for item in file.items}
-        self._ticks: dict[str, ManualTick] = {}
+        self.ticks: dict[str, str] = {}  # by whom; empty where nobody gave a name
         self._judges: dict[str, RuleEvaluator] = {}
         self.restart()
-
-    @property
-    def ticks(self) -> Mapping[str, ManualTick]:
-        """Return what was ticked by hand."""
-        return dict(self._ticks)
 
     @property
     def required_channels(self) -> tuple[str, ...]:
@@ -61,7 +53,7 @@ class Checklist:
 
     def restart(self) -> None:
         """Begin anew: no tick stands and no sample was seen."""
-        self._ticks.clear()
+        self.ticks.clear()
         self._judges = {
             item.id: create_evaluator(item.rule)
             for item in self.file.items
@@ -81,7 +73,7 @@ class Checklist:
         UnknownNameError
             If there is no such item.
         """
-        self._ticks[self._item(item_id).id] = ManualTick(who=who)
+        self.ticks[self._item(item_id).id] = who
 
     def untick(self, item_id: str) -> None:
         """Take a tick back.
@@ -91,7 +83,18 @@ class Checklist:
         UnknownNameError
             If there is no such item.
         """
-        self._ticks.pop(self._item(item_id).id, None)
+        self.ticks.pop(self._item(item_id).id, None)
+
+    def apply_event(self, event: Event) -> None:
+        """Take in a tick that was written; a list that was edited since may lack the item."""
+        name = str(event.data.get("item", ""))
+        with contextlib.suppress(UnknownNameError):
+            if event.kind == TICK_EVENT:
+                self.tick(name, str(event.data.get("who", "")))
+            elif event.kind == UNTICK_EVENT:
+                self.untick(name)
+        if event.kind == RESTART_EVENT:
+            self.restart()
 
     def evaluate(self, facts: ChecklistContext) -> tuple[EvaluatedItem, ...]:
         """Return all items: red first, then amber, open, green; each in the order of the list."""
@@ -107,8 +110,8 @@ class Checklist:
             ) from None
 
     def _state(self, item: ChecklistItem, facts: ChecklistContext) -> EvaluatedItem:
-        tick = self._ticks.get(item.id)
-        said = f"ticked by {tick.who}" if tick is not None and tick.who else "ticked"
+        tick = self.ticks.get(item.id)
+        said = f"ticked by {tick}" if tick else "ticked"
         if item.rule is None:
             return EvaluatedItem(
                 id=item.id,
@@ -131,13 +134,6 @@ class Checklist:
         )
 
 
-TICK_EVENT: Final = "checklist-tick"
-UNTICK_EVENT: Final = "checklist-untick"
-RESTART_EVENT: Final = "checklist-restart"
-FLIGHT_START_EVENT: Final = "flight-start"
-"""Kinds of events."""
-
-
 class SessionChecklist:
     """Goes through a checklist with a session.
 
@@ -148,8 +144,6 @@ class SessionChecklist:
     ----------
     card : callable, optional
         Gives the flight card as it stands; by default it is read from the flight folder.
-    system : {"US", "SI"}
-        Units in which slips on the card are told.
     """
 
     def __init__(
@@ -282,20 +276,12 @@ class SessionChecklist:
         others = self.session.mark_store.other_events
         fresh, self._read = others[self._read :], len(others)
         for event in fresh:
+            self.checklist.apply_event(event)
             if event.kind == FLIGHT_START_EVENT:
                 self._start = event
             elif event.kind == RESTART_EVENT:
-                self.checklist.restart()
                 self._next = None if event.time is None else self._index(event.time)
                 self._start = None
-            elif event.kind in (TICK_EVENT, UNTICK_EVENT):
-                # A list that was edited since may lack the item.
-                with contextlib.suppress(UnknownNameError):
-                    name = str(event.data.get("item", ""))
-                    if event.kind == TICK_EVENT:
-                        self.checklist.tick(name, str(event.data.get("who", "")))
-                    else:
-                        self.checklist.untick(name)
 
     def _take_in(self) -> bool:
         """Feed the rules with samples that came since; return whether there were any."""
@@ -322,3 +308,73 @@ class SessionChecklist:
 
     def _index(self, time: float) -> int:
         return self.session.history.index(time)
+
+
+class PendingChecklist:
+    """Goes through what hands and the flight card can tell; telemetry is still to come.
+
+    Parameters
+    ----------
+    card : callable
+        Gives the card of the next flight as it stands.
+    """
+
+    def __init__(
+        self,
+        log: EventLog,
+        file: ChecklistFile,
+        *,
+        card: Callable[[], FlightInfo | None],
+        aircraft: Aircraft | None = None,
+    ) -> None:
+        self.checklist = Checklist(file)
+        self.system = "US"
+        self._log = log
+        self._card = card
+        self._aircraft = aircraft
+
+    def update(self) -> tuple[EvaluatedItem, ...]:
+        """Return how the items stand, red first."""
+        self._apply_events()
+        card = self._card()
+        doubts = () if card is None else check_flight_info(card, self._aircraft, system=self.system)
+        facts = ChecklistContext(
+            card=card, card_issues=tuple(doubt.text for doubt in doubts), system=self.system
+        )
+        return self.checklist.evaluate(facts)
+
+    def tick(self, item_id: str, who: str = "") -> None:
+        """Say by hand that an item is done.
+
+        Raises
+        ------
+        FlightError
+            If it cannot be written.
+        """
+        self._write(TICK_EVENT, item_id, who)
+
+    def untick(self, item_id: str) -> None:
+        """Take a tick back; see `tick` for the errors."""
+        self._write(UNTICK_EVENT, item_id, "")
+
+    def restart(self) -> None:
+        """Begin anew."""
+        self._append(Event(kind=RESTART_EVENT, text="checklist reset"))
+
+    def _write(self, kind: str, item_id: str, who: str) -> None:
+        words = next(
+            (item.words for item in self.checklist.file.items if item.id == item_id), item_id
+        )
+        self._append(Event(kind=kind, text=words, data={"item": item_id, "who": who}))
+
+    def _append(self, event: Event) -> None:
+        with contextlib.suppress(OSError):
+            # What hinders is said when the event is written.
+            self._log.path.parent.mkdir(parents=True, exist_ok=True)
+        self._log.append(event)
+        self._apply_events()
+
+    def _apply_events(self) -> None:
+        """Take in what was ticked before, by this or another window."""
+        for event in self._log.poll():
+            self.checklist.apply_event(event)

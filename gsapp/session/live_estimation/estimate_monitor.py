@@ -37,8 +37,6 @@ class ManeuverCutter:
     ----------
     aircraft : Aircraft
         Of the file; what the flight card says of the day is seen to.
-    info : callable
-        Returns the flight card as it is now; None without one.
     """
 
     def __init__(
@@ -96,17 +94,6 @@ class ManeuverCutter:
 class EstimateMonitor:
     """A consumer of a session's feed.
 
-    Parameters
-    ----------
-    history : SampleHistory
-        Where maneuvers are cut from.
-    info : callable
-        Returns the flight card; None without one.
-    verdicts : callable
-        Returns the verdicts on all inputs so far.
-    workers : FitWorker
-        Where fits run.
-
     Attributes
     ----------
     error_text : str
@@ -159,7 +146,6 @@ class EstimateMonitor:
             self.fits.wait()
 
     def close(self) -> None:
-        """Give back what is held."""
         self.fits.close()
 
     # --- what it shows --------------------------------------------------------------------------
@@ -190,7 +176,6 @@ class EstimateMonitor:
 
     @property
     def result(self) -> CampaignResult:
-        """Return the fits so far."""
         return self.fits.result
 
     def rows(self) -> tuple[EstimateRow, ...]:

@@ -20,7 +20,6 @@ class FittedPoint:
 
     maneuver: str
     time: float
-    """Flight time at its end, s."""
     value: float
     std: float
     """Per radian."""
@@ -42,7 +41,6 @@ class EstimateRow:
     values: FloatArray
     """Shape (n,). FTR's history: s, per radian; NaN while unknown."""
     points: tuple[FittedPoint, ...] = ()
-    """By maximum likelihood, maneuver by maneuver."""
     mean: CampaignValue | None = None
     prior: float | None = None
     """Before the flight; None without a model."""

@@ -13,7 +13,7 @@ from gsapp.foundation.process_shutdown import block_sigint
 
 if TYPE_CHECKING:
     # The window starts without what estimates.
-    from gsapp.session.live_estimation.maneuver_fit import FitRequest, FitResponse
+    from gsapp.session.live_estimation.maneuver_fits import FitRequest, FitResponse
 
 
 class FitWorker(Protocol):
@@ -32,8 +32,7 @@ class InlineFitWorker:
     """Fits where it is asked: for replays without a window."""
 
     def submit(self, request: FitRequest) -> Future[FitResponse]:
-        """Return a fit that is done."""
-        from gsapp.session.live_estimation.maneuver_fit import run_fit_request
+        from gsapp.session.live_estimation.maneuver_fits import run_fit_request
 
         done: Future[FitResponse] = Future()
         try:
@@ -61,8 +60,7 @@ class ProcessFitWorker:
         self._pipe: tuple[Connection, Connection] | None = None
 
     def submit(self, request: FitRequest) -> Future[FitResponse]:
-        """Begin a fit."""
-        from gsapp.session.live_estimation.maneuver_fit import run_fit_request
+        from gsapp.session.live_estimation.maneuver_fits import run_fit_request
 
         work = run_fit_request if self._work is None else self._work
         with block_sigint():  # the process begins with the first fit
@@ -73,7 +71,7 @@ class ProcessFitWorker:
                 return self._running().submit(work, request)
 
     def _running(self) -> ProcessPoolExecutor:
-        from gsapp.session.live_estimation.maneuver_fit import initialize_fit_worker
+        from gsapp.session.live_estimation.maneuver_fits import initialize_fit_worker
 
         if self._pool is None:
             # A fork would copy a process full of threads and windows.

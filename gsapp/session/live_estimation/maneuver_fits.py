@@ -2,31 +2,87 @@
 
 from __future__ import annotations
 
+import contextlib
+import os
+import signal
+import threading
+import time
 from collections.abc import Callable, Sequence
 from concurrent.futures import Future
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass
-from typing import Final
+from multiprocessing.connection import Connection
+from typing import TYPE_CHECKING, Final
 
 from gsapp.dynamics.model import Model
 from gsapp.excitation.doublets.verdict import InputVerdict
-from gsapp.foundation import FlightError
+from gsapp.foundation import FlightError, GroundStationError, process_priority
 from gsapp.identification.campaign import (
     CampaignResult,
     CampaignSettings,
     ManeuverResult,
     campaign_values,
+    run_campaign,
 )
 from gsapp.identification.maneuver import Maneuver
-from gsapp.session.live_estimation.fit_workers import FitWorker
-from gsapp.session.live_estimation.maneuver_fit import FitRequest, FitResponse
 from gsapp.session.monitor_settings import MONITORS
 
+if TYPE_CHECKING:
+    from gsapp.session.live_estimation.fit_workers import FitWorker
+
+_WORKER_NICENESS = 10
+"""By how much a worker stands back behind the stream and the window."""
 UNUSABLE_VERDICTS: Final = ("spoiled", "unclear")
 """Verdicts whose maneuvers are not fitted: nobody knows what moved the aircraft."""
-
 CutManeuver = Callable[[InputVerdict], Maneuver]
-"""Cuts a maneuver from what was recorded."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class FitRequest:
+    """What is to be fitted."""
+
+    maneuver: Maneuver
+    model: Model | None
+    """Values known before: held where the maneuver does not free them."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class FitResponse:
+    """What came of it."""
+
+    result: ManeuverResult
+    seconds: float
+    """That it took; says nothing of the flight."""
+
+
+def run_fit_request(request: FitRequest) -> FitResponse:
+    """Fit one maneuver as ``gsapp estimate`` does."""
+    started = time.perf_counter()
+    settings = CampaignSettings(known_model=request.model)
+    try:
+        (result,) = run_campaign([request.maneuver], settings).results
+    except GroundStationError as error:
+        result = ManeuverResult(maneuver=request.maneuver, estimate=None, failure=str(error))
+    return FitResponse(result=result, seconds=time.perf_counter() - started)
+
+
+def initialize_fit_worker(wanted: Connection) -> None:
+    """Make a worker process yield to all else and leave Ctrl+C to its parent.
+
+    Parameters
+    ----------
+    wanted : Connection
+        The process ends at once when the other end is closed, or its parent was killed.
+    """
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    process_priority.lower_priority(_WORKER_NICENESS)
+    threading.Thread(target=_end_when_closed, args=(wanted,), name="wanted", daemon=True).start()
+
+
+def _end_when_closed(wanted: Connection) -> None:
+    with contextlib.suppress(EOFError, OSError):
+        wanted.recv_bytes()
+    os._exit(1)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -39,15 +95,7 @@ class FitUpdate:
 
 
 class ManeuverFits:
-    """Fits maneuvers as verdicts come in; what it gives depends on the flight alone.
-
-    Parameters
-    ----------
-    cut : callable
-        Cuts a maneuver by its verdict from what was recorded.
-    workers : FitWorker
-        Where fits run.
-    """
+    """Fits maneuvers as verdicts come in; what it gives depends on the flight alone."""
 
     def __init__(self, cut: CutManeuver, model: Model | None, workers: FitWorker) -> None:
         self._cut = cut
@@ -72,18 +120,11 @@ class ManeuverFits:
         self._forget()
 
     def close(self) -> None:
-        """Give back what is held."""
         self.reset()
         self._workers.close()
 
     def update(self, verdicts: Sequence[InputVerdict], now: float | None) -> tuple[FitUpdate, ...]:
-        """Ask for the fits that are due, and take in those that came.
-
-        Parameters
-        ----------
-        now : float or None
-            Flight time, s; None: the flight is over, and all its samples are there.
-        """
+        """Ask for the fits that are due, and take in those that came."""
         self._waiting += verdicts[self._seen :]
         self._seen = len(verdicts)
         while self._waiting and (
@@ -145,7 +186,6 @@ class ManeuverFits:
 
     @property
     def pending(self) -> int:
-        """Return how many fits are under way."""
         return len(self._running)
 
     @property

@@ -25,14 +25,11 @@ class ManeuverRow:
     flight: str
     """Name of the flight, as `Review.title` gives it."""
     flight_number: int
-    """Of the flight, from 1."""
     maneuver: DetectedManeuver
     in_use: bool
-    """Whether it takes part in estimates."""
     is_edited: bool
     """Whether a person changed it or put it in."""
     verdict: StoredVerdict | None
-    """What the pilot was told."""
     overlaps: tuple[str, ...]
     """Ids within the flight of others that share samples with it."""
 
@@ -45,7 +42,6 @@ class Review:
 
     @property
     def paths(self) -> tuple[Path, ...]:
-        """Return folders and files of the flights, in their order."""
         return tuple(flight.path for flight in self.flights)
 
     def add(self, flight: ReviewedFlight) -> None:

@@ -35,8 +35,6 @@ def save_maneuvers_to_catalog(
 
     Parameters
     ----------
-    catalog : Path
-        Made if it is not there.
     maneuvers : sequence of DetectedManeuver
         In place of those that the catalog had of this flight.
 
@@ -75,15 +73,6 @@ class ReviewedFlight:
     ----------
     found : FlightManeuvers
         As the detection gives them, without changes by hand.
-    remarks : sequence of str
-        Of opening it.
-    verdicts : sequence of StoredVerdict
-        What the pilot was told, by time.
-
-    Attributes
-    ----------
-    maneuvers : tuple of DetectedManeuver
-        As they stand, in order of time.
     """
 
     def __init__(
@@ -109,12 +98,10 @@ class ReviewedFlight:
 
     @property
     def path(self) -> Path:
-        """Return the flight's folder or file."""
         return self.flight.path
 
     @property
     def name(self) -> str:
-        """Return what the crew calls the flight."""
         return self.flight.name
 
     @property
@@ -125,7 +112,6 @@ class ReviewedFlight:
 
     @property
     def sample_period(self) -> float:
-        """Return the time from one sample to the next, s."""
         return 1.0 / self.flight.rate
 
     @property
@@ -291,12 +277,10 @@ class ReviewedFlight:
 
     @property
     def can_undo(self) -> bool:
-        """Return whether there is a change to take back."""
         return bool(self._log.maneuver_list.edits)
 
     @property
     def can_redo(self) -> bool:
-        """Return whether a change was taken back."""
         return bool(self._log.maneuver_list.undone)
 
     @property
@@ -358,10 +342,6 @@ def open_reviewed_flight(
     ----------
     aircraft, channel_map, calibration : str
         Names or paths; empty where the flight says it itself.
-    catalog : Path, optional
-        Where verdicts may have been kept.
-    doing : callable, optional
-        Told what is being done, in words, before each step.
 
     Raises
     ------

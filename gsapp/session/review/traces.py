@@ -16,13 +16,7 @@ _SAMPLES_PER_COLUMN: Final = 3
 
 
 class Traces:
-    """The signals of a whole flight, with stand-ins where the channels themselves are missing.
-
-    Attributes
-    ----------
-    times : ndarray, shape (n,)
-        Flight time, s.
-    """
+    """The signals of a whole flight, with stand-ins where the channels themselves are missing."""
 
     def __init__(self, flight: Flight) -> None:
         self.times = flight.block.times

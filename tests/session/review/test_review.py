@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from gsapp.cli.maneuvers import run
+from gsapp.cli.maneuvers import maneuvers
 from gsapp.flight.catalog import Catalog, StoredVerdict, search_maneuvers, store_debrief
 from gsapp.flight.flight_import import import_flight
 from gsapp.flight.writers import write_block
@@ -37,11 +37,6 @@ def unchanged(record: Path) -> ReviewedFlight:
     return open_reviewed_flight(record)
 
 
-def printed(path: Path, out: Path, **options: bool) -> list[dict[str, object]]:
-    run(flight=path, json=out, **options)
-    return list(json.loads(out.read_text()))
-
-
 def test_a_correction_stands_for_every_command(flight, tmp_path):
     """Edges, names, notes and grades of a person are what `maneuvers` and `estimate` work on."""
     first, second, third, *_ = flight.maneuvers
@@ -51,7 +46,8 @@ def test_a_correction_stands_for_every_command(flight, tmp_path):
     merged = flight.merge([third.id, "4"])
     flight.remove("5")
     put = flight.add(64.0, 67.0)
-    found = printed(flight.path, tmp_path / "m.json")
+    maneuvers(flight=flight.path, json=tmp_path / "m.json")
+    found = json.loads((tmp_path / "m.json").read_text())
     assert [one["id"] for one in found] == [first.id, put, "aileron", merged]
     # Snapped to a sample, whatever was asked for.
     assert found[0]["t_start"] == pytest.approx(first.t_start + 0.5)
@@ -63,7 +59,6 @@ def test_a_correction_stands_for_every_command(flight, tmp_path):
         one.id for one in flight.maneuvers if one.grade != "D"
     ]
     assert any("6 changes (manual)" in remark for remark in flown.remarks)
-    assert len(printed(flight.path, tmp_path / "f.json", as_found=True)) == 5
 
 
 def test_corrections_come_along_into_a_flight_folder(flight, tmp_path):

@@ -1,0 +1,284 @@
+"""Commands on the files of a flight: import, on-board log, export."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal
+
+import typer
+
+from gsapp.cli._commands import MANEUVER_SETTINGS, takes_settings
+from gsapp.cli._options import FileUnits, FlightPath, JsonFile, Units
+
+if TYPE_CHECKING:
+    from gsapp.cli._console import PlainConsole
+    from gsapp.flight.flight import Flight
+    from gsapp.telemetry.log_download import DownloadState, LogEntry
+
+_NO_LOG = "This flight has no on-board log; give one with --log or fetch it with --link."
+
+
+@takes_settings(MANEUVER_SETTINGS, "channel_map")
+def import_(
+    file: Annotated[
+        Path,
+        typer.Argument(
+            metavar="FILE", readable=False, help=".tlog, .bin, .ulg, .csv, .mat or .parquet"
+        ),
+    ],
+    out: Annotated[
+        Path, typer.Option(readable=False, metavar="FLIGHT", help="Flight folder to write")
+    ],
+    units: Units = "us",  # noqa: ARG001  acts in its callback
+    json: JsonFile = None,
+    channel_map: str | None = None,
+) -> None:
+    """Make a flight folder from the log of another program.
+
+    Example: gsapp import 00000042.BIN --map ardupilot-log --out flights/other
+    """
+    from gsapp.cli._console import PlainConsole, is_stdout, write_json
+    from gsapp.cli._flight_text import print_flight
+    from gsapp.flight.flight_import import import_flight
+    from gsapp.flight.summary import summarize_flight
+
+    console = PlainConsole(stderr=is_stdout(json))
+    with console.status(f"reading {file.name}"):
+        flight = import_flight(file, out, channel_map=channel_map)
+    if not is_stdout(json):
+        print_flight(console, flight)
+        console.print(f"written to {out}", soft_wrap=True)
+    write_json(json, {"flight": str(out), **summarize_flight(flight)})
+
+
+@takes_settings(MANEUVER_SETTINGS, "channel_map", "calibration")
+def export(
+    flight: FlightPath,
+    to: Annotated[Literal["csv", "mat", "parquet"], typer.Option(help="Format")],
+    out: Annotated[Path, typer.Option(readable=False, metavar="FILE", help="File to write")],
+    units: FileUnits = "us",
+    json: JsonFile = None,
+    channel_map: str | None = None,
+    calibration: str | None = None,
+) -> None:
+    """Write a flight for other programs.
+
+    Example: gsapp export flights/2026-05-12-a --to mat --out flight.mat
+    """
+    from gsapp.cli._console import PlainConsole, is_stdout, write_json
+    from gsapp.cli._flight_text import print_flight
+    from gsapp.cli._usage_errors import CommandUsageError
+    from gsapp.flight.flight_loader import load_flight
+    from gsapp.flight.summary import summarize_flight
+    from gsapp.flight.writers import WRITERS, ColumnUnits, check_format, write_block
+    from gsapp.foundation import FlightError
+
+    check_format(to)
+    ending = out.suffix.casefold().lstrip(".")
+    if ending in WRITERS and ending != to:
+        raise CommandUsageError(
+            f"{out.name} has the ending of another format than --to {to}; make them agree"
+        )
+    ColumnUnits.from_channels((), units)
+    console = PlainConsole(stderr=is_stdout(json))
+    with console.status(f"reading {flight.name}"):
+        loaded = load_flight(flight, channel_map=channel_map, certificates=calibration)
+    if not len(loaded.block):
+        raise FlightError(f"{flight} holds no samples, so that there is nothing to export")
+    with console.status(f"writing {out.name}"):
+        write_block(out, loaded.block, to, units)
+    if not is_stdout(json):
+        print_flight(console, loaded)
+        console.print(f"written to {out}", soft_wrap=True)
+    if json is not None:
+        layout = ColumnUnits.from_channels(loaded.block.channels, units)
+        written = {
+            "file": str(out),
+            "format": to,
+            "rows": len(loaded.block),
+            "units": {"time": "s", **dict(zip(layout.channels, layout.units, strict=True))},
+        }
+        write_json(json, {**written, **summarize_flight(loaded)})
+
+
+def onboard(
+    flight: Annotated[Path, typer.Argument(metavar="FLIGHT", readable=False, help="Its folder")],
+    log: Annotated[
+        Path | None,
+        typer.Option(
+            readable=False,
+            metavar="FILE",
+            help="Use this on-board log: .tlog, .bin, .ulg, .csv, .mat or .parquet",
+        ),
+    ] = None,
+    link: Annotated[
+        str | None,
+        typer.Option(
+            metavar="LINK", help="Download the log from the autopilot, landed and disarmed"
+        ),
+    ] = None,
+    fetch: Annotated[
+        bool, typer.Option("--fetch", help="Download over the link that records FLIGHT")
+    ] = False,
+    number: Annotated[
+        int | None,
+        typer.Option(
+            metavar="N",
+            min=0,
+            help="Log number on the autopilot; default: by the date of the flight",
+        ),
+    ] = None,
+    list_: Annotated[bool, typer.Option("--list", help="List the autopilot's logs only")] = False,
+    use: Annotated[
+        str | None, typer.Option(metavar="NAME|none", help="Use a log in the folder, or none")
+    ] = None,
+    json: JsonFile = None,
+) -> None:
+    """Let the on-board log replace what came over the radio.
+
+    Without options, shows which log is in force.
+
+    The log is aligned with the live record (offset and drift of its clock) and refused where the
+    two do not match. Flight time, marks, grades and edges of maneuvers do not change. An
+    interrupted fetch resumes. The former log stays in the folder.
+
+    Example: gsapp onboard flights/2026-05-12-a --log /media/card/00000017.BIN
+
+    Example: gsapp onboard flights/2026-05-12-a --link serial:/dev/ttyACM0:115200
+
+    Example: gsapp onboard flights/2026-05-12-a --use none
+    """
+    from gsapp.cli._console import PlainConsole, is_stdout
+    from gsapp.flight.flight_loader import load_flight
+    from gsapp.flight.folder import FlightFolder
+    from gsapp.flight.onboard_log.log_storage import activate_log, install_log
+
+    chosen = [log is not None, link is not None or fetch, use is not None]
+    if sum(chosen) > 1:
+        raise typer.BadParameter("give one of --log, --link or --fetch, --use")
+    if (number is not None or list_) and not chosen[1]:
+        raise typer.BadParameter("--number and --list go with --link or --fetch")
+    console = PlainConsole(stderr=is_stdout(json))
+    if chosen[1]:
+        _fetch_log(console, flight, link or "", number, list_, json)
+        return
+    former, remark = None, ""
+    with console.status(f"reading {flight}"):
+        if log is not None:
+            placed = install_log(flight, log)
+            opened, former, remark = placed.flight, placed.previous_name, placed.remark
+        elif use is not None:
+            opened = activate_log(flight, "" if use == "none" else use)
+        else:
+            opened = load_flight(FlightFolder.open(flight).path)
+    _print_status(console, opened, former, remark, json)
+
+
+def _fetch_log(
+    console: PlainConsole,
+    flight: Path,
+    link: str,
+    number: int | None,
+    listing: bool,
+    json: Path | None,
+) -> None:
+    """Fetch the log from the autopilot and put it in force; what came is kept for the next time."""
+    from gsapp.cli._console import write_json
+    from gsapp.cli._usage_errors import as_usage_error
+    from gsapp.flight.onboard_log.log_storage import install_log
+    from gsapp.telemetry.log_download import LogFetcher, parse_log_link
+
+    if link:
+        with as_usage_error():
+            parse_log_link(link)
+    with _download_progress(console) as tell, LogFetcher(flight, link, tell=tell) as fetcher:
+        if listing:
+            entries = fetcher.list_logs()
+            fetched = None
+        else:
+            entry = fetcher.select(number)
+            fetched = fetcher.fetch(entry) if entry is not None else None
+    if listing:
+        _list(console, entries)
+        write_json(
+            json,
+            [
+                {"number": one.id, "size": one.size, "begun": one.time_utc or None}
+                for one in entries
+            ],
+        )
+        return
+    if fetched is None:
+        return
+    with console.status("comparing it with the live record"):
+        placed = install_log(flight, fetched.path, begun=fetched.start_time)
+    fetched.path.unlink(missing_ok=True)
+    _print_status(console, placed.flight, placed.previous_name, placed.remark, json)
+
+
+@contextmanager
+def _download_progress(console: PlainConsole) -> Iterator[Callable[[DownloadState], None]]:
+    from rich.progress import DownloadColumn, TimeRemainingColumn, TransferSpeedColumn
+
+    with console.progress(DownloadColumn(), TransferSpeedColumn(), TimeRemainingColumn()) as bar:
+        task = bar.add_task("listening", total=None)
+
+        def tell(state: DownloadState) -> None:
+            bar.update(
+                task,
+                description=state.phase,
+                total=state.size or None,
+                completed=state.received_bytes,
+            )
+
+        yield tell
+
+
+def _print_status(
+    console: PlainConsole, flight: Flight, former: str | None, remark: str, json: Path | None
+) -> None:
+    from gsapp.cli._console import is_stdout, write_json
+    from gsapp.flight.folder import FlightFolder
+    from gsapp.flight.onboard_log.log_storage import list_logs
+
+    def say(words: str) -> None:
+        console.print(words, soft_wrap=True)
+
+    logs = list_logs(FlightFolder.open(flight.path))
+    state = flight.onboard
+    if not is_stdout(json):
+        said = state.remark() if state is not None else _NO_LOG
+        say(f"{flight.name}: {said}")
+        if remark:
+            say(remark)
+        if former is not None and (state is None or former != state.file):
+            say(f"To go back: gsapp onboard {flight.path} --use {former or 'none'}")
+        others = [name for name in logs if state is None or name != state.file]
+        if others and former is None:
+            say(f"Also in the folder, not in use: {', '.join(others)}")
+    write_json(
+        json,
+        {
+            "flight": str(flight.path),
+            "onboard": state.to_json() if state is not None else None,
+            "former": former,
+            "logs": list(logs),
+            "remark": remark,
+        },
+    )
+
+
+def _list(console: PlainConsole, entries: tuple[LogEntry, ...]) -> None:
+    from datetime import UTC, datetime
+
+    for entry in entries:
+        begun = (
+            f"{datetime.fromtimestamp(entry.time_utc, UTC):%Y-%m-%d %H:%M} UTC"
+            if entry.time_utc
+            else "at an unknown time"
+        )
+        console.print(f"log {entry.id}: {entry.size / 1e6:.2f} MB, begun {begun}")
+    if not entries:
+        console.print("The autopilot holds no log.")
