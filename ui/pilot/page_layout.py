@@ -9,7 +9,7 @@ from typing import Final
 from PySide6.QtCore import QRectF, Qt
 from PySide6.QtGui import QFont, QFontMetricsF
 
-from ui.fonts import sans_serif_font
+from ui.display_style import sans_serif_font
 
 _ROW_SHARES: Final = (0.33, 0.24, 0.18, 0.2, 0.05)
 """Shares of the height: state, hints, gauges, card, small line."""

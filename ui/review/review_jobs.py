@@ -221,7 +221,7 @@ class ReviewJobHandler:
         )
 
     def _compare(self, job: LinearModelsJob) -> LinearModelValidation:
-        from gsapp.report.linear_report import compare_linear_models
+        from gsapp.report.linear_text import compare_linear_models
 
         return compare_linear_models(
             job.outcome, job.validate, flights=self.flights, progress=self._report_step
