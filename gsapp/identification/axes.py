@@ -81,7 +81,6 @@ def free_derivatives(axis: Axis, inputs: Collection[str]) -> tuple[str, ...]:
 
     Parameters
     ----------
-    axis : {"lon", "lat", "both"}
     inputs : collection of str
         The surfaces that were moved. Derivatives of the others are held.
     """

@@ -14,18 +14,11 @@ from gsapp.identification.results import Estimate
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CatalogManeuver:
-    """Where a maneuver of a campaign stands in a catalog.
-
-    Attributes
-    ----------
-    flight, name : str
-    edges : tuple of float
-        First and last sample of the fit, s.
-    """
+    """Where a maneuver of a campaign stands in a catalog."""
 
     flight: str
     name: str
-    edges: tuple[float, float]
+    edges: tuple[float, float]  # First and last sample of the fit, s.
 
 
 def catalog_runs(
@@ -35,7 +28,6 @@ def catalog_runs(
 
     Parameters
     ----------
-    result : CampaignResult
     places : mapping of str to CatalogManeuver
         By the id of the maneuver in this campaign.
     kept : int, optional

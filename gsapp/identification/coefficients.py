@@ -86,44 +86,26 @@ _COEFFICIENT_DEPENDENCIES: Mapping[str, tuple[str, ...]] = {
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Coefficients:
-    """Coefficients of one maneuver, with the variables that may explain them.
-
-    Attributes
-    ----------
-    maneuver : str
-    times : ndarray, shape (n,)
-        s.
-    values : ndarray, shape (n, 6)
-        Smoothed `gsapp.dynamics.terms.COEFFICIENTS`: CN, CA, CY, Cl, Cm, Cn.
-    valid : ndarray of bool, shape (n, 6)
-        Samples that count: nothing that they depend on was missing or clipped.
-    variables : mapping of str to ndarray, shape (n,)
-        As `gsapp.dynamics.terms.VARIABLES`, not smoothed: form products first, then `smooth`.
-    variable_valid : mapping of str to ndarray of bool, shape (n,)
-        Samples of each variable that count once smoothed.
-    measured : frozenset of str
-        Channels that an instrument measured.
-    integrated : frozenset of str
-        Flow angles that no vane measured, integrated from accelerations and rates instead: their
-        changes are right, their offset and a slow drift are not known.
-    missing : mapping of str to str
-        Coefficients that cannot be had: why.
-    smoother : Smoother
-    remarks : tuple of str
-        Stand-ins, in words.
-    """
+    """Coefficients of one maneuver, with the variables that may explain them."""
 
     maneuver: str
-    times: FloatArray
+    times: FloatArray  # Shape (n,). s.
     values: FloatArray
+    """Shape (n, 6). Smoothed `gsapp.dynamics.terms.COEFFICIENTS`: CN, CA, CY, Cl, Cm, Cn."""
     valid: BoolArray
+    """Shape (n, 6). Samples that count: nothing that they depend on was missing or clipped."""
     variables: Mapping[str, FloatArray]
+    """Shape (n,). As `gsapp.dynamics.terms.VARIABLES`, not smoothed: form products first, then
+    `smooth`."""
     variable_valid: Mapping[str, BoolArray]
-    measured: frozenset[str]
+    """Shape (n,). Samples of each variable that count once smoothed."""
+    measured: frozenset[str]  # Channels that an instrument measured.
     integrated: frozenset[str]
-    missing: Mapping[str, str]
+    """Flow angles that no vane measured, integrated from accelerations and rates instead: their
+    changes are right, their offset and a slow drift are not known."""
+    missing: Mapping[str, str]  # Coefficients that cannot be had: why.
     smoother: Smoother
-    remarks: tuple[str, ...]
+    remarks: tuple[str, ...]  # Stand-ins, in words.
 
     def value(self, coefficient: str) -> FloatArray:
         """Return a coefficient, NaN where it does not count; also CX and CZ. Shape (n,)."""
@@ -168,7 +150,6 @@ def reconstruct_coefficients(
 
     Parameters
     ----------
-    maneuver : Maneuver
     motion : MeasuredMotion, optional
         If it is known already. Effects of the model on instruments and control paths are then left
         as they are; else they are undone first (`gsapp.identification.instrument_effects`).

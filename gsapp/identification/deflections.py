@@ -37,7 +37,6 @@ def reconstruct_deflections(block: Block, aircraft: Aircraft) -> Block:
     ----------
     block : Block
         From some time before the surfaces move: the way is taken as at rest in the beginning.
-    aircraft : Aircraft
     """
     if len(block) < 2:
         return block

@@ -45,7 +45,6 @@ def undo_instrument_effects(
 
     Parameters
     ----------
-    maneuver : Maneuver
     model : Model
         Its values count; nothing is estimated.
     keep : collection of str

@@ -26,44 +26,24 @@ from gsapp.quantities.fields import Position
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Maneuver:
-    """One maneuver of one flight.
+    """One maneuver of one flight."""
 
-    Attributes
-    ----------
-    id : str
-        Number within its flight; with several flights ``K:number``.
-    flight : str
-        Name of the flight.
-    aircraft : Aircraft
-        As that flight flew it.
-    block : Block
-        All channels of the flight within the maneuver, on an even grid; as measured, but for
-        what the aircraft file says about how late instruments are (`cut_maneuver`).
-    inputs : tuple of str
-        Surfaces that were moved: of ``de``, ``da``, ``dr``.
-    mass : float
-        Of the aircraft at that time, kg.
-    kind : str
-        ``doublet``, ``3-2-1-1``, ...; empty where nobody said.
-    clipped : mapping of str to ndarray of bool, shape (n,)
-        Samples at the end of an instrument's range, by channel.
-    cg_shift : tuple of float
-        From the CG of the aircraft file, about which models hold, to the one flown, m.
-    remarks : tuple of str
-        What its estimate should say of the aircraft: another mass or CG than the file's,
-        instruments that were dead.
-    """
-
-    id: str
-    flight: str
-    aircraft: Aircraft
+    id: str  # Number within its flight; with several flights ``K:number``.
+    flight: str  # Name of the flight.
+    aircraft: Aircraft  # As that flight flew it.
     block: Block
-    inputs: tuple[str, ...]
-    mass: float
-    kind: str = ""
+    """All channels of the flight within the maneuver, on an even grid; as measured, but for what
+    the aircraft file says about how late instruments are (`cut_maneuver`)."""
+    inputs: tuple[str, ...]  # Surfaces that were moved: of ``de``, ``da``, ``dr``.
+    mass: float  # Of the aircraft at that time, kg.
+    kind: str = ""  # ``doublet``, ``3-2-1-1``, ...; empty where nobody said.
     clipped: Mapping[str, BoolArray] = field(default_factory=dict)
+    """Shape (n,). Samples at the end of an instrument's range, by channel."""
     cg_shift: Position = (0.0, 0.0, 0.0)
+    """From the CG of the aircraft file, about which models hold, to the one flown, m."""
     remarks: tuple[str, ...] = ()
+    """What its estimate should say of the aircraft: another mass or CG than the file's, instruments
+    that were dead."""
 
     @property
     def t_start(self) -> float:
@@ -106,7 +86,6 @@ def mass_over_flight(flight: Flight, aircraft: Aircraft) -> FloatArray:
 
     Parameters
     ----------
-    flight : Flight
     aircraft : Aircraft
         As that flight flew it (`gsapp.flight.flown_aircraft`).
     """
@@ -181,12 +160,10 @@ def cut_maneuver(
 
     Parameters
     ----------
-    flight : Flight
     aircraft : Aircraft
         As that flight flew it.
     t_start, t_end : float
         Flight time of the first and the last sample, s.
-    id : str
     inputs : sequence of str
         Surfaces that were moved.
     kind : str

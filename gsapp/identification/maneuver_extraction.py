@@ -25,26 +25,14 @@ from gsapp.quantities.fields import Position
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class OpenedFlight:
-    """A flight that maneuvers can be cut from.
-
-    Attributes
-    ----------
-    flight : Flight
-    file_aircraft : Aircraft
-        The aircraft by its file.
-    as_flown : FlownAircraft
-        The aircraft by the flight card.
-    mass : ndarray, shape (n,)
-        At every sample, kg.
-    assumed_aircraft_text : str
-        Where nobody said which aircraft flew it: which one is taken, in words.
-    """
+    """A flight that maneuvers can be cut from."""
 
     flight: Flight
-    file_aircraft: Aircraft
-    as_flown: FlownAircraft
-    mass: FloatArray
+    file_aircraft: Aircraft  # The aircraft by its file.
+    as_flown: FlownAircraft  # The aircraft by the flight card.
+    mass: FloatArray  # Shape (n,). At every sample, kg.
     assumed_aircraft_text: str = ""
+    """Where nobody said which aircraft flew it: which one is taken, in words."""
 
     @property
     def aircraft(self) -> Aircraft:
@@ -97,37 +85,19 @@ def open_flight(
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class FlightWithManeuvers:
-    """A flight with its maneuvers.
-
-    Attributes
-    ----------
-    flight : Flight
-    file_aircraft : Aircraft
-        The aircraft by its file.
-    aircraft : Aircraft
-        As that flight flew it.
-    detected_maneuvers : tuple of DetectedManeuver
-        All of the flight, ids within it.
-    maneuvers : tuple of Maneuver
-        Those to be used; with several flights their ids begin with the flight's number.
-    remarks : tuple of str
-    cg_shift : tuple of float
-        From the CG of the aircraft file to the one at take-off, m.
-    assumed_aircraft_text : str
-        As in `OpenedFlight`; it stands among the remarks, too.
-    no_maneuvers_text : str
-        Why there is no maneuver to use; empty where there is one.
-    """
+    """A flight with its maneuvers."""
 
     flight: Flight
-    file_aircraft: Aircraft
-    aircraft: Aircraft
-    detected_maneuvers: tuple[DetectedManeuver, ...]
+    file_aircraft: Aircraft  # The aircraft by its file.
+    aircraft: Aircraft  # As that flight flew it.
+    detected_maneuvers: tuple[DetectedManeuver, ...]  # All of the flight, ids within it.
     maneuvers: tuple[Maneuver, ...]
+    """Those to be used; with several flights their ids begin with the flight's number."""
     remarks: tuple[str, ...]
     cg_shift: Position = (0.0, 0.0, 0.0)
-    assumed_aircraft_text: str = ""
-    no_maneuvers_text: str = ""
+    """From the CG of the aircraft file to the one at take-off, m."""
+    assumed_aircraft_text: str = ""  # As in `OpenedFlight`; it stands among the remarks, too.
+    no_maneuvers_text: str = ""  # Why there is no maneuver to use; empty where there is one.
 
 
 def open_flights_with_maneuvers(
@@ -140,8 +110,6 @@ def open_flights_with_maneuvers(
 
     Parameters
     ----------
-    paths : sequence of Path
-    settings : ManeuverSettings, optional
     doing : callable, optional
         Told what is being done, in words, before each step.
 
@@ -183,7 +151,6 @@ def cut_flight_maneuvers(
 
     Parameters
     ----------
-    opened : OpenedFlight
     surveyed : FlightManeuvers
         Of that flight.
     prefix : str

@@ -31,42 +31,27 @@ METHOD_GROUP: Final = "gsapp.methods"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class EstimationMethod:
-    """One method of estimation.
+    """One method of estimation."""
 
-    Attributes
-    ----------
-    id : str
-        As on the command line, in files and in JSON.
-    title, short_title : str
-        In full, and for lists and legends.
-    help_text : str
-        What it does and when to choose it: one sentence or two.
-    function : str
-        ``module:name`` of a function that takes an `EstimationTask` and returns an `Estimate`.
-    settings : frozenset of str
-        Fields of `gsapp.identification.estimate_settings.EstimateSettings` that it uses, beside
-        those of every method (axis, maneuvers, aircraft ...); the form disables the others.
-    compares : {"responses", "coefficients"}
-        What `Estimate.fit` and `Estimate.histories` are of: channels that are integrated and
-        compared with measurement, or force and moment coefficients.
-    comparison_text : str
-        Caption of a figure of these histories.
-    documentation : str
-        Page, or address, that describes it.
-    """
-
-    id: str
+    id: str  # As on the command line, in files and in JSON.
     title: str
     short_title: str
-    help_text: str
+    """In full, and for lists and legends."""
+    help_text: str  # What it does and when to choose it: one sentence or two.
     function: str
+    """``module:name`` of a function that takes an `EstimationTask` and returns an `Estimate`."""
     settings: frozenset[str] = frozenset()
+    """Fields of `gsapp.identification.estimate_settings.EstimateSettings` that it uses, beside
+    those of every method (axis, maneuvers, aircraft ...); the form disables the others."""
     compares: Literal["responses", "coefficients"] = "coefficients"
+    """What `Estimate.fit` and `Estimate.histories` are of: channels that are integrated and
+    compared with measurement, or force and moment coefficients."""
     comparison_text: str = (
         "force and moment coefficients, as measured motion gives them (solid) and as the "
         "derivatives compute them (dashed), both smoothed alike."
     )
-    documentation: str = ""
+    """Caption of a figure of these histories."""
+    documentation: str = ""  # Page, or address, that describes it.
 
     def estimate(self, task: EstimationTask) -> Estimate:
         """Estimate from maneuvers of one axis.

@@ -84,7 +84,6 @@ def required_constants(
     ----------
     maneuvers : sequence of Maneuver
         Fitted together.
-    known : mapping of str to AssumedConstant
     given : mapping of str to float
         By the user, who answers for them.
     """
@@ -106,10 +105,8 @@ def widen_bounds(
 
     Parameters
     ----------
-    found : Estimate
     moved : sequence of Estimate
         With each of the constants in `assumed` moved by its deviation.
-    assumed : mapping of str to AssumedConstant
     """
     covariance = np.array(found.covariance)
     derivatives = dict(found.derivatives)

@@ -67,7 +67,6 @@ def derivatives_about_flown_cg(
         Names outside the build-up are passed on.
     shift : tuple of float
         From the file's CG to the one flown, m.
-    geometry : Geometry
     others : mapping of str to float, optional
         Force derivatives that are known though not among `derivatives`. One that is known
         nowhere counts as zero.

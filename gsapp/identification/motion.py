@@ -30,31 +30,18 @@ from gsapp.quantities.constants import GRAVITY
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class MeasuredMotion:
-    """States and inputs at every sample of a maneuver, none missing.
+    """States and inputs at every sample of a maneuver, none missing."""
 
-    Attributes
-    ----------
-    times : ndarray, shape (n,)
-        s.
-    states : ndarray, shape (n, 9)
-        `gsapp.dynamics.equations.POLAR_STATES`, at the center of gravity.
-    inputs : ndarray, shape (n, 8)
-        `gsapp.dynamics.flight_model.MODEL_INPUTS`.
-    measured : frozenset of str
-        Names of states and inputs that come from an instrument; the others are stand-ins.
-    interpolated : mapping of str to ndarray of bool, shape (n,)
-        Samples that were missing or clipped and are interpolated here, by state or input. They
-        must not count in any cost.
-    remarks : tuple of str
-        What stands in for what, in words.
-    """
-
-    times: FloatArray
+    times: FloatArray  # Shape (n,). s.
     states: FloatArray
-    inputs: FloatArray
+    """Shape (n, 9). `gsapp.dynamics.equations.POLAR_STATES`, at the center of gravity."""
+    inputs: FloatArray  # Shape (n, 8). `gsapp.dynamics.flight_model.MODEL_INPUTS`.
     measured: frozenset[str]
+    """Names of states and inputs that come from an instrument; the others are stand-ins."""
     interpolated: Mapping[str, BoolArray]
-    remarks: tuple[str, ...]
+    """Shape (n,). Samples that were missing or clipped and are interpolated here, by state or
+    input. They must not count in any cost."""
+    remarks: tuple[str, ...]  # What stands in for what, in words.
 
     def state(self, name: str) -> FloatArray:
         """Return one state, shape (n,)."""
@@ -78,7 +65,6 @@ def measured_motion(
 
     Parameters
     ----------
-    maneuver : Maneuver
     stand_ins : mapping of str to float, optional
         Constants (SI) for states and inputs that were not measured: ``{"V": 30.0}``.
 

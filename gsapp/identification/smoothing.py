@@ -32,21 +32,11 @@ _CUTOFF_TIMES_WIDTH = 0.7203
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Smoother:
-    """A symmetric low-pass, and the differentiation that goes with it.
+    """A symmetric low-pass, and the differentiation that goes with it."""
 
-    Attributes
-    ----------
-    dt : float
-        Sample time, s.
-    cutoff : float
-        Where the gain is 1/sqrt(2), Hz; infinite for no smoothing.
-    kernel : ndarray, shape (2 m + 1,)
-        Raised cosine; its sum is 1.
-    """
-
-    dt: float
-    cutoff: float
-    kernel: FloatArray
+    dt: float  # Sample time, s.
+    cutoff: float  # Where the gain is 1/sqrt(2), Hz; infinite for no smoothing.
+    kernel: FloatArray  # Shape (2 m + 1,). Raised cosine; its sum is 1.
 
     @property
     def stride(self) -> int:

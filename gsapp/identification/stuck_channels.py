@@ -114,7 +114,6 @@ def check_estimate_support(
 
     Parameters
     ----------
-    found : Estimate
     maneuvers : sequence of Maneuver
         That it is from.
     given : collection of str
@@ -138,7 +137,6 @@ def without_stuck_channels(maneuver: Maneuver, axis: Axis) -> tuple[Maneuver, tu
 
     Parameters
     ----------
-    maneuver : Maneuver
     axis : {"lon", "lat", "both"}
         Only what its surfaces must have moved can be told from what rests.
     """
@@ -164,8 +162,6 @@ def unmeasured_surfaces(
 
     Parameters
     ----------
-    maneuver : Maneuver
-    axis : {"lon", "lat", "both"}
     given : collection of str
         Surfaces that the user gave a constant for, and so answers for.
     """

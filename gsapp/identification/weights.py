@@ -19,25 +19,17 @@ SHIPPED_WEIGHTS = ShippedFiles(folder=Path(__file__).parent / "weights", kind="w
 
 
 class Weights(StrictModel):
-    """A weights file, read.
-
-    Attributes
-    ----------
-    name, source : str
-    units : dict of str to str
-        By response: unit of the residual that the weight multiplies. SI where left out.
-    default : dict of str to float
-        Weights for every flight, in those units: a residual of one unit adds half the weight to
-        the sum of (5.1.4). 0 switches a response off.
-    flights : dict of str to dict of str to float
-        By flight: what differs from the default.
-    """
+    """A weights file, read."""
 
     name: str = "weights"
     source: str = ""
     units: dict[str, str] = Field(default_factory=dict)
+    """By response: unit of the residual that the weight multiplies. SI where left out."""
     default: dict[str, float] = Field(default_factory=dict)
+    """Weights for every flight, in those units: a residual of one unit adds half the weight to the
+    sum of (5.1.4). 0 switches a response off."""
     flights: dict[str, dict[str, float]] = Field(default_factory=dict)
+    """By flight: what differs from the default."""
 
     @field_validator("units")
     @classmethod

@@ -30,7 +30,6 @@ def constant_term_offsets(
 
     Parameters
     ----------
-    maneuvers : sequence of Maneuver
     qbars : sequence of ndarray, shape (n,)
         Dynamic pressure in each of them, Pa.
     zero : float

@@ -14,31 +14,16 @@ from gsapp.identification.missing_channels import AssumedConstant
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class EstimationTask:
-    """Maneuvers of one axis, and what to estimate from them together.
-
-    Attributes
-    ----------
-    maneuvers : tuple of Maneuver
-    axis : {"lon", "lat", "both"}
-    settings : CampaignSettings
-        About the CG as flown.
-    free : tuple of str
-        Derivatives to estimate; none of them is in `held`.
-    held : mapping of str to float
-        Derivatives and parameters of effects that are known.
-    start : mapping of str to float
-        Start values, where some are known.
-    assumed_constants : mapping of str to AssumedConstant
-        For channels that a maneuver lacks and the user gave no constant for, SI.
-    """
+    """Maneuvers of one axis, and what to estimate from them together."""
 
     maneuvers: tuple[Maneuver, ...]
     axis: Axis
-    settings: CampaignSettings
-    free: tuple[str, ...]
-    held: Mapping[str, float]
-    start: Mapping[str, float]
+    settings: CampaignSettings  # About the CG as flown.
+    free: tuple[str, ...]  # Derivatives to estimate; none of them is in `held`.
+    held: Mapping[str, float]  # Derivatives and parameters of effects that are known.
+    start: Mapping[str, float]  # Start values, where some are known.
     assumed_constants: Mapping[str, AssumedConstant]
+    """For channels that a maneuver lacks and the user gave no constant for, SI."""
 
     @property
     def model(self) -> Model | None:

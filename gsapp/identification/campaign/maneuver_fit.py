@@ -69,9 +69,6 @@ def fit_maneuvers_jointly(
 
     Parameters
     ----------
-    maneuvers : sequence of Maneuver
-    axis : {"lon", "lat", "both"}
-    settings : CampaignSettings
     means : mapping of str to CampaignValue
         Of the maneuvers that were fitted before.
     known : mapping of str to AssumedConstant

@@ -17,70 +17,39 @@ from gsapp.quantities import FloatArray
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CampaignValue:
-    """One derivative over a campaign.
+    """One derivative over a campaign."""
 
-    Attributes
-    ----------
-    mean : float
-        Weighted by inverse variance.
-    std : float
-        Standard error of the mean; what comes from the zero of an instrument does not shrink with
-        the number of maneuvers.
-    scatter : float or None
-        Sample deviation; None for one value.
-    n : int
-    """
-
-    mean: float
+    mean: float  # Weighted by inverse variance.
     std: float
-    scatter: float | None
+    """Standard error of the mean; what comes from the zero of an instrument does not shrink with
+    the number of maneuvers."""
+    scatter: float | None  # Sample deviation; None for one value.
     n: int
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class ManeuverResult:
-    """What became of one maneuver.
-
-    Attributes
-    ----------
-    maneuver : Maneuver
-    estimate : Estimate or None
-        None where it failed.
-    failure : str
-        Why, in words.
-    equation_error_estimate : Estimate or None
-        By equation error, of the same derivatives: where maximum likelihood found gusts in the
-        residuals. It takes the air as the vanes felt it, and gusts do it little harm.
-    """
+    """What became of one maneuver."""
 
     maneuver: Maneuver
-    estimate: Estimate | None
-    failure: str = ""
+    estimate: Estimate | None  # None where it failed.
+    failure: str = ""  # Why, in words.
     equation_error_estimate: Estimate | None = None
+    """By equation error, of the same derivatives: where maximum likelihood found gusts in the
+    residuals. It takes the air as the vanes felt it, and gusts do it little harm."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class CampaignResult:
-    """Results of all maneuvers, in their order.
-
-    Attributes
-    ----------
-    settings : CampaignSettings
-    results : tuple of ManeuverResult
-    values : mapping of str to CampaignValue
-        Of the derivatives that at least one maneuver earned.
-    joint : tuple of Estimate
-        One for each axis, if asked for.
-    remarks : tuple of str
-        Maneuvers left out, aircraft that flew with another mass or CG than their file's, failures
-        of joint fits.
-    """
+    """Results of all maneuvers, in their order."""
 
     settings: CampaignSettings
     results: tuple[ManeuverResult, ...]
-    values: Mapping[str, CampaignValue]
-    joint: tuple[Estimate, ...] = ()
+    values: Mapping[str, CampaignValue]  # Of the derivatives that at least one maneuver earned.
+    joint: tuple[Estimate, ...] = ()  # One for each axis, if asked for.
     remarks: tuple[str, ...] = ()
+    """Maneuvers left out, aircraft that flew with another mass or CG than their file's, failures of
+    joint fits."""
 
 
 def campaign_values(estimates: Sequence[Estimate | None]) -> dict[str, CampaignValue]:

@@ -44,8 +44,6 @@ def run_campaign(
     ----------
     maneuvers : sequence of Maneuver
         Of one or several flights.
-    settings : CampaignSettings
-    progress : callable, optional
 
     Raises
     ------

@@ -73,10 +73,8 @@ def check_compatibility(
 
     Parameters
     ----------
-    maneuvers : sequence of Maneuver
     aircraft : Aircraft, optional
         In place of the one that each maneuver knows.
-    settings : CompatibilitySettings, optional
 
     Raises
     ------

@@ -33,45 +33,25 @@ from gsapp.quantities import BoolArray, FloatArray
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class ErrorStateModel:
-    """Averages and the error equations of one stretch.
+    """Averages and the error equations of one stretch."""
 
-    Attributes
-    ----------
-    width : int
-        Samples averaged.
-    step : float
-        Between averages, s.
-    Phi : ndarray, shape (m, 6, 6)
-    H : ndarray, shape (m, n_channels, 6)
-    process : ndarray, shape (9, 6, 6)
-        Covariance over one step for a unit density of p, q, r, ax, ay, an, and gusts u, v, w.
-    input_density : ndarray, shape (9,)
-        White densities; gusts those of calm air.
-    output_variance : ndarray, shape (n_channels,)
-        White variances of averages.
-    """
-
-    width: int
-    step: float
-    Phi: FloatArray
-    H: FloatArray
+    width: int  # Samples averaged.
+    step: float  # Between averages, s.
+    Phi: FloatArray  # Shape (m, 6, 6).
+    H: FloatArray  # Shape (m, n_channels, 6).
     process: FloatArray
-    input_density: FloatArray
-    output_variance: FloatArray
+    """Shape (9, 6, 6). Covariance over one step for a unit density of p, q, r, ax, ay, an, and
+    gusts u, v, w."""
+    input_density: FloatArray  # Shape (9,). White densities; gusts those of calm air.
+    output_variance: FloatArray  # Shape (n_channels,). White variances of averages.
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class NoiseLevels:
-    """How much noise there is: factors on the white one.
+    """How much noise there is: factors on the white one."""
 
-    Attributes
-    ----------
-    input_factors : ndarray, shape (9,)
-    output_factors : ndarray, shape (n_channels,)
-    """
-
-    input_factors: FloatArray
-    output_factors: FloatArray
+    input_factors: FloatArray  # Shape (9,).
+    output_factors: FloatArray  # Shape (n_channels,).
 
     @classmethod
     def white(cls, channels: int) -> NoiseLevels:
@@ -235,7 +215,6 @@ def whiten_residuals(predictor: ErrorStateModel, K: FloatArray, columns: FloatAr
 
     Parameters
     ----------
-    predictor : ErrorStateModel
     K : ndarray, shape (..., 6, n_channels)
     columns : ndarray, shape (m, n_channels, k)
         NaN where a sample does not count.
@@ -290,7 +269,6 @@ def estimate_noise_levels(
 
     Parameters
     ----------
-    predictor : ErrorStateModel
     residuals : ndarray, shape (m, n_channels)
         Averages, NaN where one does not count.
     start : NoiseLevels

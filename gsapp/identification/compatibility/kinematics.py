@@ -94,35 +94,19 @@ def rotate_to_body_axes(C: FloatArray, vectors: FloatArray) -> FloatArray:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class ReconstructedPath:
-    """The motion of one stretch.
+    """The motion of one stretch."""
 
-    Attributes
-    ----------
-    times : ndarray, shape (n,)
-        From the first sample on, s.
-    rates, force : ndarray, shape (n, 3)
-        Freed of errors: rad/s; specific force along x, y, z, m/s^2.
-    C : ndarray, shape (n, 3, 3)
-    force_initial_axes : ndarray, shape (n, 3)
-        C a, m/s^2.
-    velocity_initial_axes : ndarray, shape (n, 3)
-        Velocity of the accelerometer along the first axes, m/s.
-    velocity : ndarray, shape (n, 3)
-        The same along the body's axes: u, v, w.
-    gravity : ndarray, shape (n, 3)
-        Along the body's axes, m/s^2.
-    initial_gravity : ndarray, shape (3,)
-    """
-
-    times: FloatArray
+    times: FloatArray  # Shape (n,). From the first sample on, s.
     rates: FloatArray
     force: FloatArray
-    C: FloatArray
-    force_initial_axes: FloatArray
+    """Shape (n, 3). Freed of errors: rad/s; specific force along x, y, z, m/s^2."""
+    C: FloatArray  # Shape (n, 3, 3).
+    force_initial_axes: FloatArray  # Shape (n, 3). C a, m/s^2.
     velocity_initial_axes: FloatArray
-    velocity: FloatArray
-    gravity: FloatArray
-    initial_gravity: FloatArray
+    """Shape (n, 3). Velocity of the accelerometer along the first axes, m/s."""
+    velocity: FloatArray  # Shape (n, 3). The same along the body's axes: u, v, w.
+    gravity: FloatArray  # Shape (n, 3). Along the body's axes, m/s^2.
+    initial_gravity: FloatArray  # Shape (3,).
 
     @property
     def attitude(self) -> tuple[FloatArray, FloatArray]:
@@ -166,17 +150,12 @@ def reconstruct_path(
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class PathSensitivities:
-    """Derivatives of a path, each of shape (n, 3, m): one column for each cause.
-
-    Attributes
-    ----------
-    velocity, gravity, rates : ndarray
-        Along the body's axes.
-    """
+    """Derivatives of a path, each of shape (n, 3, m): one column for each cause."""
 
     velocity: FloatArray
     gravity: FloatArray
     rates: FloatArray
+    """Along the body's axes."""
 
 
 def sensitivities_to_rates(
@@ -186,8 +165,6 @@ def sensitivities_to_rates(
 
     Parameters
     ----------
-    path : ReconstructedPath
-    dt : float
     axes : ndarray of int, shape (m,)
         About which axis each change is.
     changes : ndarray, shape (n, m)
@@ -224,7 +201,6 @@ def sensitivities_to_initial_state(
 
     Parameters
     ----------
-    path : ReconstructedPath
     tangents : ndarray, shape (2, 3)
         Changes of the first gravity, m/s^2 per rad.
     """

@@ -26,36 +26,21 @@ _CALIBRATED = ("V", "alpha", "beta")
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class CompatibilitySegment:
-    """Unbroken samples of one maneuver.
-
-    Attributes
-    ----------
-    maneuver : str
-    aircraft : Aircraft
-    times : ndarray, shape (n,)
-        Flight time, s.
-    dt : float
-    inputs : mapping of str to ndarray, shape (n,)
-        Rates (rad/s) and specific forces (m/s^2; an positive up) as shown, none missing.
-    outputs : mapping of str to ndarray, shape (n,)
-        V, alpha, beta, phi, theta as shown; NaN where missing.
-    absent : frozenset of str
-        Of `inputs`: those that no instrument measured and that are zero here.
-    noise : mapping of str to float
-        White noise of each, rms of a sample.
-    assumed_speed : float or None
-        m/s, where airspeed was not measured; `outputs` then holds it as V.
-    """
+    """Unbroken samples of one maneuver."""
 
     maneuver: str
     aircraft: Aircraft
-    times: FloatArray
+    times: FloatArray  # Shape (n,). Flight time, s.
     dt: float
     inputs: Mapping[str, FloatArray]
+    """Shape (n,). Rates (rad/s) and specific forces (m/s^2; an positive up) as shown, none
+    missing."""
     outputs: Mapping[str, FloatArray]
-    absent: frozenset[str]
-    noise: Mapping[str, float]
+    """Shape (n,). V, alpha, beta, phi, theta as shown; NaN where missing."""
+    absent: frozenset[str]  # Of `inputs`: those that no instrument measured and that are zero here.
+    noise: Mapping[str, float]  # White noise of each, rms of a sample.
     assumed_speed: float | None = None
+    """m/s, where airspeed was not measured; `outputs` then holds it as V."""
 
     @property
     def measured(self) -> frozenset[str]:
@@ -80,18 +65,11 @@ class CompatibilitySegment:
 
 @dataclass(slots=True)
 class PreparedSegments:
-    """Stretches of all maneuvers, and what there is to say about the channels.
-
-    Attributes
-    ----------
-    segments : list of CompatibilitySegment
-    stuck : dict of str to list of str
-        Channels that stayed constant while the aircraft moved, with the maneuvers.
-    warnings : list of str
-    """
+    """Stretches of all maneuvers, and what there is to say about the channels."""
 
     segments: list[CompatibilitySegment] = field(default_factory=list)
     stuck: dict[str, list[str]] = field(default_factory=dict)
+    """Channels that stayed constant while the aircraft moved, with the maneuvers."""
     warnings: list[str] = field(default_factory=list)
 
     @property
@@ -126,7 +104,6 @@ def prepare_segments(maneuvers: Sequence[Maneuver], aircraft: Aircraft | None) -
 
     Parameters
     ----------
-    maneuvers : sequence of Maneuver
     aircraft : Aircraft, optional
         In place of the one that each maneuver knows.
     """

@@ -39,7 +39,6 @@ def estimate_relative_delay(
     ----------
     found : sequence of Coefficients
         Of the maneuvers, smoothed alike, with the delays known so far undone.
-    axis : {"lon", "lat", "both"}
     inputs : sequence of str
         Surfaces that were moved.
 

@@ -68,34 +68,21 @@ _SURFACES = ("de", "da", "dr")
 
 @dataclass(frozen=True, slots=True, eq=False)
 class CoefficientCache:
-    """What the coefficients of a motion share.
-
-    Attributes
-    ----------
-    instruments : dict
-        By maneuver, first and last sample, and whether longitudinal.
-    noise : dict
-        Covariance of bias and regressors, by maneuver and whether longitudinal.
-    """
+    """What the coefficients of a motion share."""
 
     instruments: dict[tuple[int, int, int, bool], FloatArray | None] = field(default_factory=dict)
+    """By maneuver, first and last sample, and whether longitudinal."""
     noise: dict[tuple[int, bool], FloatArray] = field(default_factory=dict)
+    """Covariance of bias and regressors, by maneuver and whether longitudinal."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class EquationResult:
-    """An equation, or why there is none.
-
-    Attributes
-    ----------
-    equation : Equation or None
-    unestimated : mapping of str to DerivativeEstimate
-        Derivatives without a number.
-    remarks : tuple of str
-    """
+    """An equation, or why there is none."""
 
     equation: Equation | None
     unestimated: Mapping[str, DerivativeEstimate] = field(default_factory=dict)
+    """Derivatives without a number."""
     remarks: tuple[str, ...] = ()
 
 
@@ -110,7 +97,6 @@ def build_equation(
 
     Parameters
     ----------
-    coefficient : str
     names : sequence of str
         Derivatives wanted, bias first if at all.
     fixed : mapping of str to float

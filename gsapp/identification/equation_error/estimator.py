@@ -64,8 +64,6 @@ def estimate(
 
     Parameters
     ----------
-    maneuvers : sequence of Maneuver
-    axis : {"lon", "lat", "both"}
     free : sequence of str, optional
         Derivatives to estimate; by default those of tables 6.2.5 and 6.2.6 for the surfaces moved
         as the input. The share of another surface that moved beside is then fitted, not reported.

@@ -24,50 +24,25 @@ from gsapp.quantities import FloatArray
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class ManeuverRows:
-    """The rows of one maneuver in an equation.
-
-    Attributes
-    ----------
-    rows : slice
-    segments : tuple of slice
-        Unbroken stretches, counted from the first row of the maneuver.
-    """
+    """The rows of one maneuver in an equation."""
 
     rows: slice
-    segments: tuple[slice, ...]
+    segments: tuple[slice, ...]  # Unbroken stretches, counted from the first row of the maneuver.
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Equation:
-    """y = X theta + e, sampled often enough and no more.
+    """y = X theta + e, sampled often enough and no more."""
 
-    Attributes
-    ----------
-    y : ndarray, shape (n,)
-    X : ndarray, shape (n, k)
-        Filtered as y.
-    Z : ndarray, shape (n, k)
-        Instruments; X itself for least squares.
-    names : tuple of str
-        Of the columns.
-    maneuver_rows : tuple of ManeuverRows
-        One for each maneuver.
-    dt : float
-        Between rows, s.
-    stride : int
-        Samples of the record for each row.
-    noise : ndarray, shape (k, k)
-        Covariance, per row, of white measurement noise in the columns of X.
-    """
-
-    y: FloatArray
-    X: FloatArray
-    Z: FloatArray
-    names: tuple[str, ...]
-    maneuver_rows: tuple[ManeuverRows, ...]
-    dt: float
-    stride: int
+    y: FloatArray  # Shape (n,).
+    X: FloatArray  # Shape (n, k). Filtered as y.
+    Z: FloatArray  # Shape (n, k). Instruments; X itself for least squares.
+    names: tuple[str, ...]  # Of the columns.
+    maneuver_rows: tuple[ManeuverRows, ...]  # One for each maneuver.
+    dt: float  # Between rows, s.
+    stride: int  # Samples of the record for each row.
     noise: FloatArray
+    """Shape (k, k). Covariance, per row, of white measurement noise in the columns of X."""
 
     def select_columns(self, columns: Sequence[int]) -> Equation:
         """Return the equation with these columns only."""
@@ -88,24 +63,14 @@ class Equation:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Regression:
-    """The solution of an `Equation`.
-
-    Attributes
-    ----------
-    names : tuple of str
-    values : ndarray, shape (k,)
-    covariance : ndarray, shape (k, k)
-        Colored residuals believed.
-    white_covariance : ndarray, shape (k, k)
-        Every sample of the record taken as independent: the uncorrected bound.
-    residuals : ndarray, shape (n,)
-    """
+    """The solution of an `Equation`."""
 
     names: tuple[str, ...]
-    values: FloatArray
-    covariance: FloatArray
+    values: FloatArray  # Shape (k,).
+    covariance: FloatArray  # Shape (k, k). Colored residuals believed.
     white_covariance: FloatArray
-    residuals: FloatArray
+    """Shape (k, k). Every sample of the record taken as independent: the uncorrected bound."""
+    residuals: FloatArray  # Shape (n,).
 
     @property
     def std(self) -> FloatArray:
@@ -121,7 +86,6 @@ def solve_parameters(
 
     Parameters
     ----------
-    equation : Equation
     weights : ndarray, shape (n,), optional
         One over the standard deviation of each row.
     """

@@ -33,7 +33,6 @@ def estimate_start_values(
 
     Parameters
     ----------
-    maneuvers : sequence of Maneuver
     free : sequence of str
         Derivatives.
     held, stand_ins, model, motions

@@ -39,53 +39,26 @@ from gsapp.quantities import FloatArray
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StepwiseStep:
-    """One change of the set of terms.
-
-    Attributes
-    ----------
-    action : {"added", "removed", "refused"}
-    term : str
-        A derivative or an effect id.
-    partial_f : float
-    r2 : float
-        Of the whole fit after the step.
-    press : float
-        Predicted sum of squares over that of a fit of the mean, after the step.
-    equivalent_terms : tuple of str
-        Candidates that would have served about as well.
-    why : str
-        In words.
-    """
+    """One change of the set of terms."""
 
     action: Literal["added", "removed", "refused"]
-    term: str
+    term: str  # A derivative or an effect id.
     partial_f: float
-    r2: float
-    press: float
-    equivalent_terms: tuple[str, ...]
-    why: str
+    r2: float  # Of the whole fit after the step.
+    press: float  # Predicted sum of squares over that of a fit of the mean, after the step.
+    equivalent_terms: tuple[str, ...]  # Candidates that would have served about as well.
+    why: str  # In words.
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class TermSelection:
-    """The terms that the data prove for one coefficient.
-
-    Attributes
-    ----------
-    coefficient : str
-    values : mapping of str to (float, float)
-        Chosen terms, bias first: value and honest bound.
-    steps : tuple of StepwiseStep
-        How it came to them.
-    unexcited : tuple of str
-        Candidates that these maneuvers cannot show: their variables hardly change.
-    r2 : float
-    """
+    """The terms that the data prove for one coefficient."""
 
     coefficient: str
-    values: Mapping[str, tuple[float, float]]
-    steps: tuple[StepwiseStep, ...]
+    values: Mapping[str, tuple[float, float]]  # Chosen terms, bias first: value and honest bound.
+    steps: tuple[StepwiseStep, ...]  # How it came to them.
     unexcited: tuple[str, ...]
+    """Candidates that these maneuvers cannot show: their variables hardly change."""
     r2: float
 
     @property
@@ -143,7 +116,6 @@ def select_terms(
 
     Parameters
     ----------
-    maneuvers : sequence of Maneuver
     coefficient : str
         CN, CA, CY, Cl, Cm, Cn.
     pool : mapping of str to Term, optional

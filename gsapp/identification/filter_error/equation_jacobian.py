@@ -45,18 +45,11 @@ _PITCH = POLAR_STATES.index("q")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ColumnLayout:
-    """Which column is what.
-
-    Attributes
-    ----------
-    n_states : int
-        Without heading: the first columns; `CONTROLS`, `COEFFICIENTS` and `free` follow.
-    free : tuple of str
-        Parameters of the equations.
-    """
+    """Which column is what."""
 
     n_states: int
-    free: tuple[str, ...]
+    """Without heading: the first columns; `CONTROLS`, `COEFFICIENTS` and `free` follow."""
+    free: tuple[str, ...]  # Parameters of the equations.
 
     @property
     def controls(self) -> slice:
@@ -89,31 +82,17 @@ class ColumnLayout:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class EquationJacobian:
-    """The equations at a row of samples, with their derivatives.
-
-    Attributes
-    ----------
-    layout : ColumnLayout
-    totals : ModelEvaluation
-    rates : ndarray, shape (n_states, n)
-        Of the states but heading.
-    rate_gradients : list of SparseGradient
-    force_gradients : tuple of SparseGradient
-        Of X, Y, Z.
-    mass_gradient : SparseGradient
-    cg_gradients : tuple of SparseGradient
-    position_gradients : dict of str to tuple of SparseGradient
-        Of how far instruments sit from where the aircraft file says.
-    """
+    """The equations at a row of samples, with their derivatives."""
 
     layout: ColumnLayout
     totals: ModelEvaluation
-    rates: FloatArray
+    rates: FloatArray  # Shape (n_states, n). Of the states but heading.
     rate_gradients: list[SparseGradient]
-    force_gradients: tuple[SparseGradient, SparseGradient, SparseGradient]
+    force_gradients: tuple[SparseGradient, SparseGradient, SparseGradient]  # Of X, Y, Z.
     mass_gradient: SparseGradient
     cg_gradients: tuple[SparseGradient, SparseGradient, SparseGradient]
     position_gradients: dict[str, tuple[SparseGradient, SparseGradient, SparseGradient]]
+    """Of how far instruments sit from where the aircraft file says."""
 
 
 def add_scaled(out: SparseGradient, factor: Value, slopes: SparseGradient) -> None:
@@ -142,7 +121,6 @@ def compute_jacobian(
 
     Parameters
     ----------
-    model : FlightModel
     state, inputs, values
         As in `FlightModel.totals`; arrays of shape (n,).
     free : tuple of str

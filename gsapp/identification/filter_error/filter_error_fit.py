@@ -62,27 +62,13 @@ def bias_name(flight: str, channel: str) -> str:
 
 @dataclass(slots=True, kw_only=True, eq=False)
 class FilterErrorFit:
-    """A model, its noise, and its maneuvers.
-
-    Attributes
-    ----------
-    model : Model
-    free : tuple of str
-        Free parameters: derivatives, and ``<effect id>.<parameter>``.
-    values : dict of str to float
-        Of the free parameters.
-    biases : dict of str to float
-        By `bias_name`.
-    noise : dict of str to NoiseModel
-        By flight.
-    maneuvers : list of ManeuverState
-    """
+    """A model, its noise, and its maneuvers."""
 
     model: Model
-    free: tuple[str, ...]
-    values: dict[str, float]
-    biases: dict[str, float]
-    noise: dict[str, NoiseModel]
+    free: tuple[str, ...]  # Free parameters: derivatives, and ``<effect id>.<parameter>``.
+    values: dict[str, float]  # Of the free parameters.
+    biases: dict[str, float]  # By `bias_name`.
+    noise: dict[str, NoiseModel]  # By flight.
     maneuvers: list[ManeuverState] = field(default_factory=list)
 
     # --- making ---------------------------------------------------------------------------------

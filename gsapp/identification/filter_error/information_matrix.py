@@ -17,20 +17,11 @@ from gsapp.quantities import FloatArray
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class InformationMatrix:
-    """Normal equations in named parameters.
-
-    Attributes
-    ----------
-    names : tuple of str
-    matrix : ndarray, shape (m + 1, m + 1)
-        Products of the columns, the residual last.
-    samples : float
-        Number of innovations behind it, less the degrees of freedom already spent.
-    """
+    """Normal equations in named parameters."""
 
     names: tuple[str, ...]
-    matrix: FloatArray
-    samples: float
+    matrix: FloatArray  # Shape (m + 1, m + 1). Products of the columns, the residual last.
+    samples: float  # Number of innovations behind it, less the degrees of freedom already spent.
 
     def __add__(self, other: InformationMatrix) -> InformationMatrix:
         """Return the sum; parameters that one lacks count as unseen by it."""

@@ -33,7 +33,6 @@ def instrument_output(
 
     Parameters
     ----------
-    path : PathTerms
     signal, rate : ndarray, shape (n,)
         What goes in, and its time derivative.
     dt : float
@@ -67,7 +66,6 @@ def delay_sensitivity(
 
     Parameters
     ----------
-    path : PathTerms
     signal, rate : ndarray, shape (n,)
         What goes in, and its time derivative.
     dt : float
@@ -100,7 +98,6 @@ def lead_matrix(path: PathTerms, jacobian: FloatArray) -> FloatArray | None:
 
     Parameters
     ----------
-    path : PathTerms
     jacobian : ndarray, shape (n, n_states, n_states)
         Of the equations, 1/s.
 
@@ -126,7 +123,6 @@ def visible_shares(path: PathTerms, dt: float, steps: int) -> FloatArray:
         What is late on it is left out, and what the instrument multiplies.
     dt : float
         Sample time, s.
-    steps : int
 
     Returns
     -------

@@ -19,26 +19,14 @@ _ALWAYS_FROM_RECORD = frozenset(("ax", "ay", "an"))
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class ManeuverRecord:
-    """One maneuver, ready for linearization.
-
-    Attributes
-    ----------
-    maneuver : Maneuver
-    motion : MeasuredMotion
-    dt : float
-        s.
-    channels : tuple of str
-    measured : ndarray, shape (n, n_channels)
-        SI; zero where a sample does not count.
-    valid : ndarray of bool, shape (n, n_channels)
-    """
+    """One maneuver, ready for linearization."""
 
     maneuver: Maneuver
     motion: MeasuredMotion
-    dt: float
+    dt: float  # s.
     channels: tuple[str, ...]
-    measured: FloatArray
-    valid: BoolArray
+    measured: FloatArray  # Shape (n, n_channels). SI; zero where a sample does not count.
+    valid: BoolArray  # Shape (n, n_channels).
 
     @property
     def id(self) -> str:

@@ -17,20 +17,13 @@ from gsapp.quantities import FloatArray
 
 
 class FilteredColumns(NamedTuple):
-    """Columns of a maneuver seen through its filter.
-
-    Attributes
-    ----------
-    innovations : ndarray, shape (n_blocks, n_channels, m + n_local + 1)
-        Whitened: the columns, the initial states, the residual.
-    deviations : ndarray, shape (n_blocks, n_x, m + n_local + 1)
-    n_initial_states : int
-        Number of initial states.
-    """
+    """Columns of a maneuver seen through its filter."""
 
     innovations: FloatArray
-    deviations: FloatArray
-    n_initial_states: int
+    """Shape (n_blocks, n_channels, m + n_local + 1). Whitened: the columns, the initial states, the
+    residual."""
+    deviations: FloatArray  # Shape (n_blocks, n_x, m + n_local + 1).
+    n_initial_states: int  # Number of initial states.
 
     @property
     def rows(self) -> FloatArray:
@@ -69,8 +62,6 @@ def filter_columns(
 
     Parameters
     ----------
-    own : SteadyStateFilter
-    columns : sequence of SensitivityColumn
     bias : ndarray, shape (n_channels,)
     """
     rest = own.blocks.initial_state_map

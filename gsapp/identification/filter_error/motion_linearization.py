@@ -48,74 +48,42 @@ _VARIABLES = tuple(VARIABLES)
 
 @dataclass(slots=True, kw_only=True, eq=False)
 class NominalMotion:
-    """The motion of one maneuver that a model is linearized along.
+    """The motion of one maneuver that a model is linearized along."""
 
-    Attributes
-    ----------
-    states : ndarray, shape (n_states, n)
-        `INTEGRATED_STATES`, then the model's own.
-    gust : ndarray, shape (3, n)
-        Share of V (m/s), beta and alpha (rad) that is turbulence.
-    """
-
-    states: FloatArray
-    gust: FloatArray
+    states: FloatArray  # Shape (n_states, n). `INTEGRATED_STATES`, then the model's own.
+    gust: FloatArray  # Shape (3, n). Share of V (m/s), beta and alpha (rad) that is turbulence.
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Linearization:
-    """A model near one motion.
-
-    Attributes
-    ----------
-    record : ManeuverRecord
-    paths : dict of int to PathTerms
-        Effects on the paths of channels, by the channel's place.
-    states : ndarray, shape (n_states, n)
-    transition : ndarray, shape (n - 1, n_states, n_states)
-    next_states : ndarray, shape (n_states, n - 1)
-        Where the model goes in one step from each sample.
-    sensor_inputs, sensor_input_rates : ndarray, shape (n, n_channels)
-        What the instruments are exposed to, and its time derivatives.
-    computed : ndarray, shape (n, n_channels)
-        What they make of it; without free biases.
-    output_by_state : ndarray, shape (n, n_channels, n_states)
-        What is late on their paths is left out.
-    output_by_coefficient, rate_by_coefficient : ndarray, shape (n, ..., 6)
-        Derivatives of channels and rates by CN, CA, CY, Cl, Cm, Cn.
-    output_by_control, rate_by_control : ndarray, shape (n, ..., 5)
-        By `CONTROLS`.
-    variables : dict of str to ndarray, shape (n,)
-        What terms may read.
-    output_rates : ndarray, shape (n, n_channels)
-        Time derivatives of `computed`.
-    bias_sensitivity : ndarray, shape (n, n_channels)
-        What a zero error of 1 changes; see `bias_sensitivity`.
-    inputs : ndarray, shape (8, n)
-        After the model's control paths.
-    free : tuple of str
-        Further parameters of the equations, with the derivatives of rates and channels by them:
-        `rate_by_free`, `output_by_free`, shape (n, ..., n_free).
-    """
+    """A model near one motion."""
 
     record: ManeuverRecord
-    paths: dict[int, PathTerms]
-    states: FloatArray
-    transition: FloatArray
+    paths: dict[int, PathTerms]  # Effects on the paths of channels, by the channel's place.
+    states: FloatArray  # Shape (n_states, n).
+    transition: FloatArray  # Shape (n - 1, n_states, n_states).
     next_states: FloatArray
+    """Shape (n_states, n - 1). Where the model goes in one step from each sample."""
     sensor_inputs: FloatArray
     sensor_input_rates: FloatArray
-    computed: FloatArray
+    """Shape (n, n_channels). What the instruments are exposed to, and its time derivatives."""
+    computed: FloatArray  # Shape (n, n_channels). What they make of it; without free biases.
     output_by_state: FloatArray
+    """Shape (n, n_channels, n_states). What is late on their paths is left out."""
     output_by_coefficient: FloatArray
     rate_by_coefficient: FloatArray
+    """Shape (n, ..., 6). Derivatives of channels and rates by CN, CA, CY, Cl, Cm, Cn."""
     output_by_control: FloatArray
     rate_by_control: FloatArray
-    variables: dict[str, FloatArray]
-    output_rates: FloatArray
+    """Shape (n, ..., 5). By `CONTROLS`."""
+    variables: dict[str, FloatArray]  # Shape (n,). What terms may read.
+    output_rates: FloatArray  # Shape (n, n_channels). Time derivatives of `computed`.
     bias_sensitivity: FloatArray
-    inputs: FloatArray
+    """Shape (n, n_channels). What a zero error of 1 changes; see `bias_sensitivity`."""
+    inputs: FloatArray  # Shape (8, n). After the model's control paths.
     free: tuple[str, ...]
+    """Further parameters of the equations, with the derivatives of rates and channels by them:
+    `rate_by_free`, `output_by_free`, shape (n, ..., n_free)."""
     rate_by_free: FloatArray
     output_by_free: FloatArray
 
@@ -141,10 +109,6 @@ def linearize_along(
 
     Parameters
     ----------
-    record : ManeuverRecord
-    model : FlightModel
-    values : ndarray
-    motion : NominalMotion
     free : tuple of str
         Parameters of the equations to differentiate by.
     speed_zero : float

@@ -45,8 +45,6 @@ def sensor_inputs(
 
     Parameters
     ----------
-    model : FlightModel
-    channels : sequence of str
     state : sequence
         Polar states first; arrays of shape (n,).
     found : EquationJacobian

@@ -26,18 +26,12 @@ from gsapp.quantities import FloatArray
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class SensitivityEntry:
-    """A history entering one place.
-
-    Attributes
-    ----------
-    target : str
-        A coefficient (``Cm``), a control (``de``), a channel, as ``channel.q``, or ``free.<name>``:
-        all that a free parameter of the equations changes, times the history.
-    history : ndarray, shape (n,)
-    """
+    """A history entering one place."""
 
     target: str
-    history: FloatArray
+    """A coefficient (``Cm``), a control (``de``), a channel, as ``channel.q``, or ``free.<name>``:
+    all that a free parameter of the equations changes, times the history."""
+    history: FloatArray  # Shape (n,).
 
 
 SensitivityColumn = tuple[SensitivityEntry, ...]

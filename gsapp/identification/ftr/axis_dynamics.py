@@ -57,7 +57,6 @@ def build_axis_dynamics(
 
     Parameters
     ----------
-    axis : {"lon", "lat"}
     mass : float
         At the start, kg.
     accelerometer_offset : float

@@ -25,7 +25,6 @@ class AxisRegression:
 
     Parameters
     ----------
-    axis : {"lon", "lat"}
     dt : float
         Sample time, s.
     block : int

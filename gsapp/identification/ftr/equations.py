@@ -156,7 +156,6 @@ class RegressionEquations:
     ----------
     dt : float
         Sample time, s.
-    axes : sequence of {"lon", "lat"}
     measured : collection of str, optional
         Channels that are known to be measured; by default that shows as the flight goes on.
     mass : float, optional

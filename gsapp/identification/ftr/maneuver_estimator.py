@@ -47,7 +47,6 @@ def estimate(
     ----------
     maneuvers : sequence of Maneuver
         Also of several flights, with their own aircraft and masses.
-    axis : {"lon", "lat", "both"}
     settings : FTRSettings, optional
         `gate`, `forgetting`, `record_length`, `minimum_speed` and `updates` have no part in this.
     model : Model, optional

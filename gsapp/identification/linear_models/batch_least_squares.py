@@ -21,22 +21,15 @@ from gsapp.quantities import FloatArray
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class BatchLeastSquaresResult:
-    """A model with the uncertainty of its entries.
+    """A model with the uncertainty of its entries."""
 
-    Attributes
-    ----------
-    model : LinearModel
-        Outputs are those of the signals.
-    A_std, B_std, C_std, D_std : ndarray
-        Square roots of the diagonal of (7.2.7), with the effective number of samples that the
-        filter leaves.
-    """
-
-    model: LinearModel
+    model: LinearModel  # Outputs are those of the signals.
     A_std: FloatArray
     B_std: FloatArray
     C_std: FloatArray
     D_std: FloatArray
+    """Square roots of the diagonal of (7.2.7), with the effective number of samples that the filter
+    leaves."""
 
 
 def batch_least_squares(stretches: Sequence[LinearModelSignals]) -> BatchLeastSquaresResult:

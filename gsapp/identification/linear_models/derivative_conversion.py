@@ -34,33 +34,19 @@ LATERAL_MODEL_OUTPUTS = ("ay", "beta", "p", "r", "phi")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SteadyCondition:
-    """The steady flight that a linear model belongs to.
+    """The steady flight that a linear model belongs to."""
 
-    Attributes
-    ----------
-    U1 : float
-        Airspeed, m/s.
-    alpha1, climb_angle, de1 : float
-        rad; de1 is the elevator.
-    rho : float
-        kg/m^3.
-    mass : float
-        kg.
-    stability_axes : bool
-        Whether p and r are those about stability axes, as printed in the source; gyros measure
-        them about body axes.
-    thrust_slope : float
-        Change of thrust with airspeed, N s/m.
-    """
-
-    U1: float
-    mass: float
+    U1: float  # Airspeed, m/s.
+    mass: float  # kg.
     alpha1: float = 0.0
     climb_angle: float = 0.0
     de1: float = 0.0
-    rho: float = SEA_LEVEL_DENSITY
+    """rad; de1 is the elevator."""
+    rho: float = SEA_LEVEL_DENSITY  # kg/m^3.
     stability_axes: bool = False
-    thrust_slope: float = 0.0
+    """Whether p and r are those about stability axes, as printed in the source; gyros measure them
+    about body axes."""
+    thrust_slope: float = 0.0  # Change of thrust with airspeed, N s/m.
 
     @property
     def qbar(self) -> float:
@@ -131,7 +117,6 @@ def solve_steady_flight(
 
     Parameters
     ----------
-    aircraft : Aircraft
     condition : SteadyCondition
         Its `thrust_slope` is set, and without engines its `climb_angle`.
     derivatives : mapping of str to float
@@ -179,8 +164,6 @@ def longitudinal_model(
 
     Parameters
     ----------
-    aircraft : Aircraft
-    condition : SteadyCondition
     derivatives : mapping of str to float
         ``CN_alpha CN_q CN_de CA_alpha CA_q CA_de Cm_alpha Cm_q Cm_de``, those left out are zero.
         ``CL1`` and ``CD1`` are the steady coefficients (`solve_steady_flight`); CL1 follows from
@@ -247,8 +230,6 @@ def lateral_model(
 
     Parameters
     ----------
-    aircraft : Aircraft
-    condition : SteadyCondition
     derivatives : mapping of str to float
         ``CY_beta CY_p CY_r CY_da CY_dr``, likewise ``Cl_`` and ``Cn_``; those left out are zero.
 
@@ -300,8 +281,6 @@ def longitudinal_derivatives(
 
     Parameters
     ----------
-    aircraft : Aircraft
-    condition : SteadyCondition
     model : LinearModel
         With at least the states alpha and q, and the input de. V adds the drag rows.
 

@@ -14,17 +14,10 @@ from gsapp.quantities import FloatArray
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class InputOutputRecord:
-    """One stretch without a gap, about its own level.
+    """One stretch without a gap, about its own level."""
 
-    Attributes
-    ----------
-    inputs : ndarray, shape (n, n_inputs)
-    outputs : ndarray, shape (n, n_outputs)
-        Small changes, SI; none missing.
-    """
-
-    inputs: FloatArray
-    outputs: FloatArray
+    inputs: FloatArray  # Shape (n, n_inputs).
+    outputs: FloatArray  # Shape (n, n_outputs). Small changes, SI; none missing.
 
     def __len__(self) -> int:
         """Return the number of samples."""
@@ -33,23 +26,15 @@ class InputOutputRecord:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class DiscreteModel:
-    """x[k+1] = A x[k] + B u[k] + K e[k], y[k] = C x[k] + D u[k] + e[k].
-
-    Attributes
-    ----------
-    A, B, C, D : ndarray
-    K : ndarray, shape (n_states, n_outputs)
-        Gain of the innovations; zero for a model of output error.
-    dt : float
-        Sample time, s.
-    """
+    """x[k+1] = A x[k] + B u[k] + K e[k], y[k] = C x[k] + D u[k] + e[k]."""
 
     A: FloatArray
     B: FloatArray
     C: FloatArray
     D: FloatArray
     K: FloatArray
-    dt: float
+    """Shape (n_states, n_outputs). Gain of the innovations; zero for a model of output error."""
+    dt: float  # Sample time, s.
 
     @property
     def order(self) -> int:

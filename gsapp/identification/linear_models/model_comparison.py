@@ -50,22 +50,13 @@ DRAG_DERIVATIVES = ("CA_0", "CA_alpha")
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class EvaluatedModel:
-    """One linear model and how it did.
+    """One linear model and how it did."""
 
-    Attributes
-    ----------
-    model : LinearModel
-        Continuous, SI.
-    rms_over_range_pct : mapping of str to float
-        Over the whole of the flight it was judged on, by output.
-    by_maneuver_pct : mapping of str to float
-        The same over its maneuvers alone, each with a level and a start of its own.
-    remarks : tuple of str
-    """
-
-    model: LinearModel
+    model: LinearModel  # Continuous, SI.
     rms_over_range_pct: Mapping[str, float]
+    """Over the whole of the flight it was judged on, by output."""
     by_maneuver_pct: Mapping[str, float]
+    """The same over its maneuvers alone, each with a level and a start of its own."""
     remarks: tuple[str, ...] = ()
 
 
@@ -173,7 +164,6 @@ def evaluate_linear_models(
         Maneuvers of the other flight.
     whole : Maneuver
         All of the other flight from its first to its last maneuver.
-    axis : {"lon", "lat"}
     derivatives : mapping of str to float
         Means of the maximum likelihood estimates over `fitted`.
     order : int, optional
@@ -206,19 +196,10 @@ def evaluate_linear_models(
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class FittedModel:
-    """A linear model as it is reported and as it is driven.
+    """A linear model as it is reported and as it is driven."""
 
-    Attributes
-    ----------
-    model : LinearModel
-        Continuous, SI, all states.
-    simulated_model : LinearModel
-        What is simulated: without the states that a pilot flies.
-    remarks : tuple of str
-    """
-
-    model: LinearModel
-    simulated_model: LinearModel
+    model: LinearModel  # Continuous, SI, all states.
+    simulated_model: LinearModel  # What is simulated: without the states that a pilot flies.
     remarks: tuple[str, ...] = ()
 
     def discretized(self, dt: float) -> DiscreteModel:
@@ -237,8 +218,6 @@ def fit_models(
 
     Parameters
     ----------
-    fitted : sequence of Maneuver
-    axis : {"lon", "lat"}
     derivatives : mapping of str to float
         Means of the maximum likelihood estimates over `fitted`.
     order : int, optional
@@ -297,8 +276,6 @@ def simulate_outputs(
 
     Parameters
     ----------
-    model : DiscreteModel
-    one : LinearModelSignals
     own_start : bool
         Whether the level and the motion that the stretch began with are given; else the level
         alone.
@@ -333,7 +310,6 @@ def errors_over_range(z: FloatArray, y: FloatArray, names: Sequence[str]) -> dic
     ----------
     z, y : ndarray, shape (n, len(names))
         Measured and computed.
-    names : sequence of str
     """
     found = {}
     for column, name in enumerate(names):

@@ -24,22 +24,13 @@ IndexArray = npt.NDArray[np.int64]
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class PredictionErrorResult:
-    """A refined model.
-
-    Attributes
-    ----------
-    model : DiscreteModel
-    initial_states : tuple of ndarray, shape (n_states,)
-    cost_before, cost : float
-        Mean square of the scaled prediction errors.
-    iterations : int
-    converged : bool
-    """
+    """A refined model."""
 
     model: DiscreteModel
-    initial_states: tuple[FloatArray, ...]
+    initial_states: tuple[FloatArray, ...]  # Shape (n_states,).
     cost_before: float
     cost: float
+    """Mean square of the scaled prediction errors."""
     iterations: int
     converged: bool
 
@@ -55,7 +46,6 @@ def refine_by_prediction_error(
 
     Parameters
     ----------
-    records : sequence of InputOutputRecord
     model : DiscreteModel
         Where to start from, such as
         `gsapp.identification.linear_models.subspace.identify_subspace_model` gives.

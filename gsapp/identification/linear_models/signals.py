@@ -32,23 +32,15 @@ LINEAR_OUTPUTS: Mapping[LinearAxis, tuple[str, ...]] = {
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class LinearModelSignals:
-    """One stretch without a missing sample.
-
-    Attributes
-    ----------
-    maneuver : str
-    times : ndarray, shape (n,)
-    states, inputs, outputs : ndarray, shape (n, ...)
-        As measured, SI; flow angles at the center of gravity, accelerations where the instrument
-        sits.
-    state_names, input_names, output_names : tuple of str
-    """
+    """One stretch without a missing sample."""
 
     maneuver: str
-    times: FloatArray
+    times: FloatArray  # Shape (n,).
     states: FloatArray
     inputs: FloatArray
     outputs: FloatArray
+    """Shape (n, ...). As measured, SI; flow angles at the center of gravity, accelerations where
+    the instrument sits."""
     state_names: tuple[str, ...]
     input_names: tuple[str, ...]
     output_names: tuple[str, ...]

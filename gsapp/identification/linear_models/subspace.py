@@ -23,22 +23,14 @@ from gsapp.quantities import FloatArray
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class SubspaceResult:
-    """A model and what its order was chosen from.
-
-    Attributes
-    ----------
-    model : DiscreteModel
-    singular_values : ndarray
-        Of the weighted projection, largest first: canonical correlations of past and future.
-    order : int
-    initial_states : tuple of ndarray, shape (n_states,)
-        State at the first sample of each record.
-    """
+    """A model and what its order was chosen from."""
 
     model: DiscreteModel
     singular_values: FloatArray
+    """Of the weighted projection, largest first: canonical correlations of past and future."""
     order: int
     initial_states: tuple[FloatArray, ...]
+    """Shape (n_states,). State at the first sample of each record."""
 
 
 def identify_subspace_model(
@@ -131,20 +123,11 @@ def _split_in_halves(
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class _Projection:
-    """The projection of future outputs onto the past, in its singular directions.
+    """The projection of future outputs onto the past, in its singular directions."""
 
-    Attributes
-    ----------
-    left : ndarray
-        Left singular vectors times the weight.
-    singular_values : ndarray
-    width : int
-        Number of outputs.
-    """
-
-    left: FloatArray
+    left: FloatArray  # Left singular vectors times the weight.
     singular_values: FloatArray
-    width: int
+    width: int  # Number of outputs.
 
     @classmethod
     def of(cls, records: Sequence[InputOutputRecord], block: int) -> _Projection:

@@ -48,7 +48,6 @@ def estimate(
     ----------
     maneuvers : sequence of Maneuver
         Of one or several flights, each with its own aircraft, mass and weights.
-    settings : MLSettings
     assumed : mapping of str to AssumedConstant
         Constants for channels that were not measured; their error goes into the bounds, by a fit
         with each of them moved.

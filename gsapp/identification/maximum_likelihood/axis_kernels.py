@@ -711,8 +711,6 @@ def build_axis_kernel(
 
     Parameters
     ----------
-    model : FlightModel
-    axis : {"lon", "lat", "both"}
     states, responses : sequence of str
         Active ones.
     free : sequence of str

@@ -23,23 +23,13 @@ from gsapp.quantities import FloatArray
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Forcing:
-    """What drives the equations at a row of instants.
+    """What drives the equations at a row of instants."""
 
-    Attributes
-    ----------
-    states : ndarray, shape (9, n)
-        Measured polar states; the rows of active ones are ignored.
-    inputs : ndarray, shape (8, n)
-    path_derivatives : ndarray, shape (3, n_path, n), or None
-        Derivatives of de, da, dr by the free parameters of control paths.
-    precomputed : ndarray, shape (n_rows, n)
-        What a kernel works out beforehand.
-    """
-
-    states: FloatArray
-    inputs: FloatArray
+    states: FloatArray  # Shape (9, n). Measured polar states; the rows of active ones are ignored.
+    inputs: FloatArray  # Shape (8, n).
     path_derivatives: FloatArray | None
-    precomputed: FloatArray
+    """Shape (3, n_path, n). Derivatives of de, da, dr by the free parameters of control paths."""
+    precomputed: FloatArray  # Shape (n_rows, n). What a kernel works out beforehand.
 
     def select_instants(self, which: slice) -> Forcing:
         """Return a row of these instants."""
@@ -59,18 +49,11 @@ class GradientFactor(NamedTuple):
     The rate of state `row` has the derivatives ``factor * basis`` by the parameters of `columns`,
     for each pair of `factors`. What carries them through a step is so multiplied with the factors
     alone, once for all these parameters.
-
-    Attributes
-    ----------
-    columns : slice
-        Of the free parameters.
-    factors : tuple of (int, ndarray of shape (n,))
-    basis : ndarray, shape (n_columns, n)
     """
 
-    columns: slice
-    factors: tuple[tuple[int, FloatArray], ...]
-    basis: FloatArray
+    columns: slice  # Of the free parameters.
+    factors: tuple[tuple[int, FloatArray], ...]  # Shape (n,).
+    basis: FloatArray  # Shape (n_columns, n).
 
 
 Gradient = FloatArray | list[GradientFactor]
@@ -82,19 +65,15 @@ class Kernel(ABC):
 
     Attributes
     ----------
-    state_names : tuple of str
-        Active states, those of terms last.
-    responses : tuple of str
-    free : tuple of str
-        Free parameters of the equations and of control paths: the columns of derivatives.
     jacobian_is_expensive : bool
         Whether derivatives by the states cost much more than the rates themselves.
     """
 
     jacobian_is_expensive = False
-    state_names: tuple[str, ...]
+    state_names: tuple[str, ...]  # Active states, those of terms last.
     responses: tuple[str, ...]
     free: tuple[str, ...]
+    """Free parameters of the equations and of control paths: the columns of derivatives."""
 
     @abstractmethod
     def build_forcing(
@@ -148,10 +127,8 @@ class GeneralKernel(Kernel):
 
     Parameters
     ----------
-    model : FlightModel
     states : sequence of str
         Active polar states; the states of terms are always active.
-    responses : sequence of str
     free : sequence of str
         Of ``model.parameter_names``.
     path_free : sequence of str

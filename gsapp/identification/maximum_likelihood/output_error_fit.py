@@ -212,7 +212,6 @@ def simulate(
 
     Parameters
     ----------
-    maneuver : Maneuver
     values : mapping of str to float
         Derivatives and parameters of effects; what is left out takes the model's value.
     settings : MLSettings

@@ -74,18 +74,13 @@ _DIVERGENCE_LIMITS = {"V": 1e3, "alpha": 1.5, "beta": 1.5, "theta": 1.56}
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class GlobalParameters:
-    """Global parameters of a fit.
-
-    Attributes
-    ----------
-    equations, paths, sensors : tuple of str
-        Free ones in the equations; on the paths of inputs, their sensors' included; on the sensor
-        paths of responses.
-    """
+    """Global parameters of a fit."""
 
     equations: tuple[str, ...]
     paths: tuple[str, ...]
     sensors: tuple[str, ...]
+    """Free ones in the equations; on the paths of inputs, their sensors' included; on the sensor
+    paths of responses."""
 
     @property
     def all(self) -> tuple[str, ...]:
@@ -95,37 +90,21 @@ class GlobalParameters:
 
 @dataclass(slots=True, kw_only=True, eq=False)
 class ManeuverSegment:
-    """A stretch of contiguous samples with its own initial states, and its latest trajectory.
+    """A stretch of contiguous samples with its own initial states, and its latest trajectory."""
 
-    Attributes
-    ----------
-    sample_slice : slice
-        Of the maneuver's samples.
-    measured : ndarray, shape (n_responses, n)
-        Zero where a sample does not count.
-    valid : ndarray of bool, same shape
-    complete : bool
-        Whether all samples count.
-    forcing : SegmentForcing
-    x, y, S, Phi : ndarray or None
-        States, responses, sensitivities and derivatives of the steps at the last accepted point.
-    trial : tuple of ndarray or None
-        States and responses being tried.
-    rest_derivatives : ndarray or None
-        Derivatives of the settled states of terms by the polar ones, at the first sample.
-    """
-
-    sample_slice: slice
-    measured: FloatArray
+    sample_slice: slice  # Of the maneuver's samples.
+    measured: FloatArray  # Shape (n_responses, n). Zero where a sample does not count.
     valid: BoolArray
-    complete: bool
+    complete: bool  # Whether all samples count.
     forcing: SegmentForcing
     x: FloatArray
     y: FloatArray | None = None
     S: FloatArray | None = None
     Phi: FloatArray | None = None
-    trial: tuple[FloatArray, FloatArray] | None = None
+    """States, responses, sensitivities and derivatives of the steps at the last accepted point."""
+    trial: tuple[FloatArray, FloatArray] | None = None  # States and responses being tried.
     rest_derivatives: FloatArray | None = None
+    """Derivatives of the settled states of terms by the polar ones, at the first sample."""
 
 
 @dataclass(slots=True, kw_only=True, eq=False)
@@ -417,20 +396,11 @@ class ManeuverProblem:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class EstimationProblem:
-    """All maneuvers of a fit.
-
-    Attributes
-    ----------
-    names : GlobalParameters
-    parts : tuple of ManeuverProblem
-    unexcited : mapping of str to str
-        Derivatives taken out of the free set, each with why.
-    remarks : tuple of str
-    """
+    """All maneuvers of a fit."""
 
     names: GlobalParameters
     parts: tuple[ManeuverProblem, ...]
-    unexcited: Mapping[str, str]
+    unexcited: Mapping[str, str]  # Derivatives taken out of the free set, each with why.
     remarks: tuple[str, ...]
 
     @property

@@ -65,8 +65,6 @@ def build_problem(
 
     Parameters
     ----------
-    maneuvers : sequence of Maneuver
-    settings : MLSettings
     piece : float, optional
         Cut every segment into pieces of this length, s, each started from measurement.
     motions : sequence of MeasuredMotion, optional

@@ -21,38 +21,22 @@ from gsapp.quantities import FloatArray
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class ManeuverResiduals:
-    """One maneuver of a solution.
-
-    Attributes
-    ----------
-    maneuver : str
-    times : ndarray, shape (n,)
-        s; only samples of its segments.
-    responses : tuple of str
-    measured, computed : ndarray, shape (n, n_responses)
-        NaN in `measured` where a sample does not count.
-    weights : ndarray, shape (n_responses, n_responses)
-        W: the inverse of the noise covariance; where the user gave weights, those, scaled to the
-        noise there is.
-    segments : tuple of slice
-        Stretches of contiguous samples.
-    sensitivities : ndarray, shape (n, n_responses, n_columns)
-    columns : ndarray of int, shape (n_columns,)
-        Where each column stands among the solution's `names`.
-    whiteness : tuple of Whiteness
-        Of the residuals of each response.
-    """
+    """One maneuver of a solution."""
 
     maneuver: str
-    times: FloatArray
+    times: FloatArray  # Shape (n,). s; only samples of its segments.
     responses: tuple[str, ...]
     measured: FloatArray
     computed: FloatArray
+    """Shape (n, n_responses). NaN in `measured` where a sample does not count."""
     weights: FloatArray
-    segments: tuple[slice, ...]
-    sensitivities: FloatArray
+    """Shape (n_responses, n_responses). W: the inverse of the noise covariance; where the user gave
+    weights, those, scaled to the noise there is."""
+    segments: tuple[slice, ...]  # Stretches of contiguous samples.
+    sensitivities: FloatArray  # Shape (n, n_responses, n_columns).
     columns: np.ndarray[tuple[int], np.dtype[np.intp]]
-    whiteness: tuple[Whiteness, ...]
+    """Shape (n_columns,). Where each column stands among the solution's `names`."""
+    whiteness: tuple[Whiteness, ...]  # Of the residuals of each response.
 
     @property
     def residuals(self) -> FloatArray:

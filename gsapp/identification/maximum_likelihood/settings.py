@@ -37,20 +37,11 @@ class MLSettings(FitSettings):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FitProgress:
-    """How far a fit has come.
-
-    Attributes
-    ----------
-    iteration : int
-    cost : float
-        Mean square of the weighted residuals, over that at the start.
-    change : float
-        Share of the cost that the last step promised to take off.
-    """
+    """How far a fit has come."""
 
     iteration: int
-    cost: float
-    change: float
+    cost: float  # Mean square of the weighted residuals, over that at the start.
+    change: float  # Share of the cost that the last step promised to take off.
 
 
 FitProgressCallback = Callable[[FitProgress], bool | None]

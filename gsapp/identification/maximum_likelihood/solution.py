@@ -41,29 +41,18 @@ from gsapp.quantities import FloatArray
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class MLSolution:
-    """A finished fit with all that bounds, tests and predictions need.
-
-    Attributes
-    ----------
-    settings : MLSettings
-    names : tuple of str
-        All unknowns: derivatives, parameters of effects, then initial states, biases, scale
-        factors and time shifts of each maneuver.
-    values : ndarray, shape (n_names,)
-    information : ndarray, shape (n_names, n_names)
-        sum S'WS, plus W2.
-    covariance, cramer_rao : ndarray, shape (n_names, n_names)
-        Honest, and uncorrected. Infinite variances where the data do not see a parameter.
-    parts : tuple of ManeuverResiduals
-    estimate : Estimate
-    """
+    """A finished fit with all that bounds, tests and predictions need."""
 
     settings: MLSettings
     names: tuple[str, ...]
-    values: FloatArray
-    information: FloatArray
+    """All unknowns: derivatives, parameters of effects, then initial states, biases, scale factors
+    and time shifts of each maneuver."""
+    values: FloatArray  # Shape (n_names,).
+    information: FloatArray  # Shape (n_names, n_names). sum S'WS, plus W2.
     covariance: FloatArray
     cramer_rao: FloatArray
+    """Shape (n_names, n_names). Honest, and uncorrected. Infinite variances where the data do not
+    see a parameter."""
     parts: tuple[ManeuverResiduals, ...]
     estimate: Estimate
 

@@ -31,60 +31,32 @@ class DivergedError(FlightError):
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class FitPoint:
-    """Where a fit stands.
+    """Where a fit stands."""
 
-    Attributes
-    ----------
-    unknowns : ndarray, shape (n_unknowns,)
-    residuals : list of list of ndarray
-        By maneuver and segment, shape (n_responses, n).
-    noise : list of ndarray
-        Covariance of the residuals, by maneuver, shape (n_responses, n_responses); diagonal
-        unless the settings ask for all of it.
-    cost : float
-        What is minimized.
-    """
-
-    unknowns: FloatArray
-    residuals: list[list[FloatArray]]
+    unknowns: FloatArray  # Shape (n_unknowns,).
+    residuals: list[list[FloatArray]]  # By maneuver and segment, shape (n_responses, n).
     noise: list[FloatArray]
-    cost: float
+    """Covariance of the residuals, by maneuver, shape (n_responses, n_responses); diagonal unless
+    the settings ask for all of it."""
+    cost: float  # What is minimized.
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class SolverResult:
-    """Where a fit ended.
-
-    Attributes
-    ----------
-    point : FitPoint
-    information : ndarray, shape (n_unknowns, n_unknowns)
-        sum S'WS + W2 of the last linearization.
-    sensitivities : list of list of ndarray
-        By maneuver and segment, shape (n_responses, n_global + n_local, n).
-    iterations : int
-    converged : bool
-    message : str
-        Why it ended, in words.
-    """
+    """Where a fit ended."""
 
     point: FitPoint
     information: FloatArray
+    """Shape (n_unknowns, n_unknowns). sum S'WS + W2 of the last linearization."""
     sensitivities: list[list[FloatArray]]
+    """By maneuver and segment, shape (n_responses, n_global + n_local, n)."""
     iterations: int
     converged: bool
-    message: str
+    message: str  # Why it ended, in words.
 
 
 class Solver:
-    """Minimizes the cost of a problem.
-
-    Parameters
-    ----------
-    problem : EstimationProblem
-    settings : MLSettings
-    progress : callable, optional
-    """
+    """Minimizes the cost of a problem."""
 
     def __init__(
         self,

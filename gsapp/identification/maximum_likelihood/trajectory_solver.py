@@ -127,13 +127,7 @@ def _accumulate_gradient(carrier: FloatArray | None, gradient: Gradient, total: 
 
 
 class TrajectorySolver:
-    """Steps, trajectories and sensitivities with one kernel.
-
-    Parameters
-    ----------
-    kernel : Kernel
-    integration : {"rk4", "euler"}
-    """
+    """Steps, trajectories and sensitivities with one kernel."""
 
     def __init__(self, kernel: Kernel, integration: IntegrationMethod) -> None:
         self.kernel = kernel

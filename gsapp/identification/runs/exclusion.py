@@ -18,7 +18,6 @@ def exclude_maneuvers(outcome: RunOutcome, maneuvers: Collection[str]) -> RunOut
 
     Parameters
     ----------
-    outcome : RunOutcome
     maneuvers : collection of str
         Ids as in its result; empty takes all of them in.
     """

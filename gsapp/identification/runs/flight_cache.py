@@ -40,17 +40,10 @@ class FlightOpenRequest:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class CachedFlight:
-    """An open flight.
-
-    Attributes
-    ----------
-    opened : OpenedFlight
-    file : InputFile
-        With its sum when it was read.
-    """
+    """An open flight."""
 
     opened: OpenedFlight
-    file: InputFile
+    file: InputFile  # With its sum when it was read.
 
 
 @dataclass(slots=True, kw_only=True, eq=False)
@@ -78,7 +71,6 @@ class FlightCache:
 
         Parameters
         ----------
-        opening : FlightOpenRequest
         doing : callable, optional
             Told what is being done, in words.
 
@@ -102,14 +94,12 @@ class FlightCache:
 
         Parameters
         ----------
-        opening : FlightOpenRequest
         windows : tuple of str
             ``START:STOP`` in place of what would be found.
         as_found : bool
             Whether to leave out what was changed by hand.
         latest : bool
             Whether changes by hand since the last call matter.
-        doing : callable, optional
 
         Raises
         ------

@@ -24,26 +24,14 @@ StatusCallback = Callable[[str], object]
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class FlightSelection:
-    """The maneuvers of one flight of a run.
+    """The maneuvers of one flight of a run."""
 
-    Attributes
-    ----------
-    cut : tuple of Maneuver
-        To be used.
-    detected : tuple of DetectedManeuver
-        The same, as they stand in the flight.
-    stored : tuple of DetectedManeuver
-        What a catalog is told of: all of the flight, or those that were named.
-    remarks : tuple of str
-    no_maneuvers_text : str
-        Why none was cut; empty where one was.
-    """
-
-    cut: tuple[Maneuver, ...]
-    detected: tuple[DetectedManeuver, ...]
+    cut: tuple[Maneuver, ...]  # To be used.
+    detected: tuple[DetectedManeuver, ...]  # The same, as they stand in the flight.
     stored: tuple[DetectedManeuver, ...]
+    """What a catalog is told of: all of the flight, or those that were named."""
     remarks: tuple[str, ...]
-    no_maneuvers_text: str = ""
+    no_maneuvers_text: str = ""  # Why none was cut; empty where one was.
 
 
 def select_maneuvers(
@@ -55,8 +43,6 @@ def select_maneuvers(
     ----------
     request : RunRequest
         With whole paths.
-    flights : FlightCache
-    doing : callable, optional
 
     Raises
     ------

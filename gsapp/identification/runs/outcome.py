@@ -20,42 +20,23 @@ SAME_SAMPLES_TEXT: Final = "the same samples stand in"
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class RunOutcome:
-    """One estimation, done.
+    """One estimation, done."""
 
-    Attributes
-    ----------
-    request : RunRequest
-        With the maneuvers that were used.
-    aircraft : str
-        Name of the one that flew.
-    result : CampaignResult
-        Maneuver ids begin with the flight's number where there are several, ``2:M4``.
-    summary : CampaignSummary
-    models : mapping of str to LinearModel
-        Linear models with the means, by axis; may be empty.
-    remarks : tuple of str
-        What is suspicious about the aircraft, of reading the flights, and why there is no linear
-        model.
-    number : int or None
-        In the catalog; None where it was not kept.
-    inputs : tuple of InputFile
-        Flights and files that went in, with their sums when they were read.
-    versions : mapping of str to str
-        Of the program and what shapes its numbers.
-    flights : tuple of FlightEntry
-        What a catalog keeps of the flights.
-    uncalibrated : tuple of str
-        Which inputs and answers of the flights were volts only, in words.
-    """
-
-    request: RunRequest
-    aircraft: str
+    request: RunRequest  # With the maneuvers that were used.
+    aircraft: str  # Name of the one that flew.
     result: CampaignResult
+    """Maneuver ids begin with the flight's number where there are several, ``2:M4``."""
     summary: CampaignSummary
     models: Mapping[LinearAxis, LinearModel] = field(default_factory=dict)
+    """Linear models with the means, by axis; may be empty."""
     remarks: tuple[str, ...] = ()
-    number: int | None = None
+    """What is suspicious about the aircraft, of reading the flights, and why there is no linear
+    model."""
+    number: int | None = None  # In the catalog; None where it was not kept.
     inputs: tuple[InputFile, ...] = ()
+    """Flights and files that went in, with their sums when they were read."""
     versions: Mapping[str, str] = field(default_factory=dict)
-    flights: tuple[FlightEntry, ...] = ()
+    """Of the program and what shapes its numbers."""
+    flights: tuple[FlightEntry, ...] = ()  # What a catalog keeps of the flights.
     uncalibrated: tuple[str, ...] = ()
+    """Which inputs and answers of the flights were volts only, in words."""

@@ -13,34 +13,20 @@ from gsapp.identification.campaign import CampaignSettings
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SelectedManeuver:
-    """A maneuver to estimate from, with its edges as they are now.
-
-    Attributes
-    ----------
-    flight : Path
-        One of the request's flights.
-    id : str
-        Within its flight.
-    t_start, t_end : float
-        First and last sample, s of flight time.
-    inputs : tuple of str
-        Surfaces moved, of ``de``, ``da``, ``dr``.
-    kind : str
-        ``doublet`` ...
-    found : DetectedManeuver or None
-        All that is known of it, where it is at hand: for the catalog, which wants its grade. It
-        changes no number, and is not kept with a run.
-    """
+    """A maneuver to estimate from, with its edges as they are now."""
 
     __pydantic_config__ = ConfigDict(extra="forbid")
 
-    flight: Path
-    id: str
+    flight: Path  # One of the request's flights.
+    id: str  # Within its flight.
     t_start: float
     t_end: float
-    inputs: tuple[str, ...]
-    kind: str = ""
+    """First and last sample, s of flight time."""
+    inputs: tuple[str, ...]  # Surfaces moved, of ``de``, ``da``, ``dr``.
+    kind: str = ""  # ``doublet`` ...
     found: DetectedManeuver | None = field(default=None, compare=False, repr=False)
+    """All that is known of it, where it is at hand: for the catalog, which wants its grade. It
+    changes no number, and is not kept with a run."""
 
 
 class RunRequest(CampaignSettings):

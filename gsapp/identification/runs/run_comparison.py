@@ -27,25 +27,16 @@ class SettingDifference:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ValueDifference:
-    """A derivative of two runs.
-
-    Attributes
-    ----------
-    name : str
-    one, other : CampaignValue or None
-        None where the run did not earn it.
-    difference : float or None
-        Of the means, the other's less the one's.
-    in_bounds : float or None
-        The difference over the root of the sum of both variances. Runs that share maneuvers share
-        their noise as well: they should then differ by less than 1.
-    """
+    """A derivative of two runs."""
 
     name: str
     one: CampaignValue | None
     other: CampaignValue | None
-    difference: float | None = None
+    """None where the run did not earn it."""
+    difference: float | None = None  # Of the means, the other's less the one's.
     in_bounds: float | None = None
+    """The difference over the root of the sum of both variances. Runs that share maneuvers share
+    their noise as well: they should then differ by less than 1."""
 
     @property
     def differs(self) -> bool:
@@ -57,25 +48,14 @@ class ValueDifference:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RunComparison:
-    """Two runs beside each other.
-
-    Attributes
-    ----------
-    one, other : str
-        Their names.
-    settings : tuple of SettingDifference
-        Those that differ, flights and maneuvers among them.
-    values : tuple of ValueDifference
-        In the order of the build-up.
-    versions : tuple of str
-        What differs, in words.
-    """
+    """Two runs beside each other."""
 
     one: str
     other: str
-    settings: tuple[SettingDifference, ...]
-    values: tuple[ValueDifference, ...]
-    versions: tuple[str, ...] = ()
+    """Their names."""
+    settings: tuple[SettingDifference, ...]  # Those that differ, flights and maneuvers among them.
+    values: tuple[ValueDifference, ...]  # In the order of the build-up.
+    versions: tuple[str, ...] = ()  # What differs, in words.
 
 
 def compare_runs(
@@ -85,7 +65,6 @@ def compare_runs(
 
     Parameters
     ----------
-    one, other : StoredRun
     means : {"values", "campaign"}
         Which of their means.
 

@@ -45,7 +45,6 @@ def execute_run(
 
     Parameters
     ----------
-    request : RunRequest
     flights : FlightCache, optional
         Flights that are open already; those of this run are open there afterwards.
     doing : callable, optional

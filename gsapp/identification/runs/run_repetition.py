@@ -24,20 +24,13 @@ _STORED_ROLES = frozenset({"model", "weights"})
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class RepeatedRun:
-    """A run done again.
-
-    Attributes
-    ----------
-    outcome : RunOutcome
-    is_identical : bool
-        Whether every value and bound of every maneuver is the same to the last bit.
-    differences : tuple of str
-        Files and versions that changed since, and values that differ, in words.
-    """
+    """A run done again."""
 
     outcome: RunOutcome
     is_identical: bool
+    """Whether every value and bound of every maneuver is the same to the last bit."""
     differences: tuple[str, ...]
+    """Files and versions that changed since, and values that differ, in words."""
 
 
 def repeat_run(
@@ -52,8 +45,6 @@ def repeat_run(
 
     Parameters
     ----------
-    catalog : Catalog
-    number : int
     flights, doing, progress
         As for `execute_run`.
 

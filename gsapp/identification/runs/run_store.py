@@ -37,63 +37,33 @@ from gsapp.identification.runs.settings_text import describe_settings
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StoredRun:
-    """A run in the catalog.
-
-    Attributes
-    ----------
-    number : int
-    label : str
-        What the user calls it; may be empty.
-    created_at : datetime
-    method : {"ml", "ee", "ftr"}
-    axis : {"lon", "lat", "both"}
-    aircraft : str
-    flights : tuple of str
-        Names.
-    maneuver_count : int
-        Of the maneuvers that were fitted, well or not.
-    settings : mapping of str to str
-        All of them in words.
-    values : mapping of str to CampaignValue
-        Means as in the report: values that lie far off are left out, and what values scatter
-        beyond their bounds is in the weights.
-    campaign : mapping of str to CampaignValue
-        Means weighted by the bounds alone, as `gsapp estimate` gives them. A run that was kept
-        before these were has those of the report.
-    failures : mapping of str to str
-        Why, by id of the maneuver that gave nothing.
-    outlying_maneuvers : tuple of str
-        Maneuvers whose values lie far off in several derivatives.
-    bounds_ratio : float or None
-        Scatter over bounds, 1 if they are honest; None where nothing was flown three times.
-    remarks : tuple of str
-    inputs : tuple of InputFile
-    versions : mapping of str to str
-    content : mapping
-        Its request as the catalog holds it.
-    folder : Path
-        Of the catalog.
-    """
+    """A run in the catalog."""
 
     number: int
-    label: str
+    label: str  # What the user calls it; may be empty.
     created_at: datetime
     method: str
     axis: str
     aircraft: str
-    flights: tuple[str, ...]
-    maneuver_count: int
-    settings: Mapping[str, str]
+    flights: tuple[str, ...]  # Names.
+    maneuver_count: int  # Of the maneuvers that were fitted, well or not.
+    settings: Mapping[str, str]  # All of them in words.
     values: Mapping[str, CampaignValue]
+    """Means as in the report: values that lie far off are left out, and what values scatter beyond
+    their bounds is in the weights."""
     campaign: Mapping[str, CampaignValue]
-    failures: Mapping[str, str]
+    """Means weighted by the bounds alone, as `gsapp estimate` gives them. A run that was kept
+    before these were has those of the report."""
+    failures: Mapping[str, str]  # Why, by id of the maneuver that gave nothing.
     outlying_maneuvers: tuple[str, ...]
+    """Maneuvers whose values lie far off in several derivatives."""
     bounds_ratio: float | None
+    """Scatter over bounds, 1 if they are honest; None where nothing was flown three times."""
     remarks: tuple[str, ...]
     inputs: tuple[InputFile, ...]
     versions: Mapping[str, str]
-    content: Mapping[str, Any]
-    folder: Path
+    content: Mapping[str, Any]  # Its request as the catalog holds it.
+    folder: Path  # Of the catalog.
 
     @property
     def name(self) -> str:
@@ -118,11 +88,6 @@ def save_run(catalog: Catalog, outcome: RunOutcome) -> int:
     Its flights and maneuvers are stored with it. Where the run used all that stands in a flight,
     these are then the maneuvers of that flight; otherwise those that the catalog has stay as they
     are.
-
-    Parameters
-    ----------
-    catalog : Catalog
-    outcome : RunOutcome
 
     Raises
     ------
@@ -154,7 +119,6 @@ def update_run_means(catalog: Catalog, outcome: RunOutcome) -> None:
 
     Parameters
     ----------
-    catalog : Catalog
     outcome : RunOutcome
         With its number.
 

@@ -26,7 +26,6 @@ def describe_settings(request: RunRequest, *, digits: int = _DIGITS) -> dict[str
 
     Parameters
     ----------
-    request : RunRequest
     digits : int
         Significant digits of numbers.
     """

@@ -78,26 +78,14 @@ def invert_information(H: FloatArray) -> FloatArray:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class ManeuverFitData:
-    """One maneuver of a fit.
+    """One maneuver of a fit."""
 
-    Attributes
-    ----------
-    S : ndarray, shape (n, n_responses, m)
-        By the parameters that this maneuver knows.
-    v : ndarray, shape (n, n_responses)
-        Residuals, NaN where a sample does not count.
-    W : ndarray, shape (n_responses, n_responses)
-    columns : ndarray of int, shape (m,), optional
-        Which parameters of the fit those are; the first m by default.
-    segments : sequence of slice, optional
-        Stretches of contiguous samples.
-    """
-
-    S: FloatArray
-    v: FloatArray
-    W: FloatArray
+    S: FloatArray  # Shape (n, n_responses, m). By the parameters that this maneuver knows.
+    v: FloatArray  # Shape (n, n_responses). Residuals, NaN where a sample does not count.
+    W: FloatArray  # Shape (n_responses, n_responses).
     columns: npt.NDArray[np.intp] | None = None
-    segments: Sequence[slice] | None = None
+    """Shape (m,). Which parameters of the fit those are; the first m by default."""
+    segments: Sequence[slice] | None = None  # Stretches of contiguous samples.
 
 
 def joint_covariance(
@@ -181,7 +169,6 @@ def covariance_for_known_noise(
         The weights that the fit will take.
     lagged : ndarray, shape (2 Lg + 1, n_responses, n_responses)
         Autocovariance of the noise; the middle one is that of lag 0.
-    segments : sequence of slice, optional
 
     Returns
     -------

@@ -39,21 +39,13 @@ class ParameterVerdict:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Identifiability:
-    """On all parameters of a fit.
+    """On all parameters of a fit."""
 
-    Attributes
-    ----------
-    verdicts : mapping of str to ParameterVerdict
-        By name.
-    condition : float
-        Largest over smallest eigenvalue of the scaled information; inf where it is singular.
-    correlated : tuple of (str, str, float)
-        Pairs of estimates correlated by more than 0.95, the strongest first.
-    """
-
-    verdicts: Mapping[str, ParameterVerdict]
+    verdicts: Mapping[str, ParameterVerdict]  # By name.
     condition: float
+    """Largest over smallest eigenvalue of the scaled information; inf where it is singular."""
     correlated: tuple[tuple[str, str, float], ...]
+    """Pairs of estimates correlated by more than 0.95, the strongest first."""
 
     def __getitem__(self, name: str) -> ParameterVerdict:
         """Return the verdict on one parameter."""

@@ -36,23 +36,15 @@ from gsapp.quantities.constants import GRAVITY
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TurbulenceDetection:
-    """What the residuals tell of gusts in one direction.
-
-    Attributes
-    ----------
-    direction : {"vertical", "lateral"}
-    detected : bool
-    force_coherence : float
-        Correlation of the residuals of flow angle and acceleration, in the band.
-    gust_std : float
-        Standard deviation, in the band, of the air that moved, m/s: of Dryden gusts about half.
-        In calm air it is the noise of the vane, times the speed.
-    """
+    """What the residuals tell of gusts in one direction."""
 
     direction: Literal["vertical", "lateral"]
     detected: bool
     force_coherence: float
+    """Correlation of the residuals of flow angle and acceleration, in the band."""
     gust_std: float
+    """Standard deviation, in the band, of the air that moved, m/s: of Dryden gusts about half. In
+    calm air it is the noise of the vane, times the speed."""
 
     @property
     def warning(self) -> str:

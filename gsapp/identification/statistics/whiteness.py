@@ -20,29 +20,18 @@ from gsapp.quantities import FloatArray
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Whiteness:
-    """What the residuals of one response look like.
-
-    Attributes
-    ----------
-    p_value : float
-        Of the portmanteau test (Ljung-Box; missing samples allowed for): the chance of such
-        correlation in white residuals.
-    low_frequency_share : float
-        Share of the power below 2 Hz, where the aircraft moves and derivatives are felt.
-    white_share : float
-        What that share would be for white residuals.
-    inflation : float
-        Density at low frequency over that of white residuals of the same size: the number of
-        samples divided by it is the effective number.
-    white : bool
-        Whether the test lets it pass at 0.1 %.
-    """
+    """What the residuals of one response look like."""
 
     p_value: float
+    """Of the portmanteau test (Ljung-Box; missing samples allowed for): the chance of such
+    correlation in white residuals."""
     low_frequency_share: float
-    white_share: float
+    """Share of the power below 2 Hz, where the aircraft moves and derivatives are felt."""
+    white_share: float  # What that share would be for white residuals.
     inflation: float
-    white: bool
+    """Density at low frequency over that of white residuals of the same size: the number of samples
+    divided by it is the effective number."""
+    white: bool  # Whether the test lets it pass at 0.1 %.
 
 
 def evaluate_whiteness(
@@ -54,7 +43,6 @@ def evaluate_whiteness(
     ----------
     v : ndarray, shape (n, n_responses)
         NaN where a sample does not count.
-    segments : sequence of slice, optional
     dt : float
         Sample time, s.
 

@@ -15,23 +15,15 @@ from gsapp.quantities.constants import MAD_TO_STD
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class BoundConsistency:
-    """Scatter against bounds.
+    """Scatter against bounds."""
 
-    Attributes
-    ----------
-    ratio : float
-        Scatter over what the bounds promise; 1 if they are honest.
-    p_value : float
-        Chance of at least so large a ratio, were they honest and the derivative the same in all
-        maneuvers.
-    between_maneuver_std : float
-        Standard deviation from maneuver to maneuver that the bounds do not explain, per radian
-        (Paule and Mandel's estimate); 0 if they explain all.
-    """
-
-    ratio: float
+    ratio: float  # Scatter over what the bounds promise; 1 if they are honest.
     p_value: float
+    """Chance of at least so large a ratio, were they honest and the derivative the same in all
+    maneuvers."""
     between_maneuver_std: float
+    """Standard deviation from maneuver to maneuver that the bounds do not explain, per radian
+    (Paule and Mandel's estimate); 0 if they explain all."""
 
 
 def assess_bound_consistency(values: FloatArray, stds: FloatArray) -> BoundConsistency | None:

@@ -54,7 +54,6 @@ def build_linear_models(
 
     Parameters
     ----------
-    result : CampaignResult
     summary : CampaignSummary
         Whose means are taken; what is held or known from a model stands in for the others.
 

@@ -35,36 +35,21 @@ from gsapp.identification.summary.settings import SUMMARY
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class DerivativeSummary:
-    """One derivative over a campaign.
-
-    Attributes
-    ----------
-    name : str
-    points : tuple of DerivativePoint
-        All of them, in order of maneuvers.
-    outliers : tuple of Outlier
-        Those left out of `value`.
-    value : CampaignValue
-        Mean of the points that stand, each weighted by its own bound and what they scatter beyond
-        bounds from maneuver to maneuver (`BoundConsistency.between`) together; so is its bound.
-    bound_consistency : BoundConsistency or None
-        Their scatter against their bounds; None for fewer than three, and for constants whose
-        bounds hold the zero of an instrument.
-    trends : tuple of ConditionTrend
-    excluded : tuple of DerivativePoint
-        Those left out by hand.
-    nonconverged_points : tuple of DerivativePoint
-        Where fits that did not converge stood when they stopped; not among `points`.
-    """
+    """One derivative over a campaign."""
 
     name: str
-    points: tuple[DerivativePoint, ...]
-    outliers: tuple[Outlier, ...]
+    points: tuple[DerivativePoint, ...]  # All of them, in order of maneuvers.
+    outliers: tuple[Outlier, ...]  # Those left out of `value`.
     value: CampaignValue
+    """Mean of the points that stand, each weighted by its own bound and what they scatter beyond
+    bounds from maneuver to maneuver (`BoundConsistency.between`) together; so is its bound."""
     bound_consistency: BoundConsistency | None
+    """Their scatter against their bounds; None for fewer than three, and for constants whose bounds
+    hold the zero of an instrument."""
     trends: tuple[ConditionTrend, ...]
-    excluded: tuple[DerivativePoint, ...] = ()
+    excluded: tuple[DerivativePoint, ...] = ()  # Those left out by hand.
     nonconverged_points: tuple[DerivativePoint, ...] = ()
+    """Where fits that did not converge stood when they stopped; not among `points`."""
 
     @property
     def between_maneuver_std(self) -> float:
@@ -87,47 +72,26 @@ class DerivativeSummary:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class OutlyingManeuver:
-    """A maneuver whose values lie far off in several derivatives.
-
-    Attributes
-    ----------
-    maneuver : str
-    derivatives : tuple of str
-    derivative_count : int
-        Derivatives that it gave in all.
-    fits_well : bool
-        Whether its fit is good all the same: then it is its data or its conditions that differ.
-    reasons : tuple of str
-    """
+    """A maneuver whose values lie far off in several derivatives."""
 
     maneuver: str
     derivatives: tuple[str, ...]
-    derivative_count: int
+    derivative_count: int  # Derivatives that it gave in all.
     fits_well: bool
+    """Whether its fit is good all the same: then it is its data or its conditions that differ."""
     reasons: tuple[str, ...]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class CampaignSummary:
-    """A campaign.
+    """A campaign."""
 
-    Attributes
-    ----------
-    derivatives : mapping of str to DerivativeSummary
-        In the order of the build-up.
-    outlying_maneuvers : tuple of OutlyingManeuver
-        The worst first.
-    bounds_ratio : float or None
-        Scatter over bounds of all derivatives together: the median of their ratios. 1 if the
-        bounds are honest; None where nothing was flown three times.
-    excluded_maneuvers : frozenset of str
-        Maneuvers left out by hand.
-    """
-
-    derivatives: Mapping[str, DerivativeSummary]
-    outlying_maneuvers: tuple[OutlyingManeuver, ...]
+    derivatives: Mapping[str, DerivativeSummary]  # In the order of the build-up.
+    outlying_maneuvers: tuple[OutlyingManeuver, ...]  # The worst first.
     bounds_ratio: float | None
-    excluded_maneuvers: frozenset[str] = frozenset()
+    """Scatter over bounds of all derivatives together: the median of their ratios. 1 if the bounds
+    are honest; None where nothing was flown three times."""
+    excluded_maneuvers: frozenset[str] = frozenset()  # Maneuvers left out by hand.
 
 
 def summarize_campaign(result: CampaignResult, *, without: Collection[str] = ()) -> CampaignSummary:
@@ -135,7 +99,6 @@ def summarize_campaign(result: CampaignResult, *, without: Collection[str] = ())
 
     Parameters
     ----------
-    result : CampaignResult
     without : collection of str
         Maneuvers left out by hand: their points are kept in sight and count for nothing. A
         derivative that no other maneuver gave is left out with them.

@@ -25,25 +25,15 @@ _MIN_SPREAD: Final = {"V": 2.0, "alpha": 0.7 * DEGREE, "beta": 0.7 * DEGREE}
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ConditionTrend:
-    """A trend of one derivative.
+    """A trend of one derivative."""
 
-    Attributes
-    ----------
-    condition : str
-        Channel: ``V``, ``alpha``, ``beta``.
-    slope, std : float
-        Per radian and SI unit of the condition.
-    p_value : float
-        Of this trend by itself, without a look at how many were tried.
-    is_significant : bool
-        Whether it stands with all trends of the campaign looked at (Holm).
-    """
-
-    condition: str
+    condition: str  # Channel: ``V``, ``alpha``, ``beta``.
     slope: float
     std: float
-    p_value: float
+    """Per radian and SI unit of the condition."""
+    p_value: float  # Of this trend by itself, without a look at how many were tried.
     is_significant: bool = False
+    """Whether it stands with all trends of the campaign looked at (Holm)."""
 
 
 def fit_condition_trends(points: tuple[DerivativePoint, ...]) -> tuple[ConditionTrend, ...]:

@@ -19,30 +19,17 @@ CONDITIONS: Final = ("V", "alpha", "beta")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DerivativePoint:
-    """One value of one derivative.
+    """One value of one derivative."""
 
-    Attributes
-    ----------
-    maneuver : str
-        Its id.
-    flight : str
-    number : int
-        Of the maneuver among all, from 1.
-    value, std : float
-        Per radian; the honest bound.
-    offset : float
-        The part of `std` that all points have in common.
-    conditions : mapping of str to float
-        Means before the input (SI) of those of `CONDITIONS` that were measured.
-    """
-
-    maneuver: str
+    maneuver: str  # Its id.
     flight: str
-    number: int
+    number: int  # Of the maneuver among all, from 1.
     value: float
     std: float
-    offset: float
+    """Per radian; the honest bound."""
+    offset: float  # The part of `std` that all points have in common.
     conditions: Mapping[str, float]
+    """Means before the input (SI) of those of `CONDITIONS` that were measured."""
 
 
 def collect_points(
@@ -52,7 +39,6 @@ def collect_points(
 
     Parameters
     ----------
-    result : CampaignResult
     converged : bool
         Of the fits that converged, or of those that did not.
     """

@@ -47,82 +47,53 @@ SUBSPACE_ORDERS: Final[Mapping[LinearAxis, int]] = {"lon": 2, "lat": 4}
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class ValidationTrace:
-    """A stretch of a maneuver that was kept out, measured and computed.
-
-    Attributes
-    ----------
-    maneuver, flight : str
-    times : ndarray, shape (n,)
-        s of flight time.
-    inputs : ndarray, shape (n, n_inputs)
-        As measured, SI.
-    measured : ndarray, shape (n, n_outputs)
-        SI; flow angles at the center of gravity, accelerations where the instrument sits.
-    computed : mapping of str to ndarray, shape (n, n_outputs)
-        By model, from the inputs alone, with a level and a start of its own.
-    """
+    """A stretch of a maneuver that was kept out, measured and computed."""
 
     maneuver: str
     flight: str
-    times: FloatArray
-    inputs: FloatArray
+    times: FloatArray  # Shape (n,). s of flight time.
+    inputs: FloatArray  # Shape (n, n_inputs). As measured, SI.
     measured: FloatArray
+    """Shape (n, n_outputs). SI; flow angles at the center of gravity, accelerations where the
+    instrument sits."""
     computed: Mapping[str, FloatArray]
+    """Shape (n, n_outputs). By model, from the inputs alone, with a level and a start of its
+    own."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class AxisValidation:
-    """The models of one axis.
-
-    Attributes
-    ----------
-    axis : {"lon", "lat"}
-    inputs, outputs : tuple of str
-        Channels of the traces.
-    models : mapping of str to FittedModel
-        ``bls``, ``subspace``, ``ml``; the last are the derivatives of the campaign's own method.
-    errors : mapping of str to mapping of str to float
-        RMS error over range, percent, by model and output, over the traces; infinite where a
-        model runs away.
-    whole_flight_errors : mapping of str to mapping of str to float
-        The same over the whole of the flights kept out, each from its first to its last maneuver
-        without a start of its own (tables 7.4.1 and 7.4.2); empty where no flight was.
-    traces : tuple of ValidationTrace
-    fitted_maneuvers, validation_maneuvers : tuple of str
-        Maneuvers.
-    flights : tuple of str
-        Names of whole flights that were kept out; empty where single maneuvers were.
-    """
+    """The models of one axis."""
 
     axis: LinearAxis
     inputs: tuple[str, ...]
     outputs: tuple[str, ...]
+    """Channels of the traces."""
     models: Mapping[str, FittedModel]
+    """``bls``, ``subspace``, ``ml``; the last are the derivatives of the campaign's own method."""
     errors: Mapping[str, Mapping[str, float]]
+    """RMS error over range, percent, by model and output, over the traces; infinite where a model
+    runs away."""
     traces: tuple[ValidationTrace, ...]
     fitted_maneuvers: tuple[str, ...]
     validation_maneuvers: tuple[str, ...]
+    """Maneuvers."""
     flights: tuple[str, ...] = ()
+    """Names of whole flights that were kept out; empty where single maneuvers were."""
     whole_flight_errors: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+    """The same over the whole of the flights kept out, each from its first to its last maneuver
+    without a start of its own (tables 7.4.1 and 7.4.2); empty where no flight was."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class LinearModelValidation:
-    """The models of a campaign.
-
-    Attributes
-    ----------
-    axes : mapping of str to AxisValidation
-        Those that could be compared.
-    method : str
-        Of the derivatives.
-    remarks : tuple of str
-        Why an axis is missing, or a judgment of it; which maneuvers were no use.
-    """
+    """The models of a campaign."""
 
     axes: Mapping[LinearAxis, AxisValidation] = field(default_factory=dict)
-    method: str = DEFAULT_METHOD
+    """Those that could be compared."""
+    method: str = DEFAULT_METHOD  # Of the derivatives.
     remarks: tuple[str, ...] = ()
+    """Why an axis is missing, or a judgment of it; which maneuvers were no use."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -150,7 +121,6 @@ def validate_linear_models(
 
     Parameters
     ----------
-    result : CampaignResult
     keep_out : collection of str
         Numbers of the flights to judge on, as the ids of their maneuvers begin. Empty: for each
         axis the last flight that flew it; where only one did, every other maneuver of each kind.

@@ -21,27 +21,18 @@ from gsapp.identification.summary.campaign_summary import CampaignSummary
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ModeUncertainty:
-    """A mode with what the bounds of the means leave open.
-
-    Attributes
-    ----------
-    mode : Mode
-    speed : float
-        True airspeed of the steady flight, m/s.
-    real_std, imaginary_std : float
-        Standard deviations of the pole's parts, 1/s.
-    frequency_std, damping_std, time_constant_std : float
-        Standard deviations, rad/s, none, s; NaN where a change of one bound turns a pair into two
-        real poles, or the other way round.
-    """
+    """A mode with what the bounds of the means leave open."""
 
     mode: Mode
-    speed: float
+    speed: float  # True airspeed of the steady flight, m/s.
     real_std: float
     imaginary_std: float
+    """Standard deviations of the pole's parts, 1/s."""
     frequency_std: float
     damping_std: float
     time_constant_std: float
+    """Standard deviations, rad/s, none, s; NaN where a change of one bound turns a pair into two
+    real poles, or the other way round."""
 
 
 def propagate_mode_uncertainty(
@@ -51,12 +42,6 @@ def propagate_mode_uncertainty(
 
     Each derivative is moved by one bound up and down, the others held; what that does to a mode
     adds up in squares. Bounds of means are taken as independent.
-
-    Parameters
-    ----------
-    result : CampaignResult
-    summary : CampaignSummary
-    axis : {"lon", "lat"}
 
     Raises
     ------

@@ -27,21 +27,13 @@ _MIN_CONDITION_DISTANCE: Final = {"V": 3.0, "alpha": 2.0 * DEGREE, "beta": 4.0 *
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Outlier:
-    """One value that is left out of the mean.
-
-    Attributes
-    ----------
-    point : DerivativePoint
-    sigmas : float
-        How far it lies from the others, signed: in standard deviations of its own bound and the
-        spread between maneuvers together.
-    reasons : tuple of str
-        What may have done it, in words; never empty.
-    """
+    """One value that is left out of the mean."""
 
     point: DerivativePoint
     sigmas: float
-    reasons: tuple[str, ...]
+    """How far it lies from the others, signed: in standard deviations of its own bound and the
+    spread between maneuvers together."""
+    reasons: tuple[str, ...]  # What may have done it, in words; never empty.
 
 
 def detect_outliers(points: tuple[DerivativePoint, ...], count: int) -> dict[int, float]:
