@@ -73,7 +73,6 @@ def add_air_data(block: Block, weather: Weather | None = None) -> Block:
 
 
 def _first_available(samples: ChannelSamples, *names: str) -> FloatArray:
-    """Return the first of some channels that holds anything."""
     found = [samples(name) for name in names]
     return next((one for one in found if np.isfinite(one).any()), found[0])
 

@@ -26,12 +26,8 @@ def catalog_runs(
 ) -> tuple[EstimationRun, ...]:
     """Return every fit of a campaign, those of single maneuvers first.
 
-    Parameters
-    ----------
-    places : mapping of str to CatalogManeuver
-        By the id of the maneuver in this campaign.
-    kept : int, optional
-        Number of the run that they belong to.
+    `places`: by the id of the maneuver in this campaign.
+    `kept`: number of the run that they belong to.
     """
     settings = settings_json(result.settings)
     model = result.settings.known_model

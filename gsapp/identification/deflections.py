@@ -33,10 +33,7 @@ def reconstruct_deflections(block: Block, aircraft: Aircraft) -> Block:
     linkage, one of ``kind = "command"`` its travel, the servo and the linkage; where such a flight
     has no ``de``, its ``de_command`` is taken.
 
-    Parameters
-    ----------
-    block : Block
-        From some time before the surfaces move: the way is taken as at rest in the beginning.
+    `block`: from some time before the surfaces move: the way is taken as at rest in the beginning.
     """
     if len(block) < 2:
         return block

@@ -79,5 +79,4 @@ def compensate_delays(block: Block, aircraft: Aircraft) -> Block:
 
 
 def _base_ids(block: Block) -> list[str]:
-    """Return the ids without the numbers of redundant sensors."""
     return [name.partition(".")[0] for name in block.channels]

@@ -50,10 +50,7 @@ _REVERSED_PATTERNS: Mapping[str, tuple[str, ...]] = {
 def suspicious_signs(estimate: Estimate) -> tuple[str, ...]:
     """Return which channels, or else derivatives, look reversed; one sentence each.
 
-    Parameters
-    ----------
-    estimate : Estimate
-        By any method. Only derivatives three standard deviations from zero are judged.
+    `estimate`: by any method. Only derivatives three standard deviations from zero are judged.
     """
     values = _significant_derivatives(estimate)
     wrong = {name for name, value in values.items() if value * _USUAL_SIGNS[name] < 0.0}

@@ -43,12 +43,8 @@ def undo_instrument_effects(
 ) -> Maneuver:
     """Return a maneuver with what the model says of its instruments undone.
 
-    Parameters
-    ----------
-    model : Model
-        Its values count; nothing is estimated.
-    keep : collection of str
-        Channels whose paths somebody else predicts. Swapped channels go back in any case.
+    `model`: its values count; nothing is estimated.
+    `keep`: channels whose paths somebody else predicts. Swapped channels go back in any case.
 
     Returns
     -------

@@ -52,12 +52,10 @@ class Maneuver:
 
     @property
     def t_end(self) -> float:
-        """Return the time of the last sample, s of flight time."""
         return float(self.block.times[-1])
 
     @property
     def dt(self) -> float:
-        """Return the sample time, s."""
         return median_step(self.block.times)
 
     def has(self, channel: str) -> bool:
@@ -84,10 +82,7 @@ def mass_over_flight(flight: Flight, aircraft: Aircraft) -> FloatArray:
     throttle (where measured) asks, from ``fuel_flow_idle`` to ``fuel_flow_full``; else evenly in
     time.
 
-    Parameters
-    ----------
-    aircraft : Aircraft
-        As that flight flew it (`gsapp.flight.flown_aircraft`).
+    `aircraft`: as that flight flew it (`gsapp.flight.flown_aircraft`).
     """
     times = flight.block.times
     properties, info = aircraft.mass, flight.info

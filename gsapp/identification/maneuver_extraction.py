@@ -36,12 +36,10 @@ class OpenedFlight:
 
     @property
     def aircraft(self) -> Aircraft:
-        """Return the aircraft as that flight flew it."""
         return self.as_flown.aircraft
 
     @property
     def remarks(self) -> tuple[str, ...]:
-        """Return what opening it had to say."""
         assumed = (self.assumed_aircraft_text,) if self.assumed_aircraft_text else ()
         return (*assumed, *self.flight.remarks, *self.as_flown.remarks)
 
@@ -108,10 +106,7 @@ def open_flights_with_maneuvers(
 ) -> tuple[FlightWithManeuvers, ...]:
     """Open flights and cut their maneuvers.
 
-    Parameters
-    ----------
-    doing : callable, optional
-        Told what is being done, in words, before each step.
+    `doing`: told what is being done, in words, before each step.
 
     Raises
     ------

@@ -30,11 +30,8 @@ class AssumedConstant:
 def campaign_assumed_constants(maneuvers: Sequence[Maneuver]) -> dict[str, AssumedConstant]:
     """Return what stands in for airspeed (m/s) and angle of attack (rad) where they are missing.
 
-    Parameters
-    ----------
-    maneuvers : sequence of Maneuver
-        Of a campaign: means and spread over those that measured them; where none did, what the
-        aircraft file suggests, cruise speed and the middle of the linear range.
+    `maneuvers`: of a campaign: means and spread over those that measured them; where none did, what
+    the aircraft file suggests, cruise speed and the middle of the linear range.
     """
     if not maneuvers:
         return {}
@@ -80,12 +77,8 @@ def required_constants(
 ) -> dict[str, AssumedConstant]:
     """Return which of the stand-ins some maneuver needs; a constant given by the user comes first.
 
-    Parameters
-    ----------
-    maneuvers : sequence of Maneuver
-        Fitted together.
-    given : mapping of str to float
-        By the user, who answers for them.
+    `maneuvers`: fitted together.
+    `given`: by the user, who answers for them.
     """
     return {
         name: one
@@ -103,10 +96,7 @@ def widen_bounds(
 ) -> Estimate:
     """Return an estimate with the squares of what each change made of it added to its bounds.
 
-    Parameters
-    ----------
-    moved : sequence of Estimate
-        With each of the constants in `assumed` moved by its deviation.
+    `moved`: with each of the constants in `assumed` moved by its deviation.
     """
     covariance = np.array(found.covariance)
     derivatives = dict(found.derivatives)

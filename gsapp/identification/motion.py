@@ -44,7 +44,6 @@ class MeasuredMotion:
     remarks: tuple[str, ...]  # What stands in for what, in words.
 
     def state(self, name: str) -> FloatArray:
-        """Return one state, shape (n,)."""
         return self.states[:, POLAR_STATES.index(name)]
 
     def input(self, name: str) -> FloatArray:
@@ -63,10 +62,7 @@ def measured_motion(
 ) -> MeasuredMotion:
     """Complete the measured motion of a maneuver.
 
-    Parameters
-    ----------
-    stand_ins : mapping of str to float, optional
-        Constants (SI) for states and inputs that were not measured: ``{"V": 30.0}``.
+    `stand_ins`: constants (SI) for states and inputs that were not measured: ``{"V": 30.0}``.
 
     Raises
     ------

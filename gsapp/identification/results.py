@@ -85,7 +85,6 @@ class Estimate:
 
     @property
     def correlation(self) -> FloatArray:
-        """Return the correlation matrix of the free parameters."""
         scale = self.covariance.diagonal() ** 0.5
         correlation: FloatArray = self.covariance / scale[:, None] / scale
         return correlation

@@ -73,12 +73,8 @@ def remove_stuck_channels(
 def unmeasured_surfaces_text(unseen: Mapping[str, str], evidence: str = "") -> str:
     """Return in a sentence why nothing is earned where a surface was not seen.
 
-    Parameters
-    ----------
-    unseen : mapping of str to str
-        From `unmeasured_surfaces`; not empty.
-    evidence : str
-        That it moved.
+    `unseen`: from `unmeasured_surfaces`; not empty.
+    `evidence`: that it moved.
     """
     name, words = next(iter(unseen.items()))
     said = f"{words}, {evidence}" if evidence else words
@@ -135,10 +131,7 @@ def check_estimate_support(
 def without_stuck_channels(maneuver: Maneuver, axis: Axis) -> tuple[Maneuver, tuple[str, ...]]:
     """Return a maneuver without the instruments that are stuck, and what to say of each.
 
-    Parameters
-    ----------
-    axis : {"lon", "lat", "both"}
-        Only what its surfaces must have moved can be told from what rests.
+    `axis`: only what its surfaces must have moved can be told from what rests.
     """
     if set(AXIS_SURFACES[axis]).isdisjoint(maneuver.inputs):
         return maneuver, ()
@@ -160,10 +153,7 @@ def unmeasured_surfaces(
 ) -> Iterator[tuple[str, str]]:
     """Yield each surface of an axis whose motion nobody saw, with that in words.
 
-    Parameters
-    ----------
-    given : collection of str
-        Surfaces that the user gave a constant for, and so answers for.
+    `given`: surfaces that the user gave a constant for, and so answers for.
     """
     controls = maneuver.aircraft.controls
     kinds = {"de": controls.de.kind, "da": controls.da.kind, "dr": controls.dr.kind}

@@ -53,10 +53,7 @@ class Weights(StrictModel):
     def for_flight(self, flight: str = "") -> dict[str, float]:
         """Return the weight of each response in SI, the default's where the flight has none.
 
-        Parameters
-        ----------
-        flight : str
-            Its name. ``Flight B``, ``flight_b`` and ``B`` are the same flight.
+        `flight`: its name. ``Flight B``, ``flight_b`` and ``B`` are the same flight.
         """
         own: Mapping[str, float] = {}
         for name, weights in self.flights.items():
@@ -80,10 +77,7 @@ def shipped_weights() -> tuple[str, ...]:
 def load_weights(name_or_path: str | Path) -> Weights:
     """Read a weights file.
 
-    Parameters
-    ----------
-    name_or_path : str or Path
-        A path, or the name of a shipped file: ``table-6.2.7``.
+    `name_or_path`: A path, or the name of a shipped file: ``table-6.2.7``.
 
     Raises
     ------

@@ -28,12 +28,8 @@ def constant_term_offsets(
 ) -> dict[str, float]:
     """Return what zeros leave open in the constants, by name.
 
-    Parameters
-    ----------
-    qbars : sequence of ndarray, shape (n,)
-        Dynamic pressure in each of them, Pa.
-    zero : float
-        Uncertain acceleration along each force, m/s^2.
+    `qbars`, shape (n,): dynamic pressure in each of them, Pa.
+    `zero`: uncertain acceleration along each force, m/s^2.
     """
     # The same instrument flew in all of them: a mean is no better.
     per_acceleration = float(

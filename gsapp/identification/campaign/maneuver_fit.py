@@ -67,12 +67,8 @@ def fit_maneuvers_jointly(
 
     The fit itself balances moments about the CG as flown.
 
-    Parameters
-    ----------
-    means : mapping of str to CampaignValue
-        Of the maneuvers that were fitted before.
-    known : mapping of str to AssumedConstant
-        For what was not measured.
+    `means`: of the maneuvers that were fitted before.
+    `known`: for what was not measured.
 
     Raises
     ------

@@ -67,10 +67,8 @@ def campaign_values(estimates: Sequence[Estimate | None]) -> dict[str, CampaignV
 def weighted_mean(values: FloatArray, stds: FloatArray, offsets: FloatArray) -> CampaignValue:
     """Return the weighted mean of values.
 
-    Parameters
-    ----------
-    values, stds, offsets : ndarray, shape (n,)
-        With their bounds, and the part of each bound that all have in common.
+    `values`, `stds`, `offsets`, shape (n,): with their bounds, and the part of each bound that all
+    have in common.
     """
     own = np.maximum(stds**2 - offsets**2, STATISTICS.min_own_variance_share * stds**2)
     weights = 1.0 / own

@@ -40,10 +40,7 @@ def run_campaign(
 ) -> CampaignResult:
     """Estimate from every maneuver.
 
-    Parameters
-    ----------
-    maneuvers : sequence of Maneuver
-        Of one or several flights.
+    `maneuvers`: of one or several flights.
 
     Raises
     ------
@@ -125,7 +122,6 @@ def _axis_to_fit(maneuver: Maneuver, settings: CampaignSettings) -> Axis | None:
 
 
 def _unmeasured_surfaces_text(maneuver: Maneuver, axis: Axis) -> tuple[str, ...]:
-    """Return the surfaces of an axis that nobody saw move, in words."""
     return tuple(words for _, words in unmeasured_surfaces(maneuver, axis))
 
 

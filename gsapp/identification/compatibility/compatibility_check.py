@@ -71,10 +71,7 @@ def check_compatibility(
     Several maneuvers are taken together: errors of instruments are common to them, each has a
     start of its own.
 
-    Parameters
-    ----------
-    aircraft : Aircraft, optional
-        In place of the one that each maneuver knows.
+    `aircraft`: in place of the one that each maneuver knows.
 
     Raises
     ------

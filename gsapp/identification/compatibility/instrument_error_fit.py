@@ -253,7 +253,6 @@ def fit_instrument_errors(
 
 
 def _reverses_last_step(step: FloatArray, last: FloatArray, covariance: FloatArray) -> bool:
-    """Return whether a step leads back by most of the last one, in its bounds."""
     variance = covariance.diagonal()
     return bool((step * last / variance).sum() < -0.5 * (last**2 / variance).sum())
 
@@ -483,10 +482,7 @@ def _motion_and_noise_variances(
 def is_motion_significant(stretch: CompatibilitySegment, channel: str, rate: float) -> bool:
     """Return whether what a gyro or accelerometer shows is motion rather than noise.
 
-    Parameters
-    ----------
-    rate : float
-        Averages per second that are compared.
+    `rate`: averages per second that are compared.
     """
     samples = stretch.inputs.get(channel)
     if samples is None or channel in stretch.absent:

@@ -173,10 +173,7 @@ def channel_gradients(
 ) -> ChannelGradients:
     """Return a channel of a faultless instrument, with its derivatives.
 
-    Parameters
-    ----------
-    aircraft : Aircraft
-        Tells where its instruments sit.
+    `aircraft`: tells where its instruments sit.
     """
     sensors = aircraft.sensors
     if channel in ("phi", "theta"):

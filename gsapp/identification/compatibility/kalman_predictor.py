@@ -213,11 +213,8 @@ def kalman_gain_pair(
 def whiten_residuals(predictor: ErrorStateModel, K: FloatArray, columns: FloatArray) -> FloatArray:
     """Return what the predictor leaves of averages.
 
-    Parameters
-    ----------
-    K : ndarray, shape (..., 6, n_channels)
-    columns : ndarray, shape (m, n_channels, k)
-        NaN where a sample does not count.
+    `K`, shape (..., 6, n_channels).
+    `columns`, shape (m, n_channels, k): NaN where a sample does not count.
 
     Returns
     -------
@@ -247,10 +244,8 @@ def whiten_residuals(predictor: ErrorStateModel, K: FloatArray, columns: FloatAr
 def neg2_log_likelihood(left: FloatArray, covariance: FloatArray) -> FloatArray:
     """Return twice the negative log-likelihood of predicted residuals, shape (c,).
 
-    Parameters
-    ----------
-    left : ndarray, shape (c, m, n_channels)
-    covariance : ndarray, shape (c, n_channels, n_channels)
+    `left`, shape (c, m, n_channels).
+    `covariance`, shape (c, n_channels, n_channels).
     """
     counted = np.isfinite(left)
     clean = np.where(counted, left, 0.0)
@@ -267,12 +262,8 @@ def estimate_noise_levels(
     Gusts, gyros and every channel are tried up and down by a factor, the best step taken, until
     none helps. Nothing falls below the white noise.
 
-    Parameters
-    ----------
-    residuals : ndarray, shape (m, n_channels)
-        Averages, NaN where one does not count.
-    start : NoiseLevels
-        Where to begin.
+    `residuals`, shape (m, n_channels): averages, NaN where one does not count.
+    `start`: where to begin.
     """
     places = [("drive", k) for k in (0, 1, 2, 6, 7, 8)]
     places += [("show", k) for k in range(residuals.shape[1])]

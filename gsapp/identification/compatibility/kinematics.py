@@ -42,12 +42,8 @@ def cumulative_integral(values: FloatArray, dt: float) -> FloatArray:
 def integrate_rotation_matrices(rates: FloatArray, dt: float) -> FloatArray:
     """Return C, from the body's axes to those of the first sample, shape (n, 3, 3).
 
-    Parameters
-    ----------
-    rates : ndarray, shape (n, 3)
-        rad/s.
-    dt : float
-        Sample time, s.
+    `rates`, shape (n, 3): rad/s.
+    `dt`: sample time, s.
     """
     turns = np.diff(cumulative_integral(rates, dt), axis=0)
     angle = np.sqrt((turns * turns).sum(axis=1))
@@ -163,11 +159,8 @@ def sensitivities_to_rates(
 ) -> PathSensitivities:
     """Return what changes of the rates do.
 
-    Parameters
-    ----------
-    axes : ndarray of int, shape (m,)
-        About which axis each change is.
-    changes : ndarray, shape (n, m)
+    `axes`, shape (m,): about which axis each change is.
+    `changes`, shape (n, m).
     """
     # psi, shape (n, m, 3): vectors last, for cross products.
     psi = cumulative_integral(path.C[:, :, axes].transpose(0, 2, 1) * changes[:, :, None], dt)
@@ -199,10 +192,7 @@ def sensitivities_to_initial_state(
 ) -> PathSensitivities:
     """Return what the first velocity (3 columns) and the first attitude (2 columns) do.
 
-    Parameters
-    ----------
-    tangents : ndarray, shape (2, 3)
-        Changes of the first gravity, m/s^2 per rad.
+    `tangents`, shape (2, 3): changes of the first gravity, m/s^2 per rad.
     """
     back = path.C.transpose(0, 2, 1)
     tilt = back @ tangents.T

@@ -188,7 +188,6 @@ def _total_least_squares_slope(a: FloatArray, b: FloatArray) -> float:
 
 
 def _difference_noise(samples: FloatArray) -> float:
-    """Return the noise of a signal from its successive differences."""
     return float(np.std(np.diff(samples)) / np.sqrt(2.0))
 
 
@@ -213,7 +212,6 @@ def _estimate_delay(x: FloatArray, y: FloatArray, dt: float) -> float:
 
 
 def _correlation(a: FloatArray, b: FloatArray) -> float:
-    """Return the size of the correlation coefficient; zero where one does not vary."""
     if a.size < 2 or not (np.ptp(a) and np.ptp(b)):
         return 0.0
     return abs(float(np.corrcoef(a, b)[0, 1]))

@@ -100,5 +100,4 @@ class CompatibilityResult:
 
     @property
     def consistent(self) -> bool:
-        """Return whether a fit that converged finds fault with no instrument."""
         return self.converged and not self.verdicts

@@ -74,7 +74,6 @@ class PreparedSegments:
 
     @property
     def channels(self) -> tuple[str, ...]:
-        """Return the channels that at least one stretch has, in order."""
         present = set[str]()
         for stretch in self.segments:
             present |= (stretch.inputs.keys() - stretch.absent) | stretch.measured
@@ -86,10 +85,7 @@ def estimate_white_noise(samples: FloatArray) -> float:
 
     The median power between a quarter and nearly half of the sample rate, tones left aside.
 
-    Parameters
-    ----------
-    samples : ndarray, shape (n,)
-        None missing.
+    `samples`, shape (n,): none missing.
     """
     count = samples.size
     centered = samples - np.linspace(samples[:5].mean(), samples[-5:].mean(), count)
@@ -102,10 +98,7 @@ def estimate_white_noise(samples: FloatArray) -> float:
 def prepare_segments(maneuvers: Sequence[Maneuver], aircraft: Aircraft | None) -> PreparedSegments:
     """Collect the stretches of maneuvers.
 
-    Parameters
-    ----------
-    aircraft : Aircraft, optional
-        In place of the one that each maneuver knows.
+    `aircraft`: in place of the one that each maneuver knows.
     """
     found = PreparedSegments()
     for maneuver in maneuvers:

@@ -35,12 +35,8 @@ def estimate_relative_delay(
 ) -> tuple[float, float] | None:
     """Return how late vanes and surfaces come against the gyros, s, and its bound.
 
-    Parameters
-    ----------
-    found : sequence of Coefficients
-        Of the maneuvers, smoothed alike, with the delays known so far undone.
-    inputs : sequence of str
-        Surfaces that were moved.
+    `found`: of the maneuvers, smoothed alike, with the delays known so far undone.
+    `inputs`: surfaces that were moved.
 
     Returns
     -------

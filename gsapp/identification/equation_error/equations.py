@@ -29,10 +29,8 @@ def simulate_instruments(states: FloatArray, surfaces: FloatArray) -> FloatArray
     A model from row to row, x' = A x + B u + B' u' + c, is fitted to the stretch, and run with the
     surfaces alone from the first row.
 
-    Parameters
-    ----------
-    states : ndarray, shape (n, n_states)
-    surfaces : ndarray, shape (n, n_surfaces)
+    `states`, shape (n, n_states).
+    `surfaces`, shape (n, n_surfaces).
 
     Returns
     -------

@@ -57,7 +57,6 @@ class Equation:
 
     @property
     def with_ordinary_least_squares(self) -> Equation:
-        """Return the equation with its own regressors for instruments."""
         return replace(self, Z=self.X)
 
 
@@ -74,7 +73,6 @@ class Regression:
 
     @property
     def std(self) -> FloatArray:
-        """Return the bounds, shape (k,)."""
         found: FloatArray = np.sqrt(np.maximum(np.diag(self.covariance), 0.0))
         return found
 
@@ -84,10 +82,7 @@ def solve_parameters(
 ) -> tuple[FloatArray, FloatArray]:
     """Return the parameters, shape (k,), and P, shape (n, k), of the equation.
 
-    Parameters
-    ----------
-    weights : ndarray, shape (n,), optional
-        One over the standard deviation of each row.
+    `weights`, shape (n,): one over the standard deviation of each row.
     """
     X, Z, y = equation.X, equation.Z, equation.y
     rows = float(len(y))

@@ -31,12 +31,8 @@ def estimate_start_values(
     Plain least squares without bounds. What cannot be told apart is shared out; what was not
     measured or has not moved is left out. `estimate` is the one to believe.
 
-    Parameters
-    ----------
-    free : sequence of str
-        Derivatives.
-    held, stand_ins, model, motions
-        As in `gsapp.identification.equation_error.estimator`.
+    `free`: derivatives.
+    `held`, `stand_ins`, `model`, `motions`: as in `gsapp.identification.equation_error.estimator`.
     """
     found = smooth_coefficients(
         maneuvers,

@@ -63,7 +63,6 @@ class TermSelection:
 
     @property
     def beyond_linear(self) -> tuple[str, ...]:
-        """Return the chosen terms that are not of the linear build-up."""
         return tuple(name for name in self.values if "." in name)
 
 

@@ -53,18 +53,15 @@ class ColumnLayout:
 
     @property
     def controls(self) -> slice:
-        """Return the columns of `CONTROLS`."""
         return slice(self.n_states, self.n_states + len(CONTROLS))
 
     @property
     def coefficients(self) -> slice:
-        """Return the columns of the coefficients."""
         first = self.n_states + len(CONTROLS)
         return slice(first, first + len(COEFFICIENTS))
 
     @property
     def parameters(self) -> slice:
-        """Return the columns of the free parameters."""
         first = self.coefficients.stop
         return slice(first, first + len(self.free))
 
@@ -119,12 +116,8 @@ def compute_jacobian(
 ) -> EquationJacobian:
     """Return rates and forces with their derivatives.
 
-    Parameters
-    ----------
-    state, inputs, values
-        As in `FlightModel.totals`; arrays of shape (n,).
-    free : tuple of str
-        Parameters of the equations by which to differentiate too.
+    `state`, `inputs`, `values`: as in `FlightModel.totals`; arrays of shape (n,).
+    `free`: parameters of the equations by which to differentiate too.
     """
     return _Chain(model, state, inputs, values, free).found()
 
@@ -169,7 +162,6 @@ class _Chain:
         self._reads = reads
 
     def _add(self, chosen: frozenset[str]) -> None:
-        """Add the terms of some targets to the sums."""
         for term, parameters, states in self._placed:
             if term.target in chosen:
                 self._add_term(term, parameters, states)
@@ -286,7 +278,6 @@ class _Chain:
         )
 
     def _times_qbar(self, name: str, slopes: SparseGradient, size: float) -> SparseGradient:
-        """Return the derivatives of size * qbar * coefficient."""
         found = linear_combination((size * self._totals.variables[_QBAR], slopes))
         add_scaled(found, size * self._totals.coefficients[name], self._reads["qbar"])
         return found
@@ -348,7 +339,6 @@ class _Chain:
 
 
 def _is_zero(value: Value) -> bool:
-    """Return whether a value is the number 0: most derivatives of a build-up are."""
     return isinstance(value, int | float) and value == 0.0
 
 

@@ -271,10 +271,7 @@ class FilterErrorFit:
     ) -> InformationMatrix:
         """Return the information of all maneuvers, as last filtered.
 
-        Parameters
-        ----------
-        extra : tuple of names and function, optional
-            Columns of candidates. Without them what was seen stays, for `apply_step`.
+        `extra`: columns of candidates. Without them what was seen stays, for `apply_step`.
         """
         parts = (self.information_of(one, extra, keep=extra is None) for one in self.maneuvers)
         return self.sum_information(parts, () if extra is None else extra[0])

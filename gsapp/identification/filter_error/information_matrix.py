@@ -96,10 +96,7 @@ class InformationMatrix:
     def gains(self, of: InformationMatrix) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Return, for every single parameter, gain in the sum of squares, value, and std.
 
-        Parameters
-        ----------
-        of : InformationMatrix
-            The same before projection: a column of which next to nothing is left gains nothing.
+        `of`: the same before projection: a column of which next to nothing is left gains nothing.
         """
         raw = of.matrix.diagonal()[of.indices(self.names)]
         own = self.matrix.diagonal()[:-1]

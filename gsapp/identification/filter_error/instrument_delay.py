@@ -31,12 +31,8 @@ def instrument_output(
 ) -> FloatArray:
     """Return what comes out of an instrument's path, from what went in up to each sample.
 
-    Parameters
-    ----------
-    signal, rate : ndarray, shape (n,)
-        What goes in, and its time derivative.
-    dt : float
-        Sample time, s.
+    `signal` and `rate`, shape (n,): what goes in, and its time derivative.
+    `dt`: sample time, s.
 
     Returns
     -------
@@ -64,12 +60,8 @@ def delay_sensitivity(
     By the rates of the prediction only: where measurements correct it, it jumps, and to follow the
     jumps would be to trust the model of turbulence to a thousandth of a second.
 
-    Parameters
-    ----------
-    signal, rate : ndarray, shape (n,)
-        What goes in, and its time derivative.
-    dt : float
-        Sample time, s.
+    `signal` and `rate`, shape (n,): what goes in, and its time derivative.
+    `dt`: sample time, s.
 
     Returns
     -------
@@ -96,10 +88,7 @@ def delay_sensitivity(
 def lead_matrix(path: PathTerms, jacobian: FloatArray) -> FloatArray | None:
     """Return what turns a deviation now into the one that an early path shows.
 
-    Parameters
-    ----------
-    jacobian : ndarray, shape (n, n_states, n_states)
-        Of the equations, 1/s.
+    `jacobian`, shape (n, n_states, n_states): of the equations, 1/s.
 
     Returns
     -------
@@ -117,12 +106,8 @@ def lead_matrix(path: PathTerms, jacobian: FloatArray) -> FloatArray | None:
 def visible_shares(path: PathTerms, dt: float, steps: int) -> FloatArray:
     """Return what share of a change shows, that came about within a step between samples.
 
-    Parameters
-    ----------
-    path : PathTerms
-        What is late on it is left out, and what the instrument multiplies.
-    dt : float
-        Sample time, s.
+    `path`: what is late on it is left out, and what the instrument multiplies.
+    `dt`: sample time, s.
 
     Returns
     -------

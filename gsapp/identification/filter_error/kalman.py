@@ -72,12 +72,10 @@ class SteadyStateFilter(InnovationsForm):
 
     @property
     def linearization(self) -> Linearization:
-        """Return what is filtered."""
         return self.blocks.linearization
 
     @property
     def block_size(self) -> int:
-        """Return the number of samples taken together."""
         return self.blocks.block_size
 
     def residual(self, bias: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -154,10 +152,7 @@ class SteadyStateFilter(InnovationsForm):
 
         The root of E[(n[k+1] - kappa n[k]) n[k]] = 0, given all measurements of the maneuver.
 
-        Parameters
-        ----------
-        z, b : ndarray
-            The residual; see `innovations`.
+        `z` and `b`: the residual; see `innovations`.
         """
         n_x = len(self.blocks.scales)
         innovations, deviations = self.predict(z[:, :, None], b[:, :, None])

@@ -30,16 +30,13 @@ class ManeuverRecord:
 
     @property
     def id(self) -> str:
-        """Return the maneuver's id."""
         return self.maneuver.id
 
     @property
     def flight(self) -> str:
-        """Return the name of its flight."""
         return self.maneuver.flight
 
     def __len__(self) -> int:
-        """Return the number of samples."""
         return len(self.measured)
 
 

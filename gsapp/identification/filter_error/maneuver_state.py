@@ -27,7 +27,6 @@ class FilteredColumns(NamedTuple):
 
     @property
     def rows(self) -> FloatArray:
-        """Return the innovations, one row for each."""
         return self.innovations.reshape(-1, self.innovations.shape[2])
 
 
@@ -60,9 +59,7 @@ def filter_columns(
 ) -> FilteredColumns:
     """Return columns, initial states and residual as a filter sees them.
 
-    Parameters
-    ----------
-    bias : ndarray, shape (n_channels,)
+    `bias`, shape (n_channels,).
     """
     rest = own.blocks.initial_state_map
     (n_x, n_local), count = rest.shape, len(columns)

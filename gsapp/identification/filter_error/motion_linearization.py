@@ -107,13 +107,9 @@ def linearize_along(
 ) -> Linearization:
     """Return the model with parameters `values` linearized along a motion.
 
-    Parameters
-    ----------
-    free : tuple of str
-        Parameters of the equations to differentiate by.
-    speed_zero : float
-        Zero error of airspeed at `FILTER_ERROR.bias_reference_speed`, m/s: airspeed shows that much
-        less of a change.
+    `free`: parameters of the equations to differentiate by.
+    `speed_zero`: zero error of airspeed at `FILTER_ERROR.bias_reference_speed`, m/s: airspeed shows
+    that much less of a change.
     """
     inputs = _surface_inputs(record, model)
     heading = record.motion.states.T[len(INTEGRATED_STATES)]

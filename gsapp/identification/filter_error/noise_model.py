@@ -163,7 +163,6 @@ def _third_differences(samples: FloatArray) -> float | None:
 
 
 def _intensity(record: ManeuverRecord, control: str) -> float:
-    """Return the intensity of white noise in a measured control."""
     found = _third_differences(record.motion.inputs[:, MODEL_INPUTS.index(control)])
     return 0.0 if found is None else found * record.dt
 

@@ -43,12 +43,8 @@ def sensor_inputs(
 ) -> list[ValueWithGradient]:
     """Return what the instruments are exposed to, with derivatives, channel by channel.
 
-    Parameters
-    ----------
-    state : sequence
-        Polar states first; arrays of shape (n,).
-    found : EquationJacobian
-        Of the equations at these states.
+    `state`: polar states first; arrays of shape (n,).
+    `found`: of the equations at these states.
     """
     exposed = _SensorInputs(model, state, found)
     partner = {name: name for name in channels}
@@ -170,7 +166,6 @@ class _SensorInputs:
 
 
 def _speed(flow: _Vector, slopes: _VectorGradient) -> ValueWithGradient:
-    """Return the speed of the flow at a place."""
     speed = pitot_airspeed(flow)
     return speed, linear_combination(
         *((one / speed, own) for one, own in zip(flow, slopes, strict=True))

@@ -145,12 +145,10 @@ def path_columns(model: FlightModel, found: Linearization) -> dict[str, Sensitiv
 def _control_path(
     way: Callable[[PathTerms, FloatArray, float], PathResponse], signal: FloatArray, dt: float
 ) -> _PathFunction:
-    """Return how a signal comes through a path of controls, or back through one."""
     return lambda path: way(path, signal, dt).values
 
 
 def _sensor_path(signal: FloatArray, rate: FloatArray, dt: float) -> _PathFunction:
-    """Return what instruments make of what they are exposed to."""
     return lambda path: instrument_output(path, signal, rate, dt)
 
 

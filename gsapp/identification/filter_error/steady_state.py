@@ -66,9 +66,7 @@ def steady_covariance(
 def solve_lyapunov(A: FloatArray, first: FloatArray) -> FloatArray:
     """Return X = A' X A + first, for A whose powers die out: twice as many terms each round.
 
-    Parameters
-    ----------
-    A, first : ndarray, shape (n_x, n_x)
+    `A` and `first`, shape (n_x, n_x).
 
     Raises
     ------
@@ -166,11 +164,8 @@ class InnovationsForm:
 def solve_forward(propagation: FloatArray, rows: FloatArray) -> FloatArray:
     """Solve d[0] = b[0], d[k+1] - M_k d[k] = b[k+1].
 
-    Parameters
-    ----------
-    propagation : ndarray, shape (n - 1, n_x, n_x)
-    rows : ndarray, shape (n, n_x, m)
-        Right-hand sides; overwritten with the solution, which is returned.
+    `propagation`, shape (n - 1, n_x, n_x).
+    `rows`, shape (n, n_x, m): right-hand sides; overwritten with the solution, which is returned.
     """
     steps, size, _ = propagation.shape
     n, _, m = rows.shape

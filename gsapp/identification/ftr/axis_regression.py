@@ -58,7 +58,6 @@ class AxisRegression:
         self.restart()
 
     def restart(self) -> None:
-        """Forget all records."""
         self.closed_information = self.checkpoint = RecordInformation.zero(self.p)
         self.solution: FTRSolution | None = None
         self.begin_record()
@@ -143,7 +142,6 @@ class AxisRegression:
         return self.solution
 
     def state(self) -> ArrayTable:
-        """Return all that is remembered, for `restore`."""
         table: ArrayTable = {
             "open": np.array(self.open),
             "silent": np.array(self.silent),
@@ -159,7 +157,6 @@ class AxisRegression:
         return {**table, **add_prefix(parts)}
 
     def restore(self, table: Mapping[str, npt.NDArray[np.generic]]) -> None:
-        """Go on from what `state` gave."""
         self.open, self.silent = bool(table["open"]), int(table["silent"])
         self.transform.restore(strip_prefix("transform", table))
         self.closed_information = RecordInformation.from_state(strip_prefix("past", table), self.p)

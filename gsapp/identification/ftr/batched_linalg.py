@@ -20,11 +20,8 @@ def orthonormal_basis(columns: FloatArray, sizes: FloatArray) -> tuple[FloatArra
     Columns of the nuisance may vanish (the transform of a constant does at multiples of 1/T) or
     repeat: the basis then holds zeros in their place.
 
-    Parameters
-    ----------
-    columns : ndarray, shape (U, r, k)
-    sizes : ndarray, shape (U, k)
-        What the columns are measured against.
+    `columns`, shape (U, r, k).
+    `sizes`, shape (U, k): what the columns are measured against.
 
     Returns
     -------

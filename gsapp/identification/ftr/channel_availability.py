@@ -47,7 +47,6 @@ class ChannelAvailability:
         self.restart()
 
     def restart(self) -> None:
-        """Forget what was heard so far."""
         count = len(FTR_CHANNELS)
         # Rows since the last sample of each channel; at first all get the benefit of the doubt.
         self._silence = np.zeros(count)
@@ -152,11 +151,9 @@ class ChannelAvailability:
     # --- saved state ----------------------------------------------------------------------------
 
     def state(self) -> dict[str, npt.NDArray[np.generic]]:
-        """Return all that is remembered, for `restore`."""
         return {"silence": self._silence, "heard": self._heard, "held": self._held}
 
     def restore(self, state: Mapping[str, npt.NDArray[np.generic]]) -> None:
-        """Go on from what `state` gave."""
         self._silence = np.array(state["silence"], dtype=np.float64)
         self._heard = np.array(state["heard"], dtype=bool)
         self._held = np.array(state["held"], dtype=np.float64)

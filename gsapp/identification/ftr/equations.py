@@ -69,7 +69,6 @@ class AirDataComputer:
         self.restart()
 
     def restart(self) -> None:
-        """Forget what was measured so far."""
         self._pressures = np.full(2, np.nan)  # static, smoothed: now, and on the ground
 
     def air(
@@ -133,16 +132,13 @@ class AirDataComputer:
         return np.concatenate(([state], smooth))[np.cumsum(chosen)]
 
     def state(self) -> dict[str, npt.NDArray[np.generic]]:
-        """Return all that is remembered, for `restore`."""
         return {"pressures": self._pressures}
 
     def restore(self, state: Mapping[str, npt.NDArray[np.generic]]) -> None:
-        """Go on from what `state` gave."""
         self._pressures = np.array(state["pressures"], dtype=np.float64)
 
 
 def _first_finite(*candidates: FloatArray) -> FloatArray:
-    """Return the first of several values that is a number, sample by sample."""
     found = candidates[0]
     for other in candidates[1:]:
         found = np.where(np.isfinite(found), found, other)
@@ -207,7 +203,6 @@ class RegressionEquations:
         self.ahead = int(max(self._later, default=-2.0)) + 2
 
     def restart(self) -> None:
-        """Forget what was measured so far."""
         for part in (self._hearing, self._air, self._engines):
             part.restart()
 
@@ -216,10 +211,8 @@ class RegressionEquations:
     def rows(self, values: FloatArray) -> dict[FTRAxis, RegressionRows]:
         """Return the regressions' rows of consecutive samples.
 
-        Parameters
-        ----------
-        values : ndarray, shape (1 + n + ahead, len(NEEDED_CHANNELS))
-            SI, NaN where missing; the row before the first comes first.
+        `values`, shape (1 + n + ahead, number of `FTR_CHANNELS`): SI, NaN where missing; the row
+        before the first comes first.
         """
         values = self._in_time(self._unclipped(values))
         finite = np.isfinite(values)
@@ -362,11 +355,9 @@ class RegressionEquations:
         return self._hearing.remarks(self.aircraft, self.axes)
 
     def state(self) -> dict[str, npt.NDArray[np.generic]]:
-        """Return all that is remembered, for `restore`."""
         return {**self._hearing.state(), **self._air.state(), **self._engines.state()}
 
     def restore(self, state: Mapping[str, npt.NDArray[np.generic]]) -> None:
-        """Go on from what `state` gave."""
         for part in (self._hearing, self._air, self._engines):
             part.restore(state)
 

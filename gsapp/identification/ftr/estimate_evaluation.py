@@ -52,10 +52,7 @@ def evaluate_estimates(
 ) -> tuple[VerdictArray, VerdictArray]:
     """Return a verdict for each derivative, and the place of the variable it moved with.
 
-    Parameters
-    ----------
-    running : ndarray of bool, shape (U, 3)
-        Equations whose instruments are there.
+    `running`, shape (U, 3): equations whose instruments are there.
 
     Returns
     -------

@@ -110,12 +110,10 @@ class EstimateLog:
 
     @property
     def times(self) -> FloatArray:
-        """Return the times of all moments, s."""
         return self._times[: self._count]
 
     @property
     def last_time(self) -> float | None:
-        """Return the time of the last moment, s."""
         return float(self._times[self._count - 1]) if self._count else None
 
     def row_at(self, time: float | None) -> int | None:
@@ -127,43 +125,35 @@ class EstimateLog:
 
     @property
     def values(self) -> FloatArray:
-        """Return the values, shape (n, D)."""
         return self._table["values"][: self._count]
 
     @property
     def stds(self) -> FloatArray:
-        """Return the honest bounds, shape (n, D)."""
         return self._table["stds"][: self._count]
 
     @property
     def plains(self) -> FloatArray:
-        """Return the bounds for white residuals, shape (n, D)."""
         return self._table["plains"][: self._count]
 
     @property
     def verdicts(self) -> VerdictArray:
-        """Return the verdicts, shape (n, D)."""
         return np.asarray(self._table["verdicts"][: self._count], dtype=np.int8)
 
     @property
     def companions(self) -> VerdictArray:
-        """Return the places of the variables moved with, shape (n, D)."""
         return np.asarray(self._table["companions"][: self._count], dtype=np.int8)
 
     @property
     def qualities(self) -> Float32Array:
-        """Return the qualities, shape (n, D, 4)."""
         return np.asarray(self._table["qualities"][: self._count], dtype=np.float32)
 
     def state(self) -> dict[str, npt.NDArray[np.generic]]:
-        """Return all moments, for `restore`."""
         return {
             "times": self.times,
             **{name: array[: self._count] for name, array in self._table.items()},
         }
 
     def restore(self, state: Mapping[str, npt.NDArray[np.generic]]) -> None:
-        """Go on from what `state` gave."""
         times = np.asarray(state["times"], dtype=np.float64)
         self._make(max(256, 2 * times.size))
         self._times[: times.size] = times

@@ -49,10 +49,7 @@ def live_estimate_at(
 ) -> LiveEstimate:
     """Return one derivative as it stood at one row of the log.
 
-    Parameters
-    ----------
-    missing : mapping of str to str
-        Coefficients whose equation cannot run now, with the reason in words.
+    `missing`: coefficients whose equation cannot run now, with the reason in words.
     """
     place = log.names.index(name)
     verdict = EstimateVerdict(int(log.verdicts[row, place]))

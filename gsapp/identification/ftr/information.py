@@ -94,12 +94,10 @@ class RecordInformation:
         return RecordInformation(np.where(equations[:, np.newaxis], self.table, 0.0), self.p)
 
     def state(self) -> dict[str, npt.NDArray[np.generic]]:
-        """Return the table by name."""
         return {"table": self.table}
 
     @staticmethod
     def from_state(state: Mapping[str, npt.NDArray[np.generic]], p: int) -> RecordInformation:
-        """Return what `state` was made from."""
         table = np.array(state["table"], dtype=np.float64)
         if table.shape != (3, _layout(p).size):
             raise ValueError(f"information has the shape {table.shape}")
@@ -107,12 +105,10 @@ class RecordInformation:
 
     @property
     def G(self) -> FloatArray:  # noqa: N802 - its name in the equations
-        """Return X' X, weighted."""
         return self._square(0)
 
     @property
     def meat(self) -> FloatArray:
-        """Return X' R X."""
         return self._square(self.p * self.p)
 
     def _square(self, start: int) -> FloatArray:
@@ -121,62 +117,50 @@ class RecordInformation:
 
     @property
     def b(self) -> FloatArray:
-        """Return X' Y, weighted."""
         return self.table[..., _layout(self.p).b]
 
     @property
     def noise(self) -> FloatArray:
-        """Return share of the diagonal of G that is noise."""
         return self.table[..., _layout(self.p).noise]
 
     @property
     def white(self) -> FloatArray:
-        """Return share of it that is white."""
         return self.table[..., _layout(self.p).white]
 
     @property
     def regressor_energy(self) -> FloatArray:
-        """Return integrals of (qbar x)^2 in the band."""
         return self.table[..., _layout(self.p).spread]
 
     @property
     def squared_weight(self) -> FloatArray:
-        """Return squared diagonal of G over freedom."""
         return self.table[..., _layout(self.p).weighty]
 
     @property
     def mean(self) -> FloatArray:
-        """Return sums at zero frequency."""
         return self.table[..., _layout(self.p).mean]
 
     @property
     def rss(self) -> FloatArray:
-        """Return squared residuals over squared weights."""
         return self.table[..., -6]
 
     @property
     def degrees_of_freedom(self) -> FloatArray:
-        """Return real equations less unknowns."""
         return self.table[..., -5]
 
     @property
     def coefficient_energy(self) -> FloatArray:
-        """Return integral of (qbar C)^2 in the band."""
         return self.table[..., -4]
 
     @property
     def mean_noise(self) -> FloatArray:
-        """Return variance of the sum of qbar C."""
         return self.table[..., -3]
 
     @property
     def effective_time(self) -> FloatArray:
-        """Return effective time, s."""
         return self.table[..., -2]
 
     @property
     def pressure_energy(self) -> FloatArray:
-        """Return integral of qbar^2."""
         return self.table[..., -1]
 
 

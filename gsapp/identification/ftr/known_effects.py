@@ -43,10 +43,7 @@ class KnownEffects:
 def compute_known_effects(maneuver: Maneuver, model: Model | None) -> KnownEffects | None:
     """Return what a model's effects give over a maneuver; None where it has none.
 
-    Parameters
-    ----------
-    model : Model or None
-        Without effects on instruments and control paths.
+    `model`: without effects on instruments and control paths.
 
     Raises
     ------

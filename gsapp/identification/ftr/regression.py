@@ -137,12 +137,8 @@ def solve_records(
 ) -> tuple[list[SolvableInformation], RecordInformation]:
     """Return what there is to conclude from at U moments, and what the last of them adds.
 
-    Parameters
-    ----------
-    spacing : float
-        Of the frequencies transformed, Hz.
-    past : RecordInformation
-        Of the records before it, at each moment: arrays of shape (U, 3, ...).
+    `spacing`: of the frequencies transformed, Hz.
+    `past`: of the records before it, at each moment: arrays of shape (U, 3, ...).
     """
     p = transforms.signals.shape[-1] - 7
     count = len(transforms.frequencies)

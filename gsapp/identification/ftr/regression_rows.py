@@ -28,12 +28,8 @@ class EstimationWindow:
     def blocks(self, rate: float, block: int) -> tuple[int, int]:
         """Return the number of the first block of the window, and of the one after the last.
 
-        Parameters
-        ----------
-        rate : float
-            Samples a second.
-        block : int
-            Samples of a block.
+        `rate`: samples a second.
+        `block`: samples of a block.
         """
         first = (math.ceil(self.start * rate - 1e-6) - 1) // block
         if self.stop is None:
@@ -51,13 +47,11 @@ class EstimationWindow:
         return RegressionRows(valid=rows.valid & inside, columns=rows.columns, running=rows.running)
 
     def state(self) -> npt.NDArray[np.generic]:
-        """Return the window as numbers, for a saved state."""
         stop = np.nan if self.stop is None else self.stop
         return np.array([self.start, stop, float(self.overrun)])
 
     @classmethod
     def from_state(cls, numbers: npt.NDArray[np.generic]) -> EstimationWindow | None:
-        """Return what `state` was made from; None of no numbers."""
         if not numbers.size:
             return None
         start, stop, over = (float(x) for x in np.asarray(numbers, dtype=np.float64))
@@ -96,7 +90,6 @@ class BlockBuffer:
         return {axis: RegressionRows.joined([rows[axis] for rows in parts]) for axis in self._axes}
 
     def state(self) -> tuple[npt.NDArray[np.generic], dict[str, ArrayTable]]:
-        """Return the numbers of the blocks, and their rows by axis, for a saved state."""
         numbers = np.array([number for number, _ in self._blocks], dtype=np.int64)
         if not self._blocks:
             return numbers, {}
@@ -104,7 +97,6 @@ class BlockBuffer:
         return numbers, {f"ring.{axis}": rows.state() for axis, rows in whole.items()}
 
     def restore(self, numbers: npt.NDArray[np.generic], table: ArrayTable) -> None:
-        """Hold what `state` gave."""
         self.clear()
         if not numbers.size:
             return
@@ -153,12 +145,10 @@ class RegressionRows:
         )
 
     def state(self) -> dict[str, npt.NDArray[np.generic]]:
-        """Return the arrays by name."""
         return {"valid": self.valid, "columns": self.columns, "running": self.running}
 
     @staticmethod
     def from_state(state: Mapping[str, npt.NDArray[np.generic]]) -> RegressionRows:
-        """Return what `state` was made from."""
         return RegressionRows(
             valid=np.array(state["valid"], dtype=bool),
             columns=np.array(state["columns"], dtype=np.float64),

@@ -56,7 +56,6 @@ class _ContiguousRows:
 
     @property
     def left(self) -> FloatArray:
-        """Return the rows not taken yet."""
         return self.rows[: max(0, self.newest - self.first + 1)]
 
     def _make_room(self, count: int) -> None:
@@ -88,7 +87,6 @@ class RowAssembler:
         self.restart()
 
     def restart(self) -> None:
-        """Forget all samples."""
         self._stretches: list[_ContiguousRows] = []
         self._began = _NO_INDEX  # grid index of the first sample of all
         self._reached = np.full(len(FTR_CHANNELS), _NO_INDEX, dtype=np.int64)
@@ -184,7 +182,6 @@ class RowAssembler:
         return table
 
     def restore(self, state: Mapping[str, npt.NDArray[np.generic]]) -> None:
-        """Go on from what `state` gave."""
         self.restart()
         self._began = int(state["began"])
         self._reached = np.array(state["reached"], dtype=np.int64)

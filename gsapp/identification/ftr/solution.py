@@ -69,12 +69,10 @@ class FTRSolution:
         )
 
     def state(self) -> dict[str, npt.NDArray[np.generic]]:
-        """Return the arrays by name."""
         return {one.name: getattr(self, one.name) for one in fields(self)}
 
     @staticmethod
     def from_state(state: Mapping[str, npt.NDArray[np.generic]]) -> FTRSolution:
-        """Return what `state` was made from."""
         names = (one.name for one in fields(FTRSolution))
         return FTRSolution(**{name: np.array(state[name], dtype=np.float64) for name in names})
 

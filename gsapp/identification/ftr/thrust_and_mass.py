@@ -33,7 +33,6 @@ class ThrustAndMassModel:
         self.restart()
 
     def restart(self) -> None:
-        """Forget where the levers were, and fill the tanks."""
         self._levers = np.full(2, np.nan)  # throttle and difference, as the engines follow them
         self._burned = np.zeros(1)
 
@@ -92,10 +91,8 @@ class ThrustAndMassModel:
         return np.where(np.isfinite(measured), measured, burning)
 
     def state(self) -> dict[str, npt.NDArray[np.generic]]:
-        """Return all that is remembered, for `restore`."""
         return {"levers": self._levers, "burned": self._burned}
 
     def restore(self, state: Mapping[str, npt.NDArray[np.generic]]) -> None:
-        """Go on from what `state` gave."""
         self._levers = np.array(state["levers"], dtype=np.float64)
         self._burned = np.array(state["burned"], dtype=np.float64)

@@ -35,10 +35,7 @@ class BatchLeastSquaresResult:
 def batch_least_squares(stretches: Sequence[LinearModelSignals]) -> BatchLeastSquaresResult:
     """Fit a model to measured states, inputs and outputs.
 
-    Parameters
-    ----------
-    stretches : sequence of LinearModelSignals
-        Each without a gap; states, inputs and outputs alike in all.
+    `stretches`: each without a gap; states, inputs and outputs alike in all.
 
     Raises
     ------

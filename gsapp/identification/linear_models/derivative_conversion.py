@@ -50,12 +50,10 @@ class SteadyCondition:
 
     @property
     def qbar(self) -> float:
-        """Return the dynamic pressure, Pa."""
         return 0.5 * self.rho * self.U1**2
 
     @property
     def operating_point(self) -> OperatingPoint:
-        """Return the steady flight as a linear model names it."""
         return OperatingPoint(speed=self.U1, density=self.rho, mass=self.mass)
 
     @property
@@ -115,13 +113,9 @@ def solve_steady_flight(
     says; its moment, where the engines sit off the CG, is held by that of the air, which grows
     with qbar. Without engines the weight carries the drag, down the path at which it does so.
 
-    Parameters
-    ----------
-    condition : SteadyCondition
-        Its `thrust_slope` is set, and without engines its `climb_angle`.
-    derivatives : mapping of str to float
-        With ``CA_0`` and ``CA_alpha``; ``CA_de`` counts where it is given, at
-        `SteadyCondition.de1`.
+    `condition`: its `thrust_slope` is set, and without engines its `climb_angle`.
+    `derivatives`: with ``CA_0`` and ``CA_alpha``; ``CA_de`` counts where it is given, at
+    `SteadyCondition.de1`.
 
     Returns
     -------
@@ -162,14 +156,11 @@ def longitudinal_model(
 ) -> LinearModel:
     """Return the linear model in alpha, V, q, theta for an elevator (7.3.7), (7.3.9).
 
-    Parameters
-    ----------
-    derivatives : mapping of str to float
-        ``CN_alpha CN_q CN_de CA_alpha CA_q CA_de Cm_alpha Cm_q Cm_de``, those left out are zero.
-        ``CL1`` and ``CD1`` are the steady coefficients (`solve_steady_flight`); CL1 follows from
-        the weight where left out, CD1 is not guessed: zero. ``Cm_alphadot`` and
-        ``CL_alphadot`` are the lag of the downwash (over c/2U1), ``Cm_V`` the moment that speed
-        brings beyond qbar, over U1.
+    `derivatives`: ``CN_alpha CN_q CN_de CA_alpha CA_q CA_de Cm_alpha Cm_q Cm_de``, those left out
+    are zero. ``CL1`` and ``CD1`` are the steady coefficients (`solve_steady_flight`); CL1 follows
+    from the weight where left out, CD1 is not guessed: zero. ``Cm_alphadot`` and ``CL_alphadot``
+    are the lag of the downwash (over c/2U1), ``Cm_V`` the moment that speed brings beyond qbar,
+    over U1.
 
     Returns
     -------
@@ -228,10 +219,8 @@ def lateral_model(
 ) -> LinearModel:
     """Return the linear model in beta, p, r, phi for ailerons and rudder (7.3.8), (7.3.10).
 
-    Parameters
-    ----------
-    derivatives : mapping of str to float
-        ``CY_beta CY_p CY_r CY_da CY_dr``, likewise ``Cl_`` and ``Cn_``; those left out are zero.
+    `derivatives`: ``CY_beta CY_p CY_r CY_da CY_dr``, likewise ``Cl_`` and ``Cn_``; those left out
+    are zero.
 
     Returns
     -------
@@ -279,10 +268,7 @@ def longitudinal_derivatives(
 ) -> dict[str, float]:
     """Return what a longitudinal model means: `longitudinal_model` undone, without alpha-dot.
 
-    Parameters
-    ----------
-    model : LinearModel
-        With at least the states alpha and q, and the input de. V adds the drag rows.
+    `model`: with at least the states alpha and q, and the input de. V adds the drag rows.
 
     Returns
     -------

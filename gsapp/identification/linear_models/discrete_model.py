@@ -20,7 +20,6 @@ class InputOutputRecord:
     outputs: FloatArray  # Shape (n, n_outputs). Small changes, SI; none missing.
 
     def __len__(self) -> int:
-        """Return the number of samples."""
         return int(self.inputs.shape[0])
 
 
@@ -38,7 +37,6 @@ class DiscreteModel:
 
     @property
     def order(self) -> int:
-        """Return the number of states."""
         return int(self.A.shape[0])
 
     def simulate(self, inputs: FloatArray, start: FloatArray | None = None) -> FloatArray:

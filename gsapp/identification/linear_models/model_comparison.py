@@ -216,12 +216,8 @@ def fit_models(
 ) -> dict[str, FittedModel]:
     """Fit the three models.
 
-    Parameters
-    ----------
-    derivatives : mapping of str to float
-        Means of the maximum likelihood estimates over `fitted`.
-    order : int, optional
-        Of the subspace model; None lets the data choose.
+    `derivatives`: means of the maximum likelihood estimates over `fitted`.
+    `order`: of the subspace model; None lets the data choose.
 
     Returns
     -------
@@ -274,11 +270,8 @@ def simulate_outputs(
 ) -> FloatArray:
     """Return the outputs that a model computes from the measured inputs of a stretch.
 
-    Parameters
-    ----------
-    own_start : bool
-        Whether the level and the motion that the stretch began with are given; else the level
-        alone.
+    `own_start`: whether the level and the motion that the stretch began with are given; else the
+    level alone.
 
     Returns
     -------
@@ -306,10 +299,7 @@ def _output_errors(
 def errors_over_range(z: FloatArray, y: FloatArray, names: Sequence[str]) -> dict[str, float]:
     """Return RMS error over range (percent) of each column; infinite where y is not finite.
 
-    Parameters
-    ----------
-    z, y : ndarray, shape (n, len(names))
-        Measured and computed.
+    `z` and `y`, shape (n, number of names): measured and computed.
     """
     found = {}
     for column, name in enumerate(names):

@@ -46,12 +46,10 @@ class LinearModelSignals:
     output_names: tuple[str, ...]
 
     def __len__(self) -> int:
-        """Return the number of samples."""
         return int(self.times.size)
 
     @property
     def dt(self) -> float:
-        """Return the sample time, s."""
         return float(self.times[1] - self.times[0])
 
 
@@ -107,7 +105,6 @@ def linear_model_signals(maneuver: Maneuver, axis: LinearAxis) -> tuple[LinearMo
 
 
 def _is_constant(samples: FloatArray) -> bool:
-    """Return whether a channel shows the same all the time: its instrument is dead."""
     known = samples[np.isfinite(samples)]
     return bool(known.size) and float(np.ptp(known)) == 0.0
 

@@ -110,10 +110,8 @@ class Kernel(ABC):
     ) -> tuple[FloatArray, FloatArray]:
         """Return the responses and their total derivatives.
 
-        Parameters
-        ----------
-        S : ndarray, shape (n_states, m, n)
-            Derivatives of the states; the first n_free columns are those by `free`.
+        `S`, shape (n_states, m, n): derivatives of the states; the first n_free columns are those
+        by `free`.
 
         Returns
         -------
@@ -159,7 +157,6 @@ class GeneralKernel(Kernel):
     def build_forcing(
         self, states: FloatArray, inputs: FloatArray, by_path: FloatArray | None, values: FloatArray
     ) -> Forcing:
-        """Return the drive; nothing is worked out beforehand."""
         del values
         table = np.empty((0, states.shape[1]))
         return Forcing(states=states, inputs=inputs, path_derivatives=by_path, precomputed=table)
@@ -171,7 +168,6 @@ class GeneralKernel(Kernel):
         return state
 
     def rates(self, drive: Forcing, x: FloatArray, values: FloatArray) -> FloatArray:
-        """Return the rates of the active states."""
         found = self.model.rates(self._state(drive, x), tuple(drive.inputs), tuple(values))
         out = np.empty_like(x)
         for row, place in enumerate(self._active):
@@ -181,7 +177,6 @@ class GeneralKernel(Kernel):
     def jacobian(
         self, drive: Forcing, x: FloatArray, values: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
-        """Return rates and their derivatives by the active states."""
         found = self._differentiate(drive, x, values, ())
         f_x = found[:, :, self._active].transpose(1, 2, 0)
         return self.rates(drive, x, values), np.ascontiguousarray(f_x)
@@ -189,7 +184,6 @@ class GeneralKernel(Kernel):
     def gradients(
         self, drive: Forcing, x: FloatArray, values: FloatArray
     ) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Return rates with derivatives by states and free parameters."""
         rows = self._differentiate(drive, x, values, self._own)
         f_x = np.ascontiguousarray(rows[:, :, self._active].transpose(1, 2, 0))
         own = len(self._own)
@@ -204,7 +198,6 @@ class GeneralKernel(Kernel):
     def _differentiate(
         self, drive: Forcing, x: FloatArray, values: FloatArray, free: tuple[str, ...]
     ) -> FloatArray:
-        """Return the derivatives of the active rates, shape (n, n_active, n_all)."""
         found = self.model.differentiate(
             self._state(drive, x), tuple(drive.inputs), tuple(values), free=free
         )
@@ -212,7 +205,6 @@ class GeneralKernel(Kernel):
         return rows
 
     def outputs(self, drive: Forcing, x: FloatArray, values: FloatArray) -> FloatArray:
-        """Return the responses."""
         found = self._outputs.values(self._state(drive, x), tuple(drive.inputs), tuple(values))
         out = np.empty((len(self.responses), x.shape[1]))
         for row, one in enumerate(found):
@@ -222,7 +214,6 @@ class GeneralKernel(Kernel):
     def output_sensitivities(
         self, drive: Forcing, x: FloatArray, values: FloatArray, S: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
-        """Return the responses and their total derivatives."""
         y, slopes, _ = self._outputs.jacobian(
             self._state(drive, x), tuple(drive.inputs), tuple(values), free=self._own
         )

@@ -34,11 +34,8 @@ def shift_samples(rows: FloatArray, samples: float) -> tuple[FloatArray, FloatAr
     Cubic convolution (Catmull-Rom): smooth in the shift, so that Gauss-Newton can find it. Beyond
     the ends the outermost sample holds.
 
-    Parameters
-    ----------
-    rows : ndarray, shape (..., n)
-    samples : float
-        Positive: late.
+    `rows`, shape (..., n).
+    `samples`: positive: late.
     """
     count = rows.shape[-1]
     place = np.arange(count) - samples
@@ -84,7 +81,6 @@ class GlobalParameters:
 
     @property
     def all(self) -> tuple[str, ...]:
-        """Return all of them in the order of the unknowns."""
         return (*self.equations, *self.paths, *self.sensors)
 
 
@@ -139,7 +135,6 @@ class ManeuverProblem:
 
     @property
     def id(self) -> str:
-        """Return the maneuver's id."""
         return self.maneuver.id
 
     def values(self, shared: FloatArray) -> FloatArray:
@@ -218,12 +213,8 @@ class ManeuverProblem:
     ) -> list[FloatArray] | None:
         """Return the residuals of every segment, (n_responses, n); None where it diverges.
 
-        Parameters
-        ----------
-        shared, local : ndarray
-            Unknowns.
-        moved : ndarray or None
-            Change of the unknowns (all columns) from the last accepted point.
+        `shared` and `local`: unknowns.
+        `moved`: change of the unknowns (all columns) from the last accepted point.
         """
         self._update_inputs(shared)
         values = self.values(shared)
@@ -304,7 +295,6 @@ class ManeuverProblem:
 
     @property
     def shared_count(self) -> int:
-        """Return the number of global unknowns."""
         return len(self.names.all)
 
     def _state_columns(self, index: int) -> list[int]:
@@ -405,7 +395,6 @@ class EstimationProblem:
 
     @property
     def unknowns(self) -> tuple[str, ...]:
-        """Return the names of all unknowns."""
         local = [name for part in self.parts for name in part.local_names]
         return (*self.names.all, *local)
 

@@ -63,12 +63,8 @@ def build_problem(
 ) -> EstimationProblem:
     """Lay out a fit.
 
-    Parameters
-    ----------
-    piece : float, optional
-        Cut every segment into pieces of this length, s, each started from measurement.
-    motions : sequence of MeasuredMotion, optional
-        If they are known already.
+    `piece`: cut every segment into pieces of this length, s, each started from measurement.
+    `motions`: if they are known already.
 
     Raises
     ------
@@ -341,7 +337,6 @@ def _name_locals(problem: ManeuverProblem, states: Sequence[str]) -> None:
 def _model_start_values(
     names: GlobalParameters, model: FlightModel, settings: MLSettings
 ) -> FloatArray:
-    """Return the model's own values of the global unknowns, with those of the settings."""
     known = model_parameter_values(model)
     known.update(settings.start)
     return np.array([known[name] for name in names.all], dtype=np.float64)

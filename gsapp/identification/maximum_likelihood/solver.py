@@ -89,11 +89,9 @@ class Solver:
     def evaluate(self, unknowns: FloatArray, before: FloatArray | None = None) -> FitPoint | None:
         """Return the point at these unknowns; None where the model diverges.
 
-        Parameters
-        ----------
-        unknowns : ndarray, shape (n_unknowns,)
-        before : ndarray, shape (n_unknowns,), optional
-            Unknowns at the last accepted point, whose sensitivities predict the trajectories.
+        `unknowns`, shape (n_unknowns,).
+        `before`, shape (n_unknowns,): unknowns at the last accepted point, whose sensitivities
+        predict the trajectories.
         """
         shared = unknowns[: self._shared]
         residuals: list[list[FloatArray]] = []

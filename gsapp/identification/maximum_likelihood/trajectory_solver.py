@@ -37,12 +37,10 @@ class SegmentForcing:
 
     @property
     def at_step_start(self) -> Forcing:
-        """Return the drive at the start of every step."""
         return self.samples.select_instants(slice(0, -1))
 
     @property
     def at_step_end(self) -> Forcing:
-        """Return the drive at the end of every step."""
         return self.samples.select_instants(slice(1, None))
 
 
@@ -307,11 +305,8 @@ class TrajectorySolver:
 def _solve_bidiagonal(Phi: FloatArray, columns: FloatArray) -> FloatArray:
     """Solve d[0] = b[0], d[k+1] - Phi_k d[k] = b[k+1].
 
-    Parameters
-    ----------
-    Phi : ndarray, shape (n_states, n_states, n - 1)
-    columns : ndarray, shape (m, n, n_states)
-        Right-hand sides; overwritten.
+    `Phi`, shape (n_states, n_states, n - 1).
+    `columns`, shape (m, n, n_states): right-hand sides; overwritten.
     """
     size, _, steps = Phi.shape
     band = np.zeros((steps + 1, size, 2 * size))

@@ -16,10 +16,7 @@ from gsapp.identification.summary.campaign_linear_models import (
 def exclude_maneuvers(outcome: RunOutcome, maneuvers: Collection[str]) -> RunOutcome:
     """Return an outcome with other maneuvers left out of its means; no maneuver is fitted again.
 
-    Parameters
-    ----------
-    maneuvers : collection of str
-        Ids as in its result; empty takes all of them in.
+    `maneuvers`: ids as in its result; empty takes all of them in.
     """
     summary = summarize_campaign(outcome.result, without=maneuvers)
     models, why_not = build_linear_models(outcome.result, summary)

@@ -69,10 +69,7 @@ class FlightCache:
     ) -> CachedFlight:
         """Return a flight, read only if it was not before or has changed since.
 
-        Parameters
-        ----------
-        doing : callable, optional
-            Told what is being done, in words.
+        `doing`: told what is being done, in words.
 
         Raises
         ------

@@ -78,12 +78,8 @@ def input_files(request: RunRequest, shelved: Sequence[CachedFlight]) -> tuple[I
 
     Files of a model or of weights are among them only if the settings did not hold these already.
 
-    Parameters
-    ----------
-    request : RunRequest
-        As it was asked, with whole paths.
-    shelved : sequence of CachedFlight
-        Its flights.
+    `request`: as it was asked, with whole paths.
+    `shelved`: its flights.
 
     Raises
     ------

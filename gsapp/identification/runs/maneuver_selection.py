@@ -39,10 +39,7 @@ def select_maneuvers(
 ) -> tuple[FlightSelection, ...]:
     """Return the maneuvers of a run, flight by flight.
 
-    Parameters
-    ----------
-    request : RunRequest
-        With whole paths.
+    `request`: with whole paths.
 
     Raises
     ------

@@ -19,12 +19,8 @@ _FILE_KEYS: Final = ("aircraft", "calibration", "channel_map", "weights", "model
 def request_json(request: RunRequest, folder: Path) -> dict[str, Any]:
     """Return a request as JSON can hold it; the model by its content.
 
-    Parameters
-    ----------
-    request : RunRequest
-        With whole paths.
-    folder : Path
-        Of the file it is kept in; paths within it are kept from there.
+    `request`: with whole paths.
+    `folder`: of the file it is kept in; paths within it are kept from there.
     """
     content = request.model_dump(mode="json", exclude={"maneuvers": {"__all__": {"found"}}})
     return _map_paths(content, lambda path: _to_relative(path, folder.absolute()))

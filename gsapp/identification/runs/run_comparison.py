@@ -63,10 +63,7 @@ def compare_runs(
 ) -> RunComparison:
     """Return two runs beside each other.
 
-    Parameters
-    ----------
-    means : {"values", "campaign"}
-        Which of their means.
+    `means`: which of their means.
 
     Raises
     ------

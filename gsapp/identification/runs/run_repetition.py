@@ -43,10 +43,7 @@ def repeat_run(
 ) -> RepeatedRun:
     """Do a kept run again, from exactly what it was asked for.
 
-    Parameters
-    ----------
-    flights, doing, progress
-        As for `execute_run`.
+    `flights`, `doing`, `progress`: as for `execute_run`.
 
     Raises
     ------

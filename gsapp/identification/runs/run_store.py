@@ -117,10 +117,7 @@ def save_run(catalog: Catalog, outcome: RunOutcome) -> int:
 def update_run_means(catalog: Catalog, outcome: RunOutcome) -> None:
     """Keep other means of a kept run, of the same fits; see `excluding`.
 
-    Parameters
-    ----------
-    outcome : RunOutcome
-        With its number.
+    `outcome`: with its number.
 
     Raises
     ------

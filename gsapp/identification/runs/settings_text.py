@@ -24,10 +24,7 @@ def setting_title(name: str) -> str:
 def describe_settings(request: RunRequest, *, digits: int = _DIGITS) -> dict[str, str]:
     """Return every setting of a run in words, by its title; maneuvers and flights are none.
 
-    Parameters
-    ----------
-    digits : int
-        Significant digits of numbers.
+    `digits`: significant digits of numbers.
     """
     model, weights = request.known_model, request.response_weights
     values = {name: getattr(request, name) for name in EstimateSettings.model_fields}

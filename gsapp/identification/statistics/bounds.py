@@ -190,12 +190,8 @@ def noise_autocovariance(part: ManeuverFitData, *, lags: int | None = None) -> F
 
     What the fit took away is added back.
 
-    Parameters
-    ----------
-    part : ManeuverFitData
-        With all parameters that the fit had.
-    lags : int, optional
-        Lg. By default `gsapp.identification.statistics.correlation.default_lags`.
+    `part`: with all parameters that the fit had.
+    `lags`: lg. By default `gsapp.identification.statistics.correlation.default_lags`.
 
     Returns
     -------
@@ -285,12 +281,9 @@ class _SpectralWorkspace:
 def noise_covariance(v: FloatArray, *, diagonal: bool = False) -> FloatArray:
     """Return R = mean of v v', shape (n_responses, n_responses).
 
-    Parameters
-    ----------
-    v : ndarray, shape (n, n_responses)
-        Each element of R is the mean over the samples where both responses count.
-    diagonal : bool
-        Leave the covariances between responses out.
+    `v`, shape (n, n_responses): each element of R is the mean over the samples where both responses
+    count.
+    `diagonal`: leave the covariances between responses out.
 
     Notes
     -----

@@ -63,9 +63,7 @@ class LagLayout:
     def lagged_sums(self, columns: FloatArray) -> FloatArray:
         """Return sum_k x_k[a] x_(k+j)[b] for j = -lags ... lags.
 
-        Parameters
-        ----------
-        columns : ndarray, shape (n, m)
+        `columns`, shape (n, m).
 
         Returns
         -------

@@ -11,11 +11,8 @@ from gsapp.quantities import FloatArray
 def response_fit(measured: FloatArray, computed: FloatArray) -> ResponseFit:
     """Compare one response with its measurement.
 
-    Parameters
-    ----------
-    measured, computed : ndarray, shape (n,)
-        Samples that are not finite in either do not count. With none left all is NaN; over a
-        range of zero the percentage and r2 are NaN.
+    `measured` and `computed`, shape (n,): samples that are not finite in either do not count. With
+    none left all is NaN; over a range of zero the percentage and r2 are NaN.
     """
     counted = np.isfinite(measured) & np.isfinite(computed)
     z, y = measured[counted], computed[counted]

@@ -48,7 +48,6 @@ class Identifiability:
     """Pairs of estimates correlated by more than 0.95, the strongest first."""
 
     def __getitem__(self, name: str) -> ParameterVerdict:
-        """Return the verdict on one parameter."""
         return self.verdicts[name]
 
 

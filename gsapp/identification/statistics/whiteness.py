@@ -39,12 +39,8 @@ def evaluate_whiteness(
 ) -> tuple[Whiteness, ...]:
     """Test the residuals of each response.
 
-    Parameters
-    ----------
-    v : ndarray, shape (n, n_responses)
-        NaN where a sample does not count.
-    dt : float
-        Sample time, s.
+    `v`, shape (n, n_responses): NaN where a sample does not count.
+    `dt`: sample time, s.
 
     Returns
     -------

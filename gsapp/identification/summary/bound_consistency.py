@@ -59,9 +59,7 @@ def _paule_mandel_std(values: FloatArray, stds: FloatArray) -> float:
 def robust_center(values: FloatArray, stds: FloatArray) -> tuple[float, float]:
     """Return a center and a spread between maneuvers that a few wild values do not move.
 
-    Parameters
-    ----------
-    values, stds : ndarray, shape (n,)
+    `values` and `stds`, shape (n,).
 
     Returns
     -------

@@ -52,10 +52,7 @@ def build_linear_models(
 ) -> tuple[dict[LinearAxis, LinearModel], tuple[str, ...]]:
     """Return the linear models about the mean condition of the maneuvers of each axis.
 
-    Parameters
-    ----------
-    summary : CampaignSummary
-        Whose means are taken; what is held or known from a model stands in for the others.
+    `summary`: whose means are taken; what is held or known from a model stands in for the others.
 
     Returns
     -------

@@ -64,7 +64,6 @@ class DerivativeSummary:
 
     @property
     def included_points(self) -> tuple[DerivativePoint, ...]:
-        """Return the points that stand."""
         out = {one.point.maneuver for one in self.outliers}
         out.update(one.maneuver for one in self.excluded)
         return tuple(one for one in self.points if one.maneuver not in out)
@@ -97,11 +96,8 @@ class CampaignSummary:
 def summarize_campaign(result: CampaignResult, *, without: Collection[str] = ()) -> CampaignSummary:
     """Return means, honesty of bounds, outliers and trends of a campaign.
 
-    Parameters
-    ----------
-    without : collection of str
-        Maneuvers left out by hand: their points are kept in sight and count for nothing. A
-        derivative that no other maneuver gave is left out with them.
+    `without`: maneuvers left out by hand: their points are kept in sight and count for nothing. A
+    derivative that no other maneuver gave is left out with them.
     """
     points = collect_points(result)
     order = {name: place for place, name in enumerate(derivative_names())}

@@ -37,10 +37,7 @@ def collect_points(
 ) -> dict[str, tuple[DerivativePoint, ...]]:
     """Return the points of each derivative that some maneuver earned, in order of maneuvers.
 
-    Parameters
-    ----------
-    converged : bool
-        Of the fits that converged, or of those that did not.
+    `converged`: of the fits that converged, or of those that did not.
     """
     found: dict[str, list[DerivativePoint]] = {}
     for number, one in enumerate(result.results, start=1):

@@ -257,7 +257,6 @@ def _too_few_text(own: Sequence[Maneuver], keep_out: Collection[str]) -> str:
 def _reestimate_means(
     result: CampaignResult, maneuvers: Sequence[Maneuver], progress: CampaignProgressCallback | None
 ) -> dict[str, float]:
-    """Return the derivatives that some maneuvers of a campaign give, estimated anew."""
     settings = result.settings.with_changes(joint=False)
     summary = summarize_campaign(run_campaign(maneuvers, settings, progress=progress))
     means = {name: one.value.mean for name, one in summary.derivatives.items()}

@@ -39,12 +39,8 @@ class Outlier:
 def detect_outliers(points: tuple[DerivativePoint, ...], count: int) -> dict[int, float]:
     """Return which of the points lie too far off.
 
-    Parameters
-    ----------
-    points : tuple of DerivativePoint
-        Of one derivative.
-    count : int
-        Points of all derivatives of the campaign: the more, the farther one strays by chance.
+    `points`: of one derivative.
+    `count`: points of all derivatives of the campaign: the more, the farther one strays by chance.
 
     Returns
     -------
