@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
     from gsapp.identification.campaign import CampaignResult, CampaignValue, ManeuverResult
     from gsapp.identification.results import Estimate
-    from gsapp.identification.runs.outcome import RunOutcome
+    from gsapp.identification.runs.run_execution import RunOutcome
 
 _FIXED, _EACH = 52, 22
 """Characters that the means take, and each column of a maneuver's own."""

@@ -10,14 +10,14 @@ if TYPE_CHECKING:
     from rich.console import Console
 
     from gsapp.flight.maneuver_settings import ManeuverSettings
-    from gsapp.identification.maneuver_extraction import FlightWithManeuvers
+    from gsapp.identification.maneuver import FlightWithManeuvers
 
 
 def load_flown_flights(
     paths: Sequence[Path], settings: ManeuverSettings, console: Console
 ) -> tuple[FlightWithManeuvers, ...]:
     """Open flights and cut their maneuvers, telling a console what is being done."""
-    from gsapp.identification import maneuver_extraction
+    from gsapp.identification import maneuver
 
     with console.status("reading") as status:
-        return maneuver_extraction.open_flights_with_maneuvers(paths, settings, doing=status.update)
+        return maneuver.open_flights_with_maneuvers(paths, settings, doing=status.update)

@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from gsapp.identification.runs.flight_cache import FlightCache
-    from gsapp.identification.runs.outcome import RunOutcome
+    from gsapp.identification.runs.inputs import FlightCache
+    from gsapp.identification.runs.run_execution import RunOutcome
 
 
 def is_stdout(json: Path | None) -> bool:

@@ -9,8 +9,8 @@ if TYPE_CHECKING:
     from rich.console import Console
 
     from gsapp.identification.campaign import CampaignProgressCallback
-    from gsapp.identification.runs.maneuver_selection import StatusCallback
-    from gsapp.identification.runs.outcome import RunOutcome
+    from gsapp.identification.runs.inputs import StatusCallback
+    from gsapp.identification.runs.run_execution import RunOutcome
 
 WorkResult = TypeVar("WorkResult")
 

@@ -14,8 +14,7 @@ if TYPE_CHECKING:
     from rich.table import Table
 
     from gsapp.identification.campaign import CampaignValue
-    from gsapp.identification.runs.run_comparison import RunComparison
-    from gsapp.identification.runs.run_repetition import RepeatedRun
+    from gsapp.identification.runs.run_comparison import RepeatedRun, RunComparison
     from gsapp.identification.runs.run_store import StoredRun
 
 _SHOWN = ("Cm_alpha", "Cm_q", "Cl_p", "Cn_beta")

@@ -53,7 +53,7 @@ def run(
         CompatibilitySettings,
         check_compatibility,
     )
-    from gsapp.identification.maneuver_extraction import no_maneuvers_text
+    from gsapp.identification.maneuver import no_maneuvers_text
 
     console = PlainConsole(stderr=is_stdout(json))
     given = ManeuverSettings(every_grade=True, **settings)
@@ -153,7 +153,7 @@ def _describe(console: Console, result: CompatibilityResult) -> None:
     from rich import box
     from rich.table import Table
 
-    from gsapp.identification.compatibility.instrument_text import format_error_with_bound
+    from gsapp.identification.compatibility.results import format_error_with_bound
     from gsapp.quantities import convert_text_units
 
     if result.parameters:

@@ -70,7 +70,7 @@ def run(
     from gsapp.dynamics.model import load_model
     from gsapp.flight.maneuvers import uncalibrated_text
     from gsapp.foundation import FlightError
-    from gsapp.identification.maneuver_extraction import no_maneuvers_text
+    from gsapp.identification.maneuver import no_maneuvers_text
     from gsapp.report.discrepancy_provenance import search_provenance
 
     console = PlainConsole(stderr=is_stdout(json))

@@ -39,7 +39,7 @@ def run(
     from gsapp.cli._usage_errors import as_usage_error, check_windows
     from gsapp.dynamics.model import load_model
     from gsapp.flight.catalog import Catalog
-    from gsapp.identification.runs.flight_cache import FlightCache
+    from gsapp.identification.runs.inputs import FlightCache
     from gsapp.identification.runs.request import RunRequest
     from gsapp.identification.runs.run_execution import execute_run
     from gsapp.identification.runs.run_store import save_run

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
     from gsapp.flight.catalog import Catalog
     from gsapp.identification.campaign import CampaignProgressCallback
-    from gsapp.identification.runs.maneuver_selection import StatusCallback
+    from gsapp.identification.runs.inputs import StatusCallback
     from gsapp.identification.runs.run_store import StoredRun
 
 RunsAction = Literal["list", "show", "compare", "repeat", "report", "forget", "recall", "rename"]
@@ -144,7 +144,7 @@ def _repeat(console: Console, store: Catalog, rest: Sequence[str]) -> Any:
     from gsapp.cli._progress_bar import run_with_progress_bar
     from gsapp.cli._runs_text import print_repeat_result
     from gsapp.identification.estimate_json import campaign_json
-    from gsapp.identification.runs.run_repetition import repeat_run
+    from gsapp.identification.runs.run_comparison import repeat_run
 
     number = int(rest[0])
     found = run_with_progress_bar(
@@ -171,8 +171,8 @@ def _report(
     from gsapp.cli._progress_bar import run_with_progress_bar
     from gsapp.cli._runs_text import print_repeat_result
     from gsapp.flight.info import local_timestamp
-    from gsapp.identification.runs.flight_cache import FlightCache
-    from gsapp.identification.runs.run_repetition import RepeatedRun, repeat_run
+    from gsapp.identification.runs.inputs import FlightCache
+    from gsapp.identification.runs.run_comparison import RepeatedRun, repeat_run
     from gsapp.report.campaign_report import write_campaign_report
     from gsapp.report.document_writer import check_report_path
 

@@ -30,11 +30,11 @@ from gsapp.dynamics.model import Model
 from gsapp.dynamics.sensors import accelerations_at_cg
 from gsapp.dynamics.terms import COEFFICIENTS, Term
 from gsapp.foundation import FlightError
-from gsapp.identification.delay_compensation import advance_samples
 from gsapp.identification.instrument_effects import effective_records
 from gsapp.identification.maneuver import Maneuver
 from gsapp.identification.motion import MeasuredMotion, measured_motion
 from gsapp.identification.preparation_settings import PREPARATION
+from gsapp.identification.record_preparation import advance_samples
 from gsapp.identification.smoothing import (
     BoolArray,
     Smoother,
@@ -455,3 +455,37 @@ def _valid_samples(
             known[touched] = filtering.valid_samples(out) & ~missing
         found[name] = known[touched]
     return found
+
+
+def smooth_coefficients(
+    maneuvers: Sequence[Maneuver],
+    motions: Sequence[MeasuredMotion] | None = None,
+    *,
+    stand_ins: Mapping[str, float] | None = None,
+    model: Model | None = None,
+    cutoff: float | None = None,
+    delays: Mapping[str, float] | None = None,
+) -> list[Coefficients]:
+    """Return the coefficients of all maneuvers, smoothed with the highest cutoff that one needs.
+
+    Parameters as in `gsapp.identification.coefficients.reconstruct_coefficients`.
+
+    Raises
+    ------
+    FlightError
+        If there is no maneuver.
+    """
+    if not maneuvers:
+        raise FlightError("no maneuver to estimate from; name at least one")
+    if motions is None:
+        maneuvers, model = effective_records(maneuvers, model)
+        motions = [measured_motion(maneuver, stand_ins=stand_ins) for maneuver in maneuvers]
+    if cutoff is None:
+        cutoff = max(
+            select_cutoff(motion.states[:, 1:6], maneuver.dt)
+            for maneuver, motion in zip(maneuvers, motions, strict=True)
+        )
+    return [
+        reconstruct_coefficients(maneuver, motion=motion, model=model, cutoff=cutoff, delays=delays)
+        for maneuver, motion in zip(maneuvers, motions, strict=True)
+    ]

@@ -21,9 +21,9 @@ from gsapp.dynamics.propulsion import throttle_for
 from gsapp.dynamics.sensors import flow_at_cg
 from gsapp.dynamics.signal_terms import apply_lag
 from gsapp.foundation import FlightError
-from gsapp.identification.air_data import air_density, airspeed_history
 from gsapp.identification.maneuver import Maneuver
 from gsapp.identification.preparation_settings import PREPARATION
+from gsapp.identification.record_preparation import air_density, airspeed_history
 from gsapp.quantities import BoolArray, FloatArray
 from gsapp.quantities.constants import GRAVITY
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
-from gsapp.identification.runs.outcome import RunOutcome
-from gsapp.identification.runs.settings_text import describe_settings
+from gsapp.identification.runs.request import describe_settings
+from gsapp.identification.runs.run_execution import RunOutcome
 from gsapp.report.provenance import Provenance
 
 

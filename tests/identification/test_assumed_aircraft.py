@@ -8,7 +8,7 @@ from gsapp.cli import maneuvers as maneuvers_command
 from gsapp.flight.info import FlightInfo
 from gsapp.flight.maneuver_settings import ManeuverSettings
 from gsapp.flight.read_settings import assumed_aircraft_text
-from gsapp.identification.maneuver_extraction import open_flights_with_maneuvers
+from gsapp.identification.maneuver import open_flights_with_maneuvers
 
 CSV = "time [s],q [deg/s],de [deg]\n" + "".join(
     f"{0.01 * k:.2f},{0.1 * (k % 7):.1f},{2.0 if 200 < k < 240 else 0.0}\n" for k in range(600)

@@ -6,10 +6,9 @@ import numpy as np
 import pytest
 
 from gsapp.foundation import FlightError
-from gsapp.identification.linear_models.batch_least_squares import batch_least_squares
-from gsapp.identification.linear_models.discrete_model import discretize
 from gsapp.identification.linear_models.linear_model_files import load_linear_model
-from gsapp.identification.linear_models.signals import LinearModelSignals
+from gsapp.identification.linear_models.model_comparison import batch_least_squares
+from gsapp.identification.linear_models.signals import LinearModelSignals, discretize
 
 DT = 0.01
 

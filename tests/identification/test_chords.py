@@ -7,8 +7,8 @@ import pytest
 
 from gsapp.aircraft import load_aircraft
 from gsapp.flight import Flight
-from gsapp.identification.interpolation import interpolate_cubic
 from gsapp.identification.maneuver import cut_maneuver
+from gsapp.identification.record_preparation import interpolate_cubic
 from gsapp.quantities import Block
 
 DT = 0.01

@@ -2,7 +2,7 @@
 
 import pytest
 
-from gsapp.identification.compatibility.instrument_text import format_error_with_bound
+from gsapp.identification.compatibility.results import format_error_with_bound
 from gsapp.quantities.constants import DEGREE, GRAVITY
 
 

@@ -12,9 +12,9 @@ from gsapp.dynamics.model import load_model
 from gsapp.flight import Flight
 from gsapp.flight.maneuvers.dead_instruments import AIRSPEED, find_dead_instruments
 from gsapp.identification.campaign import CampaignSettings, run_campaign
+from gsapp.identification.channel_faults import unmeasured_surfaces
+from gsapp.identification.estimate_corrections import campaign_assumed_constants
 from gsapp.identification.maneuver import Maneuver, cut_maneuver
-from gsapp.identification.missing_channels import campaign_assumed_constants
-from gsapp.identification.stuck_channels import unmeasured_surfaces
 from gsapp.quantities import Block
 from gsapp.quantities.constants import DEGREE
 from tests.identification.virtual_maneuvers import Virtual, fly

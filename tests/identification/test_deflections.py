@@ -9,11 +9,11 @@ import pytest
 from gsapp.aircraft import Aircraft, load_aircraft
 from gsapp.dynamics.actuators import Actuator
 from gsapp.flight import Flight
-from gsapp.identification.deflections import reconstruct_deflections
-from gsapp.identification.ftr.flight_history import compute_ftr_history
+from gsapp.identification.channel_faults import unmeasured_surfaces
+from gsapp.identification.ftr.maneuver_estimator import compute_ftr_history
 from gsapp.identification.maneuver import Maneuver, cut_maneuver
 from gsapp.identification.maximum_likelihood import MLSettings, estimate
-from gsapp.identification.stuck_channels import unmeasured_surfaces
+from gsapp.identification.record_preparation import reconstruct_deflections
 from gsapp.quantities import Block, FloatArray
 from gsapp.quantities.constants import DEGREE
 from tests.identification.virtual_maneuvers import Virtual, fly

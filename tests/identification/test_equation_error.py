@@ -12,13 +12,13 @@ from gsapp.foundation import FlightError
 from gsapp.identification import ftr
 from gsapp.identification.axes import axis_derivatives, free_derivatives
 from gsapp.identification.campaign import campaign_values
-from gsapp.identification.derivative_signs import suspicious_signs
+from gsapp.identification.channel_faults import suspicious_signs
+from gsapp.identification.coefficients import smooth_coefficients
 from gsapp.identification.equation_error import estimate, estimate_start_values
-from gsapp.identification.equation_error.delay_estimation import (
+from gsapp.identification.equation_error.estimator import (
     DELAYED_CHANNELS,
     estimate_relative_delay,
 )
-from gsapp.identification.equation_error.smoothed_coefficients import smooth_coefficients
 from gsapp.quantities import Block
 from gsapp.quantities.constants import GRAVITY
 from tests.identification.virtual_maneuvers import NOISE, fly

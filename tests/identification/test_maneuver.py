@@ -14,16 +14,16 @@ from gsapp.dynamics.equations import attitude_rates
 from gsapp.flight import Flight
 from gsapp.flight.info import FlightInfo, Weather
 from gsapp.foundation import FlightError
-from gsapp.identification.air_data import add_air_data
 from gsapp.identification.axes import axis_of, free_derivatives
-from gsapp.identification.delay_compensation import (
+from gsapp.identification.maneuver import cut_maneuver, mass_over_flight
+from gsapp.identification.motion import integrate_attitude, measured_motion
+from gsapp.identification.record_preparation import (
+    add_air_data,
     advance_flags,
     advance_samples,
     channel_delays,
     compensate_delays,
 )
-from gsapp.identification.maneuver import cut_maneuver, mass_over_flight
-from gsapp.identification.motion import integrate_attitude, measured_motion
 from gsapp.quantities import Block
 from gsapp.quantities.constants import GRAVITY
 from gsapp.virtual.virtual_flight import VirtualFlight

@@ -4,17 +4,17 @@ import numpy as np
 import pytest
 
 from gsapp.foundation import FlightError
-from gsapp.identification.linear_models.discrete_model import (
-    DiscreteModel,
-    InputOutputRecord,
-    discretize,
-)
 from gsapp.identification.linear_models.linear_model_files import load_linear_model
 from gsapp.identification.linear_models.prediction_error import (
     _apply_step,
     _cost,
     _normal_equations,
     refine_by_prediction_error,
+)
+from gsapp.identification.linear_models.signals import (
+    DiscreteModel,
+    InputOutputRecord,
+    discretize,
 )
 from gsapp.identification.linear_models.subspace import identify_subspace_model
 

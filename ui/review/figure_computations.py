@@ -11,7 +11,7 @@ from ui.review.review_jobs import FtrHistoryJob, JobSubmitter, LinearModelsJob, 
 from ui.translation import QT_TR_NOOP, tr
 
 if TYPE_CHECKING:
-    from gsapp.identification.runs.outcome import RunOutcome
+    from gsapp.identification.runs.run_execution import RunOutcome
     from gsapp.identification.summary.linear_model_validation import LinearModelValidation
     from gsapp.report.ftr_histories import FlightEstimateHistory
 

@@ -26,7 +26,7 @@ from ui.widgets.layout_widgets import create_button_row
 from ui.widgets.table_view import FittedTableView
 
 if TYPE_CHECKING:
-    from gsapp.identification.runs.outcome import RunOutcome
+    from gsapp.identification.runs.run_execution import RunOutcome
     from gsapp.identification.summary.linear_model_validation import LinearModelValidation
 
 _NO_COMPARISON_TEXT = QT_TR_NOOP(

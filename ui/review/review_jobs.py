@@ -11,8 +11,8 @@ from ui.translation import tr
 
 if TYPE_CHECKING:
     # The window starts without the numerics behind an estimation.
-    from gsapp.identification.runs.outcome import RunOutcome
     from gsapp.identification.runs.request import RunRequest
+    from gsapp.identification.runs.run_execution import RunOutcome
     from gsapp.report.ftr_histories import FlightEstimateHistory
     from gsapp.report.linear_report import LinearModelValidation
 

@@ -23,9 +23,9 @@ from ui.translation import QT_TR_NOOP
 from ui.virtual_flight_simulation import simulate_virtual_flight
 
 if TYPE_CHECKING:
-    from gsapp.identification.runs.flight_cache import FlightCache
-    from gsapp.identification.runs.outcome import RunOutcome
-    from gsapp.identification.runs.run_repetition import RepeatedRun
+    from gsapp.identification.runs.inputs import FlightCache
+    from gsapp.identification.runs.run_comparison import RepeatedRun
+    from gsapp.identification.runs.run_execution import RunOutcome
     from gsapp.report.ftr_histories import FlightEstimateHistory
     from gsapp.report.linear_report import LinearModelValidation
 
@@ -71,7 +71,7 @@ class ReviewJobHandler:
     def flights(self) -> FlightCache:
         """Return the flights that are open."""
         if self._flight_cache is None:
-            from gsapp.identification.runs.flight_cache import FlightCache
+            from gsapp.identification.runs.inputs import FlightCache
 
             self._flight_cache = FlightCache()
         return self._flight_cache
@@ -100,7 +100,7 @@ class ReviewJobHandler:
 
     def _repeat(self, job: RepeatJob) -> RepeatedRun:
         from gsapp.flight.catalog import Catalog
-        from gsapp.identification.runs.run_repetition import repeat_run
+        from gsapp.identification.runs.run_comparison import repeat_run
 
         with Catalog(job.catalog) as catalog:
             return repeat_run(

@@ -15,9 +15,9 @@ from ui.review.run_store import RunStore
 from ui.translation import tr
 
 if TYPE_CHECKING:
-    from gsapp.identification.runs.outcome import RunOutcome
     from gsapp.identification.runs.request import RunRequest
-    from gsapp.identification.runs.run_repetition import RepeatedRun
+    from gsapp.identification.runs.run_comparison import RepeatedRun
+    from gsapp.identification.runs.run_execution import RunOutcome
 
 
 class RunController(QObject):
@@ -118,7 +118,7 @@ class RunController(QObject):
 
 def _describe_run_end(outcome: RunOutcome) -> str:
     """Return how a run ended, in words."""
-    from gsapp.identification.runs.outcome import SAME_SAMPLES_TEXT
+    from gsapp.identification.runs.run_execution import SAME_SAMPLES_TEXT
 
     results = outcome.result.results
     failed = [one.maneuver.id for one in results if one.estimate is None]

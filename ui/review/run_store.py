@@ -15,7 +15,7 @@ from ui.undo import UndoCommand, UndoStack
 if TYPE_CHECKING:
     # The window starts without the numerics behind a run.
     from gsapp.flight.catalog import Catalog
-    from gsapp.identification.runs.outcome import RunOutcome
+    from gsapp.identification.runs.run_execution import RunOutcome
     from gsapp.identification.runs.run_store import StoredRun
 
 CatalogAction = Callable[["Catalog"], object]

@@ -11,7 +11,7 @@ from ui.window_frame.page_steps import StepStatus
 from ui.window_frame.step_page import AbstractStepPage
 
 if TYPE_CHECKING:
-    from gsapp.identification.runs.outcome import RunOutcome
+    from gsapp.identification.runs.run_execution import RunOutcome
 
 PREVIOUS_RUN_COUNT = 4
 """Runs looked at before that are kept, to be compared with."""

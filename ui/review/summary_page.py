@@ -36,7 +36,7 @@ from ui.widgets.table_view import FittedTableView
 from ui.window_frame.page_steps import StepStatus
 
 if TYPE_CHECKING:
-    from gsapp.identification.runs.outcome import RunOutcome
+    from gsapp.identification.runs.run_execution import RunOutcome
 
 _DETAIL_HEIGHT = 92
 """Points of height that words on a derivative take."""

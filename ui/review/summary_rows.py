@@ -14,7 +14,7 @@ from ui.widgets.row_model import TableRow
 
 if TYPE_CHECKING:
     # The window starts without the numerics behind an estimation.
-    from gsapp.identification.runs.outcome import RunOutcome
+    from gsapp.identification.runs.run_execution import RunOutcome
     from gsapp.identification.summary import DerivativeSummary
     from gsapp.identification.summary.linear_model_validation import LinearModelValidation
 

@@ -8,10 +8,13 @@ airspeed or angle of attack come after the others of their kind and start from t
 
 from __future__ import annotations
 
-from gsapp.identification.campaign.estimation_task import EstimationTask
-from gsapp.identification.campaign.method_functions import secondary_input_derivatives
+from gsapp.identification.campaign.method_functions import (
+    EstimationTask,
+    secondary_input_derivatives,
+)
 from gsapp.identification.campaign.results import (
     CampaignResult,
+    CampaignSettings,
     CampaignValue,
     ManeuverResult,
     campaign_values,
@@ -22,7 +25,6 @@ from gsapp.identification.campaign.runner import (
     CanceledError,
     run_campaign,
 )
-from gsapp.identification.campaign.settings import CampaignSettings
 
 __all__ = [
     "CampaignProgressCallback",

@@ -1,19 +1,46 @@
-"""The methods of this program as the registry runs them: from a task to an estimate."""
+"""What a method is given, and the methods of this program as the registry runs them."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from gsapp.dynamics.model import Model
 from gsapp.identification import equation_error, ftr
 from gsapp.identification import maximum_likelihood as ml
 from gsapp.identification.axes import AXIS_SURFACES, Axis, axis_derivatives
-from gsapp.identification.campaign.estimation_task import EstimationTask
+from gsapp.identification.campaign.results import CampaignSettings
+from gsapp.identification.estimate_corrections import AssumedConstant
 from gsapp.identification.maneuver import Maneuver
 from gsapp.identification.preparation_settings import PREPARATION
 from gsapp.identification.results import DerivativeEstimate, Estimate
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class EstimationTask:
+    """Maneuvers of one axis, and what to estimate from them together."""
+
+    maneuvers: tuple[Maneuver, ...]
+    axis: Axis
+    settings: CampaignSettings  # About the CG as flown.
+    free: tuple[str, ...]  # Derivatives to estimate; none of them is in `held`.
+    held: Mapping[str, float]  # Derivatives and parameters of effects that are known.
+    start: Mapping[str, float]  # Start values, where some are known.
+    assumed_constants: Mapping[str, AssumedConstant]
+    """For channels that a maneuver lacks and the user gave no constant for, SI."""
+
+    @property
+    def model(self) -> Model | None:
+        """Return the model whose values and effects are taken as known."""
+        return self.settings.known_model
+
+    @property
+    def stand_ins(self) -> dict[str, float]:
+        """Return a constant for each channel that a maneuver lacks, SI."""
+        assumed = {name: one.value for name, one in self.assumed_constants.items()}
+        return {**assumed, **self.settings.stand_ins}
 
 
 def estimate_by_ftr(task: EstimationTask) -> Estimate:

@@ -1,4 +1,4 @@
-"""What a campaign gives: every maneuver's estimate, the means over all, joint fits."""
+"""How a campaign is estimated, and what it gives: estimates, the means over all, joint fits."""
 
 from __future__ import annotations
 
@@ -7,12 +7,27 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from pydantic import Field, NonNegativeFloat
 
-from gsapp.identification.campaign.settings import CampaignSettings
+from gsapp.dynamics.model import Model
+from gsapp.identification.estimate_settings import EstimateSettings
 from gsapp.identification.maneuver import Maneuver
 from gsapp.identification.results import Estimate
 from gsapp.identification.statistics.settings import STATISTICS
 from gsapp.quantities import FloatArray
+
+
+class CampaignSettings(EstimateSettings):
+    """The settings of a campaign, which no longer depend on a file."""
+
+    known_model: Model | None = Field(
+        None, description="Content of `model`: its values and effects are taken as known."
+    )
+    response_weights: Mapping[str, Mapping[str, NonNegativeFloat]] | None = Field(
+        None,
+        description="Content of `weights`: of the responses (SI), by name of the flight; '' for "
+        "all others.",
+    )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -23,18 +23,16 @@ from gsapp.identification.compatibility.instrument_error_fit import (
     is_motion_significant,
     nominal_value,
 )
-from gsapp.identification.compatibility.instrument_text import (
-    channel_title,
-    format_error,
-    format_error_with_bound,
-    format_quantity,
-    join_names,
-)
 from gsapp.identification.compatibility.redundancy import compare_redundant_sensors
 from gsapp.identification.compatibility.results import (
     CompatibilityResult,
     InstrumentParameter,
     InstrumentVerdict,
+    channel_title,
+    format_error,
+    format_error_with_bound,
+    format_quantity,
+    join_names,
 )
 from gsapp.identification.compatibility.segments import (
     CompatibilitySegment,

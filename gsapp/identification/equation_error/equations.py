@@ -11,12 +11,12 @@ from scipy.linalg import block_diag
 from gsapp.dynamics.buildup import LONGITUDINAL_VARIABLES, linear_variables
 from gsapp.identification.coefficients import Coefficients
 from gsapp.identification.equation_error.regression import (
+    EQUATION_ERROR,
     Equation,
     ManeuverRows,
     Regression,
     collinear_columns,
 )
-from gsapp.identification.equation_error.settings import EQUATION_ERROR
 from gsapp.identification.results import DerivativeEstimate, ResponseFit
 from gsapp.identification.smoothing import contiguous_slices
 from gsapp.identification.statistics import response_fit

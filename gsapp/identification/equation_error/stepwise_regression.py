@@ -22,15 +22,18 @@ from gsapp.dynamics.buildup import create_linear_terms, linear_variables
 from gsapp.dynamics.model import Model
 from gsapp.dynamics.terms import Monomial, Parameter, Term, create_term, effect_ids
 from gsapp.foundation import FlightError
-from gsapp.identification.coefficients import Coefficients
+from gsapp.identification.coefficients import Coefficients, smooth_coefficients
 from gsapp.identification.equation_error.equations import (
     DRIFT_PREFIX,
     FORCE_COEFFICIENTS,
     maneuver_offset_columns,
 )
-from gsapp.identification.equation_error.regression import Equation, ManeuverRows, solve_equation
-from gsapp.identification.equation_error.settings import EQUATION_ERROR
-from gsapp.identification.equation_error.smoothed_coefficients import smooth_coefficients
+from gsapp.identification.equation_error.regression import (
+    EQUATION_ERROR,
+    Equation,
+    ManeuverRows,
+    solve_equation,
+)
 from gsapp.identification.maneuver import Maneuver
 from gsapp.identification.motion import MeasuredMotion
 from gsapp.identification.smoothing import BoolArray, contiguous_slices

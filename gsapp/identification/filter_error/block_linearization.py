@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from gsapp.dynamics.signal_terms import lag_weights
-from gsapp.identification.filter_error.instrument_delay import path_delay, path_lag, visible_shares
+from gsapp.identification.filter_error.instrument_output import path_delay, path_lag, visible_shares
 from gsapp.identification.filter_error.motion_linearization import Linearization, NominalMotion
 from gsapp.identification.filter_error.noise_model import GUST_ROWS
 from gsapp.identification.filter_error.settings import FILTER_ERROR

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from gsapp.dynamics.flight_model import MODEL_INPUTS
 from gsapp.identification.filter_error.equation_jacobian import CONTROLS
-from gsapp.identification.filter_error.maneuver_record import ManeuverRecord
+from gsapp.identification.filter_error.motion_linearization import ManeuverRecord
 from gsapp.identification.filter_error.settings import FILTER_ERROR
 from gsapp.quantities import FloatArray
 from gsapp.quantities.constants import DEGREE

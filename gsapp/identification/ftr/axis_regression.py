@@ -11,9 +11,8 @@ import numpy.typing as npt
 from gsapp.identification.ftr.axis_dynamics import AxisDynamics
 from gsapp.identification.ftr.channels import FTRAxis, axis_regressors
 from gsapp.identification.ftr.information import RecordInformation
-from gsapp.identification.ftr.regression import solve_records
+from gsapp.identification.ftr.regression import ScratchBuffer, solve_records
 from gsapp.identification.ftr.regression_rows import RegressionRows
-from gsapp.identification.ftr.residual_covariance import ScratchBuffer
 from gsapp.identification.ftr.settings import FTR_ALGORITHM, FrequencyBand, FTRSettings
 from gsapp.identification.ftr.solution import FTRSolution, SolvableInformation, solve_estimates
 from gsapp.identification.ftr.state_file import ArrayTable, add_prefix, strip_prefix

@@ -14,23 +14,24 @@ from gsapp.identification.axes import AXIS_COEFFICIENTS, axis_derivatives, deriv
 from gsapp.identification.ftr.axis_regression import AxisRegression
 from gsapp.identification.ftr.channels import FTRAxis
 from gsapp.identification.ftr.equations import RegressionEquations
-from gsapp.identification.ftr.estimate_evaluation import evaluate_estimates
-from gsapp.identification.ftr.estimate_log import EstimateLog, EstimateSnapshot
 from gsapp.identification.ftr.estimates import (
     EstimateHistory,
+    EstimateLog,
+    EstimateSnapshot,
     LiveEstimate,
     estimate_history,
+    evaluate_estimates,
     live_estimate_at,
 )
 from gsapp.identification.ftr.information import RecordInformation
-from gsapp.identification.ftr.known_effects import KnownEffects
 from gsapp.identification.ftr.regression_rows import (
     BlockBuffer,
     EstimationWindow,
+    KnownEffects,
     RegressionRows,
+    RowAssembler,
     split_into_blocks,
 )
-from gsapp.identification.ftr.row_assembler import RowAssembler
 from gsapp.identification.ftr.settings import FTRSettings
 from gsapp.identification.ftr.solution import FTRSolution
 from gsapp.identification.ftr.state_file import (

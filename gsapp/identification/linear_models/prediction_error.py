@@ -15,8 +15,11 @@ import numpy as np
 import numpy.typing as npt
 from scipy import linalg
 
-from gsapp.identification.linear_models.discrete_model import DiscreteModel, InputOutputRecord
-from gsapp.identification.linear_models.settings import LINEAR_MODELS
+from gsapp.identification.linear_models.signals import (
+    LINEAR_MODELS,
+    DiscreteModel,
+    InputOutputRecord,
+)
 from gsapp.quantities import FloatArray
 
 IndexArray = npt.NDArray[np.int64]

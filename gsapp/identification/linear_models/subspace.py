@@ -16,8 +16,11 @@ import numpy as np
 from scipy import linalg
 
 from gsapp.foundation import FlightError
-from gsapp.identification.linear_models.discrete_model import DiscreteModel, InputOutputRecord
-from gsapp.identification.linear_models.settings import LINEAR_MODELS
+from gsapp.identification.linear_models.signals import (
+    LINEAR_MODELS,
+    DiscreteModel,
+    InputOutputRecord,
+)
 from gsapp.quantities import FloatArray
 
 

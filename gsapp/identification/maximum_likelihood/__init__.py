@@ -10,16 +10,15 @@ from collections.abc import Mapping, Sequence
 from types import MappingProxyType
 
 from gsapp.identification.axes import DEFAULT_BIASES
+from gsapp.identification.estimate_corrections import AssumedConstant, widen_bounds
 from gsapp.identification.maneuver import Maneuver
 from gsapp.identification.maximum_likelihood.output_error_fit import fit, simulate
-from gsapp.identification.maximum_likelihood.residuals import ManeuverResiduals
 from gsapp.identification.maximum_likelihood.settings import (
     FitProgress,
     FitProgressCallback,
     MLSettings,
 )
-from gsapp.identification.maximum_likelihood.solution import MLSolution
-from gsapp.identification.missing_channels import AssumedConstant, widen_bounds
+from gsapp.identification.maximum_likelihood.solution import ManeuverResiduals, MLSolution
 from gsapp.identification.results import Estimate
 
 __all__ = [

@@ -15,9 +15,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from gsapp.foundation import FlightError
-from gsapp.identification.maximum_likelihood.algorithm_settings import ML_ALGORITHM
 from gsapp.identification.maximum_likelihood.problem import EstimationProblem, ManeuverProblem
 from gsapp.identification.maximum_likelihood.settings import (
+    ML_ALGORITHM,
     FitProgress,
     FitProgressCallback,
     MLSettings,

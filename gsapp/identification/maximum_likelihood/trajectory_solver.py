@@ -20,8 +20,8 @@ from typing import Any, Literal, TypeVar
 import numpy as np
 from scipy.linalg.lapack import dtbtrs
 
-from gsapp.identification.maximum_likelihood.algorithm_settings import ML_ALGORITHM
 from gsapp.identification.maximum_likelihood.kernels import Forcing, Gradient, Kernel
+from gsapp.identification.maximum_likelihood.settings import ML_ALGORITHM
 from gsapp.quantities import FloatArray
 
 IntegrationMethod = Literal["rk4", "euler"]

@@ -28,11 +28,14 @@ from gsapp.flight.provenance import InputFile
 from gsapp.foundation import FlightError
 from gsapp.foundation.toml import toml_text
 from gsapp.identification.campaign import CampaignValue, campaign_values
-from gsapp.identification.catalog_storage import CatalogManeuver, catalog_runs
-from gsapp.identification.runs.outcome import RunOutcome
-from gsapp.identification.runs.request import RunRequest
-from gsapp.identification.runs.request_json import request_from_json, request_json
-from gsapp.identification.runs.settings_text import describe_settings
+from gsapp.identification.estimate_json import CatalogManeuver, catalog_runs
+from gsapp.identification.runs.request import (
+    RunRequest,
+    describe_settings,
+    request_from_json,
+    request_json,
+)
+from gsapp.identification.runs.run_execution import RunOutcome
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

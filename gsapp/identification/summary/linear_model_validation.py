@@ -17,6 +17,7 @@ import numpy as np
 from gsapp.foundation import FlightError
 from gsapp.identification.axes import AXIS_SURFACES, AXIS_TITLES
 from gsapp.identification.campaign import CampaignProgressCallback, CampaignResult, run_campaign
+from gsapp.identification.estimate_corrections import derivatives_about_flown_cg
 from gsapp.identification.linear_models.model_comparison import (
     FittedModel,
     errors_over_range,
@@ -32,7 +33,6 @@ from gsapp.identification.linear_models.signals import (
 )
 from gsapp.identification.maneuver import Maneuver
 from gsapp.identification.methods import DEFAULT_METHOD
-from gsapp.identification.moment_reference import derivatives_about_flown_cg
 from gsapp.identification.summary.campaign_linear_models import (
     check_required_derivatives,
     known_derivatives,

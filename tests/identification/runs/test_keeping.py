@@ -20,12 +20,14 @@ from hypothesis import strategies as st
 from gsapp.dynamics.model import load_model
 from gsapp.flight.catalog import Catalog, schema, search_maneuvers, search_runs
 from gsapp.foundation import FlightError, UnknownNameError
-from gsapp.identification.runs.exclusion import exclude_maneuvers
-from gsapp.identification.runs.outcome import RunOutcome
-from gsapp.identification.runs.request import RunRequest, SelectedManeuver
-from gsapp.identification.runs.request_json import request_from_json, request_json
-from gsapp.identification.runs.run_execution import execute_run
-from gsapp.identification.runs.run_repetition import repeat_run
+from gsapp.identification.runs.request import (
+    RunRequest,
+    SelectedManeuver,
+    request_from_json,
+    request_json,
+)
+from gsapp.identification.runs.run_comparison import repeat_run
+from gsapp.identification.runs.run_execution import RunOutcome, exclude_maneuvers, execute_run
 from gsapp.identification.runs.run_store import (
     forget_run,
     load_run,

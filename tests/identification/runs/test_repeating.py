@@ -9,13 +9,10 @@ import pytest
 from gsapp.dynamics.model import load_model, save_model
 from gsapp.flight.catalog import Catalog
 from gsapp.foundation import GroundStationError
-from gsapp.identification.runs.outcome import RunOutcome
-from gsapp.identification.runs.request import RunRequest
-from gsapp.identification.runs.run_comparison import SettingDifference, compare_runs
-from gsapp.identification.runs.run_execution import execute_run
-from gsapp.identification.runs.run_repetition import repeat_run
+from gsapp.identification.runs.request import RunRequest, describe_settings, setting_differences
+from gsapp.identification.runs.run_comparison import SettingDifference, compare_runs, repeat_run
+from gsapp.identification.runs.run_execution import RunOutcome, execute_run
 from gsapp.identification.runs.run_store import load_run, save_run
-from gsapp.identification.runs.settings_text import describe_settings, setting_differences
 
 
 @pytest.fixture

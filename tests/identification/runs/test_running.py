@@ -12,11 +12,9 @@ from gsapp.flight.events import EventLog, events_path
 from gsapp.flight.maneuvers import ManeuverEditLog, collect_maneuvers
 from gsapp.foundation import FlightError
 from gsapp.identification.campaign import CanceledError
-from gsapp.identification.runs.flight_cache import FlightCache
-from gsapp.identification.runs.inputs import flight_open_requests
-from gsapp.identification.runs.outcome import SAME_SAMPLES_TEXT, RunOutcome
+from gsapp.identification.runs.inputs import FlightCache, flight_open_requests
 from gsapp.identification.runs.request import RunRequest
-from gsapp.identification.runs.run_execution import execute_run
+from gsapp.identification.runs.run_execution import SAME_SAMPLES_TEXT, RunOutcome, execute_run
 
 
 def test_the_outcome_asks_for_the_same_again(outcome: RunOutcome) -> None:
