@@ -143,10 +143,7 @@ def remove_stuck_channels(
 
     For methods that take motion as it was measured.
 
-    Raises
-    ------
-    FlightError
-        If a maneuver has too few samples.
+    Raises `FlightError` if a maneuver has too few samples.
     """
     found: list[Maneuver] = []
     said: list[str] = []

@@ -470,10 +470,7 @@ def smooth_coefficients(
 
     Parameters as in `gsapp.identification.coefficients.reconstruct_coefficients`.
 
-    Raises
-    ------
-    FlightError
-        If there is no maneuver.
+    Raises `FlightError` if there is no maneuver.
     """
     if not maneuvers:
         raise FlightError("no maneuver to estimate from; name at least one")

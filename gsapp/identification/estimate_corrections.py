@@ -161,10 +161,7 @@ NO_CG_SHIFT: Final[Position] = (0.0, 0.0, 0.0)
 def common_cg_shift(maneuvers: Sequence[Maneuver]) -> Position:
     """Return where the CG of some maneuvers lies from the aircraft file's, m.
 
-    Raises
-    ------
-    FlightError
-        If they were flown with CGs so far apart that one fit has no one reference.
+    Raises `FlightError` if they were flown with CGs so far apart that one fit has no one reference.
     """
     shifts = np.array([one.cg_shift for one in maneuvers])
     apart = float(np.ptp(shifts[:, ::2], axis=0).max())

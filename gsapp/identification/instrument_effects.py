@@ -46,10 +46,7 @@ def undo_instrument_effects(
     `model`: its values count; nothing is estimated.
     `keep`: channels whose paths somebody else predicts. Swapped channels go back in any case.
 
-    Returns
-    -------
-    Maneuver
-        The same object where there is nothing to undo. Samples that an effect cut off are missing.
+    The same object where there is nothing to undo. Samples that an effect cut off are missing.
     """
     flight_model = FlightModel(maneuver.aircraft, model)
     paths = {

@@ -336,10 +336,7 @@ def open_flights_with_maneuvers(
 
     `doing`: told what is being done, in words, before each step.
 
-    Raises
-    ------
-    GroundStationError
-        If a flight or file cannot be read, or a window cannot.
+    Raises `GroundStationError` if a flight or file cannot be read, or a window cannot.
     """
     chosen = settings or ManeuverSettings()
     given, count = chosen.maneuver_windows, len(paths)

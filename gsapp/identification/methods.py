@@ -56,10 +56,7 @@ class EstimationMethod:
     def estimate(self, task: EstimationTask) -> Estimate:
         """Estimate from maneuvers of one axis.
 
-        Raises
-        ------
-        FlightError
-            If nothing can be estimated from them.
+        Raises `FlightError` if nothing can be estimated from them.
         """
         run: Callable[[EstimationTask], Estimate] = resolve_name(self.function)
         return run(task)
@@ -135,10 +132,7 @@ def estimation_methods() -> Mapping[str, EstimationMethod]:
 def estimation_method(method_id: str) -> EstimationMethod:
     """Return a method.
 
-    Raises
-    ------
-    UnknownNameError
-        If none is called that.
+    Raises `UnknownNameError` if none is called that.
     """
     methods = estimation_methods()
     if method_id not in methods:

@@ -64,10 +64,7 @@ def measured_motion(
 
     `stand_ins`: constants (SI) for states and inputs that were not measured: ``{"V": 30.0}``.
 
-    Raises
-    ------
-    FlightError
-        If nothing can stand in for a missing speed, or the aircraft did not fly.
+    Raises `FlightError` if nothing can stand in for a missing speed, or the aircraft did not fly.
     """
     return _MotionBuilder(maneuver, dict(stand_ins or {})).finish()
 

@@ -79,12 +79,8 @@ def load_weights(name_or_path: str | Path) -> Weights:
 
     `name_or_path`: A path, or the name of a shipped file: ``table-6.2.7``.
 
-    Raises
-    ------
-    FileProblemsError
-        If the file holds mistakes; all are named.
-    UnknownNameError
-        If there is neither such a file nor such a shipped one.
+    Raises `FileProblemsError` if the file holds mistakes; all are named. Raises `UnknownNameError`
+    if there is neither such a file nor such a shipped one.
     """
     return read_toml(SHIPPED_WEIGHTS.find(name_or_path), Weights)
 

@@ -84,10 +84,7 @@ def fit_maneuvers_jointly(
     `means`: of the maneuvers that were fitted before.
     `known`: for what was not measured.
 
-    Raises
-    ------
-    FlightError
-        If nothing can be estimated from them.
+    Raises `FlightError` if nothing can be estimated from them.
     """
     shift = common_cg_shift(maneuvers)
     if shift == NO_CG_SHIFT:
@@ -161,12 +158,8 @@ def run_campaign(
 
     `maneuvers`: of one or several flights.
 
-    Raises
-    ------
-    FlightError
-        If there is no maneuver of the axis asked for.
-    CanceledError
-        If `progress` returned False.
+    Raises `FlightError` if there is no maneuver of the axis asked for. Raises `CanceledError` if
+    `progress` returned False.
     """
     jobs = [(one, _axis_to_fit(one, settings)) for one in maneuvers]
     chosen = [(one, axis) for one, axis in jobs if axis is not None]

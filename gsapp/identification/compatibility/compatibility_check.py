@@ -71,10 +71,8 @@ def check_compatibility(
 
     `aircraft`: in place of the one that each maneuver knows.
 
-    Raises
-    ------
-    FlightError
-        If no maneuver is given. All else that is missing or unfit is said in `warnings`.
+    Raises `FlightError` if no maneuver is given. All else that is missing or unfit is said in
+    `warnings`.
     """
     if not maneuvers:
         raise FlightError("there is no maneuver to check instruments by; give at least one")

@@ -252,11 +252,8 @@ def channel_sensitivities(
 ) -> FloatArray:
     """Return the derivatives of the computed channels.
 
-    Returns
-    -------
-    ndarray, shape (n, n_channels, len(free) + 5)
-        By the free errors, then by `INITIAL_STATE_NAMES`. Zero for errors of channels that are not
-        there.
+    By the free errors, then by `INITIAL_STATE_NAMES`. Zero for errors of channels that are not
+    there.
     """
     S = np.zeros((*found.computed.shape, len(free) + len(INITIAL_STATE_NAMES)))
     for group in (RATE_CHANNELS, ACCELERATION_CHANNELS):

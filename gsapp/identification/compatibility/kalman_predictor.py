@@ -216,10 +216,7 @@ def whiten_residuals(predictor: ErrorStateModel, K: FloatArray, columns: FloatAr
     `K`, shape (..., 6, n_channels).
     `columns`, shape (m, n_channels, k): NaN where a sample does not count.
 
-    Returns
-    -------
-    ndarray, shape (..., m, n_channels, k)
-        NaN where a sample does not count.
+    Shape (..., m, n_channels, k). NaN where a sample does not count.
     """
     n, n_channels, width = columns.shape
     counted = np.isfinite(columns)

@@ -32,10 +32,7 @@ def simulate_instruments(states: FloatArray, surfaces: FloatArray) -> FloatArray
     `states`, shape (n, n_states).
     `surfaces`, shape (n, n_surfaces).
 
-    Returns
-    -------
-    ndarray or None
-        None where the stretch is too short or the model grows beyond bounds.
+    None where the stretch is too short or the model grows beyond bounds.
     """
     count, order = states.shape
     past = np.column_stack((states[:-1], surfaces[:-1], surfaces[1:], np.ones(count - 1)))

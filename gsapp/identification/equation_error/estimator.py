@@ -337,10 +337,7 @@ def estimate_relative_delay(
     `found`: of the maneuvers, smoothed alike, with the delays known so far undone.
     `inputs`: surfaces that were moved.
 
-    Returns
-    -------
-    tuple of float, or None
-        Mean over the moments of the axis, by inverse variance. None where no moment tells.
+    Mean over the moments of the axis, by inverse variance. None where no moment tells.
     """
     shifts = []
     for coefficient in _MOMENTS[axis]:

@@ -206,11 +206,8 @@ class BlockLinearization:
         Rates run in straight lines from sample to sample, as in the residual, where half a sample's
         delay would be seen too.
 
-        Returns
-        -------
-        ndarray, shape (n_blocks, block + 1, n_channels + n_x, n_states)
-            The means of the channels over the block, by what is added; the state at its end, by
-            what must be taken from it.
+        Shape (n_blocks, block + 1, n_channels + n_x, n_states). The means of the channels over the
+        block, by what is added; the state at its end, by what must be taken from it.
         """
         found = self.linearization
         n_states, block, dt = self.n_states, self.block_size, found.record.dt

@@ -213,9 +213,7 @@ def instrument_output(
     `signal` and `rate`, shape (n,): what goes in, and its time derivative.
     `dt`: sample time, s.
 
-    Returns
-    -------
-    ndarray, shape (n,)
+    Shape (n,).
     """
     for term, values in path:
         if isinstance(term, Lag):
@@ -242,10 +240,7 @@ def delay_sensitivity(
     `signal` and `rate`, shape (n,): what goes in, and its time derivative.
     `dt`: sample time, s.
 
-    Returns
-    -------
-    dict of str to ndarray, shape (n,)
-        By parameter, ``<effect id>.<name>``.
+    Shape (n,). By parameter, ``<effect id>.<name>``.
     """
     out = rate
     for term, values in path:
@@ -269,10 +264,7 @@ def lead_matrix(path: PathTerms, jacobian: FloatArray) -> FloatArray | None:
 
     `jacobian`, shape (n, n_states, n_states): of the equations, 1/s.
 
-    Returns
-    -------
-    ndarray, shape (n, n_states, n_states), or None
-        To second order in what is early; None where nothing is.
+    Shape (n, n_states, n_states). To second order in what is early; None where nothing is.
     """
     early = -path_delay(path)
     if early <= 0.0:
@@ -288,11 +280,8 @@ def visible_shares(path: PathTerms, dt: float, steps: int) -> FloatArray:
     `path`: what is late on it is left out, and what the instrument multiplies.
     `dt`: sample time, s.
 
-    Returns
-    -------
-    ndarray, shape (2 * steps,)
-        From steps that lie as far ahead to those that lie as far back; 0 for the former and 1 for
-        the latter where nothing is early.
+    Shape (2 * steps,). From steps that lie as far ahead to those that lie as far back; 0 for the
+    former and 1 for the latter where nothing is early.
     """
     early = max(-path_delay(path), 0.0)
     return np.asarray(np.clip(np.arange(-steps, steps) + 1.0 + early / dt, 0.0, 1.0))

@@ -18,10 +18,10 @@ from gsapp.dynamics.flight_model import MODEL_INPUTS, FlightModel
 from gsapp.dynamics.recorded_controls import simulate_control_path
 from gsapp.dynamics.signal_terms import SURFACE_CHANNELS, PathResponse, PathTerms, invert_path
 from gsapp.dynamics.terms import COEFFICIENTS
+from gsapp.identification.filter_error.equation_jacobian import CONTROLS
 from gsapp.identification.filter_error.instrument_output import delay_sensitivity, instrument_output
 from gsapp.identification.filter_error.kalman import SteadyStateFilter
 from gsapp.identification.filter_error.motion_linearization import (
-    CONTROLS,
     Linearization,
     ManeuverRecord,
     NominalMotion,
@@ -221,10 +221,7 @@ class ManeuverState:
     def current_filter(self) -> SteadyStateFilter:
         """Return its filter.
 
-        Raises
-        ------
-        ValueError
-            If the maneuver has not been linearized.
+        Raises `ValueError` if the maneuver has not been linearized.
         """
         if self.filter is None:
             raise ValueError(f"maneuver {self.record.id} was not linearized yet")

@@ -71,10 +71,7 @@ class ManeuverRecord:
 def create_maneuver_record(maneuver: Maneuver) -> ManeuverRecord:
     """Return a maneuver made ready.
 
-    Raises
-    ------
-    FlightError
-        If it holds too little to simulate anything.
+    Raises `FlightError` if it holds too little to simulate anything.
     """
     motion = measured_motion(maneuver)
     columns: dict[str, FloatArray] = {}

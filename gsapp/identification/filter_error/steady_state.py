@@ -68,10 +68,7 @@ def solve_lyapunov(A: FloatArray, first: FloatArray) -> FloatArray:
 
     `A` and `first`, shape (n_x, n_x).
 
-    Raises
-    ------
-    scipy.linalg.LinAlgError
-        If the powers grow.
+    Raises `scipy.linalg.LinAlgError` if the powers grow.
     """
     total, power = first, A
     with np.errstate(over="ignore", invalid="ignore"):

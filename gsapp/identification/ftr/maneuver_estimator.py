@@ -226,10 +226,7 @@ def _process_maneuver(
 def compute_ftr_history(flight: Flight, aircraft: Aircraft) -> FTR:
     """Return an FTR that has listened to a flight from its first to its last sample.
 
-    Raises
-    ------
-    FlightError
-        If there are too few samples a second, or none at all.
+    Raises `FlightError` if there are too few samples a second, or none at all.
     """
     block = reconstruct_deflections(flight.block, aircraft)
     if len(block) < 2 or not math.isfinite(flight.rate):

@@ -168,10 +168,8 @@ class FTR:
     def begin_window(self, start: float) -> None:
         """Listen from a time on (s), which may lie up to `FTRSettings.lookback` back.
 
-        Raises
-        ------
-        FlightError
-            If FTR listens always, or a window is open, or the start is too long ago.
+        Raises `FlightError` if FTR listens always, or a window is open, or the start is too long
+        ago.
         """
         self._must_be_gated()
         if self._window is not None:
@@ -196,10 +194,7 @@ class FTR:
 
         Takes effect as soon as all samples up to there have come.
 
-        Raises
-        ------
-        FlightError
-            If no window is open, or it would end before it began.
+        Raises `FlightError` if no window is open, or it would end before it began.
         """
         self._must_be_gated()
         if self._window is None:
@@ -337,10 +332,7 @@ class FTR:
     def history(self, name: str) -> EstimateHistory:
         """Return all estimates of one derivative.
 
-        Raises
-        ------
-        UnknownNameError
-            If there is no such derivative.
+        Raises `UnknownNameError` if there is no such derivative.
         """
         if name not in self.names:
             raise UnknownNameError(
@@ -410,10 +402,8 @@ class FTR:
     def load(self, path: Path) -> None:
         """Go on from a state that `save` wrote, with the same aircraft and settings.
 
-        Raises
-        ------
-        FlightError
-            If the file cannot be read, or comes from another aircraft, rate or settings.
+        Raises `FlightError` if the file cannot be read, or comes from another aircraft, rate or
+        settings.
         """
         table = read_state(path, self._about())
         try:

@@ -219,10 +219,7 @@ def compute_known_effects(maneuver: Maneuver, model: Model | None) -> KnownEffec
 
     `model`: without effects on instruments and control paths.
 
-    Raises
-    ------
-    FlightError
-        If the coefficients of the maneuver cannot be had at all.
+    Raises `FlightError` if the coefficients of the maneuver cannot be had at all.
     """
     if model is None or not model.effects:
         return None
@@ -323,11 +320,8 @@ class RowAssembler:
     def take_complete_blocks(self) -> list[tuple[int, FloatArray]]:
         """Return the blocks that are complete after a step.
 
-        Returns
-        -------
-        list of (int, ndarray)
-            Number of the first block, and rows of shape (1 + U N + ahead, len(NEEDED_CHANNELS)):
-            one before, the blocks', and those ahead.
+        Number of the first block, and rows of shape (1 + U N + ahead, len(FTR_CHANNELS)): one
+        before, the blocks', and those ahead.
         """
         newest = int(self._reached.max())
         if newest < self._began + self._patience:

@@ -162,10 +162,7 @@ def longitudinal_model(
     are the lag of the downwash (over c/2U1), ``Cm_V`` the moment that speed brings beyond qbar,
     over U1.
 
-    Returns
-    -------
-    LinearModel
-        Outputs an (m/s^2, positive up, of the air's force alone), alpha, V, q, theta.
+    Outputs an (m/s^2, positive up, of the air's force alone), alpha, V, q, theta.
     """
     scale = _AccelerationScales.of(aircraft, condition)
     given = derivatives.get
@@ -222,10 +219,7 @@ def lateral_model(
     `derivatives`: ``CY_beta CY_p CY_r CY_da CY_dr``, likewise ``Cl_`` and ``Cn_``; those left out
     are zero.
 
-    Returns
-    -------
-    LinearModel
-        Outputs ay (m/s^2, at the CG), beta, p, r, phi.
+    Outputs ay (m/s^2, at the CG), beta, p, r, phi.
     """
     scale = _AccelerationScales.of(aircraft, condition)
     U1 = condition.U1
@@ -270,11 +264,8 @@ def longitudinal_derivatives(
 
     `model`: with at least the states alpha and q, and the input de. V adds the drag rows.
 
-    Returns
-    -------
-    dict of str to float
-        ``CL_alpha+CD1 CL_q CL_de Cm_alpha Cm_q Cm_de``; with V also ``CD_alpha-CL1 CD_de``. In
-        body axes at alpha1 = 0 the first is CN_alpha, the last two CA_alpha and CA_de.
+    ``CL_alpha+CD1 CL_q CL_de Cm_alpha Cm_q Cm_de``; with V also ``CD_alpha-CL1 CD_de``. In body
+    axes at alpha1 = 0 the first is CN_alpha, the last two CA_alpha and CA_de.
     """
     scale = _AccelerationScales.of(aircraft, condition)
     U1 = condition.U1

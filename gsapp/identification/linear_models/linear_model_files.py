@@ -77,12 +77,8 @@ class LinearModelFile(StrictModel):
 def load_linear_model(name_or_path: str | Path) -> LinearModelFile:
     """Read a linear model, or a published one by its name.
 
-    Raises
-    ------
-    FileProblemsError
-        If the file holds mistakes; all are named.
-    UnknownNameError
-        If there is neither such a file nor such a published model.
+    Raises `FileProblemsError` if the file holds mistakes; all are named. Raises `UnknownNameError`
+    if there is neither such a file nor such a published model.
     """
     return read_toml(SHIPPED_LINEAR_MODELS.find(name_or_path), LinearModelFile)
 

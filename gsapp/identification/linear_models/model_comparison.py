@@ -65,10 +65,7 @@ def batch_least_squares(stretches: Sequence[LinearModelSignals]) -> BatchLeastSq
 
     `stretches`: each without a gap; states, inputs and outputs alike in all.
 
-    Raises
-    ------
-    FlightError
-        If there are fewer samples than unknowns, or an input never moves.
+    Raises `FlightError` if there are fewer samples than unknowns, or an input never moves.
     """
     first = stretches[0]
     dt = first.dt
@@ -298,15 +295,9 @@ def fit_models(
     `derivatives`: means of the maximum likelihood estimates over `fitted`.
     `order`: of the subspace model; None lets the data choose.
 
-    Returns
-    -------
-    dict
-        ``bls``, ``subspace``, ``ml``.
+    ``bls``, ``subspace``, ``ml``.
 
-    Raises
-    ------
-    FlightError
-        If a channel is missing, or the maneuvers are too few or too short.
+    Raises `FlightError` if a channel is missing, or the maneuvers are too few or too short.
     """
     if not fitted:
         raise FlightError("there is no maneuver to fit a linear model on")
@@ -352,10 +343,7 @@ def simulate_outputs(
     `own_start`: whether the level and the motion that the stretch began with are given; else the
     level alone.
 
-    Returns
-    -------
-    ndarray, shape (n, n_outputs)
-        Not finite where the model runs away.
+    Shape (n, n_outputs). Not finite where the model runs away.
     """
     with np.errstate(over="ignore", invalid="ignore"):
         y = model.simulate(one.inputs - one.inputs.mean(axis=0))

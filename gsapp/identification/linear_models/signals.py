@@ -157,10 +157,8 @@ class LinearModelSignals:
 def linear_model_signals(maneuver: Maneuver, axis: LinearAxis) -> tuple[LinearModelSignals, ...]:
     """Return the stretches of a maneuver in which everything was measured.
 
-    Raises
-    ------
-    FlightError
-        If a state, input or output of the axis was not measured at all, or stood still.
+    Raises `FlightError` if a state, input or output of the axis was not measured at all, or stood
+    still.
     """
     known = measured_motion(maneuver)
     absent = [
@@ -215,10 +213,7 @@ def all_linear_model_signals(
 ) -> tuple[LinearModelSignals, ...]:
     """Return the stretches of several maneuvers.
 
-    Raises
-    ------
-    FlightError
-        If there is none.
+    Raises `FlightError` if there is none.
     """
     found = tuple(one for maneuver in maneuvers for one in linear_model_signals(maneuver, axis))
     if not found:

@@ -65,10 +65,7 @@ def build_problem(
     `piece`: cut every segment into pieces of this length, s, each started from measurement.
     `motions`: if they are known already.
 
-    Raises
-    ------
-    FlightError
-        If nothing can be fitted; it says what is missing.
+    Raises `FlightError` if nothing can be fitted; it says what is missing.
     """
     if not maneuvers:
         raise FlightError("no maneuver to estimate from; name at least one")

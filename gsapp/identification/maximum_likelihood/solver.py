@@ -203,10 +203,7 @@ class Solver:
     def solve(self, start: FloatArray) -> SolverResult:
         """Minimize the cost from a start.
 
-        Raises
-        ------
-        DivergedError
-            If the model diverges at the start.
+        Raises `DivergedError` if the model diverges at the start.
         """
         with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
             return self._solve(start)

@@ -85,10 +85,7 @@ class FlightCache:
 
         `doing`: told what is being done, in words.
 
-        Raises
-        ------
-        GroundStationError
-            If it cannot be read.
+        Raises `GroundStationError` if it cannot be read.
         """
         return self._entry(opening, doing).flight
 
@@ -218,10 +215,7 @@ def run_versions() -> dict[str, str]:
 def with_absolute_paths(request: RunRequest) -> RunRequest:
     """Return a request that means the same wherever the program is started.
 
-    Raises
-    ------
-    FlightError
-        If it names no flight.
+    Raises `FlightError` if it names no flight.
     """
     if not request.flights:
         raise FlightError("no flight to estimate from; name one")
@@ -256,10 +250,7 @@ def input_files(request: RunRequest, shelved: Sequence[CachedFlight]) -> tuple[I
     `request`: as it was asked, with whole paths.
     `shelved`: its flights.
 
-    Raises
-    ------
-    FlightError
-        If one cannot be read.
+    Raises `FlightError` if one cannot be read.
     """
     aircraft = request.aircraft
     if not aircraft and not all(_has_aircraft(path) for path in request.flights):
@@ -312,10 +303,8 @@ def select_maneuvers(
 
     `request`: with whole paths.
 
-    Raises
-    ------
-    GroundStationError
-        If a flight cannot be read, a window cannot, or a maneuver is not where it should be.
+    Raises `GroundStationError` if a flight cannot be read, a window cannot, or a maneuver is not
+    where it should be.
     """
     if request.maneuvers:
         return _requested_maneuvers(request, flights, doing)

@@ -76,10 +76,7 @@ def request_json(request: RunRequest, folder: Path) -> dict[str, Any]:
 def request_from_json(content: Mapping[str, Any], folder: Path) -> RunRequest:
     """Return the request that `request_json` made.
 
-    Raises
-    ------
-    FlightError
-        If this program cannot read all of it.
+    Raises `FlightError` if this program cannot read all of it.
     """
     try:
         content = _map_paths(_flat(content), lambda path: _to_absolute(path, folder.absolute()))

@@ -48,12 +48,8 @@ def repeat_run(
 
     `flights`, `doing`, `progress`: as for `execute_run`.
 
-    Raises
-    ------
-    UnknownNameError
-        If there is no such run.
-    GroundStationError
-        If a flight of it cannot be read any more; see `execute_run`.
+    Raises `UnknownNameError` if there is no such run. Raises `GroundStationError` if a flight of it
+    cannot be read any more; see `execute_run`.
     """
     before = load_run(catalog, number)
     fits = search_runs(catalog, kept=number)
@@ -182,10 +178,7 @@ def compare_runs(
 
     `means`: which of their means.
 
-    Raises
-    ------
-    FlightError
-        If what one of them was asked for cannot be read.
+    Raises `FlightError` if what one of them was asked for cannot be read.
     """
     asked = one.request, other.request
     order = {name: place for place, name in enumerate(derivative_names())}

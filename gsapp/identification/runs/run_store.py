@@ -77,10 +77,7 @@ class StoredRun:
     def request(self) -> RunRequest:
         """Return what it was asked for: every maneuver with its edges, every setting.
 
-        Raises
-        ------
-        FlightError
-            If this program cannot read all of it.
+        Raises `FlightError` if this program cannot read all of it.
         """
         return request_from_json(self.content, self.folder).with_changes(label=self.label)
 
@@ -92,11 +89,8 @@ def save_run(catalog: Catalog, outcome: RunOutcome) -> int:
     these are then the maneuvers of that flight; otherwise those that the catalog has stay as they
     are.
 
-    Raises
-    ------
-    FlightError
-        If the catalog cannot be written, or the run was made with other certificates than the
-        flights' own.
+    Raises `FlightError` if the catalog cannot be written, or the run was made with other
+    certificates than the flights' own.
     """
     check_storable(catalog.path, outcome.request.calibration)
     record = _run_record(catalog, outcome)
@@ -122,12 +116,8 @@ def update_run_means(catalog: Catalog, outcome: RunOutcome) -> None:
 
     `outcome`: with its number.
 
-    Raises
-    ------
-    UnknownNameError
-        If there is no such run.
-    FlightError
-        If the catalog cannot be written.
+    Raises `UnknownNameError` if there is no such run. Raises `FlightError` if the catalog cannot be
+    written.
     """
     update_campaign_run(catalog, _run_record(catalog, outcome), outcome.number or 0)
 
@@ -152,10 +142,7 @@ def stored_runs(catalog: Catalog) -> tuple[StoredRun, ...]:
 def load_run(catalog: Catalog, number: int) -> StoredRun:
     """Return one run.
 
-    Raises
-    ------
-    UnknownNameError
-        If there is none of that number, or it was forgotten.
+    Raises `UnknownNameError` if there is none of that number, or it was forgotten.
     """
     return _stored_run(catalog, get_campaign_run(catalog, number))
 
@@ -173,10 +160,7 @@ def forget_run(catalog: Catalog, number: int) -> None:
 def recall_run(catalog: Catalog, number: int) -> None:
     """Bring back a run that was forgotten.
 
-    Raises
-    ------
-    UnknownNameError
-        If there never was one of that number.
+    Raises `UnknownNameError` if there never was one of that number.
     """
     restore_campaign_run(catalog, number)
 

@@ -193,10 +193,7 @@ def noise_autocovariance(part: ManeuverFitData, *, lags: int | None = None) -> F
     `part`: with all parameters that the fit had.
     `lags`: lg. By default `gsapp.identification.statistics.correlation.default_lags`.
 
-    Returns
-    -------
-    ndarray, shape (2 Lg + 1, n_responses, n_responses)
-        The middle one is that of lag 0.
+    Shape (2 Lg + 1, n_responses, n_responses). The middle one is that of lag 0.
     """
     work = _SpectralWorkspace(part, lags)
     inverted, _ = _inverse(information_matrix(part.S, part.W, counted=part.v))

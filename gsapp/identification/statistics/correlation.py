@@ -65,10 +65,7 @@ class LagLayout:
 
         `columns`, shape (n, m).
 
-        Returns
-        -------
-        ndarray, shape (2 lags + 1, m, m)
-            The middle one is that of lag 0.
+        Shape (2 lags + 1, m, m). The middle one is that of lag 0.
         """
         spectra = self._spectra(columns)
         return self.lags_of(spectra.conj()[:, :, None] * spectra[:, None, :])

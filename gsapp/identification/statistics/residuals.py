@@ -96,10 +96,7 @@ def evaluate_whiteness(
     `v`, shape (n, n_responses): NaN where a sample does not count.
     `dt`: sample time, s.
 
-    Returns
-    -------
-    tuple of Whiteness
-        One for each response. Residuals of zero or fewer than 20 samples say nothing: p = 1.
+    One for each response. Residuals of zero or fewer than 20 samples say nothing: p = 1.
     """
     lags = default_lags(len(v))
     layout = LagLayout(len(v), segments, lags)

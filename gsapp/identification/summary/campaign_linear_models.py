@@ -117,10 +117,7 @@ def propagate_mode_uncertainty(
     Each derivative is moved by one bound up and down, the others held; what that does to a mode
     adds up in squares. Bounds of means are taken as independent.
 
-    Raises
-    ------
-    FlightError
-        If no maneuver moved a surface of the axis, or a channel is missing.
+    Raises `FlightError` if no maneuver moved a surface of the axis, or a channel is missing.
     """
     flown = [
         one.maneuver

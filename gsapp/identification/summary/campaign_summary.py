@@ -249,10 +249,7 @@ def detect_outliers(points: tuple[DerivativePoint, ...], count: int) -> dict[int
     `points`: of one derivative.
     `count`: points of all derivatives of the campaign: the more, the farther one strays by chance.
 
-    Returns
-    -------
-    dict of int to float
-        Place among the points to signed distance in standard deviations.
+    Place among the points to signed distance in standard deviations.
     """
     if len(points) < SUMMARY.min_points:
         return {}
