@@ -183,7 +183,7 @@ MANEUVERS = st.lists(
 ).map(tuple)  # fmt: skip
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=30, deadline=None)
 @given(SETTINGS, MANEUVERS, st.text(max_size=5))
 def test_every_setting_goes_through_json_exactly(
     chosen: dict[str, Any], maneuvers: tuple[SelectedManeuver, ...], label: str
@@ -268,6 +268,7 @@ def forked(work: Callable[[], object]) -> int:
         os._exit(1)
 
 
+@pytest.mark.long
 @forks
 def test_a_process_killed_while_it_keeps_leaves_whole_runs(
     outcome: RunOutcome, tmp_path: Path
@@ -306,6 +307,7 @@ def test_a_process_killed_while_it_keeps_leaves_whole_runs(
         assert catalog.version == len(schema.MIGRATIONS)
 
 
+@pytest.mark.long
 @forks
 def test_a_run_that_is_interrupted_leaves_nothing_half_done(
     outcome: RunOutcome, tmp_path: Path
