@@ -69,7 +69,7 @@ _OWN_METHODS: Final = (
         title="Maximum likelihood",
         short_title="ML",
         help_text="Integrates the motion until it follows the measured responses.",
-        function="gsapp.identification.campaign.method_functions:estimate_by_maximum_likelihood",
+        function="gsapp.identification.campaign:estimate_by_maximum_likelihood",
         settings=_DERIVATIVE_SETTINGS
         | {
             "start", "priors", "free_effects", "weights", "noise", "integration", "bound_factor",
@@ -84,7 +84,7 @@ _OWN_METHODS: Final = (
         title="Equation error",
         short_title="equation error",
         help_text="Regresses forces and moments; steadier in gusts.",
-        function="gsapp.identification.campaign.method_functions:estimate_by_equation_error",
+        function="gsapp.identification.campaign:estimate_by_equation_error",
         settings=_DERIVATIVE_SETTINGS,
         documentation="docs/identification.md",
     ),
@@ -93,7 +93,7 @@ _OWN_METHODS: Final = (
         title="Fourier transform regression",
         short_title="FTR",
         help_text="Equation error in the frequency domain, as in flight.",
-        function="gsapp.identification.campaign.method_functions:estimate_by_ftr",
+        function="gsapp.identification.campaign:estimate_by_ftr",
         comparison_text="force and moment coefficients, as measured motion gives them (solid) and "
         "as the derivatives compute their changes (dashed), both smoothed alike.",
         documentation="docs/identification.md",

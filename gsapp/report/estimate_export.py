@@ -19,7 +19,7 @@ from gsapp.identification.linear_models.linear_model_files import linear_model_t
 from gsapp.identification.linear_models.signals import LINEAR_STATES, LinearAxis
 from gsapp.identification.runs.run_execution import RunOutcome
 from gsapp.identification.summary import CONDITIONS, CampaignSummary
-from gsapp.identification.summary.linear_model_validation import LinearModelValidation
+from gsapp.identification.summary.campaign_linear_models import LinearModelValidation
 from gsapp.quantities import channel
 from gsapp.report.linear_text import comparison_json
 

@@ -14,7 +14,7 @@ from matplotlib.lines import Line2D
 
 from gsapp.identification.axes import AXIS_TITLES
 from gsapp.identification.methods import LINEAR_MODEL_TITLES
-from gsapp.identification.summary.linear_model_validation import AxisValidation, ValidationTrace
+from gsapp.identification.summary.campaign_linear_models import AxisValidation, ValidationTrace
 from gsapp.quantities import FloatArray
 from gsapp.report.document import MAX_FIGURE_HEIGHT, DocumentFigure, DocumentTable, set_margins
 from gsapp.report.palette import PRINT_PALETTE, Palette

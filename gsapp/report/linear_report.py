@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from gsapp.identification.axes import AXIS_TITLES
 from gsapp.identification.methods import linear_model_title
-from gsapp.identification.summary.linear_model_validation import (
+from gsapp.identification.summary.campaign_linear_models import (
     AxisValidation,
     LinearModelValidation,
 )

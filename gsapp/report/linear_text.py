@@ -15,7 +15,7 @@ from gsapp.identification.campaign import CampaignProgressCallback
 from gsapp.identification.maneuver import Maneuver
 from gsapp.identification.runs.inputs import FlightCache, flight_open_requests
 from gsapp.identification.runs.run_execution import RunOutcome
-from gsapp.identification.summary.linear_model_validation import (
+from gsapp.identification.summary.campaign_linear_models import (
     AxisValidation,
     LinearModelValidation,
     validate_linear_models,

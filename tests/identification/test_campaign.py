@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from gsapp.foundation import FlightError
+from gsapp.identification import campaign as campaign_fitting
 from gsapp.identification.campaign import CampaignResult, CampaignSettings, run_campaign
-from gsapp.identification.campaign import method_functions as campaign_fitting
 from gsapp.identification.estimate_json import campaign_json
 from gsapp.identification.results import Estimate
 from gsapp.identification.summary.method_comparison import compare_method_means, compare_methods

@@ -11,21 +11,21 @@ from gsapp.foundation import FlightError
 from gsapp.identification.campaign import CampaignSettings, run_campaign
 from gsapp.identification.linear_models.linear_model_files import load_linear_model
 from gsapp.identification.linear_models.model_comparison import batch_least_squares
-from gsapp.identification.linear_models.prediction_error import (
-    _apply_step,
-    _cost,
-    _normal_equations,
-    refine_by_prediction_error,
-)
 from gsapp.identification.linear_models.signals import (
     DiscreteModel,
     InputOutputRecord,
     LinearModelSignals,
     discretize,
 )
-from gsapp.identification.linear_models.subspace import identify_subspace_model
+from gsapp.identification.linear_models.subspace import (
+    _apply_step,
+    _cost,
+    _normal_equations,
+    identify_subspace_model,
+    refine_by_prediction_error,
+)
 from gsapp.identification.maneuver import Maneuver
-from gsapp.identification.summary.linear_model_validation import validate_linear_models
+from gsapp.identification.summary.campaign_linear_models import validate_linear_models
 from tests.identification.virtual_maneuvers import edited, fly
 
 DT = 0.01

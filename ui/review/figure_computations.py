@@ -12,7 +12,7 @@ from ui.translation import QT_TR_NOOP, tr
 
 if TYPE_CHECKING:
     from gsapp.identification.runs.run_execution import RunOutcome
-    from gsapp.identification.summary.linear_model_validation import LinearModelValidation
+    from gsapp.identification.summary.campaign_linear_models import LinearModelValidation
     from gsapp.report.ftr_histories import FlightEstimateHistory
 
 _PROGRESS_TEXTS = {

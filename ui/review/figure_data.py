@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from gsapp.identification.campaign import ManeuverResult
     from gsapp.identification.runs.run_execution import RunOutcome
     from gsapp.identification.summary import DerivativePoint, DerivativeSummary
-    from gsapp.identification.summary.linear_model_validation import LinearModelValidation
+    from gsapp.identification.summary.campaign_linear_models import LinearModelValidation
     from gsapp.report.ftr_histories import FlightEstimateHistory
 
 _EXCLUDED_TEXT = QT_TR_NOOP("Excluded from the means manually.")

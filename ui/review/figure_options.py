@@ -14,7 +14,7 @@ from ui.translation import QT_TR_NOOP, tr
 if TYPE_CHECKING:
     from gsapp.identification.campaign import ManeuverResult
     from gsapp.identification.results import Estimate
-    from gsapp.identification.summary.linear_model_validation import AxisValidation
+    from gsapp.identification.summary.campaign_linear_models import AxisValidation
 
 OptionChoices = tuple[tuple[str, str], ...]
 """Keys and words of a list."""

@@ -18,7 +18,7 @@ from ui.translation import QT_TR_NOOP, tr
 
 if TYPE_CHECKING:
     from gsapp.identification.runs.run_execution import RunOutcome
-    from gsapp.identification.summary.linear_model_validation import LinearModelValidation
+    from gsapp.identification.summary.campaign_linear_models import LinearModelValidation
 
 _REPORT_FILTER: Final = QT_TR_NOOP("HTML (*.html);;PDF (*.pdf)")
 

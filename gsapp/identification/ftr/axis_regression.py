@@ -10,11 +10,15 @@ import numpy.typing as npt
 
 from gsapp.identification.ftr.axis_dynamics import AxisDynamics
 from gsapp.identification.ftr.channels import FTRAxis, axis_regressors
-from gsapp.identification.ftr.information import RecordInformation
 from gsapp.identification.ftr.regression import ScratchBuffer, solve_records
 from gsapp.identification.ftr.regression_rows import RegressionRows
 from gsapp.identification.ftr.settings import FTR_ALGORITHM, FrequencyBand, FTRSettings
-from gsapp.identification.ftr.solution import FTRSolution, SolvableInformation, solve_estimates
+from gsapp.identification.ftr.solution import (
+    FTRSolution,
+    RecordInformation,
+    SolvableInformation,
+    solve_estimates,
+)
 from gsapp.identification.ftr.state_file import ArrayTable, add_prefix, strip_prefix
 from gsapp.identification.ftr.transform import RunningTransform
 

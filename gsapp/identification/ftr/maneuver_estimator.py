@@ -16,10 +16,10 @@ from gsapp.identification.coefficient_histories import coefficient_history
 from gsapp.identification.coefficients import reconstruct_coefficients
 from gsapp.identification.estimate_corrections import constant_term_offsets
 from gsapp.identification.ftr.channels import FTRAxis
-from gsapp.identification.ftr.information import RecordInformation
 from gsapp.identification.ftr.online_regression import FTR, FTR_AXES
 from gsapp.identification.ftr.regression_rows import KnownEffects, compute_known_effects
 from gsapp.identification.ftr.settings import FTR_ALGORITHM, FTRSettings
+from gsapp.identification.ftr.solution import RecordInformation
 from gsapp.identification.instrument_effects import effective_records
 from gsapp.identification.maneuver import Maneuver, mass_over_flight
 from gsapp.identification.motion import measured_motion

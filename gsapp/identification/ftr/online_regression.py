@@ -23,7 +23,6 @@ from gsapp.identification.ftr.estimates import (
     evaluate_estimates,
     live_estimate_at,
 )
-from gsapp.identification.ftr.information import RecordInformation
 from gsapp.identification.ftr.regression_rows import (
     BlockBuffer,
     EstimationWindow,
@@ -33,7 +32,7 @@ from gsapp.identification.ftr.regression_rows import (
     split_into_blocks,
 )
 from gsapp.identification.ftr.settings import FTRSettings
-from gsapp.identification.ftr.solution import FTRSolution
+from gsapp.identification.ftr.solution import FTRSolution, RecordInformation
 from gsapp.identification.ftr.state_file import (
     STATE_FILE_VERSION,
     ArrayTable,

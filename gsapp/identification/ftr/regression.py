@@ -40,9 +40,9 @@ import numpy as np
 import numpy.typing as npt
 
 from gsapp.identification.ftr.axis_dynamics import AxisDynamics
-from gsapp.identification.ftr.information import RecordInformation
 from gsapp.identification.ftr.settings import FTR_ALGORITHM, FrequencyBand
 from gsapp.identification.ftr.solution import (
+    RecordInformation,
     SolvableInformation,
     combine_real_imag,
     invert_normal_matrices,

@@ -28,7 +28,6 @@ from gsapp.identification.linear_models.derivative_conversion import (
     longitudinal_model,
     solve_steady_flight,
 )
-from gsapp.identification.linear_models.prediction_error import refine_by_prediction_error
 from gsapp.identification.linear_models.signals import (
     LINEAR_MODELS,
     DiscreteModel,
@@ -39,7 +38,10 @@ from gsapp.identification.linear_models.signals import (
     discretize,
     linear_model_signals,
 )
-from gsapp.identification.linear_models.subspace import identify_subspace_model
+from gsapp.identification.linear_models.subspace import (
+    identify_subspace_model,
+    refine_by_prediction_error,
+)
 from gsapp.identification.maneuver import Maneuver
 from gsapp.identification.motion import measured_motion
 from gsapp.identification.smoothing import build_smoother, select_cutoff

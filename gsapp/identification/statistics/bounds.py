@@ -26,13 +26,13 @@ import numpy.typing as npt
 from scipy.linalg.blas import zgemm
 
 from gsapp.identification.statistics.correlation import (
+    STATISTICS,
     ComplexArray,
     LagLayout,
     bartlett,
     default_lags,
     residual_autocovariance,
 )
-from gsapp.identification.statistics.settings import STATISTICS
 from gsapp.quantities import FloatArray
 
 

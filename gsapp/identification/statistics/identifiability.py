@@ -14,7 +14,7 @@ import numpy as np
 
 from gsapp.identification.results import DerivativeStatus
 from gsapp.identification.statistics.bounds import invert_information
-from gsapp.identification.statistics.settings import STATISTICS
+from gsapp.identification.statistics.correlation import STATISTICS
 from gsapp.quantities import FloatArray
 
 PLAUSIBLE_DERIVATIVES: Mapping[str, Mapping[str, float]] = {
@@ -92,7 +92,7 @@ def assess_identifiability(
         other ones. A parameter without such a size is judged by whether the information is
         singular alone.
     inverted : ndarray, same shape, optional
-        `gsapp.identification.statistics.inverse` of the information, where it is known already.
+        `statistics.bounds.invert_information` of it, where that is known already.
     """
     known = dict(plausible or {})
     sizes = [known.get(name, plausible_size(name)) for name in names]

@@ -31,13 +31,13 @@ from scipy.special import chdtrc
 
 from gsapp.identification.results import ResponseFit
 from gsapp.identification.statistics.correlation import (
+    STATISTICS,
     BoolArray,
     ComplexArray,
     LagLayout,
     bartlett,
     default_lags,
 )
-from gsapp.identification.statistics.settings import STATISTICS
 from gsapp.quantities import FloatArray
 from gsapp.quantities.constants import GRAVITY
 

@@ -1,25 +1,30 @@
-"""A campaign, maneuver by maneuver, and several of one axis together."""
+"""A whole campaign: every maneuver by itself, the means over all, and joint fits.
+
+Each maneuver goes to the axis that its surfaces excite. What a maneuver does not free (tables
+6.2.5 and 6.2.6) is held at the model's value; without a model, at the campaign's own: maneuvers
+that move fewer surfaces come second and hold the means of those that moved more. Those that lack
+airspeed or angle of attack come after the others of their kind and start from their means.
+"""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
+import numpy as np
+from pydantic import Field, NonNegativeFloat
+
+from gsapp.dynamics.model import Model
 from gsapp.foundation import FlightError, GroundStationError
+from gsapp.identification import equation_error, ftr
+from gsapp.identification import maximum_likelihood as ml
 from gsapp.identification.axes import (
     AXIS_SURFACES,
     Axis,
     axis_derivatives,
     axis_of,
     free_derivatives,
-)
-from gsapp.identification.campaign.method_functions import EstimationTask
-from gsapp.identification.campaign.results import (
-    CampaignResult,
-    CampaignSettings,
-    CampaignValue,
-    ManeuverResult,
-    campaign_values,
 )
 from gsapp.identification.channel_faults import unmeasured_surfaces
 from gsapp.identification.estimate_corrections import (
@@ -32,9 +37,204 @@ from gsapp.identification.estimate_corrections import (
     model_about_flown_cg,
     required_constants,
 )
+from gsapp.identification.estimate_settings import EstimateSettings
 from gsapp.identification.maneuver import Maneuver
 from gsapp.identification.methods import estimation_method
-from gsapp.identification.results import Estimate
+from gsapp.identification.preparation_settings import PREPARATION
+from gsapp.identification.results import DerivativeEstimate, Estimate
+from gsapp.identification.statistics.correlation import STATISTICS
+from gsapp.quantities import FloatArray
+
+
+class CampaignSettings(EstimateSettings):
+    """The settings of a campaign, which no longer depend on a file."""
+
+    known_model: Model | None = Field(
+        None, description="Content of `model`: its values and effects are taken as known."
+    )
+    response_weights: Mapping[str, Mapping[str, NonNegativeFloat]] | None = Field(
+        None,
+        description="Content of `weights`: of the responses (SI), by name of the flight; '' for "
+        "all others.",
+    )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CampaignValue:
+    """One derivative over a campaign."""
+
+    mean: float  # Weighted by inverse variance.
+    std: float
+    """Standard error of the mean; what comes from the zero of an instrument does not shrink with
+    the number of maneuvers."""
+    scatter: float | None  # Sample deviation; None for one value.
+    n: int
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class ManeuverResult:
+    """What became of one maneuver."""
+
+    maneuver: Maneuver
+    estimate: Estimate | None  # None where it failed.
+    failure: str = ""  # Why, in words.
+    equation_error_estimate: Estimate | None = None
+    """By equation error, of the same derivatives: where maximum likelihood found gusts in the
+    residuals. It takes the air as the vanes felt it, and gusts do it little harm."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class CampaignResult:
+    """Results of all maneuvers, in their order."""
+
+    settings: CampaignSettings
+    results: tuple[ManeuverResult, ...]
+    values: Mapping[str, CampaignValue]  # Of the derivatives that at least one maneuver earned.
+    joint: tuple[Estimate, ...] = ()  # One for each axis, if asked for.
+    remarks: tuple[str, ...] = ()
+    """Maneuvers left out, aircraft that flew with another mass or CG than their file's, failures of
+    joint fits."""
+
+
+def campaign_values(estimates: Sequence[Estimate | None]) -> dict[str, CampaignValue]:
+    """Return the means over the estimates that converged, by derivative."""
+    collected: dict[str, list[tuple[float, float, float]]] = {}
+    for estimate in estimates:
+        if estimate is None or not estimate.converged:
+            continue
+        for name, one in estimate.derivatives.items():
+            if one.status == "estimated" and one.value is not None and one.std:
+                collected.setdefault(name, []).append((one.value, one.std, one.offset))
+    return {name: weighted_mean(*np.array(found).T) for name, found in collected.items()}
+
+
+def weighted_mean(values: FloatArray, stds: FloatArray, offsets: FloatArray) -> CampaignValue:
+    """Return the weighted mean of values.
+
+    `values`, `stds`, `offsets`, shape (n,): with their bounds, and the part of each bound that all
+    have in common.
+    """
+    own = np.maximum(stds**2 - offsets**2, STATISTICS.min_own_variance_share * stds**2)
+    weights = 1.0 / own
+    weights /= weights.sum()
+    return CampaignValue(
+        mean=float(weights @ values),
+        std=math.sqrt(float(weights**2 @ own) + float(weights @ offsets) ** 2),
+        scatter=float(np.std(values, ddof=1)) if len(values) > 1 else None,
+        n=len(values),
+    )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class EstimationTask:
+    """Maneuvers of one axis, and what to estimate from them together."""
+
+    maneuvers: tuple[Maneuver, ...]
+    axis: Axis
+    settings: CampaignSettings  # About the CG as flown.
+    free: tuple[str, ...]  # Derivatives to estimate; none of them is in `held`.
+    held: Mapping[str, float]  # Derivatives and parameters of effects that are known.
+    start: Mapping[str, float]  # Start values, where some are known.
+    assumed_constants: Mapping[str, AssumedConstant]
+    """For channels that a maneuver lacks and the user gave no constant for, SI."""
+
+    @property
+    def model(self) -> Model | None:
+        """Return the model whose values and effects are taken as known."""
+        return self.settings.known_model
+
+    @property
+    def stand_ins(self) -> dict[str, float]:
+        """Return a constant for each channel that a maneuver lacks, SI."""
+        assumed = {name: one.value for name, one in self.assumed_constants.items()}
+        return {**assumed, **self.settings.stand_ins}
+
+
+def estimate_by_ftr(task: EstimationTask) -> Estimate:
+    """Estimate by Fourier transform regression."""
+    given = tuple(task.settings.stand_ins)
+    return ftr.estimate(task.maneuvers, task.axis, model=task.model, given=given)
+
+
+def estimate_by_equation_error(task: EstimationTask) -> Estimate:
+    """Estimate by equation error."""
+    return equation_error.estimate(
+        task.maneuvers, task.axis, free=task.free, held=task.held, model=task.model,
+        stand_ins=task.stand_ins,
+    )  # fmt: skip
+
+
+def estimate_by_maximum_likelihood(task: EstimationTask) -> Estimate:
+    """Estimate by maximum likelihood (output error)."""
+    settings = task.settings
+    weights = None
+    if settings.response_weights is not None:
+        others = settings.response_weights.get("", {})
+        weights = {
+            one.id: settings.response_weights.get(one.flight, others) for one in task.maneuvers
+        }
+    beside: tuple[str, ...] = ()
+    if task.model is None and settings.free is None:
+        beside = secondary_input_derivatives(task.maneuvers, task.axis, (*task.free, *task.held))
+    # Derivatives of the other axis are no effects of this one.
+    known = (*axis_derivatives("both"), *settings.held)
+    effects = [name for name in settings.free or () if name not in known]
+    likelihood = ml.MLSettings(
+        **{
+            **settings.fit_values(),
+            "free": (*task.free, *beside),
+            "free_effects": (*settings.free_effects, *effects),
+            "held": task.held,
+            "start": task.start,
+        },
+        axis=task.axis,
+        model=task.model,
+        joint_weights=weights,
+    )
+
+    found = ml.estimate(task.maneuvers, likelihood, assumed=task.assumed_constants)
+    return _without(found, beside)
+
+
+def secondary_input_derivatives(
+    maneuvers: Sequence[Maneuver], axis: Axis, settled: Sequence[str]
+) -> tuple[str, ...]:
+    """Return derivatives of surfaces that moved though not as the input, not settled otherwise.
+
+    A pilot holds the wings level with the ailerons through a rudder doublet: without their share
+    the rest would bend.
+    """
+    moved = []
+    for surface in AXIS_SURFACES[axis]:
+        spans = [np.ptp(one.samples(surface)) for one in maneuvers if one.has(surface)]
+        if spans and max(spans) > PREPARATION.min_deflection:
+            moved.append(surface)
+    return tuple(
+        name
+        for name in axis_derivatives(axis)
+        if name.partition("_")[2] in moved and name not in settled
+    )
+
+
+def _without(estimate: Estimate, names: Sequence[str]) -> Estimate:
+    """Return an estimate that does not report some of what it fitted."""
+    if not names:
+        return estimate
+    derivatives = dict(estimate.derivatives)
+    for name in names:
+        derivatives[name] = DerivativeEstimate(
+            value=None,
+            status="unknown",
+            why="its surface moved, but not as the input; its effect was also fitted",
+        )
+    kept = [place for place, name in enumerate(estimate.free) if name not in names]
+    return replace(
+        estimate,
+        derivatives=derivatives,
+        free=tuple(estimate.free[place] for place in kept),
+        covariance=estimate.covariance[np.ix_(kept, kept)],
+    )
+
 
 _NO_EXCITATION_TEXT = (
     "no surface moved as an input: no excitation; fly a doublet, or choose another time window"
