@@ -14,20 +14,17 @@ from gsapp.identification.estimate_corrections import AssumedConstant, widen_bou
 from gsapp.identification.maneuver import Maneuver
 from gsapp.identification.maximum_likelihood.output_error_fit import fit, simulate
 from gsapp.identification.maximum_likelihood.settings import (
-    FitProgress,
     FitProgressCallback,
     MLSettings,
 )
-from gsapp.identification.maximum_likelihood.solution import ManeuverResiduals, MLSolution
+from gsapp.identification.maximum_likelihood.solution import MLSolution
 from gsapp.identification.results import Estimate
 
 __all__ = [
     "DEFAULT_BIASES",
-    "FitProgress",
     "FitProgressCallback",
     "MLSettings",
     "MLSolution",
-    "ManeuverResiduals",
     "estimate",
     "fit",
     "simulate",

@@ -8,8 +8,6 @@ from gsapp.identification.summary.campaign_summary import (
     ConditionTrend,
     DerivativePoint,
     DerivativeSummary,
-    Outlier,
-    OutlyingManeuver,
     summarize_campaign,
 )
 
@@ -19,7 +17,5 @@ __all__ = [
     "ConditionTrend",
     "DerivativePoint",
     "DerivativeSummary",
-    "Outlier",
-    "OutlyingManeuver",
     "summarize_campaign",
 ]
