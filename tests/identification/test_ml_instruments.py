@@ -176,7 +176,7 @@ def test_a_stuck_response_is_left_out_and_named(lon):
     assert found.value("Cm_alpha") == pytest.approx(BASE.derivative("Cm_alpha"), rel=0.1)
 
 
-NOISE = 0.05 * np.pi / 180.0 * np.random.default_rng(3).standard_normal(1000)
+NOISE = 0.05 * np.pi / 180.0 * np.random.default_rng(3).standard_normal(1001)
 
 
 @pytest.mark.parametrize(
