@@ -18,9 +18,9 @@ if TYPE_CHECKING:
     from gsapp.decoding.pipeline import ChannelSource
     from gsapp.flight.flight import Flight
     from gsapp.flight.maneuver_settings import ManeuverSettings
-    from gsapp.identification.maneuver_extraction import FlightWithManeuvers
-    from gsapp.identification.runs.flight_cache import FlightCache
-    from gsapp.identification.runs.outcome import RunOutcome
+    from gsapp.identification.maneuver import FlightWithManeuvers
+    from gsapp.identification.runs.inputs import FlightCache
+    from gsapp.identification.runs.run_execution import RunOutcome
 
 _MARKS = {"estimated": "est.", "derived": "calc."}
 _UNCALIBRATED = "uncal"
@@ -138,10 +138,10 @@ def load_flown_flights(
     paths: Sequence[Path], settings: ManeuverSettings, console: PlainConsole
 ) -> tuple[FlightWithManeuvers, ...]:
     """Open flights and cut their maneuvers, telling a console what is being done."""
-    from gsapp.identification import maneuver_extraction
+    from gsapp.identification import maneuver
 
     with console.status("reading") as status:
-        return maneuver_extraction.open_flights_with_maneuvers(paths, settings, doing=status.update)
+        return maneuver.open_flights_with_maneuvers(paths, settings, doing=status.update)
 
 
 def outcome_json(outcome: RunOutcome, flights: FlightCache) -> dict[str, Any]:

@@ -54,7 +54,7 @@ def compatibility(
         CompatibilitySettings,
         check_compatibility,
     )
-    from gsapp.identification.maneuver_extraction import no_maneuvers_text
+    from gsapp.identification.maneuver import no_maneuvers_text
 
     console = PlainConsole(stderr=is_stdout(json))
     given = ManeuverSettings(every_grade=True, **settings)
@@ -122,7 +122,7 @@ def _finite(value: Any) -> Any:
 
 def _describe(console: PlainConsole, result: CompatibilityResult) -> None:
 
-    from gsapp.identification.compatibility.instrument_text import format_error_with_bound
+    from gsapp.identification.compatibility.results import format_error_with_bound
     from gsapp.quantities import convert_text_units
 
     if result.parameters:

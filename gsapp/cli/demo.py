@@ -233,7 +233,7 @@ def _repeat(catalog: Path) -> int:
     """Do the last run again; return its number."""
     from gsapp.flight.catalog import Catalog
     from gsapp.foundation import FlightError
-    from gsapp.identification.runs.run_repetition import repeat_run
+    from gsapp.identification.runs.run_comparison import repeat_run
     from gsapp.identification.runs.run_store import stored_runs
 
     with Catalog(catalog) as store:

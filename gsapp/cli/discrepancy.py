@@ -94,7 +94,7 @@ def discrepancy(
     from gsapp.dynamics.model import load_model
     from gsapp.flight.maneuvers import uncalibrated_text
     from gsapp.foundation import FlightError
-    from gsapp.identification.maneuver_extraction import no_maneuvers_text
+    from gsapp.identification.maneuver import no_maneuvers_text
     from gsapp.report.provenance import search_provenance
 
     console = PlainConsole(stderr=is_stdout(json))

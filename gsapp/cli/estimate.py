@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from gsapp.cli._console import PlainConsole
     from gsapp.identification.campaign import CampaignResult, CampaignValue, ManeuverResult
     from gsapp.identification.results import Estimate
-    from gsapp.identification.runs.outcome import RunOutcome
+    from gsapp.identification.runs.run_execution import RunOutcome
 
 _FIXED, _EACH = 52, 22
 """Characters that the means take, and each column of a maneuver's own."""
@@ -51,7 +51,7 @@ def estimate(
     from gsapp.cli._usage_errors import as_usage_error, check_catalog, check_windows
     from gsapp.dynamics.model import load_model
     from gsapp.flight.catalog import Catalog
-    from gsapp.identification.runs.flight_cache import FlightCache
+    from gsapp.identification.runs.inputs import FlightCache
     from gsapp.identification.runs.request import RunRequest
     from gsapp.identification.runs.run_execution import execute_run
     from gsapp.identification.runs.run_store import save_run

@@ -18,8 +18,7 @@ if TYPE_CHECKING:
     from gsapp.identification.linear_models.linear_model_files import PublishedErrors
     from gsapp.identification.linear_models.model_comparison import EvaluatedModel
     from gsapp.identification.linear_models.signals import LinearAxis
-    from gsapp.identification.maneuver import Maneuver
-    from gsapp.identification.maneuver_extraction import FlightWithManeuvers
+    from gsapp.identification.maneuver import FlightWithManeuvers, Maneuver
 
     Judged = dict[LinearAxis, dict[str, EvaluatedModel]]
 
@@ -69,14 +68,14 @@ def linear_models(
     from gsapp.foundation import FlightError
     from gsapp.identification.axes import AXIS_TITLES
     from gsapp.identification.campaign import CampaignSettings, run_campaign
+    from gsapp.identification.estimate_corrections import derivatives_about_flown_cg
     from gsapp.identification.instrument_effects import effective_records
     from gsapp.identification.linear_models.linear_model_files import (
         PUBLISHED_AIRCRAFT,
         published_errors,
     )
     from gsapp.identification.linear_models.signals import LINEAR_STATES
-    from gsapp.identification.maneuver_extraction import no_maneuvers_text
-    from gsapp.identification.moment_reference import derivatives_about_flown_cg
+    from gsapp.identification.maneuver import no_maneuvers_text
 
     if any(is_same_path(one, validate) for one in flights):
         raise CommandUsageError(

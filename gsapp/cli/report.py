@@ -13,8 +13,8 @@ from gsapp.cli._options import DISPLAY_UNITS, Dated, JsonFile, Units
 
 if TYPE_CHECKING:
     from gsapp.identification.campaign import CampaignProgressCallback
-    from gsapp.identification.runs.maneuver_selection import StatusCallback
-    from gsapp.identification.runs.outcome import RunOutcome
+    from gsapp.identification.runs.inputs import StatusCallback
+    from gsapp.identification.runs.run_execution import RunOutcome
 
 
 @takes_settings(
@@ -65,7 +65,7 @@ def report(
     from gsapp.cli._flight_text import check_fitted, outcome_json
     from gsapp.cli._usage_errors import as_usage_error, check_distinct_flights, check_windows
     from gsapp.flight.info import local_timestamp
-    from gsapp.identification.runs.flight_cache import FlightCache
+    from gsapp.identification.runs.inputs import FlightCache
     from gsapp.identification.runs.request import RunRequest
     from gsapp.identification.runs.run_execution import execute_run as estimate
     from gsapp.report.campaign_report import write_campaign_report

@@ -14,9 +14,8 @@ if TYPE_CHECKING:
     from gsapp.cli._console import PlainConsole
     from gsapp.flight.catalog import Catalog
     from gsapp.identification.campaign import CampaignProgressCallback
-    from gsapp.identification.runs.maneuver_selection import StatusCallback
-    from gsapp.identification.runs.run_comparison import RunComparison
-    from gsapp.identification.runs.run_repetition import RepeatedRun
+    from gsapp.identification.runs.inputs import StatusCallback
+    from gsapp.identification.runs.run_comparison import RepeatedRun, RunComparison
     from gsapp.identification.runs.run_store import StoredRun
 
 _REQUIRED_ARGUMENTS = {
@@ -163,8 +162,8 @@ def _repeat(
 
     from gsapp.flight.info import local_timestamp
     from gsapp.identification.estimate_json import campaign_json
-    from gsapp.identification.runs.flight_cache import FlightCache
-    from gsapp.identification.runs.run_repetition import repeat_run
+    from gsapp.identification.runs.inputs import FlightCache
+    from gsapp.identification.runs.run_comparison import repeat_run
     from gsapp.report.campaign_report import write_campaign_report
     from gsapp.report.document_writer import check_report_path
 

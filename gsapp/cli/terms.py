@@ -51,7 +51,7 @@ def terms(
     from gsapp.foundation import FlightError
     from gsapp.foundation.name_suggestions import did_you_mean
     from gsapp.identification.equation_error.stepwise_regression import select_terms
-    from gsapp.identification.maneuver_extraction import no_maneuvers_text
+    from gsapp.identification.maneuver import no_maneuvers_text
 
     unknown = [name for name in coefficient or () if name not in _AXES]
     if unknown:

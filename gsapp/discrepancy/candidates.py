@@ -30,11 +30,11 @@ from gsapp.dynamics.signal_terms import (
     channels_of_target,
 )
 from gsapp.dynamics.terms import COEFFICIENTS, Term, create_term
-from gsapp.identification.filter_error.motion_linearization import Linearization
-from gsapp.identification.filter_error.sensitivity_columns import (
+from gsapp.identification.filter_error.maneuver_state import (
     SensitivityColumn,
     SensitivityEntry,
 )
+from gsapp.identification.filter_error.motion_linearization import Linearization
 from gsapp.quantities import FloatArray
 
 ColumnBuilder = Callable[[Linearization], SensitivityColumn | None]

@@ -22,9 +22,12 @@ from gsapp.identification.coefficients import (
 )
 from gsapp.identification.filter_error.equation_jacobian import CONTROLS
 from gsapp.identification.filter_error.filter_error_fit import FilterErrorFit
-from gsapp.identification.filter_error.maneuver_record import ManeuverRecord
 from gsapp.identification.filter_error.maneuver_state import ManeuverState
-from gsapp.identification.filter_error.motion_linearization import bias_sensitivity, outputs_along
+from gsapp.identification.filter_error.motion_linearization import (
+    ManeuverRecord,
+    bias_sensitivity,
+    outputs_along,
+)
 from gsapp.identification.filter_error.noise_model import NoiseModel, sample_variance
 from gsapp.identification.statistics import response_fit
 from gsapp.quantities import FloatArray

@@ -44,7 +44,10 @@ from gsapp.dynamics.model import Model
 from gsapp.dynamics.terms import create_term
 from gsapp.foundation import FlightError
 from gsapp.identification.filter_error.filter_error_fit import FilterErrorFit
-from gsapp.identification.filter_error.maneuver_record import ManeuverRecord, create_maneuver_record
+from gsapp.identification.filter_error.motion_linearization import (
+    ManeuverRecord,
+    create_maneuver_record,
+)
 from gsapp.identification.filter_error.noise_tuning import ActivityCallback, fit_to_convergence
 from gsapp.identification.maneuver import Maneuver
 

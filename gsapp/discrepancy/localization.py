@@ -18,8 +18,7 @@ from scipy.stats import chi2
 from gsapp.discrepancy.effect_selection import log_priors
 from gsapp.discrepancy.screening import CandidateScreening
 from gsapp.discrepancy.unnamed_effects import VIBRATING_CHANNELS
-from gsapp.identification.filter_error.filter_error_fit import FilterErrorFit
-from gsapp.identification.filter_error.information_matrix import InformationMatrix
+from gsapp.identification.filter_error.filter_error_fit import FilterErrorFit, InformationMatrix
 
 _AXES: Final = {"CA": "CX", "CN": "CZ", "thrust": "CX"}
 _SURFACES: Final = {"elevator": "Cm", "aileron": "Cl", "rudder": "Cn", "flap": "CZ"}

@@ -8,10 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from gsapp.discrepancy.candidates import CandidateEffect
-from gsapp.identification.filter_error.filter_error_fit import FilterErrorFit
-from gsapp.identification.filter_error.information_matrix import InformationMatrix
+from gsapp.identification.filter_error.filter_error_fit import FilterErrorFit, InformationMatrix
+from gsapp.identification.filter_error.maneuver_state import SensitivityColumn
 from gsapp.identification.filter_error.motion_linearization import Linearization
-from gsapp.identification.filter_error.sensitivity_columns import SensitivityColumn
 from gsapp.quantities import FloatArray
 
 

@@ -11,13 +11,13 @@ from gsapp.discrepancy.effect_catalog import all_effects, excluded_effects, find
 from gsapp.discrepancy.results import InstrumentRemark
 from gsapp.discrepancy.settings import SEARCH
 from gsapp.foundation import FlightError
+from gsapp.identification.channel_faults import check_sample_count
 from gsapp.identification.compatibility import (
     CompatibilitySettings,
     InstrumentVerdict,
     check_compatibility,
 )
 from gsapp.identification.maneuver import Maneuver
-from gsapp.identification.stuck_channels import check_sample_count
 
 
 def check_instruments(

@@ -13,7 +13,7 @@ from gsapp.discrepancy.settings import SEARCH
 from gsapp.dynamics.model import Model, load_model
 from gsapp.identification.axes import axis_derivatives
 from gsapp.identification.filter_error.filter_error_fit import FilterErrorFit
-from gsapp.identification.filter_error.maneuver_record import ManeuverRecord
+from gsapp.identification.filter_error.motion_linearization import ManeuverRecord
 from gsapp.identification.filter_error.noise_tuning import (
     ActivityCallback,
     fit_to_convergence,

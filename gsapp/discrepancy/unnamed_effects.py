@@ -16,11 +16,11 @@ from gsapp.discrepancy.settings import SEARCH
 from gsapp.dynamics.buildup import LATERAL_COEFFICIENTS
 from gsapp.dynamics.signal_terms import apply_lag
 from gsapp.dynamics.terms import COEFFICIENTS
-from gsapp.identification.filter_error.motion_linearization import Linearization
-from gsapp.identification.filter_error.sensitivity_columns import (
+from gsapp.identification.filter_error.maneuver_state import (
     SensitivityColumn,
     SensitivityEntry,
 )
+from gsapp.identification.filter_error.motion_linearization import Linearization
 from gsapp.quantities import FloatArray
 
 _LONGITUDINAL = ("alpha", "q_hat", "de", "v")

@@ -79,11 +79,7 @@ def axis_of(inputs: Collection[str]) -> Axis:
 def free_derivatives(axis: Axis, inputs: Collection[str]) -> tuple[str, ...]:
     """Return what is free for a maneuver, tables 6.2.5 and 6.2.6.
 
-    Parameters
-    ----------
-    axis : {"lon", "lat", "both"}
-    inputs : collection of str
-        The surfaces that were moved. Derivatives of the others are held.
+    `inputs`: the surfaces that were moved. Derivatives of the others are held.
     """
     still = [f"_{surface}" for surface in AXIS_SURFACES[axis] if surface not in inputs]
     return tuple(name for name in axis_derivatives(axis) if not name.endswith(tuple(still)))

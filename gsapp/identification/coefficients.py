@@ -30,11 +30,11 @@ from gsapp.dynamics.model import Model
 from gsapp.dynamics.sensors import accelerations_at_cg
 from gsapp.dynamics.terms import COEFFICIENTS, Term
 from gsapp.foundation import FlightError
-from gsapp.identification.delay_compensation import advance_samples
 from gsapp.identification.instrument_effects import effective_records
 from gsapp.identification.maneuver import Maneuver
 from gsapp.identification.motion import MeasuredMotion, measured_motion
 from gsapp.identification.preparation_settings import PREPARATION
+from gsapp.identification.record_preparation import advance_samples
 from gsapp.identification.smoothing import (
     BoolArray,
     Smoother,
@@ -86,44 +86,26 @@ _COEFFICIENT_DEPENDENCIES: Mapping[str, tuple[str, ...]] = {
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Coefficients:
-    """Coefficients of one maneuver, with the variables that may explain them.
-
-    Attributes
-    ----------
-    maneuver : str
-    times : ndarray, shape (n,)
-        s.
-    values : ndarray, shape (n, 6)
-        Smoothed `gsapp.dynamics.terms.COEFFICIENTS`: CN, CA, CY, Cl, Cm, Cn.
-    valid : ndarray of bool, shape (n, 6)
-        Samples that count: nothing that they depend on was missing or clipped.
-    variables : mapping of str to ndarray, shape (n,)
-        As `gsapp.dynamics.terms.VARIABLES`, not smoothed: form products first, then `smooth`.
-    variable_valid : mapping of str to ndarray of bool, shape (n,)
-        Samples of each variable that count once smoothed.
-    measured : frozenset of str
-        Channels that an instrument measured.
-    integrated : frozenset of str
-        Flow angles that no vane measured, integrated from accelerations and rates instead: their
-        changes are right, their offset and a slow drift are not known.
-    missing : mapping of str to str
-        Coefficients that cannot be had: why.
-    smoother : Smoother
-    remarks : tuple of str
-        Stand-ins, in words.
-    """
+    """Coefficients of one maneuver, with the variables that may explain them."""
 
     maneuver: str
-    times: FloatArray
+    times: FloatArray  # Shape (n,). s.
     values: FloatArray
+    """Shape (n, 6). Smoothed `gsapp.dynamics.terms.COEFFICIENTS`: CN, CA, CY, Cl, Cm, Cn."""
     valid: BoolArray
+    """Shape (n, 6). Samples that count: nothing that they depend on was missing or clipped."""
     variables: Mapping[str, FloatArray]
+    """Shape (n,). As `gsapp.dynamics.terms.VARIABLES`, not smoothed: form products first, then
+    `smooth`."""
     variable_valid: Mapping[str, BoolArray]
-    measured: frozenset[str]
+    """Shape (n,). Samples of each variable that count once smoothed."""
+    measured: frozenset[str]  # Channels that an instrument measured.
     integrated: frozenset[str]
-    missing: Mapping[str, str]
+    """Flow angles that no vane measured, integrated from accelerations and rates instead: their
+    changes are right, their offset and a slow drift are not known."""
+    missing: Mapping[str, str]  # Coefficients that cannot be had: why.
     smoother: Smoother
-    remarks: tuple[str, ...]
+    remarks: tuple[str, ...]  # Stand-ins, in words.
 
     def value(self, coefficient: str) -> FloatArray:
         """Return a coefficient, NaN where it does not count; also CX and CZ. Shape (n,)."""
@@ -168,7 +150,6 @@ def reconstruct_coefficients(
 
     Parameters
     ----------
-    maneuver : Maneuver
     motion : MeasuredMotion, optional
         If it is known already. Effects of the model on instruments and control paths are then left
         as they are; else they are undone first (`gsapp.identification.instrument_effects`).
@@ -474,3 +455,34 @@ def _valid_samples(
             known[touched] = filtering.valid_samples(out) & ~missing
         found[name] = known[touched]
     return found
+
+
+def smooth_coefficients(
+    maneuvers: Sequence[Maneuver],
+    motions: Sequence[MeasuredMotion] | None = None,
+    *,
+    stand_ins: Mapping[str, float] | None = None,
+    model: Model | None = None,
+    cutoff: float | None = None,
+    delays: Mapping[str, float] | None = None,
+) -> list[Coefficients]:
+    """Return the coefficients of all maneuvers, smoothed with the highest cutoff that one needs.
+
+    Parameters as in `gsapp.identification.coefficients.reconstruct_coefficients`.
+
+    Raises `FlightError` if there is no maneuver.
+    """
+    if not maneuvers:
+        raise FlightError("no maneuver to estimate from; name at least one")
+    if motions is None:
+        maneuvers, model = effective_records(maneuvers, model)
+        motions = [measured_motion(maneuver, stand_ins=stand_ins) for maneuver in maneuvers]
+    if cutoff is None:
+        cutoff = max(
+            select_cutoff(motion.states[:, 1:6], maneuver.dt)
+            for maneuver, motion in zip(maneuvers, motions, strict=True)
+        )
+    return [
+        reconstruct_coefficients(maneuver, motion=motion, model=model, cutoff=cutoff, delays=delays)
+        for maneuver, motion in zip(maneuvers, motions, strict=True)
+    ]

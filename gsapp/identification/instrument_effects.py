@@ -43,18 +43,10 @@ def undo_instrument_effects(
 ) -> Maneuver:
     """Return a maneuver with what the model says of its instruments undone.
 
-    Parameters
-    ----------
-    maneuver : Maneuver
-    model : Model
-        Its values count; nothing is estimated.
-    keep : collection of str
-        Channels whose paths somebody else predicts. Swapped channels go back in any case.
+    `model`: its values count; nothing is estimated.
+    `keep`: channels whose paths somebody else predicts. Swapped channels go back in any case.
 
-    Returns
-    -------
-    Maneuver
-        The same object where there is nothing to undo. Samples that an effect cut off are missing.
+    The same object where there is nothing to undo. Samples that an effect cut off are missing.
     """
     flight_model = FlightModel(maneuver.aircraft, model)
     paths = {

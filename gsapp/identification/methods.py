@@ -31,50 +31,32 @@ METHOD_GROUP: Final = "gsapp.methods"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class EstimationMethod:
-    """One method of estimation.
+    """One method of estimation."""
 
-    Attributes
-    ----------
-    id : str
-        As on the command line, in files and in JSON.
-    title, short_title : str
-        In full, and for lists and legends.
-    help_text : str
-        What it does and when to choose it: one sentence or two.
-    function : str
-        ``module:name`` of a function that takes an `EstimationTask` and returns an `Estimate`.
-    settings : frozenset of str
-        Fields of `gsapp.identification.estimate_settings.EstimateSettings` that it uses, beside
-        those of every method (axis, maneuvers, aircraft ...); the form disables the others.
-    compares : {"responses", "coefficients"}
-        What `Estimate.fit` and `Estimate.histories` are of: channels that are integrated and
-        compared with measurement, or force and moment coefficients.
-    comparison_text : str
-        Caption of a figure of these histories.
-    documentation : str
-        Page, or address, that describes it.
-    """
-
-    id: str
+    id: str  # As on the command line, in files and in JSON.
     title: str
     short_title: str
-    help_text: str
+    """In full, and for lists and legends."""
+    help_text: str  # What it does and when to choose it: one sentence or two.
     function: str
+    """``module:name`` of a function that takes an `EstimationTask` and returns an `Estimate`."""
     settings: frozenset[str] = frozenset()
+    """Fields of `gsapp.identification.estimate_settings.EstimateSettings` that it uses, beside
+    those of every method (axis, maneuvers, aircraft ...); the form disables the others."""
     compares: Literal["responses", "coefficients"] = "coefficients"
+    """What `Estimate.fit` and `Estimate.histories` are of: channels that are integrated and
+    compared with measurement, or force and moment coefficients."""
     comparison_text: str = (
         "force and moment coefficients, as measured motion gives them (solid) and as the "
         "derivatives compute them (dashed), both smoothed alike."
     )
-    documentation: str = ""
+    """Caption of a figure of these histories."""
+    documentation: str = ""  # Page, or address, that describes it.
 
     def estimate(self, task: EstimationTask) -> Estimate:
         """Estimate from maneuvers of one axis.
 
-        Raises
-        ------
-        FlightError
-            If nothing can be estimated from them.
+        Raises `FlightError` if nothing can be estimated from them.
         """
         run: Callable[[EstimationTask], Estimate] = resolve_name(self.function)
         return run(task)
@@ -87,7 +69,7 @@ _OWN_METHODS: Final = (
         title="Maximum likelihood",
         short_title="ML",
         help_text="Integrates the motion until it follows the measured responses.",
-        function="gsapp.identification.campaign.method_functions:estimate_by_maximum_likelihood",
+        function="gsapp.identification.campaign:estimate_by_maximum_likelihood",
         settings=_DERIVATIVE_SETTINGS
         | {
             "start", "priors", "free_effects", "weights", "noise", "integration", "bound_factor",
@@ -102,7 +84,7 @@ _OWN_METHODS: Final = (
         title="Equation error",
         short_title="equation error",
         help_text="Regresses forces and moments; steadier in gusts.",
-        function="gsapp.identification.campaign.method_functions:estimate_by_equation_error",
+        function="gsapp.identification.campaign:estimate_by_equation_error",
         settings=_DERIVATIVE_SETTINGS,
         documentation="docs/identification.md",
     ),
@@ -111,7 +93,7 @@ _OWN_METHODS: Final = (
         title="Fourier transform regression",
         short_title="FTR",
         help_text="Equation error in the frequency domain, as in flight.",
-        function="gsapp.identification.campaign.method_functions:estimate_by_ftr",
+        function="gsapp.identification.campaign:estimate_by_ftr",
         comparison_text="force and moment coefficients, as measured motion gives them (solid) and "
         "as the derivatives compute their changes (dashed), both smoothed alike.",
         documentation="docs/identification.md",
@@ -150,10 +132,7 @@ def estimation_methods() -> Mapping[str, EstimationMethod]:
 def estimation_method(method_id: str) -> EstimationMethod:
     """Return a method.
 
-    Raises
-    ------
-    UnknownNameError
-        If none is called that.
+    Raises `UnknownNameError` if none is called that.
     """
     methods = estimation_methods()
     if method_id not in methods:

@@ -21,43 +21,29 @@ from gsapp.dynamics.propulsion import throttle_for
 from gsapp.dynamics.sensors import flow_at_cg
 from gsapp.dynamics.signal_terms import apply_lag
 from gsapp.foundation import FlightError
-from gsapp.identification.air_data import air_density, airspeed_history
 from gsapp.identification.maneuver import Maneuver
 from gsapp.identification.preparation_settings import PREPARATION
+from gsapp.identification.record_preparation import air_density, airspeed_history
 from gsapp.quantities import BoolArray, FloatArray
 from gsapp.quantities.constants import GRAVITY
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class MeasuredMotion:
-    """States and inputs at every sample of a maneuver, none missing.
+    """States and inputs at every sample of a maneuver, none missing."""
 
-    Attributes
-    ----------
-    times : ndarray, shape (n,)
-        s.
-    states : ndarray, shape (n, 9)
-        `gsapp.dynamics.equations.POLAR_STATES`, at the center of gravity.
-    inputs : ndarray, shape (n, 8)
-        `gsapp.dynamics.flight_model.MODEL_INPUTS`.
-    measured : frozenset of str
-        Names of states and inputs that come from an instrument; the others are stand-ins.
-    interpolated : mapping of str to ndarray of bool, shape (n,)
-        Samples that were missing or clipped and are interpolated here, by state or input. They
-        must not count in any cost.
-    remarks : tuple of str
-        What stands in for what, in words.
-    """
-
-    times: FloatArray
+    times: FloatArray  # Shape (n,). s.
     states: FloatArray
-    inputs: FloatArray
+    """Shape (n, 9). `gsapp.dynamics.equations.POLAR_STATES`, at the center of gravity."""
+    inputs: FloatArray  # Shape (n, 8). `gsapp.dynamics.flight_model.MODEL_INPUTS`.
     measured: frozenset[str]
+    """Names of states and inputs that come from an instrument; the others are stand-ins."""
     interpolated: Mapping[str, BoolArray]
-    remarks: tuple[str, ...]
+    """Shape (n,). Samples that were missing or clipped and are interpolated here, by state or
+    input. They must not count in any cost."""
+    remarks: tuple[str, ...]  # What stands in for what, in words.
 
     def state(self, name: str) -> FloatArray:
-        """Return one state, shape (n,)."""
         return self.states[:, POLAR_STATES.index(name)]
 
     def input(self, name: str) -> FloatArray:
@@ -76,16 +62,9 @@ def measured_motion(
 ) -> MeasuredMotion:
     """Complete the measured motion of a maneuver.
 
-    Parameters
-    ----------
-    maneuver : Maneuver
-    stand_ins : mapping of str to float, optional
-        Constants (SI) for states and inputs that were not measured: ``{"V": 30.0}``.
+    `stand_ins`: constants (SI) for states and inputs that were not measured: ``{"V": 30.0}``.
 
-    Raises
-    ------
-    FlightError
-        If nothing can stand in for a missing speed, or the aircraft did not fly.
+    Raises `FlightError` if nothing can stand in for a missing speed, or the aircraft did not fly.
     """
     return _MotionBuilder(maneuver, dict(stand_ins or {})).finish()
 

@@ -15,125 +15,68 @@ DerivativeStatus = Literal["estimated", "held", "unknown", "not-identifiable"]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DerivativeEstimate:
-    """One derivative.
-
-    Attributes
-    ----------
-    value, std, cramer_rao : float or None
-        Per radian. `std` is the honest bound (colored residuals corrected), `cramer_rao` the
-        uncorrected one. All None unless `status` is ``estimated``; a held one has its value.
-    offset : float
-        The part of `std` that comes from the zero of an instrument, per radian: the same in every
-        maneuver that it flew in.
-    status : str
-    confounded_with : tuple of str
-        What it cannot be told apart from.
-    why : str
-        In words, where it was not earned.
-    """
+    """One derivative."""
 
     value: float | None
     std: float | None = None
     cramer_rao: float | None = None
+    """Per radian. `std` is the honest bound (colored residuals corrected), `cramer_rao` the
+    uncorrected one. All None unless `status` is ``estimated``; a held one has its value."""
     offset: float = 0.0
+    """The part of `std` that comes from the zero of an instrument, per radian: the same in every
+    maneuver that it flew in."""
     status: DerivativeStatus = "estimated"
-    confounded_with: tuple[str, ...] = ()
-    why: str = ""
+    confounded_with: tuple[str, ...] = ()  # What it cannot be told apart from.
+    why: str = ""  # In words, where it was not earned.
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ResponseFit:
-    """How well one computed response follows the measured one.
+    """How well one computed response follows the measured one."""
 
-    Attributes
-    ----------
-    rms : float
-        Of the residuals, SI.
-    rms_over_range_pct : float
-        As in tables 7.4.1 and 7.4.2: over the range of the measured response.
-    r2 : float
-        1 - sum of squared residuals / sum of squares about the mean.
-    theil : float
-        Theil's inequality coefficient, 0 (equal) to 1.
-    samples : int
-        That counted.
-    """
-
-    rms: float
+    rms: float  # Of the residuals, SI.
     rms_over_range_pct: float
-    r2: float
-    theil: float
-    samples: int
+    """As in tables 7.4.1 and 7.4.2: over the range of the measured response."""
+    r2: float  # 1 - sum of squared residuals / sum of squares about the mean.
+    theil: float  # Theil's inequality coefficient, 0 (equal) to 1.
+    samples: int  # That counted.
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class ResponseHistory:
-    """Measured and computed responses of one maneuver.
-
-    Attributes
-    ----------
-    maneuver : str
-    times : ndarray, shape (n,)
-    channels : tuple of str
-    measured, computed : ndarray, shape (n, n_channels)
-        SI; NaN in `measured` where a sample did not count.
-    """
+    """Measured and computed responses of one maneuver."""
 
     maneuver: str
-    times: FloatArray
+    times: FloatArray  # Shape (n,).
     channels: tuple[str, ...]
     measured: FloatArray
     computed: FloatArray
+    """Shape (n, n_channels). SI; NaN in `measured` where a sample did not count."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Estimate:
-    """Derivatives from one maneuver, or from several fitted together.
+    """Derivatives from one maneuver, or from several fitted together."""
 
-    Attributes
-    ----------
-    method : str
-        Id of an `EstimationMethod`.
-    axis : {"lon", "lat", "both"}
-    maneuvers : tuple of str
-        Ids.
-    derivatives : mapping of str to DerivativeEstimate
-        Every derivative of the axis and every freed parameter of an effect.
-    free : tuple of str
-        The estimated ones: rows of `covariance`.
-    covariance : ndarray, shape (len(free), len(free))
-        Honest; its diagonal is the square of `DerivativeEstimate.std`.
-    nuisance : mapping of str to (float, float)
-        Initial states, biases, scale factors and time shifts: value, std. Keyed
-        ``<maneuver>.<kind>.<channel>``, kind of ``initial``, ``bias``, ``scale``, ``shift``.
-    fit : mapping of str to ResponseFit
-        By response, over all maneuvers.
-    histories : tuple of ResponseHistory
-        One for each maneuver (ML) or empty.
-    iterations : int
-    converged : bool
-    warnings : tuple of str
-        Sentences for the crew: turbulence, colored residuals, stand-ins, suspicious signs.
-    message : str
-        Why it stopped.
-    gusty_maneuvers : tuple of str
-        Ids of the maneuvers in whose residuals gusts were found; the warnings say more.
-    """
-
-    method: str
+    method: str  # Id of an `EstimationMethod`.
     axis: Axis
-    maneuvers: tuple[str, ...]
+    maneuvers: tuple[str, ...]  # Ids.
     derivatives: Mapping[str, DerivativeEstimate]
-    free: tuple[str, ...]
-    covariance: FloatArray
+    """Every derivative of the axis and every freed parameter of an effect."""
+    free: tuple[str, ...]  # The estimated ones: rows of `covariance`.
+    covariance: FloatArray  # Honest; its diagonal is the square of `DerivativeEstimate.std`.
     nuisance: Mapping[str, tuple[float, float]] = field(default_factory=dict)
-    fit: Mapping[str, ResponseFit] = field(default_factory=dict)
-    histories: tuple[ResponseHistory, ...] = ()
+    """Initial states, biases, scale factors and time shifts: value, std. Keyed
+    ``<maneuver>.<kind>.<channel>``, kind of ``initial``, ``bias``, ``scale``, ``shift``."""
+    fit: Mapping[str, ResponseFit] = field(default_factory=dict)  # By response, over all maneuvers.
+    histories: tuple[ResponseHistory, ...] = ()  # One for each maneuver (ML) or empty.
     iterations: int = 0
     converged: bool = True
     warnings: tuple[str, ...] = ()
-    message: str = ""
+    """Sentences for the crew: turbulence, colored residuals, stand-ins, suspicious signs."""
+    message: str = ""  # Why it stopped.
     gusty_maneuvers: tuple[str, ...] = ()
+    """Ids of the maneuvers in whose residuals gusts were found; the warnings say more."""
 
     def value(self, name: str) -> float | None:
         """Return the value of a derivative; None where it was not earned."""
@@ -142,7 +85,6 @@ class Estimate:
 
     @property
     def correlation(self) -> FloatArray:
-        """Return the correlation matrix of the free parameters."""
         scale = self.covariance.diagonal() ** 0.5
         correlation: FloatArray = self.covariance / scale[:, None] / scale
         return correlation

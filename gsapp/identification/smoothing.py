@@ -32,21 +32,11 @@ _CUTOFF_TIMES_WIDTH = 0.7203
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Smoother:
-    """A symmetric low-pass, and the differentiation that goes with it.
+    """A symmetric low-pass, and the differentiation that goes with it."""
 
-    Attributes
-    ----------
-    dt : float
-        Sample time, s.
-    cutoff : float
-        Where the gain is 1/sqrt(2), Hz; infinite for no smoothing.
-    kernel : ndarray, shape (2 m + 1,)
-        Raised cosine; its sum is 1.
-    """
-
-    dt: float
-    cutoff: float
-    kernel: FloatArray
+    dt: float  # Sample time, s.
+    cutoff: float  # Where the gain is 1/sqrt(2), Hz; infinite for no smoothing.
+    kernel: FloatArray  # Shape (2 m + 1,). Raised cosine; its sum is 1.
 
     @property
     def stride(self) -> int:
@@ -76,10 +66,7 @@ class Smoother:
         Taken where a rigid aircraft does not move, between a quarter and nearly half of the
         sample rate, without the frequencies at which a tone stands out (engines fold there).
 
-        Parameters
-        ----------
-        signals : ndarray, shape (n, k)
-            `simpson_average`, not yet smoothed, none missing.
+        `signals`, shape (n, k): `simpson_average`, not yet smoothed, none missing.
         """
         count, width = signals.shape
         frequency = np.asarray(np.fft.rfftfreq(count, self.dt), dtype=np.float64)
@@ -138,12 +125,8 @@ def select_cutoff(signals: FloatArray, dt: float) -> float:
     rate, where a rigid aircraft does not move; a signal counts as seen at a frequency where its
     power, averaged over neighbors, is four times that. The signal seen furthest decides.
 
-    Parameters
-    ----------
-    signals : ndarray, shape (n, k)
-        Rates and flow angles, none missing.
-    dt : float
-        Sample time, s.
+    `signals`, shape (n, k): rates and flow angles, none missing.
+    `dt`: sample time, s.
     """
     count = len(signals)
     highest = min(PREPARATION.max_cutoff, 0.2 / dt)

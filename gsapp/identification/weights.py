@@ -19,25 +19,17 @@ SHIPPED_WEIGHTS = ShippedFiles(folder=Path(__file__).parent / "weights", kind="w
 
 
 class Weights(StrictModel):
-    """A weights file, read.
-
-    Attributes
-    ----------
-    name, source : str
-    units : dict of str to str
-        By response: unit of the residual that the weight multiplies. SI where left out.
-    default : dict of str to float
-        Weights for every flight, in those units: a residual of one unit adds half the weight to
-        the sum of (5.1.4). 0 switches a response off.
-    flights : dict of str to dict of str to float
-        By flight: what differs from the default.
-    """
+    """A weights file, read."""
 
     name: str = "weights"
     source: str = ""
     units: dict[str, str] = Field(default_factory=dict)
+    """By response: unit of the residual that the weight multiplies. SI where left out."""
     default: dict[str, float] = Field(default_factory=dict)
+    """Weights for every flight, in those units: a residual of one unit adds half the weight to the
+    sum of (5.1.4). 0 switches a response off."""
     flights: dict[str, dict[str, float]] = Field(default_factory=dict)
+    """By flight: what differs from the default."""
 
     @field_validator("units")
     @classmethod
@@ -61,10 +53,7 @@ class Weights(StrictModel):
     def for_flight(self, flight: str = "") -> dict[str, float]:
         """Return the weight of each response in SI, the default's where the flight has none.
 
-        Parameters
-        ----------
-        flight : str
-            Its name. ``Flight B``, ``flight_b`` and ``B`` are the same flight.
+        `flight`: its name. ``Flight B``, ``flight_b`` and ``B`` are the same flight.
         """
         own: Mapping[str, float] = {}
         for name, weights in self.flights.items():
@@ -88,17 +77,10 @@ def shipped_weights() -> tuple[str, ...]:
 def load_weights(name_or_path: str | Path) -> Weights:
     """Read a weights file.
 
-    Parameters
-    ----------
-    name_or_path : str or Path
-        A path, or the name of a shipped file: ``table-6.2.7``.
+    `name_or_path`: A path, or the name of a shipped file: ``table-6.2.7``.
 
-    Raises
-    ------
-    FileProblemsError
-        If the file holds mistakes; all are named.
-    UnknownNameError
-        If there is neither such a file nor such a shipped one.
+    Raises `FileProblemsError` if the file holds mistakes; all are named. Raises `UnknownNameError`
+    if there is neither such a file nor such a shipped one.
     """
     return read_toml(SHIPPED_WEIGHTS.find(name_or_path), Weights)
 

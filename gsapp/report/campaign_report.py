@@ -8,10 +8,9 @@ from pathlib import Path
 from typing import Final
 
 from gsapp.identification.campaign import CampaignProgressCallback, CanceledError
-from gsapp.identification.runs.flight_cache import FlightCache
-from gsapp.identification.runs.inputs import flight_open_requests
-from gsapp.identification.runs.outcome import RunOutcome
-from gsapp.identification.summary.linear_model_validation import LinearModelValidation
+from gsapp.identification.runs.inputs import FlightCache, flight_open_requests
+from gsapp.identification.runs.run_execution import RunOutcome
+from gsapp.identification.summary.campaign_linear_models import LinearModelValidation
 from gsapp.report.document import ReportProgress
 from gsapp.report.document_writer import check_report_path, is_folder_report, write_document
 from gsapp.report.estimate_export import campaign_files

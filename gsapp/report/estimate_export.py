@@ -17,9 +17,9 @@ from gsapp.identification.campaign import CampaignResult
 from gsapp.identification.estimate_json import campaign_json, value_json
 from gsapp.identification.linear_models.linear_model_files import linear_model_text
 from gsapp.identification.linear_models.signals import LINEAR_STATES, LinearAxis
-from gsapp.identification.runs.outcome import RunOutcome
+from gsapp.identification.runs.run_execution import RunOutcome
 from gsapp.identification.summary import CONDITIONS, CampaignSummary
-from gsapp.identification.summary.linear_model_validation import LinearModelValidation
+from gsapp.identification.summary.campaign_linear_models import LinearModelValidation
 from gsapp.quantities import channel
 from gsapp.report.linear_text import comparison_json
 

@@ -16,10 +16,10 @@ from gsapp.foundation import FlightError
 from gsapp.identification.axes import AXIS_TITLES
 from gsapp.identification.campaign import CampaignResult, ManeuverResult
 from gsapp.identification.methods import estimation_method
-from gsapp.identification.runs.outcome import RunOutcome
+from gsapp.identification.runs.run_execution import RunOutcome
 from gsapp.identification.summary import CONDITIONS, CampaignSummary
-from gsapp.identification.summary.linear_model_validation import LinearModelValidation
-from gsapp.identification.summary.mode_uncertainty import (
+from gsapp.identification.summary.campaign_linear_models import (
+    LinearModelValidation,
     ModeUncertainty,
     propagate_mode_uncertainty,
 )

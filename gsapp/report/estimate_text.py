@@ -223,7 +223,7 @@ def _trend(one: DerivativeSummary, trend: ConditionTrend, units: str) -> str:
 
 def maneuver_rows(results: Sequence[ManeuverResult], units: str) -> tuple[tuple[str, ...], ...]:
     """Return a row for each maneuver: what was flown, and how well it was fitted."""
-    from gsapp.identification.summary.derivative_points import mean_conditions
+    from gsapp.identification.summary.campaign_summary import mean_conditions
 
     rows = []
     for one in results:

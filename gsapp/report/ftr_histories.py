@@ -9,7 +9,7 @@ from gsapp.aircraft import Aircraft
 from gsapp.flight import Flight
 from gsapp.foundation import FlightError
 from gsapp.identification.ftr import EstimateHistory
-from gsapp.identification.ftr.flight_history import compute_ftr_history
+from gsapp.identification.ftr.maneuver_estimator import compute_ftr_history
 from gsapp.report.settings import REPORT
 
 

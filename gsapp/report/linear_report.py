@@ -11,7 +11,7 @@ from matplotlib.lines import Line2D
 
 from gsapp.identification.axes import AXIS_TITLES
 from gsapp.identification.methods import LINEAR_MODEL_TITLES, linear_model_title
-from gsapp.identification.summary.linear_model_validation import (
+from gsapp.identification.summary.campaign_linear_models import (
     AxisValidation,
     LinearModelValidation,
     ValidationTrace,

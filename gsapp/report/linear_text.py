@@ -13,10 +13,9 @@ from gsapp.foundation import FlightError
 from gsapp.identification.axes import AXIS_TITLES
 from gsapp.identification.campaign import CampaignProgressCallback
 from gsapp.identification.maneuver import Maneuver
-from gsapp.identification.runs.flight_cache import FlightCache
-from gsapp.identification.runs.inputs import flight_open_requests
-from gsapp.identification.runs.outcome import RunOutcome
-from gsapp.identification.summary.linear_model_validation import (
+from gsapp.identification.runs.inputs import FlightCache, flight_open_requests
+from gsapp.identification.runs.run_execution import RunOutcome
+from gsapp.identification.summary.campaign_linear_models import (
     AxisValidation,
     LinearModelValidation,
     validate_linear_models,

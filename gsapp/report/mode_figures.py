@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 from matplotlib.figure import FigureBase
 
-from gsapp.identification.summary.mode_uncertainty import ModeUncertainty
+from gsapp.identification.summary.campaign_linear_models import ModeUncertainty
 from gsapp.quantities import channel
 from gsapp.quantities.units import from_si
 from gsapp.report.document import DocumentFigure, DocumentTable, set_margins

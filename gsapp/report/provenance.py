@@ -14,8 +14,8 @@ from gsapp.dynamics.model import SHIPPED_MODELS as MODELS
 from gsapp.flight.events import events_path
 from gsapp.flight.info import current_versions
 from gsapp.flight.provenance import InputFile, hash_input_file
-from gsapp.identification.runs.outcome import RunOutcome
-from gsapp.identification.runs.settings_text import describe_settings
+from gsapp.identification.runs.request import describe_settings
+from gsapp.identification.runs.run_execution import RunOutcome
 from gsapp.report.document import DocumentPart, DocumentSection, DocumentTable, Paragraph
 
 

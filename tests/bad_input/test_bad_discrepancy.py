@@ -17,7 +17,7 @@ from gsapp.dynamics.model import load_model
 from gsapp.flight.maneuver_settings import ManeuverSettings
 from gsapp.flight.writers import write_block
 from gsapp.foundation import GroundStationError
-from gsapp.identification.maneuver_extraction import open_flights_with_maneuvers
+from gsapp.identification.maneuver import open_flights_with_maneuvers
 from gsapp.quantities import Block
 from gsapp.virtual.virtual_flight import VirtualFlight
 from tests.bad_input.bad_input_kit import everything_in, refused

@@ -25,7 +25,7 @@ from gsapp.flight.flight_import import import_flight
 from gsapp.flight.folder import FlightFolder
 from gsapp.flight.writers import write_block
 from gsapp.identification.campaign import CampaignResult, CampaignSettings, run_campaign
-from gsapp.identification.maneuver_extraction import (
+from gsapp.identification.maneuver import (
     FlightWithManeuvers,
     open_flights_with_maneuvers,
 )

@@ -16,8 +16,12 @@ from scipy.linalg import expm
 from gsapp.aircraft import load_aircraft
 from gsapp.dynamics.model import Model, load_model
 from gsapp.identification.filter_error.filter_error_fit import FilterErrorFit
-from gsapp.identification.filter_error.maneuver_record import ManeuverRecord, create_maneuver_record
-from gsapp.identification.filter_error.motion_linearization import Linearization, NominalMotion
+from gsapp.identification.filter_error.motion_linearization import (
+    Linearization,
+    ManeuverRecord,
+    NominalMotion,
+    create_maneuver_record,
+)
 from gsapp.identification.filter_error.noise_model import GUST_ROWS, NoiseModel
 from gsapp.identification.maneuver import Maneuver
 from gsapp.quantities import Block, FloatArray

@@ -24,13 +24,13 @@ from gsapp.identification.filter_error.filter_error_fit import (
     bias_name,
 )
 from gsapp.identification.filter_error.kalman import SteadyStateFilter, create_filter
+from gsapp.identification.filter_error.maneuver_state import SensitivityColumn, filter_inputs
 from gsapp.identification.filter_error.motion_linearization import (
     Linearization,
     NominalMotion,
     initial_motion,
     linearize_along,
 )
-from gsapp.identification.filter_error.sensitivity_columns import SensitivityColumn, filter_inputs
 from gsapp.quantities import FloatArray
 from tests.discrepancy.core_kit import AIRCRAFT, TRUTH, maneuver, prepared, true_noise, with_channel
 

@@ -11,14 +11,12 @@ from gsapp.dynamics.sensors import OutputModel
 from gsapp.dynamics.simulation import simulate_open_loop
 from gsapp.foundation import FlightError
 from gsapp.identification.filter_error.kalman import SteadyStateFilter, create_filter, solve_forward
-from gsapp.identification.filter_error.maneuver_record import (
-    INTEGRATED_STATES,
-    ManeuverRecord,
-    create_maneuver_record,
-)
 from gsapp.identification.filter_error.motion_linearization import (
+    INTEGRATED_STATES,
     Linearization,
+    ManeuverRecord,
     NominalMotion,
+    create_maneuver_record,
     linearize_along,
 )
 from gsapp.identification.filter_error.noise_model import GUST_ROWS, NoiseModel

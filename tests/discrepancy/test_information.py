@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from gsapp.identification.filter_error.information_matrix import InformationMatrix
+from gsapp.identification.filter_error.filter_error_fit import InformationMatrix
 from gsapp.quantities import FloatArray
 
 NAMES = ("a", "b", "c", "d", "e")

@@ -9,7 +9,7 @@ from scipy.linalg import expm
 from gsapp.aircraft import load_aircraft
 from gsapp.dynamics.signal_terms import PathTerms, SignalTerm, apply_lag
 from gsapp.dynamics.terms import create_term
-from gsapp.identification.filter_error.instrument_delay import (
+from gsapp.identification.filter_error.instrument_output import (
     delay_sensitivity,
     instrument_output,
     lead_matrix,

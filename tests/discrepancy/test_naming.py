@@ -18,7 +18,7 @@ from gsapp.discrepancy.result_builder import is_contradicted
 from gsapp.discrepancy.screening import CandidateScreening
 from gsapp.discrepancy.search_stages import SearchStage, equivalent_effects_of
 from gsapp.discrepancy.settings import SEARCH
-from gsapp.identification.filter_error.information_matrix import InformationMatrix
+from gsapp.identification.filter_error.filter_error_fit import InformationMatrix
 from gsapp.identification.filter_error.kalman import create_filter
 from gsapp.quantities import FloatArray
 from tests.discrepancy.core_kit import TOY_NOISE, Toy

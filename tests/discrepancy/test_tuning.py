@@ -12,7 +12,7 @@ from gsapp.identification.filter_error.filter_error_fit import (
     bias_name,
 )
 from gsapp.identification.filter_error.kalman import create_filter
-from gsapp.identification.filter_error.maneuver_record import create_maneuver_record
+from gsapp.identification.filter_error.motion_linearization import create_maneuver_record
 from gsapp.identification.filter_error.noise_model import NoiseModel, initial_noise
 from gsapp.identification.filter_error.noise_tuning import tune_noise
 from tests.discrepancy.core_kit import (

@@ -16,7 +16,7 @@ from gsapp.flight.info_checks import check_flight_info
 from gsapp.flight.maneuver_settings import ManeuverSettings
 from gsapp.foundation import FileProblemsError, FlightError
 from gsapp.foundation.toml import validate_content
-from gsapp.identification.maneuver_extraction import (
+from gsapp.identification.maneuver import (
     FlightWithManeuvers,
     open_flights_with_maneuvers,
 )

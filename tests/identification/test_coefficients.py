@@ -17,7 +17,7 @@ from gsapp.identification.axes import AXIS_COEFFICIENTS
 from gsapp.identification.coefficients import moments_from_rates, reconstruct_coefficients
 from gsapp.identification.motion import measured_motion
 from gsapp.quantities import Block
-from tests.identification.virtual_maneuvers import fly
+from tests.identification.virtual_maneuvers import edited, fly, without
 
 AIRCRAFT = load_aircraft("b777")
 TRUTH = load_model("b777")
@@ -31,11 +31,6 @@ def flown(axis, *effects):
     return fly(0, axis, noise=0.0, model=model).maneuver
 
 
-def without(maneuver, *names):
-    kept = [name for name in maneuver.block.channels if name not in names]
-    return replace(maneuver, block=maneuver.block.select(kept))
-
-
 def true_coefficients(maneuver, model=TRUTH):
     motion = measured_motion(maneuver)
     equations = FlightModel(AIRCRAFT, model)
@@ -45,7 +40,6 @@ def true_coefficients(maneuver, model=TRUTH):
 
 @pytest.mark.parametrize("axis", ["lon", "lat"])
 def test_every_coefficient_at_every_sample(axis):
-    """Proves the reconstruction: thrust, lever arms and inertia coupling taken out, to 0.1 %."""
     maneuver = flown(axis)
     found = reconstruct_coefficients(maneuver, cutoff=5.0)
     true_ones = true_coefficients(maneuver)
@@ -67,7 +61,6 @@ _NUMBERS = st.floats(-2.0, 2.0)
 @settings(max_examples=40, deadline=None)
 @given(st.tuples(*[_NUMBERS] * 6))
 def test_moments_are_the_inverse_of_the_equations(numbers):
-    """Proves `moments_from_rates` against the equations of motion, products of inertia included."""
     p, q, r, L, M, N = numbers
     body = RigidBody(mass=20.0, ixx=7.0, iyy=8.6, izz=9.4, ixz=0.4)
     spin = angular_accelerations(p, q, r, L, M, N, body)
@@ -75,7 +68,6 @@ def test_moments_are_the_inverse_of_the_equations(numbers):
 
 
 def test_effects_of_a_model_are_taken_out():
-    """Proves that with the model's effects known only the linear build-up is left."""
     model = TRUTH.with_effect("aero.Cm.alpha2").with_effect("aero.Cm.alphadot")
     model = model.with_effect("mass.cg.x")
     maneuver = flown("lon", "aero.Cm.alpha2", "aero.Cm.alphadot", "mass.cg.x")
@@ -91,14 +83,10 @@ def test_effects_of_a_model_are_taken_out():
 
 
 def test_missing_samples_do_not_count_and_long_gaps_block_their_neighbors():
-    """Proves how dropouts and a pause of the record are treated."""
     maneuver = flown("lon")
-    values = maneuver.block.values.copy()
-    q = maneuver.block.channels.index("q")
-    values[300:302, q] = np.nan
-    values[500:520, q] = np.nan
-    block = Block(channels=maneuver.block.channels, times=maneuver.block.times, values=values)
-    found = reconstruct_coefficients(replace(maneuver, block=block), cutoff=5.0)
+    q = maneuver.block["q"].copy()
+    q[300:302] = q[500:520] = np.nan
+    found = reconstruct_coefficients(edited(maneuver, q=q), cutoff=5.0)
     good = found.valid_samples("Cm")
     reach = found.smoother.half_width
     assert good[299]
@@ -110,7 +98,6 @@ def test_missing_samples_do_not_count_and_long_gaps_block_their_neighbors():
 
 
 def test_a_pause_of_the_record_is_not_smoothed_over():
-    """Proves that samples on both sides of a jump in time do not mix."""
     maneuver = flown("lon")
     times = maneuver.block.times.copy()
     times[400:] += 30.0
@@ -122,7 +109,6 @@ def test_a_pause_of_the_record_is_not_smoothed_over():
 
 
 def test_clipped_samples_do_not_count():
-    """Proves that samples at the end of an instrument's range are left out."""
     maneuver = flown("lat")
     clipped = np.zeros(len(maneuver.block), dtype=bool)
     clipped[200:230] = True
@@ -132,19 +118,14 @@ def test_clipped_samples_do_not_count():
 
 
 def test_a_missing_or_stuck_instrument_is_named():
-    """Proves that a coefficient without its instrument says so."""
     maneuver = flown("lon")
     assert "an was not" in reconstruct_coefficients(without(maneuver, "an")).missing["CN"]
-    values = maneuver.block.values.copy()
-    values[:, maneuver.block.channels.index("q")] = 0.1
-    block = Block(channels=maneuver.block.channels, times=maneuver.block.times, values=values)
-    found = reconstruct_coefficients(replace(maneuver, block=block))
+    found = reconstruct_coefficients(edited(maneuver, q=0.1))
     assert "stuck" in found.missing["Cm"]
     assert not found.valid_samples("Cm").any()
 
 
 def test_a_vane_that_is_missing_is_replaced_by_integration():
-    """Proves that sideslip follows from accelerations and rates, but for offset and drift."""
     maneuver = flown("lat")
     found = reconstruct_coefficients(without(maneuver, "beta"))
     assert found.integrated == {"beta"}
@@ -155,6 +136,5 @@ def test_a_vane_that_is_missing_is_replaced_by_integration():
 
 
 def test_no_mass_is_refused():
-    """Proves that a mass of zero is told, not divided by."""
     with pytest.raises(FlightError, match="mass of 0 kg"):
         reconstruct_coefficients(replace(flown("lon"), mass=0.0))

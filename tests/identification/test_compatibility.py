@@ -1,5 +1,6 @@
 """Instruments against one another: truth recovered, wrong signs found, no false alarm."""
 
+import warnings
 from collections import defaultdict
 from dataclasses import replace
 from pathlib import Path
@@ -13,11 +14,13 @@ from gsapp.flight import Flight
 from gsapp.foundation import FlightError, UnknownNameError
 from gsapp.identification.compatibility import CompatibilitySettings, check_compatibility
 from gsapp.identification.compatibility.kinematics import integrate_rotation_matrices
+from gsapp.identification.compatibility.results import format_error_with_bound
 from gsapp.identification.maneuver import Maneuver, cut_maneuver
-from gsapp.quantities import Block
+from gsapp.quantities.constants import DEGREE, GRAVITY
 from gsapp.virtual.virtual_flight import VirtualFlight
 from gsapp.virtual.virtual_flight import simulate_flight as fly_whole
-from tests.identification.virtual_instruments import with_errors, with_signs
+from tests.identification.virtual_instruments import with_channels, with_errors, with_signs
+from tests.identification.virtual_maneuvers import edited, fly, without
 
 B777 = load_aircraft("b777")
 
@@ -50,6 +53,7 @@ ERRORS = (
 )  # fmt: skip
 
 
+@pytest.mark.long
 def test_errors_are_recovered_within_their_bounds() -> None:
     ratios: dict[str, list[float]] = defaultdict(list)
     for seed in range(300, 308):
@@ -69,11 +73,7 @@ def test_errors_are_recovered_within_their_bounds() -> None:
 def test_a_bad_vane_is_named() -> None:
     """A vane that shows 30 % too much is named with its scale; no other instrument is blamed."""
     maneuver, _ = with_errors(21, "both", ())
-    block = maneuver.block
-    values = block.values.copy()
-    values[:, block.channels.index("alpha")] *= 1.3
-    bad = replace(maneuver, block=Block(channels=block.channels, times=block.times, values=values))
-    found = check_compatibility([bad])
+    found = check_compatibility([edited(maneuver, alpha=lambda alpha: 1.3 * alpha)])
     assert [one.channels for one in found.verdicts] == [("alpha",)]
     (verdict,) = found.verdicts
     assert verdict.kind == "scale"
@@ -113,6 +113,7 @@ def test_no_false_alarm_and_nothing_claimed_unseen() -> None:
             assert found.parameters[silent].why
 
 
+@pytest.mark.long
 def test_a_bad_model_is_not_blamed_on_instruments() -> None:
     flown = fly_whole("short", seed=5, hide=("aero.Cm.alpha2",))
     maneuvers = maneuvers_of(flown)
@@ -134,3 +135,207 @@ def test_unknown_errors_and_nothing_at_all() -> None:
         CompatibilitySettings(free=("alpha.gain",))
     with pytest.raises(FlightError, match="at least one"):
         check_compatibility([])
+
+
+@pytest.fixture(scope="module")
+def good() -> Maneuver:
+    return with_errors(51, "both", ())[0]
+
+
+def test_flight_b_has_nothing_to_contradict(good: Maneuver) -> None:
+    bare = without(good, "alpha", "beta", "V", "qbar", "dynamic_pressure")
+    found = check_compatibility([bare])
+    assert not found.parameters
+    assert found.maneuvers == ()
+    assert "nothing to compare" in found.summary
+
+
+def test_missing_gyros_leave_the_rest(good: Maneuver) -> None:
+    found = check_compatibility([without(good, "p", "r")])
+    assert not any(name.startswith(("p.", "r.")) for name in found.parameters)
+    assert any("p and r" in one for one in found.warnings)
+    assert not [one for one in found.verdicts if one.kind in ("reversed", "exchanged")]
+
+
+def test_a_constant_channel_is_stuck(good: Maneuver) -> None:
+    stuck = with_channels(good, alpha=np.full(len(good.block), 0.05))
+    found = check_compatibility([stuck])
+    assert [one.kind for one in found.verdicts] == ["stuck"]
+    assert "alpha stays constant" in found.summary
+    assert "alpha.bias" not in found.parameters
+
+
+def test_gaps_do_not_count(good: Maneuver) -> None:
+    alpha = good.block["alpha"].copy()
+    alpha[200:260] = np.nan
+    q = good.block["q"].copy()
+    q[500:560] = np.nan
+    whole, gappy = (
+        check_compatibility([good]),
+        check_compatibility([with_channels(good, alpha=alpha, q=q)]),
+    )
+    assert len(whole.histories) == 1
+    assert len(gappy.histories) == 2
+    assert gappy.consistent, gappy.summary
+    one, other = whole.parameters["beta.scale"], gappy.parameters["beta.scale"]
+    assert abs(one.value - other.value) < 4.0 * other.std
+
+
+def test_all_nan_and_ten_samples(good: Maneuver) -> None:
+    block = good.block
+    empty = edited(good, **dict.fromkeys(block.channels, np.nan))
+    assert "nothing to compare" in check_compatibility([empty]).summary
+    short = replace(good, block=block.between(block.times[0], block.times[10] - 1e-6))
+    assert "10 samples; too few" in check_compatibility([short]).summary
+
+
+def test_redundant_gyros_and_the_outvoted_one(good: Maneuver) -> None:
+    random = np.random.default_rng(1)
+    q, size = good.block["q"], len(good.block)
+    second = q + 0.2 * DEGREE * random.standard_normal(size)
+    third = q + 3.0 * DEGREE + 0.2 * DEGREE * random.standard_normal(size)
+    found = check_compatibility([with_channels(good, q__2=second, q__3=third)])
+    (verdict,) = [one for one in found.verdicts if one.kind == "disagreement"]
+    assert verdict.channels == ("q.3",)
+    assert "q.3 is outvoted" in verdict.sentence
+    pairs = {(one.reference, one.other): one for one in found.comparisons}
+    assert pairs["q", "q.2"].agree
+    assert pairs["q", "q.3"].bias == pytest.approx(3.0 * DEGREE, abs=0.2 * DEGREE)
+    assert pairs["q", "q.3"].noise is not None
+    agreeing = check_compatibility([with_channels(good, q__2=second)])
+    assert agreeing.consistent, agreeing.summary
+
+
+def test_two_that_disagree(good: Maneuver) -> None:
+    vane = with_channels(good, alpha__2=-good.block["alpha"])
+    sentences = [one.sentence for one in check_compatibility([vane]).verdicts]
+    assert any("alpha.2" in one or "alpha.2 is" in one for one in sentences)
+    de = good.block["de"]
+    halves = with_channels(good, elevator_left=de, elevator_right=1.3 * de)
+    verdicts = check_compatibility([halves]).verdicts
+    assert [one.channels for one in verdicts] == [("elevator_left", "elevator_right")]
+    assert "1.30 times as much" in verdicts[0].sentence
+
+
+def test_airspeed_against_dynamic_pressure(good: Maneuver) -> None:
+    V, rho = good.block["V"], good.block["density"]
+    wrong = with_channels(good, dynamic_pressure=0.5 * rho * (1.15 * V) ** 2)
+    verdicts = [one for one in check_compatibility([wrong]).verdicts if one.kind == "disagreement"]
+    assert len(verdicts) == 1
+    assert "dynamic pressure" in verdicts[0].sentence
+    right = with_channels(good, dynamic_pressure=0.5 * rho * V**2)
+    assert check_compatibility([right]).consistent
+
+
+def test_a_pitch_rate_in_another_unit_is_not_called_consistent(good: Maneuver) -> None:
+    found = check_compatibility([with_channels(good, q=good.block["q"] * DEGREE)])
+    assert not found.consistent
+    assert "different motions" in found.summary
+
+
+def test_a_vane_in_another_unit_is_not_called_consistent(good: Maneuver) -> None:
+    """Radians taken for degrees: it too little motion, and gusts could do that; it is no proof."""
+    found = check_compatibility([with_channels(good, alpha=good.block["alpha"] * DEGREE)])
+    assert not found.consistent
+    assert "channel map" in found.summary
+
+
+@pytest.mark.parametrize(
+    ("seed", "gust", "duration", "missing"),
+    [
+        (3579, 1.0, 3.0, ("an", "alpha", "theta")),
+        (732, 2.0, 3.0, ("an", "alpha", "theta")),
+        (4273, 1.0, 5.0, ("r", "phi")),
+    ],
+)
+def test_quiet_stretches_in_gusts_give_a_result(
+    seed: int, gust: float, duration: float, missing: tuple[str, ...]
+) -> None:
+    kind = "lat" if seed % 2 else "lon"
+    flown = without(fly(seed, kind, gust=gust, duration=duration).maneuver, *missing)
+    found = check_compatibility([flown], settings=CompatibilitySettings(try_signs=False))
+    assert found.maneuvers == (flown.id,)
+    assert found.histories
+    assert not found.converged
+    assert not found.consistent
+    assert found.warnings
+
+
+@pytest.mark.parametrize(
+    "missing", [("r", "p", "phi"), ("p", "q", "r", "ax", "an", "alpha", "theta")]
+)
+def test_where_nothing_moves_units_are_not_blamed(missing: tuple[str, ...]) -> None:
+    still = fly(105, "lon", duration=5.0, still=("de", "da", "dr")).maneuver
+    try:
+        found = check_compatibility(
+            [without(still, *missing)], settings=CompatibilitySettings(try_signs=False)
+        )
+        said = found.summary
+        assert not found.consistent
+    except FlightError as error:
+        said = str(error)
+    assert "too little motion" in said
+    assert "unit" not in said
+
+
+def test_a_delay_that_ends_at_its_limit_is_no_estimate() -> None:
+    """More is no delay: 200 ms with a bound of 4 would be stated in an aircraft file."""
+    flown = fly(51, "both").maneuver
+    late = np.interp(flown.block.times - 0.25, flown.block.times, flown.block["V"])
+    found = check_compatibility(
+        [with_channels(flown, V=late)], settings=CompatibilitySettings(try_signs=False)
+    )
+    assert found.parameters["V.delay"].value is None
+    assert "beyond 200 ms" in found.parameters["V.delay"].why
+    assert not [one for one in found.verdicts if one.kind == "delay"]
+    assert not found.consistent
+
+
+@pytest.mark.parametrize(("shift", "word"), [(0.06, "late"), (-0.06, "early")])
+def test_a_delay_is_late_or_early(good: Maneuver, shift: float, word: str) -> None:
+    moved = np.interp(good.block.times - shift, good.block.times, good.block["alpha"])
+    found = check_compatibility(
+        [with_channels(good, alpha=moved)], settings=CompatibilitySettings(try_signs=False)
+    )
+    (verdict,) = [one for one in found.verdicts if one.kind == "delay"]
+    assert f"ms {word} against the gyros" in verdict.sentence
+    assert "-" not in verdict.sentence
+
+
+def test_a_channel_with_a_few_samples_counts_as_absent(good: Maneuver) -> None:
+    few = np.full(len(good.block), np.nan)
+    few[100:105] = 0.05
+    bare = without(good, "beta", "V", "qbar", "dynamic_pressure", "phi", "theta")
+    found = check_compatibility([with_channels(bare, alpha=few)])
+    assert not found.parameters
+    assert found.warnings
+
+
+def test_redundant_gyros_of_which_one_is_rarely_there(good: Maneuver) -> None:
+    rare = np.full(len(good.block), np.nan)
+    rare[:45] = good.block["q"][:45]
+    with np.errstate(all="raise"), warnings.catch_warnings():
+        warnings.simplefilter("error")
+        found = check_compatibility([with_channels(good, **{"q.2": rare})])
+    (compared,) = [one for one in found.comparisons if one.other == "q.2"]
+    assert compared.delay is None or abs(compared.delay) < 0.1
+
+
+@pytest.mark.parametrize(
+    ("parameter", "value", "std", "shown"),
+    [
+        # Three digits of each told 1 beside 0.00108, and a delay of 0 beside a bound of 0 ms.
+        ("beta.scale", 1.00431, 0.00108, ("1.0043", "0.0011")),
+        ("V.scale", 0.99837, 0.00079, ("0.99837", "0.00079")),
+        ("phi.delay", 2.3e-4, 1.2e-4, ("0.23 ms", "0.12 ms")),
+        ("V.delay", -6e-3, 2e-3, ("-6.0 ms", "2.0 ms")),
+        ("alpha.bias", 0.02 * DEGREE, 0.062 * DEGREE, ("0.020 deg", "0.062 deg")),
+        ("ax.bias", -4.7e-4 * GRAVITY, 3.4e-4 * GRAVITY, ("-0.00047 g", "0.00034 g")),
+        ("q.bias", 1.5 * DEGREE, 23.0 * DEGREE, ("2 deg/s", "23 deg/s")),
+        ("V.bias", -0.0001, 0.5, ("0.00 m/s", "0.50 m/s")),
+    ],
+)
+def test_value_and_bound_end_at_the_same_digit(
+    parameter: str, value: float, std: float, shown: tuple[str, str]
+) -> None:
+    assert format_error_with_bound(parameter, value, std) == shown

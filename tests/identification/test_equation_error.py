@@ -1,4 +1,4 @@
-"""Equation error on virtual maneuvers whose derivatives are known."""
+"""Equation error and stepwise regression on virtual maneuvers whose derivatives are known."""
 
 from dataclasses import replace
 from functools import cache
@@ -7,21 +7,19 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
+from gsapp.aircraft import load_aircraft
 from gsapp.dynamics.model import load_model
 from gsapp.foundation import FlightError
 from gsapp.identification import ftr
 from gsapp.identification.axes import axis_derivatives, free_derivatives
 from gsapp.identification.campaign import campaign_values
-from gsapp.identification.derivative_signs import suspicious_signs
+from gsapp.identification.coefficients import smooth_coefficients
 from gsapp.identification.equation_error import estimate, estimate_start_values
-from gsapp.identification.equation_error.delay_estimation import (
-    DELAYED_CHANNELS,
-    estimate_relative_delay,
-)
-from gsapp.identification.equation_error.smoothed_coefficients import smooth_coefficients
+from gsapp.identification.equation_error.estimator import DELAYED_CHANNELS, estimate_relative_delay
+from gsapp.identification.equation_error.stepwise_regression import candidate_terms, select_terms
 from gsapp.quantities import Block
 from gsapp.quantities.constants import GRAVITY
-from tests.identification.virtual_maneuvers import NOISE, fly
+from tests.identification.virtual_maneuvers import NOISE, edited, fly, without
 
 TRUTH = load_model("b777")
 BIASES = ("CN_0", "CY_0")  # the virtual accelerometers have biases of their own
@@ -34,19 +32,6 @@ def quiet(axis, seed=0):
     return fly(seed, axis, noise=0.0, model=TRUTH).maneuver
 
 
-def changed(maneuver, **columns):
-    values = maneuver.block.values.copy()
-    for name, samples in columns.items():
-        values[:, maneuver.block.channels.index(name)] = samples
-    block = Block(channels=maneuver.block.channels, times=maneuver.block.times, values=values)
-    return replace(maneuver, block=block)
-
-
-def without(maneuver, *names):
-    kept = [name for name in maneuver.block.channels if name not in names]
-    return replace(maneuver, block=maneuver.block.select(kept))
-
-
 def noisy(maneuver, seed, color=0.0):
     random = np.random.default_rng(seed)
     columns = {}
@@ -56,12 +41,11 @@ def noisy(maneuver, seed, color=0.0):
             if color and name not in ("de", "da", "dr", "V"):
                 noise = lfilter([np.sqrt(1.0 - color**2)], [1.0, -color], noise)
             columns[name] = maneuver.block[name] + size * noise[200:]
-    return changed(maneuver, **columns)
+    return edited(maneuver, **columns)
 
 
 @pytest.mark.parametrize("axis", ["lon", "lat"])
 def test_without_noise_the_truth_is_found(axis):
-    """Proves that reconstruction and build-up undo the equations of motion, to 1 %."""
     found = estimate([quiet(axis)], axis)
     for name, one in found.derivatives.items():
         if name not in BIASES:
@@ -96,6 +80,7 @@ def test_coefficients_are_shown_as_measured_and_as_the_derivatives_compute_them(
     np.testing.assert_array_equal(shown.measured[:, at], wrong.histories[0].measured[:, at])
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("color", [0.0, 0.9])
 @pytest.mark.parametrize("axis", ["lon", "lat"])
 def test_errors_are_as_large_as_the_bounds_say(axis, color):
@@ -122,7 +107,6 @@ def test_errors_are_as_large_as_the_bounds_say(axis, color):
 
 @pytest.mark.parametrize("axis", ["lon", "lat"])
 def test_levels_of_forces_allow_for_the_zero_of_their_accelerometer(axis):
-    """Proves that an offset nobody knows of stays within the bound, though noise says far less."""
     found = estimate([quiet(axis)], axis)
     for name in LEVELS:
         if name in found.derivatives:
@@ -139,7 +123,7 @@ def test_a_zero_does_not_shrink_with_the_number_of_maneuvers(method):
     found = []
     for seed in range(9):
         flown = noisy(quiet("lon", seed % 3), seed)
-        found.append(method([changed(flown, an=flown.block["an"] + wrong)], "lon"))
+        found.append(method([edited(flown, an=flown.block["an"] + wrong)], "lon"))
     alone = found[0].derivatives["CN_0"]
     mean, slope = (campaign_values(found)[name] for name in ("CN_0", "CN_alpha"))
     assert mean.n == slope.n == len(found)
@@ -150,14 +134,12 @@ def test_a_zero_does_not_shrink_with_the_number_of_maneuvers(method):
 
 
 def test_the_uncorrected_bound_is_smaller_than_the_honest_one():
-    """Proves that both bounds are given and that colored residuals make the difference."""
     found = estimate([noisy(quiet("lon"), 1, 0.9)], "lon")
     for one in found.derivatives.values():
         assert 0.0 < one.cramer_rao < one.std
 
 
 def test_several_maneuvers_make_one_better_estimate():
-    """Proves the stacked regression: smaller bounds, errors still within them."""
     alone = estimate([noisy(quiet("lat", 0), 1)], "lat")
     together = estimate([noisy(quiet("lat", seed), seed) for seed in range(4)], "lat")
     assert together.maneuvers == ("0", "1", "2", "3")
@@ -170,7 +152,6 @@ def test_several_maneuvers_make_one_better_estimate():
 
 
 def test_dropouts_and_clipping_are_left_out():
-    """Proves that NaN, a dead second and a clipped peak do not move the estimate."""
     maneuver = noisy(quiet("lon"), 3)
     random = np.random.default_rng(1)
     alpha, q = maneuver.block["alpha"].copy(), maneuver.block["q"].copy()
@@ -179,7 +160,7 @@ def test_dropouts_and_clipping_are_left_out():
     limit = np.quantile(np.abs(q[np.isfinite(q)]), 0.97)
     clipped = np.abs(q) > limit
     q = np.clip(q, -limit, limit)
-    damaged = replace(changed(maneuver, alpha=alpha, q=q), clipped={"q": clipped})
+    damaged = replace(edited(maneuver, alpha=alpha, q=q), clipped={"q": clipped})
     found = estimate([damaged], "lon")
     for name in ("CN_alpha", "Cm_alpha", "Cm_q", "Cm_de"):
         one = found.derivatives[name]
@@ -189,10 +170,9 @@ def test_dropouts_and_clipping_are_left_out():
 
 
 def test_a_surface_that_did_not_move_stays_unknown():
-    """Proves that a stuck rudder earns no number, and that the rest is estimated all the same."""
     maneuver = quiet("lat")
     rudder = np.full(len(maneuver.block), 0.01)
-    found = estimate([noisy(changed(maneuver, dr=rudder), 1)], "lat")
+    found = estimate([noisy(edited(maneuver, dr=rudder), 1)], "lat")
     for name in ("CY_dr", "Cl_dr", "Cn_dr"):
         one = found.derivatives[name]
         assert (one.value, one.std, one.status) == (None, None, "unknown")
@@ -201,9 +181,8 @@ def test_a_surface_that_did_not_move_stays_unknown():
 
 
 def test_two_surfaces_that_move_as_one_cannot_be_told_apart():
-    """Proves that coupled surfaces are named as each other's partner, without a number."""
     maneuver = quiet("lat")
-    found = estimate([noisy(changed(maneuver, dr=0.5 * maneuver.block["da"]), 1)], "lat")
+    found = estimate([noisy(edited(maneuver, dr=0.5 * maneuver.block["da"]), 1)], "lat")
     for one, other in (("Cn_da", "Cn_dr"), ("Cn_dr", "Cn_da")):
         derivative = found.derivatives[one]
         assert derivative.status == "not-identifiable"
@@ -214,7 +193,6 @@ def test_two_surfaces_that_move_as_one_cannot_be_told_apart():
 
 
 def test_what_is_free_follows_the_input():
-    """Proves table 6.2.6: an aileron maneuver says nothing of the rudder; a held one is held."""
     maneuver = replace(noisy(quiet("lat"), 1), inputs=("da",))
     found = estimate([maneuver], "lat", held={"Cn_dr": -0.0661, "Cl_dr": 0.0127})
     assert found.derivatives["CY_dr"].status == "unknown"
@@ -229,7 +207,6 @@ def test_what_is_free_follows_the_input():
 
 
 def test_without_a_sideslip_vane_the_slopes_are_still_found():
-    """Proves the stand-in of flight B: integrated sideslip gives slopes, not the bias."""
     found = estimate([without(noisy(quiet("lat"), 1), "beta")], "lat")
     for name in ("Cl_beta", "Cn_beta", "Cl_p", "Cn_r", "Cl_da", "Cn_dr"):
         one = found.derivatives[name]
@@ -244,7 +221,6 @@ def test_without_a_sideslip_vane_the_slopes_are_still_found():
 
 
 def test_what_cannot_be_replaced_makes_its_coefficient_unknown():
-    """Proves that without a yaw gyro nothing lateral is claimed, and why."""
     found = estimate([without(noisy(quiet("lat"), 1), "r")], "lat")
     assert {one.value for one in found.derivatives.values()} == {None}
     assert "yaw rate" in found.derivatives["Cn_r"].why
@@ -253,7 +229,6 @@ def test_what_cannot_be_replaced_makes_its_coefficient_unknown():
 
 
 def test_nothing_to_learn_from_is_said():
-    """Proves that ten samples, rest, all NaN and no maneuver at all each get their answer."""
     maneuver = quiet("lon")
     channels, times, values = maneuver.block.channels, maneuver.block.times, maneuver.block.values
     short = replace(maneuver, block=Block(channels=channels, times=times[:10], values=values[:10]))
@@ -261,7 +236,7 @@ def test_nothing_to_learn_from_is_said():
         maneuver,
         block=Block(channels=channels, times=times, values=np.tile(values[:1], (len(times), 1))),
     )
-    dead = changed(maneuver, an=np.nan, ax=np.nan, q=np.nan)
+    dead = edited(maneuver, an=np.nan, ax=np.nan, q=np.nan)
     for one in (still, dead):
         found = estimate([one], "lon")
         assert not found.free
@@ -274,14 +249,13 @@ def test_nothing_to_learn_from_is_said():
 
 
 def test_start_values_are_near_and_quick_about_it():
-    """Proves that start values need no bounds to be near, and leave out what did not move."""
     maneuver = noisy(quiet("lat"), 1)
     names = free_derivatives("lat", ("da", "dr"))
     start = estimate_start_values([maneuver], names)
     assert list(start) == list(names)
     for name in ("Cl_p", "Cl_da", "Cn_beta", "Cn_dr"):
         assert start[name] == pytest.approx(TRUTH.derivative(name), rel=0.15)
-    still = changed(maneuver, dr=0.0)
+    still = edited(maneuver, dr=0.0)
     assert "Cn_dr" not in estimate_start_values([still], names)
     blind = estimate_start_values([without(maneuver, "beta")], names)
     assert blind["Cn_beta"] == pytest.approx(TRUTH.derivative("Cn_beta"), rel=0.15)
@@ -289,7 +263,7 @@ def test_start_values_are_near_and_quick_about_it():
 
 def late(maneuver, delay):
     times = maneuver.block.times
-    return changed(
+    return edited(
         maneuver,
         **{
             name: np.interp(times - delay, times, maneuver.block[name]) for name in DELAYED_CHANNELS
@@ -298,7 +272,6 @@ def late(maneuver, delay):
 
 
 def test_a_filter_before_the_converter_is_noticed_and_undone():
-    """Proves that 8 ms between gyros and the rest are found; unsaid they bend Cl_p by 10 %."""
     maneuvers = [noisy(late(quiet("lat", seed), 0.008), seed) for seed in range(3)]
     delay, bound = estimate_relative_delay(smooth_coefficients(maneuvers), "lat", ("da", "dr"))
     assert abs(delay - 0.008) < 4.0 * bound
@@ -314,32 +287,52 @@ def test_a_filter_before_the_converter_is_noticed_and_undone():
     assert undone.nuisance["0.shift.surfaces"][0] == pytest.approx(delay)
 
 
+@cache
+def flown(axis, effect):
+    model = TRUTH.with_effect(effect) if effect else TRUTH
+    return tuple(fly(seed, axis, noise=0.3, model=model).maneuver for seed in range(3))
+
+
 @pytest.mark.parametrize(
-    ("axis", "channel", "told"),
+    ("axis", "coefficients"), [("lon", ("CN", "CA", "Cm")), ("lat", ("CY", "Cl", "Cn"))]
+)
+def test_a_linear_aircraft_needs_no_more(axis, coefficients):
+    for coefficient in coefficients:
+        found = select_terms(flown(axis, ""), coefficient)
+        assert found.beyond_linear == ()
+        assert found.r2 > 0.9
+        assert all(step.action == "refused" for step in found.steps)
+
+
+@pytest.mark.parametrize(
+    ("axis", "coefficient", "effect"),
     [
-        ("lon", "de", "elevator (de)"),
-        ("lon", "alpha", "angle of attack (alpha)"),
-        ("lon", "q", "pitch rate (q)"),
-        ("lon", "an", "normal acceleration (an)"),
-        ("lat", "da", "aileron (da)"),
-        ("lat", "dr", "rudder (dr)"),
-        ("lat", "p", "roll rate (p)"),
-        ("lat", "ay", "side acceleration (ay)"),
-        ("lat", "beta", "sideslip (beta)"),
-        ("lat", "r", "yaw rate (r)"),
+        ("lon", "Cm", "aero.Cm.alpha2"),
+        ("lon", "Cm", "aero.Cm.alpha_de"),
+        ("lat", "Cl", "aero.Cl.alpha_beta"),
     ],
 )
-def test_a_reversed_channel_is_named(axis, channel, told):
-    """Proves that the pattern of turned signs names the channel that is reversed."""
-    maneuver = noisy(quiet(axis), 1)
-    reversed_one = changed(maneuver, **{channel: -maneuver.block[channel]})
-    sentences = suspicious_signs(estimate([reversed_one], axis))
-    assert len(sentences) == 1
-    assert told in sentences[0]
+def test_an_effect_is_chosen_with_its_size(axis, coefficient, effect):
+    found = select_terms(flown(axis, effect), coefficient)
+    assert found.beyond_linear == (effect,)
+    value, std = found.values[effect]
+    truth = TRUTH.with_effect(effect).effects[0].values(load_aircraft("b777"))[0]
+    assert abs(value - truth) < 4.0 * std + 0.1 * abs(truth)
+    first = found.steps[0]
+    assert (first.action, first.term) == ("added", effect)
+    assert first.partial_f > 20.0
+    assert "prediction" in first.why
+    assert all(step.why for step in found.steps)
 
 
-@pytest.mark.parametrize("axis", ["lon", "lat"])
-def test_a_sound_aircraft_raises_no_suspicion(axis):
-    """Proves that right signs stay unsuspected."""
-    for seed in range(3):
-        assert suspicious_signs(estimate([noisy(quiet(axis, seed), seed)], axis)) == ()
+def test_from_nothing_the_linear_terms_come_first():
+    found = select_terms(flown("lon", ""), "Cm", keep_linear=False)
+    assert {"Cm_alpha", "Cm_q", "Cm_de"} <= set(found.values)
+    assert found.steps[0].action == "added"
+
+
+def test_the_pool_holds_no_term_twice():
+    pool = candidate_terms("Cm", load_aircraft("b777"))
+    assert {"Cm_alpha", "aero.Cm.alpha2", "aero.Cm.alpha_de", "unnamed.Cm.de2"} <= set(pool)
+    assert "unnamed.Cm.alpha2" not in pool
+    assert "aero.Cm.memory" not in pool

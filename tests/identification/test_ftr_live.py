@@ -14,8 +14,8 @@ from gsapp.aircraft import load_aircraft
 from gsapp.dynamics.model import load_model
 from gsapp.foundation import FlightError, UnknownNameError
 from gsapp.identification.axes import axis_derivatives
-from gsapp.identification.delay_compensation import channel_delays
 from gsapp.identification.ftr import FTR, FTRSettings
+from gsapp.identification.record_preparation import channel_delays
 from gsapp.quantities import Block
 from gsapp.session.consumer_scheduler import Consumer
 from tests.identification.virtual_maneuvers import fly

@@ -37,6 +37,7 @@ def test_a_method_that_is_not_installed_is_named_by_its_id() -> None:
         estimation_method("mll")
 
 
+@pytest.mark.long
 def test_the_example_of_the_how_to_page_runs_as_a_package(
     tmp_path: Path, flown_short: Callable[[int], VirtualFlight]
 ) -> None:

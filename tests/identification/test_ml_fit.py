@@ -13,7 +13,7 @@ from gsapp.foundation import FlightError, UnknownNameError
 from gsapp.identification.axes import axis_derivatives
 from gsapp.identification.maximum_likelihood import MLSettings, estimate, fit, simulate
 from gsapp.quantities import Block
-from tests.identification.virtual_maneuvers import edited, fly
+from tests.identification.virtual_maneuvers import edited, fly, without
 
 BASE = load_model("b777")
 # Five standard deviations: once in a million, were the bounds exact.
@@ -26,16 +26,6 @@ def off(found, truth):
         for name in found.free
         if name in truth
     }
-
-
-def without(maneuver, *names):
-    kept = [k for k, name in enumerate(maneuver.block.channels) if name not in names]
-    block = Block(
-        channels=tuple(maneuver.block.channels[k] for k in kept),
-        times=maneuver.block.times,
-        values=maneuver.block.values[:, kept],
-    )
-    return replace(maneuver, block=block)
 
 
 def missing(first, last):

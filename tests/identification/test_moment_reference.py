@@ -14,13 +14,13 @@ from gsapp.flight.flown_aircraft import apply_flight_info
 from gsapp.flight.info import FlightInfo
 from gsapp.foundation import FlightError
 from gsapp.identification.campaign import CampaignSettings, run_campaign
-from gsapp.identification.maneuver import Maneuver
-from gsapp.identification.moment_reference import (
+from gsapp.identification.estimate_corrections import (
     common_cg_shift,
     derivatives_about_flown_cg,
     estimate_about_file_cg,
     model_about_flown_cg,
 )
+from gsapp.identification.maneuver import Maneuver
 from gsapp.identification.results import DerivativeEstimate, Estimate
 from gsapp.quantities import Block
 from tests.identification.virtual_maneuvers import Virtual, _measured, fly

@@ -103,6 +103,7 @@ def test_longitudinal() -> None:
     compared([small(5, "lon")], "lon")
 
 
+@pytest.mark.long
 def test_the_plain_fit_from_afar() -> None:
     """Started at the truth and at measured initial states, the plain fit ends at the same place."""
     virtual = fly(15, "lon", dt=0.025, duration=3.0)
@@ -138,6 +139,7 @@ def test_lateral_directional() -> None:
     compared([small(6, "lat")], "lat")
 
 
+@pytest.mark.long
 def test_six_degrees_of_freedom() -> None:
     free = tuple(name for name in axis_derivatives("lon") if name not in ("CA_q", "CA_de"))
     compared([small(7, "lon", 4.0)], "both", free=free)

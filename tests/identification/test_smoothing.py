@@ -16,7 +16,6 @@ TIMES = np.arange(1001) * DT
 
 @pytest.mark.parametrize("frequency", [0.3, 1.0, 3.0, 5.0])
 def test_derivative_and_average_pass_the_same_filter(frequency):
-    """Proves that the derivative of a wave is the derivative of its smoothed self, to 1e-4."""
     filtering = build_smoother(DT, 5.0)
     phase = 2.0 * np.pi * frequency * TIMES
     smoothed = filtering.smooth(filtering.simpson_average(np.cos(phase)))
@@ -27,7 +26,6 @@ def test_derivative_and_average_pass_the_same_filter(frequency):
 
 
 def test_smoothing_does_not_move_a_signal_in_time():
-    """Proves zero phase: a symmetric bump stays symmetric about its middle."""
     filtering = build_smoother(DT, 3.0)
     bump = filtering.smooth(np.exp(-(((TIMES - 5.0) / 0.2) ** 2)))
     np.testing.assert_allclose(bump, bump[::-1], atol=1e-12)
@@ -35,14 +33,12 @@ def test_smoothing_does_not_move_a_signal_in_time():
 
 
 def test_the_gain_at_the_cutoff_is_that_of_a_filter():
-    """Proves that the cutoff is where the gain is 1/sqrt(2)."""
     filtering = build_smoother(DT, 4.0)
     wave = filtering.smooth(np.sin(2.0 * np.pi * 4.0 * TIMES))[100:-100]
     assert np.max(np.abs(wave)) == pytest.approx(np.sqrt(0.5), rel=0.03)
 
 
 def test_samples_near_a_gap_and_the_ends_do_not_count():
-    """Proves that no smoothed sample that depends on a missing one counts."""
     filtering = build_smoother(DT, 5.0)
     missing = np.zeros(TIMES.size, dtype=bool)
     missing[500] = True
@@ -55,7 +51,6 @@ def test_samples_near_a_gap_and_the_ends_do_not_count():
 
 
 def test_a_record_shorter_than_the_kernel_has_no_sample_that_counts():
-    """Proves that ten samples give nothing rather than something wrong."""
     assert not build_smoother(DT, 2.0).valid_samples(np.zeros(10, dtype=bool)).any()
 
 
@@ -72,7 +67,6 @@ def test_the_cutoff_follows_the_motion_not_the_noise():
 
 
 def test_noise_is_measured_beside_motion_and_an_engine_tone():
-    """Proves that the noise of smoothed signals is found, its correlation too, despite a tone."""
     random = np.random.default_rng(2)
     count = 4000
     times = np.arange(count) * DT
@@ -87,6 +81,5 @@ def test_noise_is_measured_beside_motion_and_an_engine_tone():
 
 
 def test_bridging_leaves_what_is_there():
-    """Proves that only missing samples change."""
     signal = np.array([0.0, np.nan, 2.0, 3.0])
     assert interpolate_missing(signal, np.isnan(signal)).tolist() == [0.0, 1.0, 2.0, 3.0]

@@ -2,13 +2,16 @@
 
 import numpy as np
 import pytest
+from scipy.signal import lfilter
 
 from gsapp.identification.statistics import (
     ManeuverFitData,
     colored_covariance,
+    covariance_for_known_noise,
     cramer_rao,
     information_matrix,
     joint_covariance,
+    noise_autocovariance,
     noise_covariance,
 )
 from gsapp.identification.statistics.correlation import default_lags
@@ -98,7 +101,7 @@ def test_white_residuals_leave_the_cramer_rao_bound() -> None:
 
 @pytest.mark.parametrize("share_missing", [0.0, 0.1])
 def test_the_honest_bound_is_the_scatter_under_colored_noise(share_missing: float) -> None:
-    """Least squares 300 times over AR(0.9) noise, any W: the errors are as large as the bound."""
+    """Least squares 150 times over AR(0.9) noise, any W: the errors are as large as the bound."""
     random = np.random.default_rng(11)
     n, weight = 1000, np.diag([1.0, 40.0])
     t = np.arange(n) * 0.01
@@ -106,11 +109,9 @@ def test_the_honest_bound_is_the_scatter_under_colored_noise(share_missing: floa
     smooth = np.convolve(doublet, np.exp(-t / 0.3))[:n] * 0.03
     S = np.stack([np.stack([smooth, t * smooth], 1), np.stack([0.2 * smooth, np.cos(t)], 1)], 1)
     errors, raw = [], []
-    for _ in range(300):
+    for _ in range(150):
         noise = random.standard_normal((n + 100, 2)) * (0.2, 0.1)
-        for k in range(1, n + 100):
-            noise[k] += 0.9 * noise[k - 1]
-        z = noise[100:].copy()
+        z = lfilter([1.0], [1.0, -0.9], noise, axis=0)[100:]
         z[random.random(z.shape) < share_missing] = np.nan
         H = information_matrix(S, weight, counted=z)
         estimate = np.linalg.solve(H, np.einsum("krp,kr->p", S, np.nan_to_num(z) @ weight))
@@ -213,3 +214,53 @@ def test_noise_covariance_counts_pairs() -> None:
 
 def test_lags_suit_the_record() -> None:
     assert [default_lags(n) for n in (3, 10, 100, 400, 5000)] == [1, 2, 25, 100, 100]
+
+
+COUNT, LAGS = 120, 12
+
+
+def _sensitivities() -> np.ndarray:
+    return np.random.default_rng(5).standard_normal((COUNT, 2, 3)).cumsum(axis=0)
+
+
+def test_white_noise_gives_the_cramer_rao_bound() -> None:
+    S, R = _sensitivities(), np.diag([0.5, 2.0])
+    lagged = np.zeros((2 * LAGS + 1, 2, 2))
+    lagged[LAGS] = R
+    W = np.linalg.inv(R)
+    np.testing.assert_allclose(
+        covariance_for_known_noise(S, W, lagged), cramer_rao(S, W), rtol=1e-9
+    )
+
+
+def test_colored_noise_gives_the_sum_over_lags() -> None:
+    """The covariance is H^-1 B H^-1 with B summed sample by sample."""
+    S, W = _sensitivities(), np.diag([2.0, 0.5])
+    apart = np.abs(np.arange(-LAGS, LAGS + 1))
+    lagged = 0.8 ** apart[:, None, None] * np.array([[0.5, 0.1], [0.1, 2.0]])
+    B = np.zeros((3, 3))
+    for k in range(COUNT):
+        for j in range(-LAGS, LAGS + 1):
+            if 0 <= k + j < COUNT:
+                taper = 1.0 - abs(j) / (LAGS + 1.0)
+                B += taper * S[k].T @ W @ lagged[j + LAGS] @ W @ S[k + j]
+    H = np.einsum("kri,rs,ksj->ij", S, W, S)
+    expected = np.linalg.inv(H) @ B @ np.linalg.inv(H)
+    np.testing.assert_allclose(covariance_for_known_noise(S, W, lagged), expected, rtol=1e-6)
+
+
+def test_what_a_fit_took_from_the_noise_is_added_back() -> None:
+    random = np.random.default_rng(6)
+    count, color = 400, 0.8
+    flat = np.vander(np.linspace(-1.0, 1.0, count), 3)
+    raw, mended = [], []
+    for _ in range(200):
+        error = random.standard_normal(count + 50)
+        noise = lfilter([np.sqrt(1.0 - color**2)], [1.0, -color], error)[50:]
+        residual = noise - flat @ np.linalg.lstsq(flat, noise, rcond=None)[0]
+        raw.append(float(residual @ residual) / count - float(noise @ noise) / count)
+        part = ManeuverFitData(S=flat[:, None, :], v=residual[:, None], W=np.eye(1))
+        found = noise_autocovariance(part, lags=40)[40, 0, 0]
+        mended.append(float(found) - float(noise @ noise) / count)
+    assert np.mean(raw) < -0.03
+    assert abs(np.mean(mended)) < np.mean(np.abs(raw)) / 3.0

@@ -10,7 +10,7 @@ import pytest
 from gsapp.identification.campaign import CampaignResult, CampaignSettings, ManeuverResult
 from gsapp.identification.results import DerivativeEstimate, Estimate, ResponseFit
 from gsapp.identification.summary import CampaignSummary, summarize_campaign
-from gsapp.identification.summary.bound_consistency import assess_bound_consistency
+from gsapp.identification.summary.campaign_summary import assess_bound_consistency
 from gsapp.quantities import Block
 
 NAMES = ("Cm_alpha", "Cm_q", "Cm_de", "CN_alpha", "CN_de")

@@ -9,7 +9,7 @@ from scipy.signal import lfilter
 from gsapp.identification.compatibility import PLAUSIBLE_ERRORS
 from gsapp.identification.maneuver import Maneuver
 from gsapp.quantities import Block, FloatArray
-from tests.identification.virtual_maneuvers import COLORED, NOISE, fly
+from tests.identification.virtual_maneuvers import COLORED, NOISE, edited, fly
 
 
 def with_errors(
@@ -74,14 +74,11 @@ def _shown(
 def with_signs(
     maneuver: Maneuver, turned: Sequence[str] = (), exchanged: tuple[str, str] | None = None
 ) -> Maneuver:
-    block = maneuver.block
-    values = block.values.copy()
-    for name in turned:
-        values[:, block.channels.index(name)] *= -1.0
+    changes = {name: -maneuver.block[name] for name in turned}
     if exchanged is not None:
-        one, other = (block.channels.index(name) for name in exchanged)
-        values[:, [one, other]] = values[:, [other, one]]
-    return replace(maneuver, block=Block(channels=block.channels, times=block.times, values=values))
+        one, other = exchanged
+        changes |= {one: maneuver.block[other], other: maneuver.block[one]}
+    return edited(maneuver, **changes)
 
 
 def with_channels(maneuver: Maneuver, **samples: FloatArray) -> Maneuver:
@@ -94,8 +91,3 @@ def with_channels(maneuver: Maneuver, **samples: FloatArray) -> Maneuver:
             channels=tuple(table), times=block.times, values=np.column_stack([*table.values()])
         ),
     )
-
-
-def without(maneuver: Maneuver, *names: str) -> Maneuver:
-    kept = [name for name in maneuver.block.channels if name not in names]
-    return replace(maneuver, block=maneuver.block.select(kept))

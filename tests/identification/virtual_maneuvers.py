@@ -270,10 +270,15 @@ def _measured(
 
 
 def edited(maneuver, **changes):
-    """Return a maneuver with channels changed, each by a function of its samples."""
+    """Return a maneuver with channels changed: new samples, or a function of the old ones."""
     values = np.array(maneuver.block.values)
     for name, change in changes.items():
         column = maneuver.block.channels.index(name)
-        values[:, column] = change(values[:, column].copy())
+        values[:, column] = change(values[:, column].copy()) if callable(change) else change
     block = Block(channels=maneuver.block.channels, times=maneuver.block.times, values=values)
     return replace(maneuver, block=block)
+
+
+def without(maneuver: Maneuver, *names: str) -> Maneuver:
+    kept = [name for name in maneuver.block.channels if name not in names]
+    return replace(maneuver, block=maneuver.block.select(kept))

@@ -11,8 +11,8 @@ from pathlib import Path
 from gsapp.dynamics.model import load_model
 from gsapp.identification.campaign import CampaignResult, CampaignSettings, run_campaign
 from gsapp.identification.maneuver import Maneuver
-from gsapp.identification.runs.outcome import RunOutcome
 from gsapp.identification.runs.request import RunRequest
+from gsapp.identification.runs.run_execution import RunOutcome
 from gsapp.identification.summary import summarize_campaign
 from gsapp.identification.summary.campaign_linear_models import build_linear_models
 from tests.identification.virtual_maneuvers import fly

@@ -15,8 +15,8 @@ from scipy.io import loadmat
 from gsapp.dynamics.model import load_model
 from gsapp.identification.campaign import CanceledError
 from gsapp.identification.linear_models.linear_model_files import load_linear_model
-from gsapp.identification.runs.exclusion import exclude_maneuvers
-from gsapp.identification.summary.linear_model_validation import LinearModelValidation
+from gsapp.identification.runs.run_execution import exclude_maneuvers
+from gsapp.identification.summary.campaign_linear_models import LinearModelValidation
 from gsapp.identification.summary.method_comparison import compare_methods
 from gsapp.report.campaign_report import write_campaign_report
 from gsapp.report.document import Document, DocumentTable, Paragraph

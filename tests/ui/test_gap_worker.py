@@ -12,7 +12,7 @@ from types import SimpleNamespace
 
 import pytest
 
-import gsapp.identification.maneuver_extraction
+import gsapp.identification.maneuver
 import ui.job_process.job_server
 from gsapp.discrepancy.results import DiscrepancyResult, Observability
 from gsapp.discrepancy.settings import (
@@ -77,7 +77,7 @@ class Bench:
         self.connection: Connection
         self.connection, theirs = Pipe()
         monkeypatch.setattr(
-            gsapp.identification.maneuver_extraction, "open_flights_with_maneuvers", self._flown
+            gsapp.identification.maneuver, "open_flights_with_maneuvers", self._flown
         )
         # This process is that of all tests.
         monkeypatch.setattr(ui.job_process.job_server, "lower_priority", lambda _steps: None)

@@ -4,9 +4,8 @@ from dataclasses import replace
 from pathlib import Path
 
 from gsapp.flight.catalog import Catalog
-from gsapp.identification.runs.exclusion import exclude_maneuvers
 from gsapp.identification.runs.request import RunRequest
-from gsapp.identification.runs.run_execution import execute_run
+from gsapp.identification.runs.run_execution import exclude_maneuvers, execute_run
 from gsapp.identification.runs.run_store import save_run
 from tests.identification.runs_kit import WINDOWS, write_flights
 from ui.review.run_store import RunStore

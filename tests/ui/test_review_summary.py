@@ -12,7 +12,7 @@ from PySide6.QtGui import QGuiApplication
 from PySide6.QtWidgets import QApplication, QFileDialog, QMainWindow
 from pytestqt.qtbot import QtBot
 
-from gsapp.identification.runs.exclusion import exclude_maneuvers
+from gsapp.identification.runs.run_execution import exclude_maneuvers
 from gsapp.report.estimate_report import CampaignReportData, estimate_document
 from tests.report.campaign_kit import WILD, gusty, outcome, regressed, unearned
 from tests.ui.window_kit import ALT, CONTROL, until

@@ -198,7 +198,7 @@ class GapJobHandler:
     def _read(self, request: GapRequest) -> PreparedSearch:
         """Open the flights, cut their maneuvers, and prepare the search."""
         from gsapp.dynamics.model import load_model
-        from gsapp.identification.maneuver_extraction import open_flights_with_maneuvers
+        from gsapp.identification.maneuver import open_flights_with_maneuvers
 
         steps = 2 * len(request.flights) + 2
         done = 0

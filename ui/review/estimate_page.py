@@ -46,8 +46,8 @@ from ui.widgets.layout_widgets import ScrollingPage, StackingColumns
 from ui.window_frame.page_steps import StepStatus
 
 if TYPE_CHECKING:
-    from gsapp.identification.runs.outcome import RunOutcome
     from gsapp.identification.runs.request import SelectedManeuver
+    from gsapp.identification.runs.run_execution import RunOutcome
     from gsapp.session.review import Review
 
 

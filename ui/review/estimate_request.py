@@ -325,7 +325,7 @@ def form_from_request(request: RunRequest) -> EstimateForm:
 
 def find_unrestored_settings(request: RunRequest, form: EstimateForm) -> tuple[str, ...]:
     """Return the titles of the settings of a run that the form cannot ask for again."""
-    from gsapp.identification.runs.settings_text import setting_differences, setting_title
+    from gsapp.identification.runs.request import setting_differences, setting_title
 
     again = build_run_request(form, request.flights, request.maneuvers)
     # Read from their files anew, these stand in the settings of the run only.

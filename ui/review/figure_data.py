@@ -15,9 +15,9 @@ from ui.translation import QT_TR_NOOP, tr
 if TYPE_CHECKING:
     from gsapp.identification.campaign import ManeuverResult
     from gsapp.identification.results import Estimate
-    from gsapp.identification.runs.outcome import RunOutcome
+    from gsapp.identification.runs.run_execution import RunOutcome
     from gsapp.identification.summary import DerivativePoint, DerivativeSummary
-    from gsapp.identification.summary.linear_model_validation import (
+    from gsapp.identification.summary.campaign_linear_models import (
         AxisValidation,
         LinearModelValidation,
     )
@@ -116,7 +116,7 @@ def describe_point(data: FigureData, derivative: str, maneuver: str) -> str:
         lines.append(describe_conditions(point.conditions, data.units))
         lines += _describe_exclusion(summary, maneuver)
     elif result is not None:
-        from gsapp.identification.summary.derivative_points import mean_conditions
+        from gsapp.identification.summary.campaign_summary import mean_conditions
 
         lines.append(describe_conditions(mean_conditions(result.maneuver), data.units))
         if maneuver in data.outcome.summary.excluded_maneuvers:

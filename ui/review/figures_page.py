@@ -38,7 +38,7 @@ from ui.widgets.figure_menu import ContentFunction, FigureMenu
 from ui.window_frame.page_steps import StepStatus
 
 if TYPE_CHECKING:
-    from gsapp.identification.runs.outcome import RunOutcome
+    from gsapp.identification.runs.run_execution import RunOutcome
 
 log = logging.getLogger(__name__)
 
@@ -371,7 +371,7 @@ class FiguresPage(ReviewStepPage):
     def _exclude(self, without: frozenset[str]) -> None:
         if self._data is None:
             return
-        from gsapp.identification.runs.exclusion import exclude_maneuvers
+        from gsapp.identification.runs.run_execution import exclude_maneuvers
 
         former, self._excluded = self._data.outcome, without
         outcome = exclude_maneuvers(former, without)

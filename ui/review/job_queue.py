@@ -20,8 +20,8 @@ from ui.review.review_jobs import (
 from ui.translation import QT_TR_NOOP, tr
 
 if TYPE_CHECKING:
-    from gsapp.identification.runs.outcome import RunOutcome
-    from gsapp.identification.summary.linear_model_validation import LinearModelValidation
+    from gsapp.identification.runs.run_execution import RunOutcome
+    from gsapp.identification.summary.campaign_linear_models import LinearModelValidation
     from gsapp.report.ftr_histories import FlightEstimateHistory
 
 

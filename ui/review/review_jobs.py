@@ -14,11 +14,11 @@ from ui.translation import QT_TR_NOOP, tr
 from ui.virtual_flight_simulation import simulate_virtual_flight
 
 if TYPE_CHECKING:
-    from gsapp.identification.runs.flight_cache import FlightCache
-    from gsapp.identification.runs.outcome import RunOutcome
+    from gsapp.identification.runs.inputs import FlightCache
     from gsapp.identification.runs.request import RunRequest
-    from gsapp.identification.runs.run_repetition import RepeatedRun
-    from gsapp.identification.summary.linear_model_validation import LinearModelValidation
+    from gsapp.identification.runs.run_comparison import RepeatedRun
+    from gsapp.identification.runs.run_execution import RunOutcome
+    from gsapp.identification.summary.campaign_linear_models import LinearModelValidation
     from gsapp.report.ftr_histories import FlightEstimateHistory
 
 NOT_STORED_TEXT = "the run is not saved"
@@ -166,7 +166,7 @@ class ReviewJobHandler:
     @property
     def flights(self) -> FlightCache:
         if self._flight_cache is None:
-            from gsapp.identification.runs.flight_cache import FlightCache
+            from gsapp.identification.runs.inputs import FlightCache
 
             self._flight_cache = FlightCache()
         return self._flight_cache
@@ -195,7 +195,7 @@ class ReviewJobHandler:
 
     def _repeat(self, job: RepeatJob) -> RepeatedRun:
         from gsapp.flight.catalog import Catalog
-        from gsapp.identification.runs.run_repetition import repeat_run
+        from gsapp.identification.runs.run_comparison import repeat_run
 
         with Catalog(job.catalog) as catalog:
             return repeat_run(

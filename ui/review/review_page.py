@@ -30,7 +30,7 @@ from ui.window_frame.step_page import JobPage, MultiStepPage
 
 if TYPE_CHECKING:
     from gsapp.flight.flight import Flight
-    from gsapp.identification.runs.outcome import RunOutcome
+    from gsapp.identification.runs.run_execution import RunOutcome
     from gsapp.session.review import Review
     from ui.review.estimate_page import EstimatePage
     from ui.review.maneuvers_page import ManeuversPage

@@ -19,7 +19,7 @@ from ui.window_frame.page_steps import PageStep, StepStatus
 from ui.window_frame.step_page import AbstractStepPage
 
 if TYPE_CHECKING:
-    from gsapp.identification.runs.outcome import RunOutcome
+    from gsapp.identification.runs.run_execution import RunOutcome
 
 REVIEW_STEPS = (
     PageStep(

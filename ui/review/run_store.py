@@ -18,9 +18,9 @@ from ui.undo import UndoCommand, UndoStack
 
 if TYPE_CHECKING:
     from gsapp.flight.catalog import Catalog
-    from gsapp.identification.runs.outcome import RunOutcome
     from gsapp.identification.runs.request import RunRequest
-    from gsapp.identification.runs.run_repetition import RepeatedRun
+    from gsapp.identification.runs.run_comparison import RepeatedRun
+    from gsapp.identification.runs.run_execution import RunOutcome
     from gsapp.identification.runs.run_store import StoredRun
 
 CatalogAction = Callable[[ModuleType, "Catalog"], object]
@@ -225,7 +225,7 @@ def count_derivatives(names: Iterable[str]) -> int:
 
 
 def _describe_run_end(outcome: RunOutcome) -> str:
-    from gsapp.identification.runs.outcome import SAME_SAMPLES_TEXT
+    from gsapp.identification.runs.run_execution import SAME_SAMPLES_TEXT
 
     results = outcome.result.results
     failed = [one.maneuver.id for one in results if one.estimate is None]

@@ -17,8 +17,8 @@ from ui.settings import SettingsStore, initial_dialog_folder
 from ui.translation import QT_TR_NOOP, tr
 
 if TYPE_CHECKING:
-    from gsapp.identification.runs.outcome import RunOutcome
-    from gsapp.identification.summary.linear_model_validation import LinearModelValidation
+    from gsapp.identification.runs.run_execution import RunOutcome
+    from gsapp.identification.summary.campaign_linear_models import LinearModelValidation
 
 _REPORT_FILTER: Final = QT_TR_NOOP("HTML (*.html);;PDF (*.pdf)")
 

@@ -46,8 +46,8 @@ from ui.widgets.table_view import FittedTableView
 from ui.window_frame.page_steps import StepStatus
 
 if TYPE_CHECKING:
-    from gsapp.identification.runs.outcome import RunOutcome
-    from gsapp.identification.summary.linear_model_validation import LinearModelValidation
+    from gsapp.identification.runs.run_execution import RunOutcome
+    from gsapp.identification.summary.campaign_linear_models import LinearModelValidation
 
 _NO_COMPARISON_TEXT = QT_TR_NOOP(
     "Predicts maneuvers with three linear models fitted to other maneuvers (Seanor, section 7.4)."

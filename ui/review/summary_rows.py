@@ -15,9 +15,9 @@ from ui.widgets.row_model import TableRow
 
 if TYPE_CHECKING:
     # The window starts without the numerics behind an estimation.
-    from gsapp.identification.runs.outcome import RunOutcome
+    from gsapp.identification.runs.run_execution import RunOutcome
     from gsapp.identification.summary import DerivativeSummary
-    from gsapp.identification.summary.linear_model_validation import LinearModelValidation
+    from gsapp.identification.summary.campaign_linear_models import LinearModelValidation
 
 DERIVATIVE_TITLES: Final = (
     "", QT_TR_NOOP("Mean"), QT_TR_NOOP("Std. error"), "%", QT_TR_NOOP("Scatter"),

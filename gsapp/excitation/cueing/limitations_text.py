@@ -9,7 +9,7 @@ from gsapp.dynamics.model import Model
 from gsapp.excitation.alerts.alert import Alert
 from gsapp.excitation.information.outlook import Outlook
 from gsapp.excitation.trim.trim_cue import TrimCue
-from gsapp.identification.compatibility.instrument_text import join_names
+from gsapp.identification.compatibility.results import join_names
 from gsapp.quantities import SURFACE_NAMES, channel
 
 NO_AIRCRAFT = "no aircraft file: stall, sensor ranges and stick shares are not known"

@@ -10,7 +10,7 @@ import numpy as np
 
 from gsapp.aircraft import Aircraft
 from gsapp.excitation.information.settings import INFORMATION
-from gsapp.identification.statistics.settings import STATISTICS
+from gsapp.identification.statistics.correlation import STATISTICS
 from gsapp.quantities import FloatArray
 
 _USUAL_NOISE: Final = {

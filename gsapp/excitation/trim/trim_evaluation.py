@@ -10,7 +10,7 @@ from gsapp.excitation.test_points.point import TestPoint
 from gsapp.excitation.trim.settings import TRIM
 from gsapp.excitation.trim.tolerances import TrimTolerances
 from gsapp.excitation.trim.trim_cue import TrimDeviation
-from gsapp.identification.compatibility.instrument_text import join_names
+from gsapp.identification.compatibility.results import join_names
 
 ATTITUDE_SOURCE: Final = ("attitude",)
 """What tells the bank where it is measured."""

@@ -4,31 +4,23 @@
 """
 
 from gsapp.identification.compatibility.compatibility_check import (
-    RECONSTRUCTED_CHANNELS,
     check_compatibility,
 )
 from gsapp.identification.compatibility.results import (
     CompatibilityResult,
-    InstrumentParameter,
     InstrumentVerdict,
-    SensorComparison,
 )
 from gsapp.identification.compatibility.settings import (
     DEFAULT_FREE_ERRORS,
     PLAUSIBLE_ERRORS,
-    TOLERABLE_ERRORS,
     CompatibilitySettings,
 )
 
 __all__ = [
     "DEFAULT_FREE_ERRORS",
     "PLAUSIBLE_ERRORS",
-    "RECONSTRUCTED_CHANNELS",
-    "TOLERABLE_ERRORS",
     "CompatibilityResult",
     "CompatibilitySettings",
-    "InstrumentParameter",
     "InstrumentVerdict",
-    "SensorComparison",
     "check_compatibility",
 ]

@@ -20,9 +20,13 @@ from gsapp.identification.compatibility.instrument_error_fit import (
     fit_instrument_errors,
     scale_bounds,
 )
-from gsapp.identification.compatibility.instrument_text import channel_title, format_quantity
 from gsapp.identification.compatibility.kalman_predictor import NoiseLevels
-from gsapp.identification.compatibility.results import InstrumentVerdict, SignStatus
+from gsapp.identification.compatibility.results import (
+    InstrumentVerdict,
+    SignStatus,
+    channel_title,
+    format_quantity,
+)
 from gsapp.identification.compatibility.segments import CompatibilitySegment
 from gsapp.identification.compatibility.settings import (
     ACCELERATION_CHANNELS,

@@ -23,18 +23,16 @@ from gsapp.identification.compatibility.instrument_error_fit import (
     is_motion_significant,
     nominal_value,
 )
-from gsapp.identification.compatibility.instrument_text import (
-    channel_title,
-    format_error,
-    format_error_with_bound,
-    format_quantity,
-    join_names,
-)
 from gsapp.identification.compatibility.redundancy import compare_redundant_sensors
 from gsapp.identification.compatibility.results import (
     CompatibilityResult,
     InstrumentParameter,
     InstrumentVerdict,
+    channel_title,
+    format_error,
+    format_error_with_bound,
+    format_quantity,
+    join_names,
 )
 from gsapp.identification.compatibility.segments import (
     CompatibilitySegment,
@@ -71,17 +69,10 @@ def check_compatibility(
     Several maneuvers are taken together: errors of instruments are common to them, each has a
     start of its own.
 
-    Parameters
-    ----------
-    maneuvers : sequence of Maneuver
-    aircraft : Aircraft, optional
-        In place of the one that each maneuver knows.
-    settings : CompatibilitySettings, optional
+    `aircraft`: in place of the one that each maneuver knows.
 
-    Raises
-    ------
-    FlightError
-        If no maneuver is given. All else that is missing or unfit is said in `warnings`.
+    Raises `FlightError` if no maneuver is given. All else that is missing or unfit is said in
+    `warnings`.
     """
     if not maneuvers:
         raise FlightError("there is no maneuver to check instruments by; give at least one")

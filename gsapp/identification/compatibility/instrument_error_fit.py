@@ -40,23 +40,7 @@ from gsapp.quantities import FloatArray
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class SegmentFit:
-    """One stretch of a fit.
-
-    Attributes
-    ----------
-    segment : CompatibilitySegment
-    initial_state : InitialState
-    prediction : Prediction
-    error_model : ErrorStateModel
-    noise : NoiseLevels
-    gain : SteadyKalmanGain
-    innovations : ndarray, shape (m, n_channels)
-        What the predictor leaves of the averaged residuals.
-    observable, clearly_observable : frozenset of str
-        Scales and delays of vanes that the stretch has a say in; those seen through all noise.
-    S : ndarray, shape (m, n_channels, n_free + 5)
-        The same of the sensitivities.
-    """
+    """One stretch of a fit."""
 
     segment: CompatibilitySegment
     initial_state: InitialState
@@ -65,9 +49,11 @@ class SegmentFit:
     noise: NoiseLevels
     gain: SteadyKalmanGain
     innovations: FloatArray
+    """Shape (m, n_channels). What the predictor leaves of the averaged residuals."""
     observable: frozenset[str]
     clearly_observable: frozenset[str]
-    S: FloatArray
+    """Scales and delays of vanes that the stretch has a say in; those seen through all noise."""
+    S: FloatArray  # Shape (m, n_channels, n_free + 5). The same of the sensitivities.
 
     def residuals(self) -> FloatArray:
         """Return measured minus computed, shape (n, n_channels)."""
@@ -77,35 +63,19 @@ class SegmentFit:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class InstrumentErrorFit:
-    """A fit to all stretches.
+    """A fit to all stretches."""
 
-    Attributes
-    ----------
-    free : tuple of str
-        Errors estimated.
-    errors : mapping of str to float
-        Values, scales as factors.
-    covariance : ndarray, shape (n_free, n_free)
-    segments : tuple of SegmentFit
-    origin : ndarray, shape (n_free + 5 n_stretches,)
-        How far errors and starts have moved.
-    neg2_log_likelihood : float
-        Twice the negative log-likelihood, errors weighed by what is plausible.
-    iterations : int
-    converged : bool
-    step : float
-        The largest that errors and starts were about to move, in their bounds, when it ended.
-    """
-
-    free: tuple[str, ...]
-    errors: Mapping[str, float]
-    covariance: FloatArray
+    free: tuple[str, ...]  # Errors estimated.
+    errors: Mapping[str, float]  # Values, scales as factors.
+    covariance: FloatArray  # Shape (n_free, n_free).
     segments: tuple[SegmentFit, ...]
-    origin: FloatArray
+    origin: FloatArray  # Shape (n_free + 5 n_stretches,). How far errors and starts have moved.
     neg2_log_likelihood: float
+    """Twice the negative log-likelihood, errors weighed by what is plausible."""
     iterations: int
     converged: bool
     step: float
+    """The largest that errors and starts were about to move, in their bounds, when it ended."""
 
     def rms(self, channel: str) -> float:
         """Return the residual of one channel, rms over all stretches; SI."""
@@ -141,9 +111,6 @@ def fit_instrument_errors(
 
     Parameters
     ----------
-    stretches : sequence of CompatibilitySegment
-    settings : CompatibilitySettings
-    free : sequence of str
     noises : sequence of NoiseLevels, optional
         Of the stretches, held; by default the likeliest are looked for.
     iterations : int, optional
@@ -286,7 +253,6 @@ def fit_instrument_errors(
 
 
 def _reverses_last_step(step: FloatArray, last: FloatArray, covariance: FloatArray) -> bool:
-    """Return whether a step leads back by most of the last one, in its bounds."""
     variance = covariance.diagonal()
     return bool((step * last / variance).sum() < -0.5 * (last**2 / variance).sum())
 
@@ -516,12 +482,7 @@ def _motion_and_noise_variances(
 def is_motion_significant(stretch: CompatibilitySegment, channel: str, rate: float) -> bool:
     """Return whether what a gyro or accelerometer shows is motion rather than noise.
 
-    Parameters
-    ----------
-    stretch : CompatibilitySegment
-    channel : str
-    rate : float
-        Averages per second that are compared.
+    `rate`: averages per second that are compared.
     """
     samples = stretch.inputs.get(channel)
     if samples is None or channel in stretch.absent:

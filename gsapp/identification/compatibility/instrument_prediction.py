@@ -144,23 +144,13 @@ def _measured_gravity(stretch: CompatibilitySegment, otherwise: FloatArray) -> F
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class ChannelGradients:
-    """What a channel is and how it follows velocity and gravity.
+    """What a channel is and how it follows velocity and gravity."""
 
-    Attributes
-    ----------
-    value : ndarray, shape (n,)
-    arm : ndarray, shape (3,)
-        From the accelerometer to where the channel is measured, m.
-    by_velocity : ndarray, shape (n, 3), or None
-        By the velocity there.
-    by_gravity : ndarray, shape (n, 3)
-        By gravity along the body's axes, where it does not follow velocity.
-    """
-
-    value: FloatArray
-    arm: FloatArray
-    by_velocity: FloatArray | None
+    value: FloatArray  # Shape (n,).
+    arm: FloatArray  # Shape (3,). From the accelerometer to where the channel is measured, m.
+    by_velocity: FloatArray | None  # Shape (n, 3). By the velocity there.
     by_gravity: FloatArray
+    """Shape (n, 3). By gravity along the body's axes, where it does not follow velocity."""
 
     def chain(self, slopes: PathSensitivities) -> FloatArray:
         """Return the derivatives by the causes of some slopes, shape (n, m)."""
@@ -183,12 +173,7 @@ def channel_gradients(
 ) -> ChannelGradients:
     """Return a channel of a faultless instrument, with its derivatives.
 
-    Parameters
-    ----------
-    path : ReconstructedPath
-    aircraft : Aircraft
-        Tells where its instruments sit.
-    channel : {"V", "alpha", "beta", "phi", "theta"}
+    `aircraft`: tells where its instruments sit.
     """
     sensors = aircraft.sensors
     if channel in ("phi", "theta"):
@@ -231,21 +216,12 @@ def channel_gradients(
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Prediction:
-    """What the instruments of a stretch should show.
-
-    Attributes
-    ----------
-    path : ReconstructedPath
-    channels : tuple of str
-    computed : ndarray, shape (n, n_channels)
-    ideal : tuple of ChannelGradients
-        Of faultless instruments, by channel.
-    """
+    """What the instruments of a stretch should show."""
 
     path: ReconstructedPath
     channels: tuple[str, ...]
-    computed: FloatArray
-    ideal: tuple[ChannelGradients, ...]
+    computed: FloatArray  # Shape (n, n_channels).
+    ideal: tuple[ChannelGradients, ...]  # Of faultless instruments, by channel.
 
 
 def predict_channels(
@@ -276,11 +252,8 @@ def channel_sensitivities(
 ) -> FloatArray:
     """Return the derivatives of the computed channels.
 
-    Returns
-    -------
-    ndarray, shape (n, n_channels, len(free) + 5)
-        By the free errors, then by `INITIAL_STATE_NAMES`. Zero for errors of channels that are not
-        there.
+    By the free errors, then by `INITIAL_STATE_NAMES`. Zero for errors of channels that are not
+    there.
     """
     S = np.zeros((*found.computed.shape, len(free) + len(INITIAL_STATE_NAMES)))
     for group in (RATE_CHANNELS, ACCELERATION_CHANNELS):

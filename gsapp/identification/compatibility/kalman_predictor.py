@@ -33,45 +33,25 @@ from gsapp.quantities import BoolArray, FloatArray
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class ErrorStateModel:
-    """Averages and the error equations of one stretch.
+    """Averages and the error equations of one stretch."""
 
-    Attributes
-    ----------
-    width : int
-        Samples averaged.
-    step : float
-        Between averages, s.
-    Phi : ndarray, shape (m, 6, 6)
-    H : ndarray, shape (m, n_channels, 6)
-    process : ndarray, shape (9, 6, 6)
-        Covariance over one step for a unit density of p, q, r, ax, ay, an, and gusts u, v, w.
-    input_density : ndarray, shape (9,)
-        White densities; gusts those of calm air.
-    output_variance : ndarray, shape (n_channels,)
-        White variances of averages.
-    """
-
-    width: int
-    step: float
-    Phi: FloatArray
-    H: FloatArray
+    width: int  # Samples averaged.
+    step: float  # Between averages, s.
+    Phi: FloatArray  # Shape (m, 6, 6).
+    H: FloatArray  # Shape (m, n_channels, 6).
     process: FloatArray
-    input_density: FloatArray
-    output_variance: FloatArray
+    """Shape (9, 6, 6). Covariance over one step for a unit density of p, q, r, ax, ay, an, and
+    gusts u, v, w."""
+    input_density: FloatArray  # Shape (9,). White densities; gusts those of calm air.
+    output_variance: FloatArray  # Shape (n_channels,). White variances of averages.
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class NoiseLevels:
-    """How much noise there is: factors on the white one.
+    """How much noise there is: factors on the white one."""
 
-    Attributes
-    ----------
-    input_factors : ndarray, shape (9,)
-    output_factors : ndarray, shape (n_channels,)
-    """
-
-    input_factors: FloatArray
-    output_factors: FloatArray
+    input_factors: FloatArray  # Shape (9,).
+    output_factors: FloatArray  # Shape (n_channels,).
 
     @classmethod
     def white(cls, channels: int) -> NoiseLevels:
@@ -233,17 +213,10 @@ def kalman_gain_pair(
 def whiten_residuals(predictor: ErrorStateModel, K: FloatArray, columns: FloatArray) -> FloatArray:
     """Return what the predictor leaves of averages.
 
-    Parameters
-    ----------
-    predictor : ErrorStateModel
-    K : ndarray, shape (..., 6, n_channels)
-    columns : ndarray, shape (m, n_channels, k)
-        NaN where a sample does not count.
+    `K`, shape (..., 6, n_channels).
+    `columns`, shape (m, n_channels, k): NaN where a sample does not count.
 
-    Returns
-    -------
-    ndarray, shape (..., m, n_channels, k)
-        NaN where a sample does not count.
+    Shape (..., m, n_channels, k). NaN where a sample does not count.
     """
     n, n_channels, width = columns.shape
     counted = np.isfinite(columns)
@@ -268,10 +241,8 @@ def whiten_residuals(predictor: ErrorStateModel, K: FloatArray, columns: FloatAr
 def neg2_log_likelihood(left: FloatArray, covariance: FloatArray) -> FloatArray:
     """Return twice the negative log-likelihood of predicted residuals, shape (c,).
 
-    Parameters
-    ----------
-    left : ndarray, shape (c, m, n_channels)
-    covariance : ndarray, shape (c, n_channels, n_channels)
+    `left`, shape (c, m, n_channels).
+    `covariance`, shape (c, n_channels, n_channels).
     """
     counted = np.isfinite(left)
     clean = np.where(counted, left, 0.0)
@@ -288,13 +259,8 @@ def estimate_noise_levels(
     Gusts, gyros and every channel are tried up and down by a factor, the best step taken, until
     none helps. Nothing falls below the white noise.
 
-    Parameters
-    ----------
-    predictor : ErrorStateModel
-    residuals : ndarray, shape (m, n_channels)
-        Averages, NaN where one does not count.
-    start : NoiseLevels
-        Where to begin.
+    `residuals`, shape (m, n_channels): averages, NaN where one does not count.
+    `start`: where to begin.
     """
     places = [("drive", k) for k in (0, 1, 2, 6, 7, 8)]
     places += [("show", k) for k in range(residuals.shape[1])]

@@ -42,12 +42,8 @@ def cumulative_integral(values: FloatArray, dt: float) -> FloatArray:
 def integrate_rotation_matrices(rates: FloatArray, dt: float) -> FloatArray:
     """Return C, from the body's axes to those of the first sample, shape (n, 3, 3).
 
-    Parameters
-    ----------
-    rates : ndarray, shape (n, 3)
-        rad/s.
-    dt : float
-        Sample time, s.
+    `rates`, shape (n, 3): rad/s.
+    `dt`: sample time, s.
     """
     turns = np.diff(cumulative_integral(rates, dt), axis=0)
     angle = np.sqrt((turns * turns).sum(axis=1))
@@ -94,35 +90,19 @@ def rotate_to_body_axes(C: FloatArray, vectors: FloatArray) -> FloatArray:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class ReconstructedPath:
-    """The motion of one stretch.
+    """The motion of one stretch."""
 
-    Attributes
-    ----------
-    times : ndarray, shape (n,)
-        From the first sample on, s.
-    rates, force : ndarray, shape (n, 3)
-        Freed of errors: rad/s; specific force along x, y, z, m/s^2.
-    C : ndarray, shape (n, 3, 3)
-    force_initial_axes : ndarray, shape (n, 3)
-        C a, m/s^2.
-    velocity_initial_axes : ndarray, shape (n, 3)
-        Velocity of the accelerometer along the first axes, m/s.
-    velocity : ndarray, shape (n, 3)
-        The same along the body's axes: u, v, w.
-    gravity : ndarray, shape (n, 3)
-        Along the body's axes, m/s^2.
-    initial_gravity : ndarray, shape (3,)
-    """
-
-    times: FloatArray
+    times: FloatArray  # Shape (n,). From the first sample on, s.
     rates: FloatArray
     force: FloatArray
-    C: FloatArray
-    force_initial_axes: FloatArray
+    """Shape (n, 3). Freed of errors: rad/s; specific force along x, y, z, m/s^2."""
+    C: FloatArray  # Shape (n, 3, 3).
+    force_initial_axes: FloatArray  # Shape (n, 3). C a, m/s^2.
     velocity_initial_axes: FloatArray
-    velocity: FloatArray
-    gravity: FloatArray
-    initial_gravity: FloatArray
+    """Shape (n, 3). Velocity of the accelerometer along the first axes, m/s."""
+    velocity: FloatArray  # Shape (n, 3). The same along the body's axes: u, v, w.
+    gravity: FloatArray  # Shape (n, 3). Along the body's axes, m/s^2.
+    initial_gravity: FloatArray  # Shape (3,).
 
     @property
     def attitude(self) -> tuple[FloatArray, FloatArray]:
@@ -166,17 +146,12 @@ def reconstruct_path(
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class PathSensitivities:
-    """Derivatives of a path, each of shape (n, 3, m): one column for each cause.
-
-    Attributes
-    ----------
-    velocity, gravity, rates : ndarray
-        Along the body's axes.
-    """
+    """Derivatives of a path, each of shape (n, 3, m): one column for each cause."""
 
     velocity: FloatArray
     gravity: FloatArray
     rates: FloatArray
+    """Along the body's axes."""
 
 
 def sensitivities_to_rates(
@@ -184,13 +159,8 @@ def sensitivities_to_rates(
 ) -> PathSensitivities:
     """Return what changes of the rates do.
 
-    Parameters
-    ----------
-    path : ReconstructedPath
-    dt : float
-    axes : ndarray of int, shape (m,)
-        About which axis each change is.
-    changes : ndarray, shape (n, m)
+    `axes`, shape (m,): about which axis each change is.
+    `changes`, shape (n, m).
     """
     # psi, shape (n, m, 3): vectors last, for cross products.
     psi = cumulative_integral(path.C[:, :, axes].transpose(0, 2, 1) * changes[:, :, None], dt)
@@ -222,11 +192,7 @@ def sensitivities_to_initial_state(
 ) -> PathSensitivities:
     """Return what the first velocity (3 columns) and the first attitude (2 columns) do.
 
-    Parameters
-    ----------
-    path : ReconstructedPath
-    tangents : ndarray, shape (2, 3)
-        Changes of the first gravity, m/s^2 per rad.
+    `tangents`, shape (2, 3): changes of the first gravity, m/s^2 per rad.
     """
     back = path.C.transpose(0, 2, 1)
     tilt = back @ tangents.T

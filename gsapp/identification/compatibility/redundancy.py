@@ -13,12 +13,13 @@ from itertools import combinations
 import numpy as np
 
 from gsapp.decoding.air_data import true_airspeed
-from gsapp.identification.compatibility.instrument_text import (
+from gsapp.identification.compatibility.results import (
+    InstrumentVerdict,
+    SensorComparison,
     channel_title,
     format_quantity,
     join_names,
 )
-from gsapp.identification.compatibility.results import InstrumentVerdict, SensorComparison
 from gsapp.identification.compatibility.settings import COMPATIBILITY, CompatibilitySettings
 from gsapp.identification.maneuver import Maneuver
 from gsapp.identification.motion import measured_motion
@@ -188,7 +189,6 @@ def _total_least_squares_slope(a: FloatArray, b: FloatArray) -> float:
 
 
 def _difference_noise(samples: FloatArray) -> float:
-    """Return the noise of a signal from its successive differences."""
     return float(np.std(np.diff(samples)) / np.sqrt(2.0))
 
 
@@ -213,7 +213,6 @@ def _estimate_delay(x: FloatArray, y: FloatArray, dt: float) -> float:
 
 
 def _correlation(a: FloatArray, b: FloatArray) -> float:
-    """Return the size of the correlation coefficient; zero where one does not vary."""
     if a.size < 2 or not (np.ptp(a) and np.ptp(b)):
         return 0.0
     return abs(float(np.corrcoef(a, b)[0, 1]))

@@ -10,7 +10,7 @@ import numpy as np
 from gsapp.aircraft import Aircraft
 from gsapp.decoding.air_data import true_airspeed
 from gsapp.foundation import FlightError
-from gsapp.identification.compatibility.instrument_text import join_names
+from gsapp.identification.compatibility.results import join_names
 from gsapp.identification.compatibility.settings import (
     COMPATIBILITY,
     KINEMATIC_INPUTS,
@@ -26,36 +26,21 @@ _CALIBRATED = ("V", "alpha", "beta")
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class CompatibilitySegment:
-    """Unbroken samples of one maneuver.
-
-    Attributes
-    ----------
-    maneuver : str
-    aircraft : Aircraft
-    times : ndarray, shape (n,)
-        Flight time, s.
-    dt : float
-    inputs : mapping of str to ndarray, shape (n,)
-        Rates (rad/s) and specific forces (m/s^2; an positive up) as shown, none missing.
-    outputs : mapping of str to ndarray, shape (n,)
-        V, alpha, beta, phi, theta as shown; NaN where missing.
-    absent : frozenset of str
-        Of `inputs`: those that no instrument measured and that are zero here.
-    noise : mapping of str to float
-        White noise of each, rms of a sample.
-    assumed_speed : float or None
-        m/s, where airspeed was not measured; `outputs` then holds it as V.
-    """
+    """Unbroken samples of one maneuver."""
 
     maneuver: str
     aircraft: Aircraft
-    times: FloatArray
+    times: FloatArray  # Shape (n,). Flight time, s.
     dt: float
     inputs: Mapping[str, FloatArray]
+    """Shape (n,). Rates (rad/s) and specific forces (m/s^2; an positive up) as shown, none
+    missing."""
     outputs: Mapping[str, FloatArray]
-    absent: frozenset[str]
-    noise: Mapping[str, float]
+    """Shape (n,). V, alpha, beta, phi, theta as shown; NaN where missing."""
+    absent: frozenset[str]  # Of `inputs`: those that no instrument measured and that are zero here.
+    noise: Mapping[str, float]  # White noise of each, rms of a sample.
     assumed_speed: float | None = None
+    """m/s, where airspeed was not measured; `outputs` then holds it as V."""
 
     @property
     def measured(self) -> frozenset[str]:
@@ -80,23 +65,15 @@ class CompatibilitySegment:
 
 @dataclass(slots=True)
 class PreparedSegments:
-    """Stretches of all maneuvers, and what there is to say about the channels.
-
-    Attributes
-    ----------
-    segments : list of CompatibilitySegment
-    stuck : dict of str to list of str
-        Channels that stayed constant while the aircraft moved, with the maneuvers.
-    warnings : list of str
-    """
+    """Stretches of all maneuvers, and what there is to say about the channels."""
 
     segments: list[CompatibilitySegment] = field(default_factory=list)
     stuck: dict[str, list[str]] = field(default_factory=dict)
+    """Channels that stayed constant while the aircraft moved, with the maneuvers."""
     warnings: list[str] = field(default_factory=list)
 
     @property
     def channels(self) -> tuple[str, ...]:
-        """Return the channels that at least one stretch has, in order."""
         present = set[str]()
         for stretch in self.segments:
             present |= (stretch.inputs.keys() - stretch.absent) | stretch.measured
@@ -108,10 +85,7 @@ def estimate_white_noise(samples: FloatArray) -> float:
 
     The median power between a quarter and nearly half of the sample rate, tones left aside.
 
-    Parameters
-    ----------
-    samples : ndarray, shape (n,)
-        None missing.
+    `samples`, shape (n,): none missing.
     """
     count = samples.size
     centered = samples - np.linspace(samples[:5].mean(), samples[-5:].mean(), count)
@@ -124,11 +98,7 @@ def estimate_white_noise(samples: FloatArray) -> float:
 def prepare_segments(maneuvers: Sequence[Maneuver], aircraft: Aircraft | None) -> PreparedSegments:
     """Collect the stretches of maneuvers.
 
-    Parameters
-    ----------
-    maneuvers : sequence of Maneuver
-    aircraft : Aircraft, optional
-        In place of the one that each maneuver knows.
+    `aircraft`: in place of the one that each maneuver knows.
     """
     found = PreparedSegments()
     for maneuver in maneuvers:

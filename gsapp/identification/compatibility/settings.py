@@ -78,22 +78,6 @@ DEFAULT_FREE_ERRORS = (
 class CompatibilitySettings:
     """How to check.
 
-    Attributes
-    ----------
-    free : tuple of str
-        Errors to be estimated, ``<channel>.<kind>``, kind of `ERROR_KINDS`; those of channels that
-        no maneuver has are left out.
-    plausible : mapping of str to float
-        In place of `PLAUSIBLE_ERRORS` for some of them.
-    tolerable : mapping of str to float
-        In place of `TOLERABLE_ERRORS` for some of them.
-    try_signs : bool
-        Whether reversed and exchanged axes are looked for.
-    iterations : int
-        Gauss-Newton steps at most.
-    rate : float
-        Residuals are averaged to about so many per second; rigid motion ends far below.
-
     Raises
     ------
     UnknownNameError
@@ -101,11 +85,16 @@ class CompatibilitySettings:
     """
 
     free: tuple[str, ...] = DEFAULT_FREE_ERRORS
+    """Errors to be estimated, ``<channel>.<kind>``, kind of `ERROR_KINDS`; those of channels that
+    no maneuver has are left out."""
     plausible: Mapping[str, float] = field(default_factory=dict)
+    """In place of `PLAUSIBLE_ERRORS` for some of them."""
     tolerable: Mapping[str, float] = field(default_factory=dict)
-    try_signs: bool = True
-    iterations: int = 15
+    """In place of `TOLERABLE_ERRORS` for some of them."""
+    try_signs: bool = True  # Whether reversed and exchanged axes are looked for.
+    iterations: int = 15  # Gauss-Newton steps at most.
     rate: float = 25.0
+    """Residuals are averaged to about so many per second; rigid motion ends far below."""
 
     def __post_init__(self) -> None:
         for name in (*self.free, *self.plausible, *self.tolerable):

@@ -11,12 +11,12 @@ from scipy.linalg import block_diag
 from gsapp.dynamics.buildup import LONGITUDINAL_VARIABLES, linear_variables
 from gsapp.identification.coefficients import Coefficients
 from gsapp.identification.equation_error.regression import (
+    EQUATION_ERROR,
     Equation,
     ManeuverRows,
     Regression,
     collinear_columns,
 )
-from gsapp.identification.equation_error.settings import EQUATION_ERROR
 from gsapp.identification.results import DerivativeEstimate, ResponseFit
 from gsapp.identification.smoothing import contiguous_slices
 from gsapp.identification.statistics import response_fit
@@ -29,15 +29,10 @@ def simulate_instruments(states: FloatArray, surfaces: FloatArray) -> FloatArray
     A model from row to row, x' = A x + B u + B' u' + c, is fitted to the stretch, and run with the
     surfaces alone from the first row.
 
-    Parameters
-    ----------
-    states : ndarray, shape (n, n_states)
-    surfaces : ndarray, shape (n, n_surfaces)
+    `states`, shape (n, n_states).
+    `surfaces`, shape (n, n_surfaces).
 
-    Returns
-    -------
-    ndarray or None
-        None where the stretch is too short or the model grows beyond bounds.
+    None where the stretch is too short or the model grows beyond bounds.
     """
     count, order = states.shape
     past = np.column_stack((states[:-1], surfaces[:-1], surfaces[1:], np.ones(count - 1)))
@@ -68,34 +63,21 @@ _SURFACES = ("de", "da", "dr")
 
 @dataclass(frozen=True, slots=True, eq=False)
 class CoefficientCache:
-    """What the coefficients of a motion share.
-
-    Attributes
-    ----------
-    instruments : dict
-        By maneuver, first and last sample, and whether longitudinal.
-    noise : dict
-        Covariance of bias and regressors, by maneuver and whether longitudinal.
-    """
+    """What the coefficients of a motion share."""
 
     instruments: dict[tuple[int, int, int, bool], FloatArray | None] = field(default_factory=dict)
+    """By maneuver, first and last sample, and whether longitudinal."""
     noise: dict[tuple[int, bool], FloatArray] = field(default_factory=dict)
+    """Covariance of bias and regressors, by maneuver and whether longitudinal."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class EquationResult:
-    """An equation, or why there is none.
-
-    Attributes
-    ----------
-    equation : Equation or None
-    unestimated : mapping of str to DerivativeEstimate
-        Derivatives without a number.
-    remarks : tuple of str
-    """
+    """An equation, or why there is none."""
 
     equation: Equation | None
     unestimated: Mapping[str, DerivativeEstimate] = field(default_factory=dict)
+    """Derivatives without a number."""
     remarks: tuple[str, ...] = ()
 
 
@@ -110,7 +92,6 @@ def build_equation(
 
     Parameters
     ----------
-    coefficient : str
     names : sequence of str
         Derivatives wanted, bias first if at all.
     fixed : mapping of str to float

@@ -14,60 +14,70 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Final
 
 import numpy as np
 
-from gsapp.identification.equation_error.settings import EQUATION_ERROR
 from gsapp.identification.statistics import ManeuverFitData, joint_covariance
 from gsapp.quantities import FloatArray
+from gsapp.quantities.constants import DEGREE
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class EquationErrorSettings:
+    """Engineering choices unless a source is named."""
+
+    # Equations.
+    rows_per_column: int = 8  # Rows that a stretch must have for each number of its model.
+    max_growth: float = 10.0  # By which an unstable model may grow within a stretch.
+    drift_degree: int = 2  # Of the polynomial for drift of integrated flow angles.
+    min_angle_std: float = 0.1 * DEGREE  # Smaller deviations are no motion: rad ...
+    min_rate_std: float = 0.3 * DEGREE  # ... and rad/s.
+    min_signal_to_noise: float = 2.0  # Standard deviation over noise: moved beyond.
+    min_duration: float = 1.0  # s of usable record below which nothing is estimated.
+    significant_sigmas: float = 3.0  # Bounds from which a time shift is proven ...
+    min_shift: float = 1e-3  # ... and the least shift that does harm, s.
+    weak_instrument_inflation: float = 1.7  # Of bounds: worse than the noise.
+
+    # Regression.
+    max_correlation_time: float = 2.0  # s, of the autocovariance of residuals.
+    min_regressor_to_noise: float = 3.0  # Of a regressor, given the others.
+    max_inflation: float = 1e7  # Of a variance by collinearity, where no noise is known.
+    start_value_cutoff: float = 5.0  # Hz; a start value needs no better choice.
+    singular_value_cutoff: float = 1e-3  # Of the largest one: smaller stay near zero.
+
+    # Stepwise regression.
+    f_to_enter: float = 20.0  # Partial F at which a term enters ...
+    f_to_remove: float = 12.0  # ... and below which it leaves.
+    press_segment_duration: float = 0.6  # Length of the stretches that PRESS leaves out, s.
+    max_cosine: float = 0.9  # Of what is new in two candidates: hardly told apart.
+    max_candidates: int = 3  # Candidates tried in a round before it gives up.
+
+
+EQUATION_ERROR: Final = EquationErrorSettings()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class ManeuverRows:
-    """The rows of one maneuver in an equation.
-
-    Attributes
-    ----------
-    rows : slice
-    segments : tuple of slice
-        Unbroken stretches, counted from the first row of the maneuver.
-    """
+    """The rows of one maneuver in an equation."""
 
     rows: slice
-    segments: tuple[slice, ...]
+    segments: tuple[slice, ...]  # Unbroken stretches, counted from the first row of the maneuver.
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Equation:
-    """y = X theta + e, sampled often enough and no more.
+    """y = X theta + e, sampled often enough and no more."""
 
-    Attributes
-    ----------
-    y : ndarray, shape (n,)
-    X : ndarray, shape (n, k)
-        Filtered as y.
-    Z : ndarray, shape (n, k)
-        Instruments; X itself for least squares.
-    names : tuple of str
-        Of the columns.
-    maneuver_rows : tuple of ManeuverRows
-        One for each maneuver.
-    dt : float
-        Between rows, s.
-    stride : int
-        Samples of the record for each row.
-    noise : ndarray, shape (k, k)
-        Covariance, per row, of white measurement noise in the columns of X.
-    """
-
-    y: FloatArray
-    X: FloatArray
-    Z: FloatArray
-    names: tuple[str, ...]
-    maneuver_rows: tuple[ManeuverRows, ...]
-    dt: float
-    stride: int
+    y: FloatArray  # Shape (n,).
+    X: FloatArray  # Shape (n, k). Filtered as y.
+    Z: FloatArray  # Shape (n, k). Instruments; X itself for least squares.
+    names: tuple[str, ...]  # Of the columns.
+    maneuver_rows: tuple[ManeuverRows, ...]  # One for each maneuver.
+    dt: float  # Between rows, s.
+    stride: int  # Samples of the record for each row.
     noise: FloatArray
+    """Shape (k, k). Covariance, per row, of white measurement noise in the columns of X."""
 
     def select_columns(self, columns: Sequence[int]) -> Equation:
         """Return the equation with these columns only."""
@@ -82,34 +92,22 @@ class Equation:
 
     @property
     def with_ordinary_least_squares(self) -> Equation:
-        """Return the equation with its own regressors for instruments."""
         return replace(self, Z=self.X)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Regression:
-    """The solution of an `Equation`.
-
-    Attributes
-    ----------
-    names : tuple of str
-    values : ndarray, shape (k,)
-    covariance : ndarray, shape (k, k)
-        Colored residuals believed.
-    white_covariance : ndarray, shape (k, k)
-        Every sample of the record taken as independent: the uncorrected bound.
-    residuals : ndarray, shape (n,)
-    """
+    """The solution of an `Equation`."""
 
     names: tuple[str, ...]
-    values: FloatArray
-    covariance: FloatArray
+    values: FloatArray  # Shape (k,).
+    covariance: FloatArray  # Shape (k, k). Colored residuals believed.
     white_covariance: FloatArray
-    residuals: FloatArray
+    """Shape (k, k). Every sample of the record taken as independent: the uncorrected bound."""
+    residuals: FloatArray  # Shape (n,).
 
     @property
     def std(self) -> FloatArray:
-        """Return the bounds, shape (k,)."""
         found: FloatArray = np.sqrt(np.maximum(np.diag(self.covariance), 0.0))
         return found
 
@@ -119,11 +117,7 @@ def solve_parameters(
 ) -> tuple[FloatArray, FloatArray]:
     """Return the parameters, shape (k,), and P, shape (n, k), of the equation.
 
-    Parameters
-    ----------
-    equation : Equation
-    weights : ndarray, shape (n,), optional
-        One over the standard deviation of each row.
+    `weights`, shape (n,): one over the standard deviation of each row.
     """
     X, Z, y = equation.X, equation.Z, equation.y
     rows = float(len(y))

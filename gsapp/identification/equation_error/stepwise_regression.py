@@ -22,15 +22,18 @@ from gsapp.dynamics.buildup import create_linear_terms, linear_variables
 from gsapp.dynamics.model import Model
 from gsapp.dynamics.terms import Monomial, Parameter, Term, create_term, effect_ids
 from gsapp.foundation import FlightError
-from gsapp.identification.coefficients import Coefficients
+from gsapp.identification.coefficients import Coefficients, smooth_coefficients
 from gsapp.identification.equation_error.equations import (
     DRIFT_PREFIX,
     FORCE_COEFFICIENTS,
     maneuver_offset_columns,
 )
-from gsapp.identification.equation_error.regression import Equation, ManeuverRows, solve_equation
-from gsapp.identification.equation_error.settings import EQUATION_ERROR
-from gsapp.identification.equation_error.smoothed_coefficients import smooth_coefficients
+from gsapp.identification.equation_error.regression import (
+    EQUATION_ERROR,
+    Equation,
+    ManeuverRows,
+    solve_equation,
+)
 from gsapp.identification.maneuver import Maneuver
 from gsapp.identification.motion import MeasuredMotion
 from gsapp.identification.smoothing import BoolArray, contiguous_slices
@@ -39,58 +42,30 @@ from gsapp.quantities import FloatArray
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StepwiseStep:
-    """One change of the set of terms.
-
-    Attributes
-    ----------
-    action : {"added", "removed", "refused"}
-    term : str
-        A derivative or an effect id.
-    partial_f : float
-    r2 : float
-        Of the whole fit after the step.
-    press : float
-        Predicted sum of squares over that of a fit of the mean, after the step.
-    equivalent_terms : tuple of str
-        Candidates that would have served about as well.
-    why : str
-        In words.
-    """
+    """One change of the set of terms."""
 
     action: Literal["added", "removed", "refused"]
-    term: str
+    term: str  # A derivative or an effect id.
     partial_f: float
-    r2: float
-    press: float
-    equivalent_terms: tuple[str, ...]
-    why: str
+    r2: float  # Of the whole fit after the step.
+    press: float  # Predicted sum of squares over that of a fit of the mean, after the step.
+    equivalent_terms: tuple[str, ...]  # Candidates that would have served about as well.
+    why: str  # In words.
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class TermSelection:
-    """The terms that the data prove for one coefficient.
-
-    Attributes
-    ----------
-    coefficient : str
-    values : mapping of str to (float, float)
-        Chosen terms, bias first: value and honest bound.
-    steps : tuple of StepwiseStep
-        How it came to them.
-    unexcited : tuple of str
-        Candidates that these maneuvers cannot show: their variables hardly change.
-    r2 : float
-    """
+    """The terms that the data prove for one coefficient."""
 
     coefficient: str
-    values: Mapping[str, tuple[float, float]]
-    steps: tuple[StepwiseStep, ...]
+    values: Mapping[str, tuple[float, float]]  # Chosen terms, bias first: value and honest bound.
+    steps: tuple[StepwiseStep, ...]  # How it came to them.
     unexcited: tuple[str, ...]
+    """Candidates that these maneuvers cannot show: their variables hardly change."""
     r2: float
 
     @property
     def beyond_linear(self) -> tuple[str, ...]:
-        """Return the chosen terms that are not of the linear build-up."""
         return tuple(name for name in self.values if "." in name)
 
 
@@ -143,7 +118,6 @@ def select_terms(
 
     Parameters
     ----------
-    maneuvers : sequence of Maneuver
     coefficient : str
         CN, CA, CY, Cl, Cm, Cn.
     pool : mapping of str to Term, optional

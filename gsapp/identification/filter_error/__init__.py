@@ -7,7 +7,7 @@ and rough air (Maine and Iliff, AGARD-AG-300-3, section 5; Jategaonkar, Flight V
 Identification, chapter 5). In innovations a missing effect is a linear regression, and every
 comparison of models is small linear algebra. One pass of a fit, from top to bottom:
 
-    create_maneuver_record    samples and measured motion of a maneuver     maneuver_record
+    create_maneuver_record    samples and measured motion of a maneuver     motion_linearization
     linearize_along           the model along a motion near it              motion_linearization
     create_filter             blocks of samples, noise, steady covariance   kalman
     filter_columns            innovations of residual and parameters        maneuver_state

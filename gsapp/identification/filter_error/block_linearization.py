@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from gsapp.dynamics.signal_terms import lag_weights
-from gsapp.identification.filter_error.instrument_delay import path_delay, path_lag, visible_shares
+from gsapp.identification.filter_error.instrument_output import path_delay, path_lag, visible_shares
 from gsapp.identification.filter_error.motion_linearization import Linearization, NominalMotion
 from gsapp.identification.filter_error.noise_model import GUST_ROWS
 from gsapp.identification.filter_error.settings import FILTER_ERROR
@@ -22,21 +22,11 @@ from gsapp.quantities import BoolArray, FloatArray
 
 
 class NoiseGain(NamedTuple):
-    """How process noise at one instant of a block comes through, for the mean dynamics.
+    """How process noise at one instant of a block comes through, for the mean dynamics."""
 
-    Attributes
-    ----------
-    weight : float
-        s of noise that the instant stands for.
-    state_gain : ndarray, shape (n_x, n_x)
-        To the state at the end of the block.
-    output_gain : ndarray, shape (n_channels, n_x)
-        To the means of the channels over the block.
-    """
-
-    weight: float
-    state_gain: FloatArray
-    output_gain: FloatArray
+    weight: float  # s of noise that the instant stands for.
+    state_gain: FloatArray  # Shape (n_x, n_x). To the state at the end of the block.
+    output_gain: FloatArray  # Shape (n_channels, n_x). To the means of the channels over the block.
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -46,18 +36,12 @@ class _DelayedReading:
     It is made, from sample to sample, of itself (`decay`) and of what goes in, then (`old`) and
     now (`new`): the channel without its path or, behind a lag or a sample of delay, another
     reading.
-
-    Attributes
-    ----------
-    channel : int
-    row, source : int
-        Places among the states; without source the channel itself goes in.
-    decay, old, new : float
     """
 
     channel: int
     row: int
     source: int | None = None
+    """Places among the states; without source the channel itself goes in."""
     decay: float = 0.0
     old: float = 1.0
     new: float = 0.0
@@ -97,8 +81,6 @@ class BlockLinearization:
 
     Parameters
     ----------
-    linearization : Linearization
-    motion : NominalMotion
     gust_lengths : tuple of float, optional
         Effective scale lengths of the gusts, m; without them gusts stay as they are.
     """
@@ -224,11 +206,8 @@ class BlockLinearization:
         Rates run in straight lines from sample to sample, as in the residual, where half a sample's
         delay would be seen too.
 
-        Returns
-        -------
-        ndarray, shape (n_blocks, block + 1, n_channels + n_x, n_states)
-            The means of the channels over the block, by what is added; the state at its end, by
-            what must be taken from it.
+        Shape (n_blocks, block + 1, n_channels + n_x, n_states). The means of the channels over the
+        block, by what is added; the state at its end, by what must be taken from it.
         """
         found = self.linearization
         n_states, block, dt = self.n_states, self.block_size, found.record.dt

@@ -45,33 +45,23 @@ _PITCH = POLAR_STATES.index("q")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ColumnLayout:
-    """Which column is what.
-
-    Attributes
-    ----------
-    n_states : int
-        Without heading: the first columns; `CONTROLS`, `COEFFICIENTS` and `free` follow.
-    free : tuple of str
-        Parameters of the equations.
-    """
+    """Which column is what."""
 
     n_states: int
-    free: tuple[str, ...]
+    """Without heading: the first columns; `CONTROLS`, `COEFFICIENTS` and `free` follow."""
+    free: tuple[str, ...]  # Parameters of the equations.
 
     @property
     def controls(self) -> slice:
-        """Return the columns of `CONTROLS`."""
         return slice(self.n_states, self.n_states + len(CONTROLS))
 
     @property
     def coefficients(self) -> slice:
-        """Return the columns of the coefficients."""
         first = self.n_states + len(CONTROLS)
         return slice(first, first + len(COEFFICIENTS))
 
     @property
     def parameters(self) -> slice:
-        """Return the columns of the free parameters."""
         first = self.coefficients.stop
         return slice(first, first + len(self.free))
 
@@ -89,31 +79,17 @@ class ColumnLayout:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class EquationJacobian:
-    """The equations at a row of samples, with their derivatives.
-
-    Attributes
-    ----------
-    layout : ColumnLayout
-    totals : ModelEvaluation
-    rates : ndarray, shape (n_states, n)
-        Of the states but heading.
-    rate_gradients : list of SparseGradient
-    force_gradients : tuple of SparseGradient
-        Of X, Y, Z.
-    mass_gradient : SparseGradient
-    cg_gradients : tuple of SparseGradient
-    position_gradients : dict of str to tuple of SparseGradient
-        Of how far instruments sit from where the aircraft file says.
-    """
+    """The equations at a row of samples, with their derivatives."""
 
     layout: ColumnLayout
     totals: ModelEvaluation
-    rates: FloatArray
+    rates: FloatArray  # Shape (n_states, n). Of the states but heading.
     rate_gradients: list[SparseGradient]
-    force_gradients: tuple[SparseGradient, SparseGradient, SparseGradient]
+    force_gradients: tuple[SparseGradient, SparseGradient, SparseGradient]  # Of X, Y, Z.
     mass_gradient: SparseGradient
     cg_gradients: tuple[SparseGradient, SparseGradient, SparseGradient]
     position_gradients: dict[str, tuple[SparseGradient, SparseGradient, SparseGradient]]
+    """Of how far instruments sit from where the aircraft file says."""
 
 
 def add_scaled(out: SparseGradient, factor: Value, slopes: SparseGradient) -> None:
@@ -140,13 +116,8 @@ def compute_jacobian(
 ) -> EquationJacobian:
     """Return rates and forces with their derivatives.
 
-    Parameters
-    ----------
-    model : FlightModel
-    state, inputs, values
-        As in `FlightModel.totals`; arrays of shape (n,).
-    free : tuple of str
-        Parameters of the equations by which to differentiate too.
+    `state`, `inputs`, `values`: as in `FlightModel.totals`; arrays of shape (n,).
+    `free`: parameters of the equations by which to differentiate too.
     """
     return _Chain(model, state, inputs, values, free).found()
 
@@ -191,7 +162,6 @@ class _Chain:
         self._reads = reads
 
     def _add(self, chosen: frozenset[str]) -> None:
-        """Add the terms of some targets to the sums."""
         for term, parameters, states in self._placed:
             if term.target in chosen:
                 self._add_term(term, parameters, states)
@@ -308,7 +278,6 @@ class _Chain:
         )
 
     def _times_qbar(self, name: str, slopes: SparseGradient, size: float) -> SparseGradient:
-        """Return the derivatives of size * qbar * coefficient."""
         found = linear_combination((size * self._totals.variables[_QBAR], slopes))
         add_scaled(found, size * self._totals.coefficients[name], self._reads["qbar"])
         return found
@@ -370,7 +339,6 @@ class _Chain:
 
 
 def _is_zero(value: Value) -> bool:
-    """Return whether a value is the number 0: most derivatives of a build-up are."""
     return isinstance(value, int | float) and value == 0.0
 
 

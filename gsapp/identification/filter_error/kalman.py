@@ -42,19 +42,14 @@ class Adjoints(NamedTuple):
 
     The intensity of a noise times its adjoint is its smoothed value. Histories, block by block;
     covariances where the noise model holds (`SteadyStateFilter.expected`).
-
-    Attributes
-    ----------
-    process : list of ndarray, shape (n_blocks - 1, n_x) or (n_x, n_x)
-        For each of the ways through a block.
-    measurement : ndarray, shape (n_blocks, n_channels) or (n_channels, n_channels)
-    colors : ndarray, shape (n_blocks - 1, n_colored, block) or (n_colored, block)
-        Of what each sample adds to colored noise.
     """
 
     process: list[FloatArray]
-    measurement: FloatArray
+    """Shape (n_blocks - 1, n_x) or (n_x, n_x). For each of the ways through a block."""
+    measurement: FloatArray  # Shape (n_blocks, n_channels) or (n_channels, n_channels).
     colors: FloatArray
+    """Shape (n_blocks - 1, n_colored, block) or (n_colored, block). Of what each sample adds to
+    colored noise."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -62,38 +57,25 @@ class SteadyStateFilter(InnovationsForm):
     """The filter of one maneuver.
 
     Its states are those of the blocks, and the noise of every colored channel at a block's start.
-
-    Attributes
-    ----------
-    blocks : BlockLinearization
-        What no noise changes.
-    colors : ColoredNoise
-        The colored channels.
-    whitener : ndarray, shape (n_blocks, n_channels, n_channels)
-        Turns innovations into uncorrelated ones of unit variance.
-    log_determinant : float
-        Sum of the logarithms of the determinants of the innovations' covariances.
-    mean_injection : ndarray, shape (n_x + n_colored, n_channels)
-        For the mean dynamics.
-    predicted_covariance : ndarray, shape (n_x + n_colored, n_x + n_colored)
-        Covariance of the predicted states.
     """
 
-    blocks: BlockLinearization
-    colors: ColoredNoise
+    blocks: BlockLinearization  # What no noise changes.
+    colors: ColoredNoise  # The colored channels.
     whitener: FloatArray
+    """Shape (n_blocks, n_channels, n_channels). Turns innovations into uncorrelated ones of unit
+    variance."""
     log_determinant: float
-    mean_injection: FloatArray
+    """Sum of the logarithms of the determinants of the innovations' covariances."""
+    mean_injection: FloatArray  # Shape (n_x + n_colored, n_channels). For the mean dynamics.
     predicted_covariance: FloatArray
+    """Shape (n_x + n_colored, n_x + n_colored). Covariance of the predicted states."""
 
     @property
     def linearization(self) -> Linearization:
-        """Return what is filtered."""
         return self.blocks.linearization
 
     @property
     def block_size(self) -> int:
-        """Return the number of samples taken together."""
         return self.blocks.block_size
 
     def residual(self, bias: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -170,10 +152,7 @@ class SteadyStateFilter(InnovationsForm):
 
         The root of E[(n[k+1] - kappa n[k]) n[k]] = 0, given all measurements of the maneuver.
 
-        Parameters
-        ----------
-        z, b : ndarray
-            The residual; see `innovations`.
+        `z` and `b`: the residual; see `innovations`.
         """
         n_x = len(self.blocks.scales)
         innovations, deviations = self.predict(z[:, :, None], b[:, :, None])

@@ -28,94 +28,114 @@ from gsapp.identification.filter_error.equation_jacobian import (
     compute_jacobian,
     linear_combination,
 )
-from gsapp.identification.filter_error.instrument_delay import instrument_output, lead_matrix
-from gsapp.identification.filter_error.maneuver_record import INTEGRATED_STATES, ManeuverRecord
-from gsapp.identification.filter_error.output_jacobian import sensor_inputs
+from gsapp.identification.filter_error.instrument_output import (
+    instrument_output,
+    lead_matrix,
+    sensor_inputs,
+)
 from gsapp.identification.filter_error.settings import FILTER_ERROR
-from gsapp.quantities import FloatArray
+from gsapp.identification.maneuver import Maneuver
+from gsapp.identification.motion import MeasuredMotion, measured_motion
+from gsapp.quantities import BoolArray, FloatArray
 
-__all__ = [
-    "CONTROLS",
-    "Linearization",
-    "NominalMotion",
-    "bias_sensitivity",
-    "initial_motion",
-    "linearize_along",
-    "outputs_along",
-]
+INTEGRATED_STATES = ("V", "alpha", "beta", "p", "q", "r", "phi", "theta")
+"""Polar states that are integrated; heading changes nothing."""
+COMPARED_CHANNELS = ("V", "alpha", "beta", "p", "q", "r", "ax", "ay", "an", "phi", "theta")
+"""Channels that are compared, where they were measured."""
+_ALWAYS_FROM_RECORD = frozenset(("ax", "ay", "an"))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class ManeuverRecord:
+    """One maneuver, ready for linearization."""
+
+    maneuver: Maneuver
+    motion: MeasuredMotion
+    dt: float  # s.
+    channels: tuple[str, ...]
+    measured: FloatArray  # Shape (n, n_channels). SI; zero where a sample does not count.
+    valid: BoolArray  # Shape (n, n_channels).
+
+    @property
+    def id(self) -> str:
+        return self.maneuver.id
+
+    @property
+    def flight(self) -> str:
+        return self.maneuver.flight
+
+    def __len__(self) -> int:
+        return len(self.measured)
+
+
+def create_maneuver_record(maneuver: Maneuver) -> ManeuverRecord:
+    """Return a maneuver made ready.
+
+    Raises `FlightError` if it holds too little to simulate anything.
+    """
+    motion = measured_motion(maneuver)
+    columns: dict[str, FloatArray] = {}
+    for name in COMPARED_CHANNELS:
+        if name in _ALWAYS_FROM_RECORD or name in motion.measured:
+            samples = maneuver.samples(name)
+            if not np.isfinite(samples).any() and name == "V":
+                # Airspeed that follows from pressures.
+                samples = np.where(motion.interpolated.get("V", False), np.nan, motion.state("V"))
+            if np.isfinite(samples).any():
+                columns[name] = samples
+    stacked = np.column_stack([*columns.values()])
+    counted = np.isfinite(stacked)
+    return ManeuverRecord(
+        maneuver=maneuver,
+        motion=motion,
+        dt=maneuver.dt,
+        channels=tuple(columns),
+        measured=np.where(counted, stacked, 0.0),
+        valid=counted,
+    )
+
+
 _VARIABLES = tuple(VARIABLES)
 
 
 @dataclass(slots=True, kw_only=True, eq=False)
 class NominalMotion:
-    """The motion of one maneuver that a model is linearized along.
+    """The motion of one maneuver that a model is linearized along."""
 
-    Attributes
-    ----------
-    states : ndarray, shape (n_states, n)
-        `INTEGRATED_STATES`, then the model's own.
-    gust : ndarray, shape (3, n)
-        Share of V (m/s), beta and alpha (rad) that is turbulence.
-    """
-
-    states: FloatArray
-    gust: FloatArray
+    states: FloatArray  # Shape (n_states, n). `INTEGRATED_STATES`, then the model's own.
+    gust: FloatArray  # Shape (3, n). Share of V (m/s), beta and alpha (rad) that is turbulence.
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Linearization:
-    """A model near one motion.
-
-    Attributes
-    ----------
-    record : ManeuverRecord
-    paths : dict of int to PathTerms
-        Effects on the paths of channels, by the channel's place.
-    states : ndarray, shape (n_states, n)
-    transition : ndarray, shape (n - 1, n_states, n_states)
-    next_states : ndarray, shape (n_states, n - 1)
-        Where the model goes in one step from each sample.
-    sensor_inputs, sensor_input_rates : ndarray, shape (n, n_channels)
-        What the instruments are exposed to, and its time derivatives.
-    computed : ndarray, shape (n, n_channels)
-        What they make of it; without free biases.
-    output_by_state : ndarray, shape (n, n_channels, n_states)
-        What is late on their paths is left out.
-    output_by_coefficient, rate_by_coefficient : ndarray, shape (n, ..., 6)
-        Derivatives of channels and rates by CN, CA, CY, Cl, Cm, Cn.
-    output_by_control, rate_by_control : ndarray, shape (n, ..., 5)
-        By `CONTROLS`.
-    variables : dict of str to ndarray, shape (n,)
-        What terms may read.
-    output_rates : ndarray, shape (n, n_channels)
-        Time derivatives of `computed`.
-    bias_sensitivity : ndarray, shape (n, n_channels)
-        What a zero error of 1 changes; see `bias_sensitivity`.
-    inputs : ndarray, shape (8, n)
-        After the model's control paths.
-    free : tuple of str
-        Further parameters of the equations, with the derivatives of rates and channels by them:
-        `rate_by_free`, `output_by_free`, shape (n, ..., n_free).
-    """
+    """A model near one motion."""
 
     record: ManeuverRecord
-    paths: dict[int, PathTerms]
-    states: FloatArray
-    transition: FloatArray
+    paths: dict[int, PathTerms]  # Effects on the paths of channels, by the channel's place.
+    states: FloatArray  # Shape (n_states, n).
+    transition: FloatArray  # Shape (n - 1, n_states, n_states).
     next_states: FloatArray
+    """Shape (n_states, n - 1). Where the model goes in one step from each sample."""
     sensor_inputs: FloatArray
     sensor_input_rates: FloatArray
-    computed: FloatArray
+    """Shape (n, n_channels). What the instruments are exposed to, and its time derivatives."""
+    computed: FloatArray  # Shape (n, n_channels). What they make of it; without free biases.
     output_by_state: FloatArray
+    """Shape (n, n_channels, n_states). What is late on their paths is left out."""
     output_by_coefficient: FloatArray
     rate_by_coefficient: FloatArray
+    """Shape (n, ..., 6). Derivatives of channels and rates by CN, CA, CY, Cl, Cm, Cn."""
     output_by_control: FloatArray
     rate_by_control: FloatArray
-    variables: dict[str, FloatArray]
-    output_rates: FloatArray
+    """Shape (n, ..., 5). By `CONTROLS`."""
+    variables: dict[str, FloatArray]  # Shape (n,). What terms may read.
+    output_rates: FloatArray  # Shape (n, n_channels). Time derivatives of `computed`.
     bias_sensitivity: FloatArray
-    inputs: FloatArray
+    """Shape (n, n_channels). What a zero error of 1 changes; see `bias_sensitivity`."""
+    inputs: FloatArray  # Shape (8, n). After the model's control paths.
     free: tuple[str, ...]
+    """Further parameters of the equations, with the derivatives of rates and channels by them:
+    `rate_by_free`, `output_by_free`, shape (n, ..., n_free)."""
     rate_by_free: FloatArray
     output_by_free: FloatArray
 
@@ -139,17 +159,9 @@ def linearize_along(
 ) -> Linearization:
     """Return the model with parameters `values` linearized along a motion.
 
-    Parameters
-    ----------
-    record : ManeuverRecord
-    model : FlightModel
-    values : ndarray
-    motion : NominalMotion
-    free : tuple of str
-        Parameters of the equations to differentiate by.
-    speed_zero : float
-        Zero error of airspeed at `FILTER_ERROR.bias_reference_speed`, m/s: airspeed shows that much
-        less of a change.
+    `free`: parameters of the equations to differentiate by.
+    `speed_zero`: zero error of airspeed at `FILTER_ERROR.bias_reference_speed`, m/s: airspeed shows
+    that much less of a change.
     """
     inputs = _surface_inputs(record, model)
     heading = record.motion.states.T[len(INTEGRATED_STATES)]

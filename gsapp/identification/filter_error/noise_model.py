@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from gsapp.dynamics.flight_model import MODEL_INPUTS
 from gsapp.identification.filter_error.equation_jacobian import CONTROLS
-from gsapp.identification.filter_error.maneuver_record import ManeuverRecord
+from gsapp.identification.filter_error.motion_linearization import ManeuverRecord
 from gsapp.identification.filter_error.settings import FILTER_ERROR
 from gsapp.quantities import FloatArray
 from gsapp.quantities.constants import DEGREE
@@ -39,31 +39,21 @@ class NoiseModel:
     Turbulence is first order: in gust g with time constant L/V, ``g' = -V/L g + w``, and the same
     white noise w drives the airspeed or flow angle. L is an effective length: Dryden's shape for
     side and up gusts has 0.7 of its scale length.
-
-    Attributes
-    ----------
-    variances : mapping of str to float
-        Of the noise of each channel, white per sample, SI squared; of colored noise, of what each
-        sample adds to it.
-    correlations : mapping of str to float
-        Of colored noise from sample to sample, 0 to 1; channels with white noise are left out.
-    gust_intensities : tuple of float
-        Intensity of the white noise behind the gusts along x, y, z, m^2/s^3.
-    gust_lengths : tuple of float
-        Effective scale lengths, m.
-    moment_intensity : float
-        Intensity of white noise in p', q', r', rad^2/s^3: what no channel shows.
-    control_intensities : tuple of float
-        Intensity of the noise in the measured de, da, dr, flap, throttle, rad^2 s: the model flies
-        with it, the aircraft does not.
     """
 
     variances: Mapping[str, float]
+    """Of the noise of each channel, white per sample, SI squared; of colored noise, of what each
+    sample adds to it."""
     gust_intensities: tuple[float, float, float] = (FILTER_ERROR.initial_gust_intensity,) * 3
-    gust_lengths: tuple[float, float, float] = (150.0, 60.0, 40.0)
+    """Intensity of the white noise behind the gusts along x, y, z, m^2/s^3."""
+    gust_lengths: tuple[float, float, float] = (150.0, 60.0, 40.0)  # Effective scale lengths, m.
     moment_intensity: float = FILTER_ERROR.initial_moment_intensity
+    """Intensity of white noise in p', q', r', rad^2/s^3: what no channel shows."""
     correlations: Mapping[str, float] = field(default_factory=dict)
+    """Of colored noise from sample to sample, 0 to 1; channels with white noise are left out."""
     control_intensities: tuple[float, ...] = (0.0,) * len(CONTROLS)
+    """Intensity of the noise in the measured de, da, dr, flap, throttle, rad^2 s: the model flies
+    with it, the aircraft does not."""
 
     def block_mean_variances(self, channels: Sequence[str], block: int) -> FloatArray:
         """Return the variance of the white noise in means over blocks, shape (n_channels,).
@@ -173,7 +163,6 @@ def _third_differences(samples: FloatArray) -> float | None:
 
 
 def _intensity(record: ManeuverRecord, control: str) -> float:
-    """Return the intensity of white noise in a measured control."""
     found = _third_differences(record.motion.inputs[:, MODEL_INPUTS.index(control)])
     return 0.0 if found is None else found * record.dt
 
@@ -231,34 +220,20 @@ class ColoredNoise:
     """The channels with colored noise, and what a block makes of it.
 
     With e of variance `driving_variance` from sample to sample, noise goes ``n' = rho n + e``.
-
-    Attributes
-    ----------
-    channel_indices : ndarray of int, shape (n_colored,)
-        Of the channels.
-    driving_variance : ndarray, shape (n_colored,)
-        Variance of what each sample adds, SI squared.
-    stds : ndarray, shape (n_colored,)
-        Standard deviation of the noise.
-    variance_of_means : ndarray, shape (n_colored,)
-        Of its mean over a block.
-    decay : ndarray, shape (n_colored,)
-        Share of the noise at a block's start that is left at its end.
-    mean_share : ndarray, shape (n_colored,)
-        Share of it in the mean over the block.
-    by_end, by_mean : ndarray, shape (n_colored, block)
-        Share of what the second sample of a block, the third ... and the one after it add, in the
-        noise at the block's end and in the mean over it.
     """
 
-    channel_indices: NDArray[np.intp]
+    channel_indices: NDArray[np.intp]  # Shape (n_colored,). Of the channels.
     driving_variance: FloatArray
-    stds: FloatArray
-    variance_of_means: FloatArray
+    """Shape (n_colored,). Variance of what each sample adds, SI squared."""
+    stds: FloatArray  # Shape (n_colored,). Standard deviation of the noise.
+    variance_of_means: FloatArray  # Shape (n_colored,). Of its mean over a block.
     decay: FloatArray
-    mean_share: FloatArray
+    """Shape (n_colored,). Share of the noise at a block's start that is left at its end."""
+    mean_share: FloatArray  # Shape (n_colored,). Share of it in the mean over the block.
     by_end: FloatArray
     by_mean: FloatArray
+    """Shape (n_colored, block). Share of what the second sample of a block, the third ... and the
+    one after it add, in the noise at the block's end and in the mean over it."""
 
     @classmethod
     def from_noise_model(

@@ -66,14 +66,9 @@ def steady_covariance(
 def solve_lyapunov(A: FloatArray, first: FloatArray) -> FloatArray:
     """Return X = A' X A + first, for A whose powers die out: twice as many terms each round.
 
-    Parameters
-    ----------
-    A, first : ndarray, shape (n_x, n_x)
+    `A` and `first`, shape (n_x, n_x).
 
-    Raises
-    ------
-    scipy.linalg.LinAlgError
-        If the powers grow.
+    Raises `scipy.linalg.LinAlgError` if the powers grow.
     """
     total, power = first, A
     with np.errstate(over="ignore", invalid="ignore"):
@@ -103,7 +98,6 @@ def propagated_covariance(
         C' R^-1 C.
     process : ndarray, shape (..., n_x, n_x)
         Q.
-    doublings : int
     """
     return _double(np.broadcast_to(A.T, process.shape), information, process, doublings)[0]
 
@@ -128,24 +122,12 @@ def _double(A: FloatArray, G: FloatArray, P: FloatArray, rounds: int) -> tuple[F
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class InnovationsForm:
-    """A linear system in innovations form: d[k+1] = M_k d[k] + J_k z[k] + b[k], e = z - C_k d.
+    """A linear system in innovations form: d[k+1] = M_k d[k] + J_k z[k] + b[k], e = z - C_k d."""
 
-    Attributes
-    ----------
-    by_state : ndarray, shape (n, n_y, n_x)
-        C.
-    propagation : ndarray, shape (n - 1, n_x, n_x)
-        M = Phi (1 - K C).
-    injection : ndarray, shape (n - 1, n_x, n_y)
-        J = Phi K, zero for outputs that do not count.
-    valid : ndarray of bool, shape (n, n_y)
-        Which outputs count.
-    """
-
-    by_state: FloatArray
-    propagation: FloatArray
-    injection: FloatArray
-    valid: BoolArray
+    by_state: FloatArray  # Shape (n, n_y, n_x). C.
+    propagation: FloatArray  # Shape (n - 1, n_x, n_x). M = Phi (1 - K C).
+    injection: FloatArray  # Shape (n - 1, n_x, n_y). J = Phi K, zero for outputs that do not count.
+    valid: BoolArray  # Shape (n, n_y). Which outputs count.
 
     def predict(
         self, z: FloatArray, b: FloatArray | None = None, start: FloatArray | None = None
@@ -179,11 +161,8 @@ class InnovationsForm:
 def solve_forward(propagation: FloatArray, rows: FloatArray) -> FloatArray:
     """Solve d[0] = b[0], d[k+1] - M_k d[k] = b[k+1].
 
-    Parameters
-    ----------
-    propagation : ndarray, shape (n - 1, n_x, n_x)
-    rows : ndarray, shape (n, n_x, m)
-        Right-hand sides; overwritten with the solution, which is returned.
+    `propagation`, shape (n - 1, n_x, n_x).
+    `rows`, shape (n, n_x, m): right-hand sides; overwritten with the solution, which is returned.
     """
     steps, size, _ = propagation.shape
     n, _, m = rows.shape

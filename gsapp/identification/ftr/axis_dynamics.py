@@ -9,8 +9,8 @@ import numpy as np
 
 from gsapp.aircraft import Aircraft
 from gsapp.identification.axes import AXIS_COEFFICIENTS
-from gsapp.identification.delay_compensation import advance_samples
 from gsapp.identification.ftr.channels import FORCE_ACCELEROMETER, FTRAxis, axis_regressors
+from gsapp.identification.record_preparation import advance_samples
 from gsapp.quantities import BoolArray, FloatArray
 
 
@@ -57,7 +57,6 @@ def build_axis_dynamics(
 
     Parameters
     ----------
-    axis : {"lon", "lat"}
     mass : float
         At the start, kg.
     accelerometer_offset : float

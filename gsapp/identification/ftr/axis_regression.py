@@ -10,12 +10,15 @@ import numpy.typing as npt
 
 from gsapp.identification.ftr.axis_dynamics import AxisDynamics
 from gsapp.identification.ftr.channels import FTRAxis, axis_regressors
-from gsapp.identification.ftr.information import RecordInformation
-from gsapp.identification.ftr.regression import solve_records
+from gsapp.identification.ftr.regression import ScratchBuffer, solve_records
 from gsapp.identification.ftr.regression_rows import RegressionRows
-from gsapp.identification.ftr.residual_covariance import ScratchBuffer
 from gsapp.identification.ftr.settings import FTR_ALGORITHM, FrequencyBand, FTRSettings
-from gsapp.identification.ftr.solution import FTRSolution, SolvableInformation, solve_estimates
+from gsapp.identification.ftr.solution import (
+    FTRSolution,
+    RecordInformation,
+    SolvableInformation,
+    solve_estimates,
+)
 from gsapp.identification.ftr.state_file import ArrayTable, add_prefix, strip_prefix
 from gsapp.identification.ftr.transform import RunningTransform
 
@@ -25,7 +28,6 @@ class AxisRegression:
 
     Parameters
     ----------
-    axis : {"lon", "lat"}
     dt : float
         Sample time, s.
     block : int
@@ -59,7 +61,6 @@ class AxisRegression:
         self.restart()
 
     def restart(self) -> None:
-        """Forget all records."""
         self.closed_information = self.checkpoint = RecordInformation.zero(self.p)
         self.solution: FTRSolution | None = None
         self.begin_record()
@@ -144,7 +145,6 @@ class AxisRegression:
         return self.solution
 
     def state(self) -> ArrayTable:
-        """Return all that is remembered, for `restore`."""
         table: ArrayTable = {
             "open": np.array(self.open),
             "silent": np.array(self.silent),
@@ -160,7 +160,6 @@ class AxisRegression:
         return {**table, **add_prefix(parts)}
 
     def restore(self, table: Mapping[str, npt.NDArray[np.generic]]) -> None:
-        """Go on from what `state` gave."""
         self.open, self.silent = bool(table["open"]), int(table["silent"])
         self.transform.restore(strip_prefix("transform", table))
         self.closed_information = RecordInformation.from_state(strip_prefix("past", table), self.p)

@@ -32,11 +32,10 @@ from gsapp.aircraft import Aircraft
 from gsapp.decoding.air_data import density, standard_density
 from gsapp.dynamics.atmosphere import SEA_LEVEL_DENSITY
 from gsapp.dynamics.first_order_lag import filter_first_order
+from gsapp.dynamics.propulsion import thrust
 from gsapp.dynamics.sensors import accelerations_at_cg, flow_at_cg
 from gsapp.identification.axes import AXIS_COEFFICIENTS
-from gsapp.identification.delay_compensation import advance_samples, channel_delays
 from gsapp.identification.ftr.axis_dynamics import AxisDynamics, build_axis_dynamics
-from gsapp.identification.ftr.channel_availability import ChannelAvailability
 from gsapp.identification.ftr.channels import (
     AIRSPEED_CHANNELS,
     CHANNEL_INDEX,
@@ -44,13 +43,98 @@ from gsapp.identification.ftr.channels import (
     FTR_CHANNELS,
     OPTIONAL_CHANNELS,
     REQUIRED_CHANNELS,
+    ChannelAvailability,
     FTRAxis,
 )
 from gsapp.identification.ftr.regression_rows import RegressionRows
 from gsapp.identification.ftr.settings import FTR_ALGORITHM, FTRSettings
-from gsapp.identification.ftr.thrust_and_mass import ThrustAndMassModel
+from gsapp.identification.record_preparation import advance_samples, channel_delays
 from gsapp.quantities import BoolArray, FloatArray
 from gsapp.quantities.constants import GRAVITY
+
+
+class ThrustAndMassModel:
+    """Engines that follow their levers, and the fuel that they burn.
+
+    Parameters
+    ----------
+    dt : float
+        Sample time, s.
+    mass : float
+        At the start, kg, where there is no channel for it.
+    burning : bool
+        Whether that mass burns off as the throttle asks.
+    """
+
+    def __init__(self, aircraft: Aircraft, dt: float, *, mass: float, burning: bool) -> None:
+        self._aircraft, self._dt = aircraft, dt
+        self._mass, self._burning = mass, burning
+        self.restart()
+
+    def restart(self) -> None:
+        self._levers = np.full(2, np.nan)  # throttle and difference, as the engines follow them
+        self._burned = np.zeros(1)
+
+    def thrust(
+        self, held: FloatArray, rho: FloatArray, V: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
+        """Return the thrust, and what left exceeds right by in thrust over two."""
+        left, right = (
+            held[:, CHANNEL_INDEX["throttle_left"]],
+            held[:, CHANNEL_INDEX["throttle_right"]],
+        )
+        lever = np.where(
+            np.isfinite(left + right), 0.5 * (left + right), held[:, CHANNEL_INDEX["throttle"]]
+        )
+        levers = np.stack((lever, 0.5 * (left - right)), axis=1)
+        followed = self._follow(levers)
+        force = np.asarray(thrust(self._aircraft, followed[:, 0], rho, V), dtype=np.float64)
+        side = np.asarray(thrust(self._aircraft, followed[:, 1], rho, V), dtype=np.float64)
+        measured = held[:, CHANNEL_INDEX["thrust"]]
+        return np.where(np.isfinite(measured), measured, force), side
+
+    def _follow(self, levers: FloatArray) -> FloatArray:
+        """Return what the engines make of the levers: first order, settled at the start."""
+        lag = self._aircraft.propulsion.lag
+        if lag <= 0.0:
+            return np.where(np.isfinite(levers), levers, 0.0)
+        decay = float(np.exp(-self._dt / lag))
+        followed = np.zeros_like(levers)
+        for column in range(levers.shape[1]):
+            one, state = levers[:, column], float(self._levers[column])
+            first = 0
+            if np.isnan(state):
+                # Settled at the first known position; before that there is no thrust to speak of.
+                known = np.flatnonzero(np.isfinite(one))
+                if not known.size:
+                    continue
+                first = int(known[0])
+                state = float(one[first])
+            followed[first:, column] = filter_first_order(one[first:], decay, state)
+            self._levers[column] = followed[-1, column]
+        return followed
+
+    def mass(self, held: FloatArray) -> FloatArray:
+        """Return the mass at every sample, kg."""
+        properties = self._aircraft.mass
+        measured = held[:, CHANNEL_INDEX["mass"]]
+        if self._burning:
+            throttle = np.clip(np.nan_to_num(held[:, CHANNEL_INDEX["throttle"]]), 0.0, 1.0)
+            idle, full = properties.fuel_flow_idle, properties.fuel_flow_full
+            steps = self._dt * (idle + (full - idle) * throttle)
+            burned = np.cumsum(np.concatenate((self._burned, steps)))
+            self._burned = burned[-1:].copy()
+            burning = self._mass - np.minimum(burned[1:], properties.fuel)
+        else:
+            burning = np.full(len(held), self._mass)
+        return np.where(np.isfinite(measured), measured, burning)
+
+    def state(self) -> dict[str, npt.NDArray[np.generic]]:
+        return {"levers": self._levers, "burned": self._burned}
+
+    def restore(self, state: Mapping[str, npt.NDArray[np.generic]]) -> None:
+        self._levers = np.array(state["levers"], dtype=np.float64)
+        self._burned = np.array(state["burned"], dtype=np.float64)
 
 
 class AirDataComputer:
@@ -69,7 +153,6 @@ class AirDataComputer:
         self.restart()
 
     def restart(self) -> None:
-        """Forget what was measured so far."""
         self._pressures = np.full(2, np.nan)  # static, smoothed: now, and on the ground
 
     def air(
@@ -133,16 +216,13 @@ class AirDataComputer:
         return np.concatenate(([state], smooth))[np.cumsum(chosen)]
 
     def state(self) -> dict[str, npt.NDArray[np.generic]]:
-        """Return all that is remembered, for `restore`."""
         return {"pressures": self._pressures}
 
     def restore(self, state: Mapping[str, npt.NDArray[np.generic]]) -> None:
-        """Go on from what `state` gave."""
         self._pressures = np.array(state["pressures"], dtype=np.float64)
 
 
 def _first_finite(*candidates: FloatArray) -> FloatArray:
-    """Return the first of several values that is a number, sample by sample."""
     found = candidates[0]
     for other in candidates[1:]:
         found = np.where(np.isfinite(found), found, other)
@@ -156,7 +236,6 @@ class RegressionEquations:
     ----------
     dt : float
         Sample time, s.
-    axes : sequence of {"lon", "lat"}
     measured : collection of str, optional
         Channels that are known to be measured; by default that shows as the flight goes on.
     mass : float, optional
@@ -208,7 +287,6 @@ class RegressionEquations:
         self.ahead = int(max(self._later, default=-2.0)) + 2
 
     def restart(self) -> None:
-        """Forget what was measured so far."""
         for part in (self._hearing, self._air, self._engines):
             part.restart()
 
@@ -217,10 +295,8 @@ class RegressionEquations:
     def rows(self, values: FloatArray) -> dict[FTRAxis, RegressionRows]:
         """Return the regressions' rows of consecutive samples.
 
-        Parameters
-        ----------
-        values : ndarray, shape (1 + n + ahead, len(NEEDED_CHANNELS))
-            SI, NaN where missing; the row before the first comes first.
+        `values`, shape (1 + n + ahead, number of `FTR_CHANNELS`): SI, NaN where missing; the row
+        before the first comes first.
         """
         values = self._in_time(self._unclipped(values))
         finite = np.isfinite(values)
@@ -363,11 +439,9 @@ class RegressionEquations:
         return self._hearing.remarks(self.aircraft, self.axes)
 
     def state(self) -> dict[str, npt.NDArray[np.generic]]:
-        """Return all that is remembered, for `restore`."""
         return {**self._hearing.state(), **self._air.state(), **self._engines.state()}
 
     def restore(self, state: Mapping[str, npt.NDArray[np.generic]]) -> None:
-        """Go on from what `state` gave."""
         for part in (self._hearing, self._air, self._engines):
             part.restore(state)
 

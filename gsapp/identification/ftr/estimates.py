@@ -1,18 +1,287 @@
-"""What FTR shows: one derivative at one moment, and over the flight."""
+"""What FTR shows: when an estimate is earned, the log of all, and one at one moment.
+
+A derivative is *unknown* until all of this holds:
+
+1. its equation runs (its instruments are there), and there are enough real equations;
+2. what its variable did in the band, and no other variable explains, exceeds the variable's own
+   noise there by `FTRSettings.signal_to_noise`; noise in a regressor shrinks the derivative by
+   one over the square of that;
+3. its bound, times the rms of its variable, stays below `FTRSettings.uncertain_share` of the
+   rms of the coefficient (trim and drift taken out).
+
+Where 2 or 3 fails because the variable moved together with others, it is *not identifiable*, and
+the one it moved with most is named. The constant part needs 3 alone, with its bound itself in the
+place of the product.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, fields
+from enum import IntEnum
+from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from gsapp.identification.axes import derivatives_of
-from gsapp.identification.ftr.estimate_evaluation import EstimateVerdict, estimate_verdict_text
-from gsapp.identification.ftr.estimate_log import EstimateLog
-from gsapp.identification.ftr.settings import FTRSettings
-from gsapp.identification.results import DerivativeEstimate
+from gsapp.identification.ftr.settings import FTR_ALGORITHM, FTRSettings
+from gsapp.identification.ftr.solution import FTRSolution
+from gsapp.identification.results import DerivativeEstimate, DerivativeStatus
 from gsapp.quantities import FloatArray
+
+
+class EstimateVerdict(IntEnum):
+    """Why an estimate is, or is not, shown."""
+
+    ESTIMATED = 0
+    NOT_MEASURED = 1
+    TOO_SHORT = 2
+    NOT_EXCITED = 3
+    COLLINEAR = 4
+    UNCERTAIN = 5
+
+    @property
+    def status(self) -> DerivativeStatus:
+        if self is EstimateVerdict.ESTIMATED:
+            return "estimated"
+        return "not-identifiable" if self is EstimateVerdict.COLLINEAR else "unknown"
+
+
+VerdictArray = npt.NDArray[np.int8]
+
+
+def evaluate_estimates(
+    solution: FTRSolution, settings: FTRSettings, running: npt.NDArray[np.bool_]
+) -> tuple[VerdictArray, VerdictArray]:
+    """Return a verdict for each derivative, and the place of the variable it moved with.
+
+    `running`, shape (U, 3): equations whose instruments are there.
+
+    Returns
+    -------
+    verdicts : ndarray of int8, shape (U, 3, p + 1)
+        The constant part last.
+    companions : ndarray of int8, shape (U, 3, p)
+        -1 where there is none.
+    """
+    noisy = solution.signal_to_noise < settings.signal_to_noise
+    uncertain = solution.uncertain > settings.uncertain_share
+    # Not above is not enough: NaN must fail, too.
+    uncertain |= ~np.isfinite(solution.uncertain)
+    # Had it been alone in moving, would it have been enough?
+    share = np.sqrt(np.maximum(solution.alone, 1e-30))
+    companions = _most_correlated(solution)
+    together = (solution.alone < FTR_ALGORITHM.collinearity_share) & (companions >= 0)
+    noisy_together = (
+        noisy & together & (solution.signal_to_noise > settings.signal_to_noise * share)
+    )
+    uncertain_together = (
+        uncertain[..., :-1]
+        & together
+        & (solution.uncertain[..., :-1] * share < settings.uncertain_share)
+    )
+    verdicts = np.full(solution.uncertain.shape, EstimateVerdict.ESTIMATED, dtype=np.int8)
+    verdicts[uncertain] = EstimateVerdict.UNCERTAIN
+    own = verdicts[..., :-1]
+    own[noisy] = EstimateVerdict.NOT_EXCITED
+    own[noisy_together | (uncertain_together & ~noisy)] = EstimateVerdict.COLLINEAR
+    verdicts[solution.freedom < settings.least_freedom] = EstimateVerdict.TOO_SHORT
+    verdicts[~running] = EstimateVerdict.NOT_MEASURED
+    return verdicts, companions
+
+
+def _most_correlated(solution: FTRSolution) -> VerdictArray:
+    correlation: FloatArray = np.abs(solution.correlation)
+    p = correlation.shape[-1]
+    if p < 2:
+        return np.full(solution.theta.shape, -1, dtype=np.int8)
+    others = correlation * (1.0 - np.eye(p))
+    nearest = others.argmax(axis=-1)
+    found = others.max(axis=-1) > 0.0
+    return np.asarray(np.where(found, nearest, -1), dtype=np.int8)
+
+
+def estimate_verdict_text(
+    verdict: EstimateVerdict,
+    *,
+    name: str,
+    companion: str | None,
+    signal_to_noise: float,
+    uncertain: float,
+    listened: float,
+    settings: FTRSettings,
+    missing: str,
+) -> str:
+    """Return in words why an estimate is not shown; empty where it is."""
+    variable = name.partition("_")[2]
+    if verdict is EstimateVerdict.ESTIMATED:
+        return ""
+    if verdict is EstimateVerdict.NOT_MEASURED:
+        return missing or "a required instrument was silent"
+    if verdict is EstimateVerdict.TOO_SHORT:
+        return f"only {listened:.1f} s of data" if listened > 0.0 else "no samples yet"
+    if verdict is EstimateVerdict.NOT_EXCITED:
+        return (
+            f"{variable} was too weak alone: {signal_to_noise:.1f} times its noise, needed "
+            f"{settings.signal_to_noise:g}"
+        )
+    if verdict is EstimateVerdict.COLLINEAR:
+        return f"{variable} moved together with {companion}; move the surfaces apart"
+    what = "its bound" if variable == "0" else f"the bound times what {variable} did"
+    return (
+        f"{what} is {100 * uncertain:.0f} % of what the coefficient did; "
+        f"needed {100 * settings.uncertain_share:.0f} %"
+    )
+
+
+Float32Array = npt.NDArray[np.float32]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class EstimateSnapshot:
+    """Estimates at U moments in the order of the log, D derivatives, constants first."""
+
+    values: FloatArray
+    stds: FloatArray
+    plains: FloatArray
+    """Shape (U, D)."""
+    verdicts: VerdictArray
+    companions: VerdictArray
+    """Shape (U, D)."""
+    qualities: Float32Array
+    """Shape (U, D, 4). Signal to noise, amplitude, uncertain share, seconds listened."""
+
+    @staticmethod
+    def from_axis_arrays(
+        solution: FTRSolution, verdicts: VerdictArray, companions: VerdictArray
+    ) -> EstimateSnapshot:
+        """Return a solution laid out by derivative."""
+        many = len(solution.theta)
+        shape = solution.bias.shape
+
+        def lay(bias: npt.NDArray[np.generic], rest: npt.NDArray[np.generic]) -> object:
+            return np.concatenate((bias[..., np.newaxis], rest), axis=2).reshape(many, -1)
+
+        qualities = np.empty((*verdicts.shape, 4), dtype=np.float32)
+        with np.errstate(over="ignore"):
+            qualities[..., 1:, 0] = solution.signal_to_noise
+            qualities[..., 1:, 1] = solution.amplitude
+            qualities[..., 1:, 2] = solution.uncertain[..., :-1]
+            qualities[..., 0, 2] = solution.uncertain[..., -1]
+        qualities[..., 0, :2] = 0.0
+        qualities[..., 3] = solution.listened[..., np.newaxis]
+        return EstimateSnapshot(
+            values=np.asarray(lay(solution.bias, solution.theta)),
+            stds=np.asarray(lay(solution.bias_std, solution.std)),
+            plains=np.asarray(lay(solution.bias_std, solution.plain)),
+            verdicts=np.asarray(lay(verdicts[..., -1], verdicts[..., :-1])),
+            companions=np.asarray(lay(np.full(shape, -1, dtype=np.int8), companions)),
+            qualities=qualities.reshape(many, -1, 4),
+        )
+
+    @staticmethod
+    def concatenate(parts: Sequence[EstimateSnapshot]) -> EstimateSnapshot:
+        """Return the derivatives of several axes together."""
+        return EstimateSnapshot(
+            **{
+                one.name: np.concatenate([getattr(part, one.name) for part in parts], axis=1)
+                for one in fields(EstimateSnapshot)
+            }
+        )
+
+
+class EstimateLog:
+    """Estimates of D derivatives at all moments so far; see `EstimateSnapshot` for the arrays."""
+
+    def __init__(self, names: Sequence[str]) -> None:
+        self.names = tuple(names)
+        self.clear()
+
+    def clear(self) -> None:
+        """Forget everything."""
+        self._count = 0
+        self._make(256)
+
+    def _make(self, size: int) -> None:
+        D = len(self.names)
+        self._times = np.empty(size)
+        self._table: dict[str, npt.NDArray[Any]] = {
+            "values": np.empty((size, D)),
+            "stds": np.empty((size, D)),
+            "plains": np.empty((size, D)),
+            "verdicts": np.empty((size, D), dtype=np.int8),
+            "companions": np.empty((size, D), dtype=np.int8),
+            "qualities": np.empty((size, D, 4), dtype=np.float32),
+        }
+
+    def append(self, times: FloatArray, moment: EstimateSnapshot) -> None:
+        """Add moments; those at or before the last one take its place."""
+        at = int(np.searchsorted(self.times, times[0] - 1e-9))
+        need = at + times.size
+        if need > self._times.size:
+            old_times, old = self._times, self._table
+            self._make(2 * need)
+            self._times[:at] = old_times[:at]
+            for name, array in old.items():
+                self._table[name][:at] = array[:at]
+        self._times[at:need] = times
+        for name, array in self._table.items():
+            array[at:need] = getattr(moment, name)
+        self._count = need
+
+    @property
+    def times(self) -> FloatArray:
+        return self._times[: self._count]
+
+    @property
+    def last_time(self) -> float | None:
+        return float(self._times[self._count - 1]) if self._count else None
+
+    def row_at(self, time: float | None) -> int | None:
+        """Return the row of the last moment at or before a time; None if there is none."""
+        if time is None:
+            return self._count - 1 if self._count else None
+        row = int(np.searchsorted(self.times, time + 1e-9, side="right")) - 1
+        return row if row >= 0 else None
+
+    @property
+    def values(self) -> FloatArray:
+        return self._table["values"][: self._count]
+
+    @property
+    def stds(self) -> FloatArray:
+        return self._table["stds"][: self._count]
+
+    @property
+    def plains(self) -> FloatArray:
+        return self._table["plains"][: self._count]
+
+    @property
+    def verdicts(self) -> VerdictArray:
+        return np.asarray(self._table["verdicts"][: self._count], dtype=np.int8)
+
+    @property
+    def companions(self) -> VerdictArray:
+        return np.asarray(self._table["companions"][: self._count], dtype=np.int8)
+
+    @property
+    def qualities(self) -> Float32Array:
+        return np.asarray(self._table["qualities"][: self._count], dtype=np.float32)
+
+    def state(self) -> dict[str, npt.NDArray[np.generic]]:
+        return {
+            "times": self.times,
+            **{name: array[: self._count] for name, array in self._table.items()},
+        }
+
+    def restore(self, state: Mapping[str, npt.NDArray[np.generic]]) -> None:
+        times = np.asarray(state["times"], dtype=np.float64)
+        self._make(max(256, 2 * times.size))
+        self._times[: times.size] = times
+        for name, array in self._table.items():
+            array[: times.size] = state[name]
+        self._count = times.size
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -49,10 +318,7 @@ def live_estimate_at(
 ) -> LiveEstimate:
     """Return one derivative as it stood at one row of the log.
 
-    Parameters
-    ----------
-    missing : mapping of str to str
-        Coefficients whose equation cannot run now, with the reason in words.
+    `missing`: coefficients whose equation cannot run now, with the reason in words.
     """
     place = log.names.index(name)
     verdict = EstimateVerdict(int(log.verdicts[row, place]))

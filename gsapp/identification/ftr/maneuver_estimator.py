@@ -1,32 +1,31 @@
-"""FTR over maneuvers that are over: the same equations, transforms and judgment as in flight."""
+"""FTR over maneuvers and flights that are over: the same equations and judgment as in flight."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 
+from gsapp.aircraft import Aircraft
 from gsapp.dynamics.model import Model
+from gsapp.flight import Flight
 from gsapp.foundation import FlightError
 from gsapp.identification.axes import AXIS_SURFACES, Axis, axis_derivatives
+from gsapp.identification.channel_faults import check_estimate_support, remove_stuck_channels
 from gsapp.identification.coefficient_histories import coefficient_history
 from gsapp.identification.coefficients import reconstruct_coefficients
+from gsapp.identification.estimate_corrections import constant_term_offsets
 from gsapp.identification.ftr.channels import FTRAxis
-from gsapp.identification.ftr.information import RecordInformation
-from gsapp.identification.ftr.known_effects import KnownEffects, compute_known_effects
 from gsapp.identification.ftr.online_regression import FTR, FTR_AXES
+from gsapp.identification.ftr.regression_rows import KnownEffects, compute_known_effects
 from gsapp.identification.ftr.settings import FTR_ALGORITHM, FTRSettings
+from gsapp.identification.ftr.solution import RecordInformation
 from gsapp.identification.instrument_effects import effective_records
-from gsapp.identification.maneuver import Maneuver
+from gsapp.identification.maneuver import Maneuver, mass_over_flight
 from gsapp.identification.motion import measured_motion
-from gsapp.identification.results import (
-    DerivativeEstimate,
-    Estimate,
-    ResponseFit,
-    ResponseHistory,
-)
+from gsapp.identification.record_preparation import reconstruct_deflections
+from gsapp.identification.results import DerivativeEstimate, Estimate, ResponseFit, ResponseHistory
 from gsapp.identification.statistics import response_fit
-from gsapp.identification.stuck_channels import check_estimate_support, remove_stuck_channels
-from gsapp.identification.zero_offsets import constant_term_offsets
 from gsapp.quantities import Block
 
 
@@ -47,7 +46,6 @@ def estimate(
     ----------
     maneuvers : sequence of Maneuver
         Also of several flights, with their own aircraft and masses.
-    axis : {"lon", "lat", "both"}
     settings : FTRSettings, optional
         `gate`, `forgetting`, `record_length`, `minimum_speed` and `updates` have no part in this.
     model : Model, optional
@@ -223,3 +221,27 @@ def _process_maneuver(
     ftr.feed(block)
     ftr.finish()
     return ftr
+
+
+def compute_ftr_history(flight: Flight, aircraft: Aircraft) -> FTR:
+    """Return an FTR that has listened to a flight from its first to its last sample.
+
+    Raises `FlightError` if there are too few samples a second, or none at all.
+    """
+    block = reconstruct_deflections(flight.block, aircraft)
+    if len(block) < 2 or not math.isfinite(flight.rate):
+        raise FlightError(f"the flight '{flight.name}' contains too few samples for FTR")
+    heard = FTR(
+        aircraft,
+        rate=flight.rate,
+        origin=float(block.times[0]),
+        mass=float(mass_over_flight(flight, aircraft)[0]),
+    )
+    for start in range(0, len(block), FTR_ALGORITHM.chunk_samples):
+        piece = slice(start, start + FTR_ALGORITHM.chunk_samples)
+        heard.feed(
+            Block(channels=block.channels, times=block.times[piece], values=block.values[piece])
+        )
+        heard.process_step()
+    heard.finish()
+    return heard

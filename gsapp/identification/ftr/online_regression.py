@@ -14,25 +14,25 @@ from gsapp.identification.axes import AXIS_COEFFICIENTS, axis_derivatives, deriv
 from gsapp.identification.ftr.axis_regression import AxisRegression
 from gsapp.identification.ftr.channels import FTRAxis
 from gsapp.identification.ftr.equations import RegressionEquations
-from gsapp.identification.ftr.estimate_evaluation import evaluate_estimates
-from gsapp.identification.ftr.estimate_log import EstimateLog, EstimateSnapshot
 from gsapp.identification.ftr.estimates import (
     EstimateHistory,
+    EstimateLog,
+    EstimateSnapshot,
     LiveEstimate,
     estimate_history,
+    evaluate_estimates,
     live_estimate_at,
 )
-from gsapp.identification.ftr.information import RecordInformation
-from gsapp.identification.ftr.known_effects import KnownEffects
 from gsapp.identification.ftr.regression_rows import (
     BlockBuffer,
     EstimationWindow,
+    KnownEffects,
     RegressionRows,
+    RowAssembler,
     split_into_blocks,
 )
-from gsapp.identification.ftr.row_assembler import RowAssembler
 from gsapp.identification.ftr.settings import FTRSettings
-from gsapp.identification.ftr.solution import FTRSolution
+from gsapp.identification.ftr.solution import FTRSolution, RecordInformation
 from gsapp.identification.ftr.state_file import (
     STATE_FILE_VERSION,
     ArrayTable,
@@ -167,10 +167,8 @@ class FTR:
     def begin_window(self, start: float) -> None:
         """Listen from a time on (s), which may lie up to `FTRSettings.lookback` back.
 
-        Raises
-        ------
-        FlightError
-            If FTR listens always, or a window is open, or the start is too long ago.
+        Raises `FlightError` if FTR listens always, or a window is open, or the start is too long
+        ago.
         """
         self._must_be_gated()
         if self._window is not None:
@@ -195,10 +193,7 @@ class FTR:
 
         Takes effect as soon as all samples up to there have come.
 
-        Raises
-        ------
-        FlightError
-            If no window is open, or it would end before it began.
+        Raises `FlightError` if no window is open, or it would end before it began.
         """
         self._must_be_gated()
         if self._window is None:
@@ -336,10 +331,7 @@ class FTR:
     def history(self, name: str) -> EstimateHistory:
         """Return all estimates of one derivative.
 
-        Raises
-        ------
-        UnknownNameError
-            If there is no such derivative.
+        Raises `UnknownNameError` if there is no such derivative.
         """
         if name not in self.names:
             raise UnknownNameError(
@@ -409,10 +401,8 @@ class FTR:
     def load(self, path: Path) -> None:
         """Go on from a state that `save` wrote, with the same aircraft and settings.
 
-        Raises
-        ------
-        FlightError
-            If the file cannot be read, or comes from another aircraft, rate or settings.
+        Raises `FlightError` if the file cannot be read, or comes from another aircraft, rate or
+        settings.
         """
         table = read_state(path, self._about())
         try:

@@ -1,18 +1,270 @@
-"""Estimates with their bounds and qualities, from what records say."""
+"""What records say about the three equations of one axis, and the estimates made from it."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
+from functools import cache
 
 import numpy as np
 import numpy.typing as npt
 
 from gsapp.identification.ftr.axis_dynamics import AxisDynamics
-from gsapp.identification.ftr.batched_linalg import invert_normal_matrices as inverse_of
-from gsapp.identification.ftr.batched_linalg import subtract_white_noise
-from gsapp.identification.ftr.information import RecordInformation
-from gsapp.quantities import FloatArray
+from gsapp.identification.ftr.settings import FTR_ALGORITHM
+from gsapp.quantities import BoolArray, FloatArray
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class RecordInformation:
+    """What closed records say about the three equations of one axis; sums over records.
+
+    All of it lies in one table, so that records add up in one step.
+
+    Parameters
+    ----------
+    table : ndarray, shape (..., 3, K)
+        One row for each equation.
+    p : int
+        Derivatives of an equation.
+
+    Attributes
+    ----------
+    G : ndarray, shape (..., 3, p, p)
+    b : ndarray, shape (..., 3, p)
+    meat : ndarray, shape (..., 3, p, p)
+        X' R X.
+    rss, degrees_of_freedom : ndarray, shape (..., 3)
+        Squared residuals over the squared weights of the samples; real equations less unknowns.
+    coefficient_energy : ndarray, shape (..., 3)
+        Integral of (qbar C)^2 in the band, trim and drift taken out.
+    noise : ndarray, shape (..., 3, p)
+        Share of the diagonal of G that noise of the regressors makes.
+    white : ndarray, shape (..., 3, p)
+        What of it is to be taken off the diagonal: white noise of what is no rate.
+    mean : ndarray, shape (..., 3, p + 2)
+        Sums at zero frequency of qbar x, qbar, qbar C.
+    mean_noise : ndarray, shape (..., 3)
+        Variance of the last of these.
+    effective_time : ndarray, shape (..., 3)
+        s.
+    pressure_energy : ndarray, shape (..., 3)
+        Integral of qbar^2 over that time, Pa^2 s.
+    regressor_energy : ndarray, shape (..., 3, p)
+        Integral of (qbar x)^2 in the band.
+    squared_weight : ndarray, shape (..., 3, p)
+        Squared diagonal of G over freedom: tells how many records share the weight.
+    """
+
+    table: FloatArray
+    p: int
+
+    @staticmethod
+    def zero(p: int) -> RecordInformation:
+        """Return the information of no record at all."""
+        return RecordInformation(np.zeros((3, _layout(p).size)), p)
+
+    @staticmethod
+    def empty(moments: int, p: int) -> RecordInformation:
+        """Return a table for some moments, to be filled in."""
+        return RecordInformation(np.empty((moments, 3, _layout(p).size)), p)
+
+    @staticmethod
+    def stacked(several: Sequence[RecordInformation]) -> RecordInformation:
+        """Return information at several moments, arrays of shape (U, 3, ...)."""
+        first = several[0]
+        if all(each is first for each in several):
+            table = np.broadcast_to(first.table, (len(several), *first.table.shape))
+        else:
+            table = np.stack([each.table for each in several])
+        return RecordInformation(table, first.p)
+
+    def add(self, other: RecordInformation) -> RecordInformation:
+        """Return the information of both together."""
+        # In the order of C whatever is broadcast: bits of sums must not depend on the chunking.
+        return RecordInformation(np.add(self.table, other.table, order="C"), self.p)
+
+    def discounted(self, share: float) -> RecordInformation:
+        """Return the information with the signals behind it faded to a share."""
+        return RecordInformation(self.table * _fading(self.p, share), self.p)
+
+    def select_moments(self, moments: slice | int) -> RecordInformation:
+        """Return some of several moments."""
+        return RecordInformation(self.table[moments], self.p)
+
+    def select_equations(self, equations: BoolArray) -> RecordInformation:
+        """Return what some of the equations say, shape (3,) of bool; nothing for the others."""
+        return RecordInformation(np.where(equations[:, np.newaxis], self.table, 0.0), self.p)
+
+    def state(self) -> dict[str, npt.NDArray[np.generic]]:
+        return {"table": self.table}
+
+    @staticmethod
+    def from_state(state: Mapping[str, npt.NDArray[np.generic]], p: int) -> RecordInformation:
+        table = np.array(state["table"], dtype=np.float64)
+        if table.shape != (3, _layout(p).size):
+            raise ValueError(f"information has the shape {table.shape}")
+        return RecordInformation(table, p)
+
+    @property
+    def G(self) -> FloatArray:  # noqa: N802 - its name in the equations
+        return self._square(0)
+
+    @property
+    def meat(self) -> FloatArray:
+        return self._square(self.p * self.p)
+
+    def _square(self, start: int) -> FloatArray:
+        part = self.table[..., start : start + self.p * self.p]
+        return part.reshape(*part.shape[:-1], self.p, self.p)
+
+    @property
+    def b(self) -> FloatArray:
+        return self.table[..., _layout(self.p).b]
+
+    @property
+    def noise(self) -> FloatArray:
+        return self.table[..., _layout(self.p).noise]
+
+    @property
+    def white(self) -> FloatArray:
+        return self.table[..., _layout(self.p).white]
+
+    @property
+    def regressor_energy(self) -> FloatArray:
+        return self.table[..., _layout(self.p).spread]
+
+    @property
+    def squared_weight(self) -> FloatArray:
+        return self.table[..., _layout(self.p).weighty]
+
+    @property
+    def mean(self) -> FloatArray:
+        return self.table[..., _layout(self.p).mean]
+
+    @property
+    def rss(self) -> FloatArray:
+        return self.table[..., -6]
+
+    @property
+    def degrees_of_freedom(self) -> FloatArray:
+        return self.table[..., -5]
+
+    @property
+    def coefficient_energy(self) -> FloatArray:
+        return self.table[..., -4]
+
+    @property
+    def mean_noise(self) -> FloatArray:
+        return self.table[..., -3]
+
+    @property
+    def effective_time(self) -> FloatArray:
+        return self.table[..., -2]
+
+    @property
+    def pressure_energy(self) -> FloatArray:
+        return self.table[..., -1]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Layout:
+    """Columns of the table, and the powers of a fading of the signals that they go with."""
+
+    b: slice
+    noise: slice
+    white: slice
+    spread: slice
+    weighty: slice
+    mean: slice
+    size: int
+    powers: FloatArray
+
+
+@cache
+def _layout(p: int) -> _Layout:
+    start = 2 * p * p
+    b, noise, white, spread, weighty = (slice(start + k * p, start + (k + 1) * p) for k in range(5))
+    mean = slice(start + 5 * p, start + 6 * p + 2)
+    size = mean.stop + 6
+    powers = np.full(size, 2.0)
+    powers[p * p : start] = powers[weighty] = 4.0
+    powers[mean] = 1.0
+    powers[-5] = 0.0  # a record keeps the number of its equations
+    return _Layout(b, noise, white, spread, weighty, mean, size, powers)
+
+
+@cache
+def _fading(p: int, share: float) -> FloatArray:
+    return np.asarray(share ** _layout(p).powers, dtype=np.float64)
+
+
+def sum_of_squares(rows: FloatArray) -> FloatArray:
+    """Return the sums of squares over rows, (U, r, e) -> (U, e)."""
+    along = np.swapaxes(rows, 1, 2)
+    return np.asarray(np.vecdot(along, along), dtype=np.float64)
+
+
+def orthonormal_basis(columns: FloatArray, sizes: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return an orthonormal basis of columns, and how many of them were not zero.
+
+    Columns of the nuisance may vanish (the transform of a constant does at multiples of 1/T) or
+    repeat: the basis then holds zeros in their place.
+
+    `columns`, shape (U, r, k).
+    `sizes`, shape (U, k): what the columns are measured against.
+
+    Returns
+    -------
+    basis : ndarray, shape (U, r, k)
+    used : ndarray, shape (U,)
+    """
+    basis = np.ascontiguousarray(columns.transpose(2, 0, 1))
+    basis /= np.maximum(sizes.T, 1e-300)[:, :, np.newaxis]
+    least = np.maximum(1e-6 * np.sqrt(np.vecdot(basis, basis)), FTR_ALGORITHM.zero_column_tolerance)
+    used = np.zeros(len(columns))
+    for place, column in enumerate(basis):
+        left = np.sqrt(np.vecdot(column, column))
+        counts = left > least[place]
+        column *= (counts / np.where(counts, left, 1.0))[:, np.newaxis]  # noqa: PLW2901 - in place
+        used += counts
+        rest = basis[place + 1 :]
+        if len(rest):
+            rest -= np.vecdot(column, rest)[:, :, np.newaxis] * column
+    return np.ascontiguousarray(basis.transpose(1, 2, 0)), used
+
+
+def combine_real_imag(rows: FloatArray) -> FloatArray:
+    """Return sums of what belongs to real and imaginary parts, (U, 2 m, e) -> (U, m, e)."""
+    half = rows.shape[1] // 2
+    return np.asarray(rows[:, :half] + rows[:, half:], dtype=np.float64)
+
+
+def subtract_white_noise(inverse: FloatArray, white: FloatArray) -> FloatArray:
+    """Return the inverse of G with white noise taken off its diagonal.
+
+    Of each variable up to 1/(2p) of what it did on its own is taken off: then at least half of G
+    stays, whatever the variables. More is not needed where the variable was excited enough to be
+    shown. Four terms of the series I + T + T^2 + ... , T = G^-1 N, leave out no more than the
+    fourth power of that share.
+    """
+    diagonal = np.maximum(np.diagonal(inverse, axis1=-2, axis2=-1), 1e-300)
+    less = np.minimum(white, 0.5 / diagonal.shape[-1] / diagonal)
+    T = inverse * less[..., np.newaxis, :]
+    first = inverse + T @ inverse
+    return np.asarray(first + T @ (T @ first), dtype=np.float64)
+
+
+def invert_normal_matrices(G: FloatArray) -> FloatArray:
+    """Return the inverse of scaled normal matrices; a variable that did nothing gets zeros."""
+    p = G.shape[-1]
+    diagonal = np.diagonal(G, axis1=-2, axis2=-1)
+    there = diagonal > 0.0
+    scale = there / np.sqrt(np.where(there, diagonal, 1.0))
+    scales = scale[..., np.newaxis] * scale[..., np.newaxis, :]
+    scaled = G * scales
+    # A hair on the diagonal keeps columns that are equal to the last bit from stopping it all.
+    scaled.reshape(-1, p * p)[:, :: p + 1] += np.where(there, 1e-12, 1.0).reshape(-1, p)
+    return np.asarray(np.linalg.inv(scaled) * scales, dtype=np.float64)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -69,12 +321,10 @@ class FTRSolution:
         )
 
     def state(self) -> dict[str, npt.NDArray[np.generic]]:
-        """Return the arrays by name."""
         return {one.name: getattr(self, one.name) for one in fields(self)}
 
     @staticmethod
     def from_state(state: Mapping[str, npt.NDArray[np.generic]]) -> FTRSolution:
-        """Return what `state` was made from."""
         names = (one.name for one in fields(FTRSolution))
         return FTRSolution(**{name: np.array(state[name], dtype=np.float64) for name in names})
 
@@ -92,7 +342,8 @@ class SolvableInformation:
     def from_closed_records(past: RecordInformation) -> SolvableInformation:
         """Return what closed records alone say, at U moments."""
         return SolvableInformation(
-            information=past, inverse=subtract_white_noise(inverse_of(past.G), past.white)
+            information=past,
+            inverse=subtract_white_noise(invert_normal_matrices(past.G), past.white),
         )
 
     @staticmethod

@@ -43,10 +43,7 @@ def write_state(path: Path, about: Mapping[str, object], table: ArrayTable) -> N
 def read_state(path: Path, about: Mapping[str, object]) -> ArrayTable:
     """Return the table that `write_state` wrote.
 
-    Raises
-    ------
-    FlightError
-        If the file cannot be read, or belongs to something else.
+    Raises `FlightError` if the file cannot be read, or belongs to something else.
     """
     try:
         with np.load(path, allow_pickle=False) as stored:

@@ -258,7 +258,6 @@ class RunningTransform:
     # --- saved state ----------------------------------------------------------------------------
 
     def state(self) -> dict[str, npt.NDArray[np.generic]]:
-        """Return all that is remembered, for `restore`."""
         return {
             "now": self._now,
             "broken": self._broken,
@@ -266,7 +265,6 @@ class RunningTransform:
         }
 
     def restore(self, state: Mapping[str, npt.NDArray[np.generic]]) -> None:
-        """Go on from what `state` gave."""
         self._now = np.array(state["now"], dtype=np.complex128)
         self._broken = np.array(state["broken"], dtype=bool)
         self._begun = bool(state["begun"])

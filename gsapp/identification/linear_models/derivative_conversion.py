@@ -34,42 +34,26 @@ LATERAL_MODEL_OUTPUTS = ("ay", "beta", "p", "r", "phi")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SteadyCondition:
-    """The steady flight that a linear model belongs to.
+    """The steady flight that a linear model belongs to."""
 
-    Attributes
-    ----------
-    U1 : float
-        Airspeed, m/s.
-    alpha1, climb_angle, de1 : float
-        rad; de1 is the elevator.
-    rho : float
-        kg/m^3.
-    mass : float
-        kg.
-    stability_axes : bool
-        Whether p and r are those about stability axes, as printed in the source; gyros measure
-        them about body axes.
-    thrust_slope : float
-        Change of thrust with airspeed, N s/m.
-    """
-
-    U1: float
-    mass: float
+    U1: float  # Airspeed, m/s.
+    mass: float  # kg.
     alpha1: float = 0.0
     climb_angle: float = 0.0
     de1: float = 0.0
-    rho: float = SEA_LEVEL_DENSITY
+    """rad; de1 is the elevator."""
+    rho: float = SEA_LEVEL_DENSITY  # kg/m^3.
     stability_axes: bool = False
-    thrust_slope: float = 0.0
+    """Whether p and r are those about stability axes, as printed in the source; gyros measure them
+    about body axes."""
+    thrust_slope: float = 0.0  # Change of thrust with airspeed, N s/m.
 
     @property
     def qbar(self) -> float:
-        """Return the dynamic pressure, Pa."""
         return 0.5 * self.rho * self.U1**2
 
     @property
     def operating_point(self) -> OperatingPoint:
-        """Return the steady flight as a linear model names it."""
         return OperatingPoint(speed=self.U1, density=self.rho, mass=self.mass)
 
     @property
@@ -129,14 +113,9 @@ def solve_steady_flight(
     says; its moment, where the engines sit off the CG, is held by that of the air, which grows
     with qbar. Without engines the weight carries the drag, down the path at which it does so.
 
-    Parameters
-    ----------
-    aircraft : Aircraft
-    condition : SteadyCondition
-        Its `thrust_slope` is set, and without engines its `climb_angle`.
-    derivatives : mapping of str to float
-        With ``CA_0`` and ``CA_alpha``; ``CA_de`` counts where it is given, at
-        `SteadyCondition.de1`.
+    `condition`: its `thrust_slope` is set, and without engines its `climb_angle`.
+    `derivatives`: with ``CA_0`` and ``CA_alpha``; ``CA_de`` counts where it is given, at
+    `SteadyCondition.de1`.
 
     Returns
     -------
@@ -177,21 +156,13 @@ def longitudinal_model(
 ) -> LinearModel:
     """Return the linear model in alpha, V, q, theta for an elevator (7.3.7), (7.3.9).
 
-    Parameters
-    ----------
-    aircraft : Aircraft
-    condition : SteadyCondition
-    derivatives : mapping of str to float
-        ``CN_alpha CN_q CN_de CA_alpha CA_q CA_de Cm_alpha Cm_q Cm_de``, those left out are zero.
-        ``CL1`` and ``CD1`` are the steady coefficients (`solve_steady_flight`); CL1 follows from
-        the weight where left out, CD1 is not guessed: zero. ``Cm_alphadot`` and
-        ``CL_alphadot`` are the lag of the downwash (over c/2U1), ``Cm_V`` the moment that speed
-        brings beyond qbar, over U1.
+    `derivatives`: ``CN_alpha CN_q CN_de CA_alpha CA_q CA_de Cm_alpha Cm_q Cm_de``, those left out
+    are zero. ``CL1`` and ``CD1`` are the steady coefficients (`solve_steady_flight`); CL1 follows
+    from the weight where left out, CD1 is not guessed: zero. ``Cm_alphadot`` and ``CL_alphadot``
+    are the lag of the downwash (over c/2U1), ``Cm_V`` the moment that speed brings beyond qbar,
+    over U1.
 
-    Returns
-    -------
-    LinearModel
-        Outputs an (m/s^2, positive up, of the air's force alone), alpha, V, q, theta.
+    Outputs an (m/s^2, positive up, of the air's force alone), alpha, V, q, theta.
     """
     scale = _AccelerationScales.of(aircraft, condition)
     given = derivatives.get
@@ -245,17 +216,10 @@ def lateral_model(
 ) -> LinearModel:
     """Return the linear model in beta, p, r, phi for ailerons and rudder (7.3.8), (7.3.10).
 
-    Parameters
-    ----------
-    aircraft : Aircraft
-    condition : SteadyCondition
-    derivatives : mapping of str to float
-        ``CY_beta CY_p CY_r CY_da CY_dr``, likewise ``Cl_`` and ``Cn_``; those left out are zero.
+    `derivatives`: ``CY_beta CY_p CY_r CY_da CY_dr``, likewise ``Cl_`` and ``Cn_``; those left out
+    are zero.
 
-    Returns
-    -------
-    LinearModel
-        Outputs ay (m/s^2, at the CG), beta, p, r, phi.
+    Outputs ay (m/s^2, at the CG), beta, p, r, phi.
     """
     scale = _AccelerationScales.of(aircraft, condition)
     U1 = condition.U1
@@ -298,18 +262,10 @@ def longitudinal_derivatives(
 ) -> dict[str, float]:
     """Return what a longitudinal model means: `longitudinal_model` undone, without alpha-dot.
 
-    Parameters
-    ----------
-    aircraft : Aircraft
-    condition : SteadyCondition
-    model : LinearModel
-        With at least the states alpha and q, and the input de. V adds the drag rows.
+    `model`: with at least the states alpha and q, and the input de. V adds the drag rows.
 
-    Returns
-    -------
-    dict of str to float
-        ``CL_alpha+CD1 CL_q CL_de Cm_alpha Cm_q Cm_de``; with V also ``CD_alpha-CL1 CD_de``. In
-        body axes at alpha1 = 0 the first is CN_alpha, the last two CA_alpha and CA_de.
+    ``CL_alpha+CD1 CL_q CL_de Cm_alpha Cm_q Cm_de``; with V also ``CD_alpha-CL1 CD_de``. In body
+    axes at alpha1 = 0 the first is CN_alpha, the last two CA_alpha and CA_de.
     """
     scale = _AccelerationScales.of(aircraft, condition)
     U1 = condition.U1

@@ -26,26 +26,18 @@ MatrixRows = tuple[tuple[float, ...], ...]
 
 
 class LinearModelFile(StrictModel):
-    """A linear model as it is written down.
-
-    Attributes
-    ----------
-    name, source : str
-    speed, density, mass : float or None
-        Of the steady flight that the model is about: true airspeed, m/s; kg/m^3; kg.
-    states, inputs, outputs : tuple of str
-        Each ``id [unit]``: the units in which the matrices are written.
-    A, B, C, D : matrices
-    """
+    """A linear model as it is written down."""
 
     name: str
     source: str = ""
     speed: Speed | None = None
     density: Density | None = None
     mass: Mass | None = None
+    """Of the steady flight that the model is about: true airspeed, m/s; kg/m^3; kg."""
     states: tuple[str, ...]
     inputs: tuple[str, ...]
     outputs: tuple[str, ...]
+    """Each ``id [unit]``: the units in which the matrices are written."""
     A: MatrixRows
     B: MatrixRows
     C: MatrixRows
@@ -85,12 +77,8 @@ class LinearModelFile(StrictModel):
 def load_linear_model(name_or_path: str | Path) -> LinearModelFile:
     """Read a linear model, or a published one by its name.
 
-    Raises
-    ------
-    FileProblemsError
-        If the file holds mistakes; all are named.
-    UnknownNameError
-        If there is neither such a file nor such a published model.
+    Raises `FileProblemsError` if the file holds mistakes; all are named. Raises `UnknownNameError`
+    if there is neither such a file nor such a published model.
     """
     return read_toml(SHIPPED_LINEAR_MODELS.find(name_or_path), LinearModelFile)
 

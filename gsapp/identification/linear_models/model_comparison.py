@@ -3,6 +3,10 @@
 Models are fitted on the maneuvers of one flight, or several, and driven by the measured inputs of
 another from its first to its last maneuver, without correction. What counts is the RMS error of
 each variable over the range of the measured one.
+
+Batch least squares takes states that are measured (7.2.1)-(7.2.11): both sides of x' = A x + B u
+pass the same zero-phase filter; every stretch has a constant of its own, since its trim is not the
+next one's.
 """
 
 from __future__ import annotations
@@ -12,37 +16,111 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy import signal
+from scipy import linalg, signal
 
 from gsapp.aircraft import Aircraft
 from gsapp.dynamics.linearization import LinearModel
 from gsapp.dynamics.sensors import Vector
 from gsapp.foundation import FlightError
-from gsapp.identification.linear_models.batch_least_squares import batch_least_squares
 from gsapp.identification.linear_models.derivative_conversion import (
     SteadyCondition,
     lateral_model,
     longitudinal_model,
     solve_steady_flight,
 )
-from gsapp.identification.linear_models.discrete_model import (
+from gsapp.identification.linear_models.signals import (
+    LINEAR_MODELS,
     DiscreteModel,
     InputOutputRecord,
-    discretize,
-)
-from gsapp.identification.linear_models.prediction_error import refine_by_prediction_error
-from gsapp.identification.linear_models.settings import LINEAR_MODELS
-from gsapp.identification.linear_models.signals import (
     LinearAxis,
     LinearModelSignals,
     all_linear_model_signals,
+    discretize,
     linear_model_signals,
 )
-from gsapp.identification.linear_models.subspace import identify_subspace_model
+from gsapp.identification.linear_models.subspace import (
+    identify_subspace_model,
+    refine_by_prediction_error,
+)
 from gsapp.identification.maneuver import Maneuver
 from gsapp.identification.motion import measured_motion
+from gsapp.identification.smoothing import build_smoother, select_cutoff
 from gsapp.identification.statistics import response_fit
 from gsapp.quantities import FloatArray
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class BatchLeastSquaresResult:
+    """A model with the uncertainty of its entries."""
+
+    model: LinearModel  # Outputs are those of the signals.
+    A_std: FloatArray
+    B_std: FloatArray
+    C_std: FloatArray
+    D_std: FloatArray
+    """Square roots of the diagonal of (7.2.7), with the effective number of samples that the filter
+    leaves."""
+
+
+def batch_least_squares(stretches: Sequence[LinearModelSignals]) -> BatchLeastSquaresResult:
+    """Fit a model to measured states, inputs and outputs.
+
+    `stretches`: each without a gap; states, inputs and outputs alike in all.
+
+    Raises `FlightError` if there are fewer samples than unknowns, or an input never moves.
+    """
+    first = stretches[0]
+    dt = first.dt
+    cutoff = max(select_cutoff(one.states, dt) for one in stretches)
+    filtering = build_smoother(dt, cutoff)
+    n, m = first.states.shape[1], first.inputs.shape[1]
+    left, right = [], []
+    for one in stretches:
+        known = filtering.valid_samples(np.zeros(len(one), dtype=bool))
+        rates = filtering.smooth(filtering.differentiate(one.states))[known]
+        beside = filtering.smooth(
+            filtering.simpson_average(np.hstack([one.states, one.inputs, one.outputs]))
+        )[known]
+        # A constant of each stretch is taken out with its mean values.
+        beside = beside - beside.mean(axis=0)
+        right.append(beside[:, : n + m])
+        left.append(np.hstack([rates - rates.mean(axis=0), beside[:, n + m :]]))
+    X, Y = np.vstack(right), np.vstack(left)
+    # Samples that the filter made alike count as one.
+    effective = len(X) / filtering.stride
+    if effective < 2 * (n + m) + len(stretches):
+        raise FlightError(
+            f"{len(X)} samples are too few for least squares with {n + m} unknowns in each row; "
+            "give longer maneuvers, or more of them"
+        )
+    spread = X.std(axis=0)
+    still = [name for name, s in zip((*first.state_names, *first.input_names), spread, strict=True)
+             if not s > 0.0]  # fmt: skip
+    if still:
+        raise FlightError(
+            f"{', '.join(still)} does not move in these maneuvers; give maneuvers with that input"
+        )
+    solution, _, rank, _ = linalg.lstsq(X, Y)
+    if rank < n + m:
+        names = ", ".join((*first.state_names, *first.input_names))
+        raise FlightError(
+            f"some of {names} move together in these maneuvers; their effects cannot be "
+            "separated; give other or more maneuvers"
+        )
+    errors = Y - X @ solution
+    mse = np.sum(errors**2, axis=0) / (len(X) * (1.0 - (n + m) / effective))
+    inverse = np.linalg.inv(X.T @ X).diagonal() * len(X) / effective
+    table, std = solution.T, np.sqrt(np.outer(mse, inverse))
+    return BatchLeastSquaresResult(
+        model=LinearModel(
+            states=first.state_names,
+            inputs=first.input_names,
+            outputs=first.output_names,
+            A=table[:n, :n], B=table[:n, n:], C=table[n:, :n], D=table[n:, n:],
+        ),
+        A_std=std[:n, :n], B_std=std[:n, n:], C_std=std[n:, :n], D_std=std[n:, n:],
+    )  # fmt: skip
+
 
 DRAG_DERIVATIVES = ("CA_0", "CA_alpha")
 """Without these nothing is known of how speed changes."""
@@ -50,22 +128,13 @@ DRAG_DERIVATIVES = ("CA_0", "CA_alpha")
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class EvaluatedModel:
-    """One linear model and how it did.
+    """One linear model and how it did."""
 
-    Attributes
-    ----------
-    model : LinearModel
-        Continuous, SI.
-    rms_over_range_pct : mapping of str to float
-        Over the whole of the flight it was judged on, by output.
-    by_maneuver_pct : mapping of str to float
-        The same over its maneuvers alone, each with a level and a start of its own.
-    remarks : tuple of str
-    """
-
-    model: LinearModel
+    model: LinearModel  # Continuous, SI.
     rms_over_range_pct: Mapping[str, float]
+    """Over the whole of the flight it was judged on, by output."""
     by_maneuver_pct: Mapping[str, float]
+    """The same over its maneuvers alone, each with a level and a start of its own."""
     remarks: tuple[str, ...] = ()
 
 
@@ -173,7 +242,6 @@ def evaluate_linear_models(
         Maneuvers of the other flight.
     whole : Maneuver
         All of the other flight from its first to its last maneuver.
-    axis : {"lon", "lat"}
     derivatives : mapping of str to float
         Means of the maximum likelihood estimates over `fitted`.
     order : int, optional
@@ -206,19 +274,10 @@ def evaluate_linear_models(
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class FittedModel:
-    """A linear model as it is reported and as it is driven.
+    """A linear model as it is reported and as it is driven."""
 
-    Attributes
-    ----------
-    model : LinearModel
-        Continuous, SI, all states.
-    simulated_model : LinearModel
-        What is simulated: without the states that a pilot flies.
-    remarks : tuple of str
-    """
-
-    model: LinearModel
-    simulated_model: LinearModel
+    model: LinearModel  # Continuous, SI, all states.
+    simulated_model: LinearModel  # What is simulated: without the states that a pilot flies.
     remarks: tuple[str, ...] = ()
 
     def discretized(self, dt: float) -> DiscreteModel:
@@ -235,24 +294,12 @@ def fit_models(
 ) -> dict[str, FittedModel]:
     """Fit the three models.
 
-    Parameters
-    ----------
-    fitted : sequence of Maneuver
-    axis : {"lon", "lat"}
-    derivatives : mapping of str to float
-        Means of the maximum likelihood estimates over `fitted`.
-    order : int, optional
-        Of the subspace model; None lets the data choose.
+    `derivatives`: means of the maximum likelihood estimates over `fitted`.
+    `order`: of the subspace model; None lets the data choose.
 
-    Returns
-    -------
-    dict
-        ``bls``, ``subspace``, ``ml``.
+    ``bls``, ``subspace``, ``ml``.
 
-    Raises
-    ------
-    FlightError
-        If a channel is missing, or the maneuvers are too few or too short.
+    Raises `FlightError` if a channel is missing, or the maneuvers are too few or too short.
     """
     if not fitted:
         raise FlightError("there is no maneuver to fit a linear model on")
@@ -295,18 +342,10 @@ def simulate_outputs(
 ) -> FloatArray:
     """Return the outputs that a model computes from the measured inputs of a stretch.
 
-    Parameters
-    ----------
-    model : DiscreteModel
-    one : LinearModelSignals
-    own_start : bool
-        Whether the level and the motion that the stretch began with are given; else the level
-        alone.
+    `own_start`: whether the level and the motion that the stretch began with are given; else the
+    level alone.
 
-    Returns
-    -------
-    ndarray, shape (n, n_outputs)
-        Not finite where the model runs away.
+    Shape (n, n_outputs). Not finite where the model runs away.
     """
     with np.errstate(over="ignore", invalid="ignore"):
         y = model.simulate(one.inputs - one.inputs.mean(axis=0))
@@ -329,11 +368,7 @@ def _output_errors(
 def errors_over_range(z: FloatArray, y: FloatArray, names: Sequence[str]) -> dict[str, float]:
     """Return RMS error over range (percent) of each column; infinite where y is not finite.
 
-    Parameters
-    ----------
-    z, y : ndarray, shape (n, len(names))
-        Measured and computed.
-    names : sequence of str
+    `z` and `y`, shape (n, number of names): measured and computed.
     """
     found = {}
     for column, name in enumerate(names):

@@ -10,25 +10,21 @@ from collections.abc import Mapping, Sequence
 from types import MappingProxyType
 
 from gsapp.identification.axes import DEFAULT_BIASES
+from gsapp.identification.estimate_corrections import AssumedConstant, widen_bounds
 from gsapp.identification.maneuver import Maneuver
 from gsapp.identification.maximum_likelihood.output_error_fit import fit, simulate
-from gsapp.identification.maximum_likelihood.residuals import ManeuverResiduals
 from gsapp.identification.maximum_likelihood.settings import (
-    FitProgress,
     FitProgressCallback,
     MLSettings,
 )
 from gsapp.identification.maximum_likelihood.solution import MLSolution
-from gsapp.identification.missing_channels import AssumedConstant, widen_bounds
 from gsapp.identification.results import Estimate
 
 __all__ = [
     "DEFAULT_BIASES",
-    "FitProgress",
     "FitProgressCallback",
     "MLSettings",
     "MLSolution",
-    "ManeuverResiduals",
     "estimate",
     "fit",
     "simulate",
@@ -48,7 +44,6 @@ def estimate(
     ----------
     maneuvers : sequence of Maneuver
         Of one or several flights, each with its own aircraft, mass and weights.
-    settings : MLSettings
     assumed : mapping of str to AssumedConstant
         Constants for channels that were not measured; their error goes into the bounds, by a fit
         with each of them moved.

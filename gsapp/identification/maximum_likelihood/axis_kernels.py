@@ -174,7 +174,6 @@ class _AxisKernel(Kernel):
     def _values(
         self, basis: FloatArray, drive: Forcing, x: FloatArray, values: FloatArray
     ) -> FloatArray:
-        """Return the coefficients, shape (3, n)."""
         total: FloatArray = values[self._linear] @ basis
         for row, one in enumerate(self._coefficients.values()):
             for extra in one.extras:
@@ -186,7 +185,6 @@ class _AxisKernel(Kernel):
     def _slopes(
         self, basis: FloatArray, drive: Forcing, x: FloatArray, values: FloatArray
     ) -> list[_CoefficientJacobian]:
-        """Return the coefficients with derivatives."""
         found = []
         coefficients = self._values(basis, drive, x, values)
         last = 1 + len(_STATES[self.axis])
@@ -218,12 +216,8 @@ class _AxisKernel(Kernel):
     ) -> None:
         """Write the total derivatives (m, n) of a response that is a weighted sum of coefficients.
 
-        Parameters
-        ----------
-        pairs : sequence of (_Slope, ndarray)
-            Coefficients and their weights.
-        by_rate : sequence of float or ndarray
-            What else the response changes by with the rates of turn among the states.
+        `pairs`: coefficients and their weights.
+        `by_rate`: what else the response changes by with the rates of turn among the states.
         """
         for row in range(1 + len(by_rate)):
             by_state = sum(weight * slope.by_row[row] for slope, weight in pairs)
@@ -279,7 +273,6 @@ class LongitudinalKernel(_AxisKernel):
     def build_forcing(
         self, states: FloatArray, inputs: FloatArray, by_path: FloatArray | None, values: FloatArray
     ) -> Forcing:
-        """Return the drive with A, B, c, d, E and factors of the responses worked out."""
         del values
         V, _, beta, p, _, r, phi, theta, _ = states
         thrust, qbar, _ = self._common(states, inputs)
@@ -328,7 +321,6 @@ class LongitudinalKernel(_AxisKernel):
         return basis
 
     def rates(self, drive: Forcing, x: FloatArray, values: FloatArray) -> FloatArray:
-        """Return alpha' and q'."""
         basis = self._basis(drive, x)
         CN, CA, Cm = self._values(basis, drive, x, values)
         A, B = self._along_and_across(drive, x)
@@ -344,7 +336,6 @@ class LongitudinalKernel(_AxisKernel):
     def jacobian(
         self, drive: Forcing, x: FloatArray, values: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
-        """Return alpha', q' and their derivatives by alpha and q."""
         basis = self._basis(drive, x)
         return self._with_slopes(drive, x, basis, values)[:2]
 
@@ -375,7 +366,6 @@ class LongitudinalKernel(_AxisKernel):
     def gradients(
         self, drive: Forcing, x: FloatArray, values: FloatArray
     ) -> tuple[FloatArray, FloatArray, list[GradientFactor]]:
-        """Return alpha', q' with derivatives by states and free parameters."""
         basis = self._basis(drive, x)
         f, f_x, by_CN, by_CA, three = self._with_slopes(drive, x, basis, values)
         factors = (((0, by_CN),), ((0, by_CA),), ((1, drive.precomputed[5]),))
@@ -383,7 +373,6 @@ class LongitudinalKernel(_AxisKernel):
 
     def _shown(self, drive: Forcing, x: FloatArray, CN: FloatArray, CA: FloatArray,
                q_dot: FloatArray) -> FloatArray:  # fmt: skip
-        """Return the responses from the coefficients."""
         sensors = self._aircraft.sensors
         p, r, q = drive.states[3], drive.states[5], x[1]
         per_mass, _, pull = drive.precomputed[8:11]
@@ -414,7 +403,6 @@ class LongitudinalKernel(_AxisKernel):
         )
 
     def outputs(self, drive: Forcing, x: FloatArray, values: FloatArray) -> FloatArray:
-        """Return the responses."""
         basis = self._basis(drive, x)
         CN, CA, Cm = self._values(basis, drive, x, values)
         return self._shown(drive, x, CN, CA, drive.precomputed[5] * Cm + drive.precomputed[6])
@@ -422,7 +410,6 @@ class LongitudinalKernel(_AxisKernel):
     def output_sensitivities(
         self, drive: Forcing, x: FloatArray, values: FloatArray, S: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
-        """Return the responses and their total derivatives."""
         basis = self._basis(drive, x)
         CN, CA, Cm = self._slopes(basis, drive, x, values)
         y = self._shown(
@@ -473,7 +460,6 @@ class LateralKernel(_AxisKernel):
     def build_forcing(
         self, states: FloatArray, inputs: FloatArray, by_path: FloatArray | None, values: FloatArray
     ) -> Forcing:
-        """Return the drive with everything that does not depend on beta, p, r worked out."""
         V, alpha, _, _, q, _, phi, theta, _ = states
         thrust, qbar, spread = self._common(states, inputs)
         mass, body = inputs[_INPUT["mass"]], self._aircraft.mass
@@ -546,7 +532,6 @@ class LateralKernel(_AxisKernel):
         )
 
     def rates(self, drive: Forcing, x: FloatArray, values: FloatArray) -> FloatArray:
-        """Return beta', p', r'."""
         basis = self._basis(drive, x)
         CY, Cl, Cn = self._values(basis, drive, x, values)
         sin_a, cos_a, c = drive.precomputed[2:5]
@@ -563,7 +548,6 @@ class LateralKernel(_AxisKernel):
     def jacobian(
         self, drive: Forcing, x: FloatArray, values: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
-        """Return the rates and their derivatives by the states."""
         basis = self._basis(drive, x)
         return self._with_slopes(drive, x, basis, values)[:2]
 
@@ -614,7 +598,6 @@ class LateralKernel(_AxisKernel):
     def gradients(
         self, drive: Forcing, x: FloatArray, values: FloatArray
     ) -> tuple[FloatArray, FloatArray, list[GradientFactor]]:
-        """Return the rates with derivatives by states and free parameters."""
         basis = self._basis(drive, x)
         f, f_x, by_CY, three = self._with_slopes(drive, x, basis, values)
         d1, d2, d3 = drive.precomputed[7:10]
@@ -653,7 +636,6 @@ class LateralKernel(_AxisKernel):
         return y
 
     def outputs(self, drive: Forcing, x: FloatArray, values: FloatArray) -> FloatArray:
-        """Return the responses."""
         basis = self._basis(drive, x)
         CY, Cl, Cn = self._values(basis, drive, x, values)
         return self._shown(drive, x, CY, self._spin(drive, x, Cl, Cn))
@@ -661,7 +643,6 @@ class LateralKernel(_AxisKernel):
     def output_sensitivities(
         self, drive: Forcing, x: FloatArray, values: FloatArray, S: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
-        """Return the responses and their total derivatives."""
         basis = self._basis(drive, x)
         CY, Cl, Cn = self._slopes(basis, drive, x, values)
         y = self._shown(drive, x, CY.value, self._spin(drive, x, Cl.value, Cn.value))
@@ -709,14 +690,8 @@ def build_axis_kernel(
 ) -> Kernel | None:
     """Return the kernel written out for a case; None where only the general one covers it.
 
-    Parameters
-    ----------
-    model : FlightModel
-    axis : {"lon", "lat", "both"}
-    states, responses : sequence of str
-        Active ones.
-    free : sequence of str
-        Free parameters of the equations, in the order of ``model.parameter_names``.
+    `states` and `responses`: active ones.
+    `free`: free parameters of the equations, in the order of ``model.parameter_names``.
     """
     if axis == "both" or len(model.state_names) > len(POLAR_STATES):
         return None

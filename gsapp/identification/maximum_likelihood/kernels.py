@@ -23,23 +23,13 @@ from gsapp.quantities import FloatArray
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Forcing:
-    """What drives the equations at a row of instants.
+    """What drives the equations at a row of instants."""
 
-    Attributes
-    ----------
-    states : ndarray, shape (9, n)
-        Measured polar states; the rows of active ones are ignored.
-    inputs : ndarray, shape (8, n)
-    path_derivatives : ndarray, shape (3, n_path, n), or None
-        Derivatives of de, da, dr by the free parameters of control paths.
-    precomputed : ndarray, shape (n_rows, n)
-        What a kernel works out beforehand.
-    """
-
-    states: FloatArray
-    inputs: FloatArray
+    states: FloatArray  # Shape (9, n). Measured polar states; the rows of active ones are ignored.
+    inputs: FloatArray  # Shape (8, n).
     path_derivatives: FloatArray | None
-    precomputed: FloatArray
+    """Shape (3, n_path, n). Derivatives of de, da, dr by the free parameters of control paths."""
+    precomputed: FloatArray  # Shape (n_rows, n). What a kernel works out beforehand.
 
     def select_instants(self, which: slice) -> Forcing:
         """Return a row of these instants."""
@@ -59,18 +49,11 @@ class GradientFactor(NamedTuple):
     The rate of state `row` has the derivatives ``factor * basis`` by the parameters of `columns`,
     for each pair of `factors`. What carries them through a step is so multiplied with the factors
     alone, once for all these parameters.
-
-    Attributes
-    ----------
-    columns : slice
-        Of the free parameters.
-    factors : tuple of (int, ndarray of shape (n,))
-    basis : ndarray, shape (n_columns, n)
     """
 
-    columns: slice
-    factors: tuple[tuple[int, FloatArray], ...]
-    basis: FloatArray
+    columns: slice  # Of the free parameters.
+    factors: tuple[tuple[int, FloatArray], ...]  # Shape (n,).
+    basis: FloatArray  # Shape (n_columns, n).
 
 
 Gradient = FloatArray | list[GradientFactor]
@@ -82,19 +65,15 @@ class Kernel(ABC):
 
     Attributes
     ----------
-    state_names : tuple of str
-        Active states, those of terms last.
-    responses : tuple of str
-    free : tuple of str
-        Free parameters of the equations and of control paths: the columns of derivatives.
     jacobian_is_expensive : bool
         Whether derivatives by the states cost much more than the rates themselves.
     """
 
     jacobian_is_expensive = False
-    state_names: tuple[str, ...]
+    state_names: tuple[str, ...]  # Active states, those of terms last.
     responses: tuple[str, ...]
     free: tuple[str, ...]
+    """Free parameters of the equations and of control paths: the columns of derivatives."""
 
     @abstractmethod
     def build_forcing(
@@ -131,10 +110,8 @@ class Kernel(ABC):
     ) -> tuple[FloatArray, FloatArray]:
         """Return the responses and their total derivatives.
 
-        Parameters
-        ----------
-        S : ndarray, shape (n_states, m, n)
-            Derivatives of the states; the first n_free columns are those by `free`.
+        `S`, shape (n_states, m, n): derivatives of the states; the first n_free columns are those
+        by `free`.
 
         Returns
         -------
@@ -148,10 +125,8 @@ class GeneralKernel(Kernel):
 
     Parameters
     ----------
-    model : FlightModel
     states : sequence of str
         Active polar states; the states of terms are always active.
-    responses : sequence of str
     free : sequence of str
         Of ``model.parameter_names``.
     path_free : sequence of str
@@ -182,7 +157,6 @@ class GeneralKernel(Kernel):
     def build_forcing(
         self, states: FloatArray, inputs: FloatArray, by_path: FloatArray | None, values: FloatArray
     ) -> Forcing:
-        """Return the drive; nothing is worked out beforehand."""
         del values
         table = np.empty((0, states.shape[1]))
         return Forcing(states=states, inputs=inputs, path_derivatives=by_path, precomputed=table)
@@ -194,7 +168,6 @@ class GeneralKernel(Kernel):
         return state
 
     def rates(self, drive: Forcing, x: FloatArray, values: FloatArray) -> FloatArray:
-        """Return the rates of the active states."""
         found = self.model.rates(self._state(drive, x), tuple(drive.inputs), tuple(values))
         out = np.empty_like(x)
         for row, place in enumerate(self._active):
@@ -204,7 +177,6 @@ class GeneralKernel(Kernel):
     def jacobian(
         self, drive: Forcing, x: FloatArray, values: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
-        """Return rates and their derivatives by the active states."""
         found = self._differentiate(drive, x, values, ())
         f_x = found[:, :, self._active].transpose(1, 2, 0)
         return self.rates(drive, x, values), np.ascontiguousarray(f_x)
@@ -212,7 +184,6 @@ class GeneralKernel(Kernel):
     def gradients(
         self, drive: Forcing, x: FloatArray, values: FloatArray
     ) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Return rates with derivatives by states and free parameters."""
         rows = self._differentiate(drive, x, values, self._own)
         f_x = np.ascontiguousarray(rows[:, :, self._active].transpose(1, 2, 0))
         own = len(self._own)
@@ -227,7 +198,6 @@ class GeneralKernel(Kernel):
     def _differentiate(
         self, drive: Forcing, x: FloatArray, values: FloatArray, free: tuple[str, ...]
     ) -> FloatArray:
-        """Return the derivatives of the active rates, shape (n, n_active, n_all)."""
         found = self.model.differentiate(
             self._state(drive, x), tuple(drive.inputs), tuple(values), free=free
         )
@@ -235,7 +205,6 @@ class GeneralKernel(Kernel):
         return rows
 
     def outputs(self, drive: Forcing, x: FloatArray, values: FloatArray) -> FloatArray:
-        """Return the responses."""
         found = self._outputs.values(self._state(drive, x), tuple(drive.inputs), tuple(values))
         out = np.empty((len(self.responses), x.shape[1]))
         for row, one in enumerate(found):
@@ -245,7 +214,6 @@ class GeneralKernel(Kernel):
     def output_sensitivities(
         self, drive: Forcing, x: FloatArray, values: FloatArray, S: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
-        """Return the responses and their total derivatives."""
         y, slopes, _ = self._outputs.jacobian(
             self._state(drive, x), tuple(drive.inputs), tuple(values), free=self._own
         )

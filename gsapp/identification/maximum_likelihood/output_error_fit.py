@@ -9,7 +9,7 @@ import numpy as np
 
 from gsapp.foundation import FlightError
 from gsapp.identification import equation_error
-from gsapp.identification.derivative_signs import suspicious_signs
+from gsapp.identification.channel_faults import suspicious_signs, unmeasured_surfaces
 from gsapp.identification.maneuver import Maneuver
 from gsapp.identification.maximum_likelihood.problem import EstimationProblem
 from gsapp.identification.maximum_likelihood.problem_builder import (
@@ -21,7 +21,6 @@ from gsapp.identification.maximum_likelihood.solution import MLSolution, build_s
 from gsapp.identification.maximum_likelihood.solver import DivergedError, Solver, SolverResult
 from gsapp.identification.memory_allocator import retain_freed_memory
 from gsapp.identification.results import ResponseHistory
-from gsapp.identification.stuck_channels import unmeasured_surfaces
 from gsapp.quantities import FloatArray
 
 TYPICAL_DERIVATIVES: Mapping[str, float] = {
@@ -212,7 +211,6 @@ def simulate(
 
     Parameters
     ----------
-    maneuver : Maneuver
     values : mapping of str to float
         Derivatives and parameters of effects; what is left out takes the model's value.
     settings : MLSettings

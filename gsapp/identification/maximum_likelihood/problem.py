@@ -34,11 +34,8 @@ def shift_samples(rows: FloatArray, samples: float) -> tuple[FloatArray, FloatAr
     Cubic convolution (Catmull-Rom): smooth in the shift, so that Gauss-Newton can find it. Beyond
     the ends the outermost sample holds.
 
-    Parameters
-    ----------
-    rows : ndarray, shape (..., n)
-    samples : float
-        Positive: late.
+    `rows`, shape (..., n).
+    `samples`: positive: late.
     """
     count = rows.shape[-1]
     place = np.arange(count) - samples
@@ -74,58 +71,36 @@ _DIVERGENCE_LIMITS = {"V": 1e3, "alpha": 1.5, "beta": 1.5, "theta": 1.56}
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class GlobalParameters:
-    """Global parameters of a fit.
-
-    Attributes
-    ----------
-    equations, paths, sensors : tuple of str
-        Free ones in the equations; on the paths of inputs, their sensors' included; on the sensor
-        paths of responses.
-    """
+    """Global parameters of a fit."""
 
     equations: tuple[str, ...]
     paths: tuple[str, ...]
     sensors: tuple[str, ...]
+    """Free ones in the equations; on the paths of inputs, their sensors' included; on the sensor
+    paths of responses."""
 
     @property
     def all(self) -> tuple[str, ...]:
-        """Return all of them in the order of the unknowns."""
         return (*self.equations, *self.paths, *self.sensors)
 
 
 @dataclass(slots=True, kw_only=True, eq=False)
 class ManeuverSegment:
-    """A stretch of contiguous samples with its own initial states, and its latest trajectory.
+    """A stretch of contiguous samples with its own initial states, and its latest trajectory."""
 
-    Attributes
-    ----------
-    sample_slice : slice
-        Of the maneuver's samples.
-    measured : ndarray, shape (n_responses, n)
-        Zero where a sample does not count.
-    valid : ndarray of bool, same shape
-    complete : bool
-        Whether all samples count.
-    forcing : SegmentForcing
-    x, y, S, Phi : ndarray or None
-        States, responses, sensitivities and derivatives of the steps at the last accepted point.
-    trial : tuple of ndarray or None
-        States and responses being tried.
-    rest_derivatives : ndarray or None
-        Derivatives of the settled states of terms by the polar ones, at the first sample.
-    """
-
-    sample_slice: slice
-    measured: FloatArray
+    sample_slice: slice  # Of the maneuver's samples.
+    measured: FloatArray  # Shape (n_responses, n). Zero where a sample does not count.
     valid: BoolArray
-    complete: bool
+    complete: bool  # Whether all samples count.
     forcing: SegmentForcing
     x: FloatArray
     y: FloatArray | None = None
     S: FloatArray | None = None
     Phi: FloatArray | None = None
-    trial: tuple[FloatArray, FloatArray] | None = None
+    """States, responses, sensitivities and derivatives of the steps at the last accepted point."""
+    trial: tuple[FloatArray, FloatArray] | None = None  # States and responses being tried.
     rest_derivatives: FloatArray | None = None
+    """Derivatives of the settled states of terms by the polar ones, at the first sample."""
 
 
 @dataclass(slots=True, kw_only=True, eq=False)
@@ -160,7 +135,6 @@ class ManeuverProblem:
 
     @property
     def id(self) -> str:
-        """Return the maneuver's id."""
         return self.maneuver.id
 
     def values(self, shared: FloatArray) -> FloatArray:
@@ -239,12 +213,8 @@ class ManeuverProblem:
     ) -> list[FloatArray] | None:
         """Return the residuals of every segment, (n_responses, n); None where it diverges.
 
-        Parameters
-        ----------
-        shared, local : ndarray
-            Unknowns.
-        moved : ndarray or None
-            Change of the unknowns (all columns) from the last accepted point.
+        `shared` and `local`: unknowns.
+        `moved`: change of the unknowns (all columns) from the last accepted point.
         """
         self._update_inputs(shared)
         values = self.values(shared)
@@ -325,7 +295,6 @@ class ManeuverProblem:
 
     @property
     def shared_count(self) -> int:
-        """Return the number of global unknowns."""
         return len(self.names.all)
 
     def _state_columns(self, index: int) -> list[int]:
@@ -417,25 +386,15 @@ class ManeuverProblem:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class EstimationProblem:
-    """All maneuvers of a fit.
-
-    Attributes
-    ----------
-    names : GlobalParameters
-    parts : tuple of ManeuverProblem
-    unexcited : mapping of str to str
-        Derivatives taken out of the free set, each with why.
-    remarks : tuple of str
-    """
+    """All maneuvers of a fit."""
 
     names: GlobalParameters
     parts: tuple[ManeuverProblem, ...]
-    unexcited: Mapping[str, str]
+    unexcited: Mapping[str, str]  # Derivatives taken out of the free set, each with why.
     remarks: tuple[str, ...]
 
     @property
     def unknowns(self) -> tuple[str, ...]:
-        """Return the names of all unknowns."""
         local = [name for part in self.parts for name in part.local_names]
         return (*self.names.all, *local)
 

@@ -25,6 +25,7 @@ from gsapp.identification.axes import (
     axis_derivatives,
     free_derivatives,
 )
+from gsapp.identification.channel_faults import check_sample_count
 from gsapp.identification.coefficients import flight_model_without_aero
 from gsapp.identification.instrument_effects import (
     has_instrument_effects,
@@ -32,7 +33,6 @@ from gsapp.identification.instrument_effects import (
     without_swaps,
 )
 from gsapp.identification.maneuver import Maneuver
-from gsapp.identification.maximum_likelihood.algorithm_settings import ML_ALGORITHM
 from gsapp.identification.maximum_likelihood.axis_kernels import build_axis_kernel
 from gsapp.identification.maximum_likelihood.kernels import GeneralKernel, Kernel
 from gsapp.identification.maximum_likelihood.problem import (
@@ -42,14 +42,13 @@ from gsapp.identification.maximum_likelihood.problem import (
     ManeuverSegment,
     path_parameter_names,
 )
-from gsapp.identification.maximum_likelihood.settings import MLSettings
+from gsapp.identification.maximum_likelihood.settings import ML_ALGORITHM, MLSettings
 from gsapp.identification.maximum_likelihood.trajectory_solver import (
     TrajectorySolver,
     build_segment_forcing,
 )
 from gsapp.identification.motion import MeasuredMotion, measured_motion
 from gsapp.identification.smoothing import build_smoother, contiguous_slices
-from gsapp.identification.stuck_channels import check_sample_count
 from gsapp.quantities import BoolArray, FloatArray
 from gsapp.quantities.constants import GRAVITY
 
@@ -63,19 +62,10 @@ def build_problem(
 ) -> EstimationProblem:
     """Lay out a fit.
 
-    Parameters
-    ----------
-    maneuvers : sequence of Maneuver
-    settings : MLSettings
-    piece : float, optional
-        Cut every segment into pieces of this length, s, each started from measurement.
-    motions : sequence of MeasuredMotion, optional
-        If they are known already.
+    `piece`: cut every segment into pieces of this length, s, each started from measurement.
+    `motions`: if they are known already.
 
-    Raises
-    ------
-    FlightError
-        If nothing can be fitted; it says what is missing.
+    Raises `FlightError` if nothing can be fitted; it says what is missing.
     """
     if not maneuvers:
         raise FlightError("no maneuver to estimate from; name at least one")
@@ -343,7 +333,6 @@ def _name_locals(problem: ManeuverProblem, states: Sequence[str]) -> None:
 def _model_start_values(
     names: GlobalParameters, model: FlightModel, settings: MLSettings
 ) -> FloatArray:
-    """Return the model's own values of the global unknowns, with those of the settings."""
     known = model_parameter_values(model)
     known.update(settings.start)
     return np.array([known[name] for name in names.all], dtype=np.float64)

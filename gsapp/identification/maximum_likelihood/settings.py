@@ -4,12 +4,50 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from typing import Final
 
 from pydantic import Field, NonNegativeFloat
 
 from gsapp.dynamics.model import Model
 from gsapp.identification.axes import Axis
 from gsapp.identification.estimate_settings import FitSettings
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MLAlgorithmSettings:
+    """Engineering choices, checked by `tests/bench/likelihood.py`, unless a source is named."""
+
+    # Problem.
+    max_input_gap: float = 0.1  # s: a longer gap in an input ends a segment.
+    min_segment_duration: float = 0.5  # s: shorter ones only fix initial states.
+    airspeed_cutoff: float = 3.0  # Hz: airspeed of an aircraft cannot change faster.
+    initial_state_samples: int = 5  # Samples whose mean starts the initial state.
+    min_peak_to_noise: float = 9.0  # Of smoothed white noise in a long record: less.
+
+    # Gauss-Newton and Levenberg-Marquardt.
+    eigenvalue_tolerance: float = 1e-11  # Of the largest: smaller count as zero.
+    acceptable_tolerance: float = 1e-4  # Seanor's |dJ/J|: converged if nothing helps.
+    cost_rounding: float = 1e-8  # Relative rounding of the cost: steps go unchecked.
+    max_halvings: int = 4  # Halvings of a step.
+    dampings: tuple[float, float, float, float, float] = (1e-3, 1e-2, 1e-1, 1.0, 10.0)
+    """Levenberg-Marquardt damping, in turn."""
+    single_thread_size: float = 2e5  # Multiplications up to which BLAS uses one thread.
+    noise_floor: float = 1e-7  # Of the signal: smaller residuals are rounding.
+
+    # Trajectories.
+    max_newton_iterations: int = 12  # Newton iterations of a trajectory.
+    newton_tolerance: float = 3e-6  # Correction that leaves an error of its square.
+    chord_tolerance: float = 1e-10  # The same with a constant Jacobian: linear convergence.
+    divergence_limit: float = 1e4  # States beyond this (SI, radians) have left all bounds.
+
+    # Judging a fit.
+    colored_power_ratio: float = 4.0  # Low frequency over white noise: a warning.
+    min_response_r2: float = 0.5  # Of a response: a warning below.
+    r2_averaging: float = 0.1  # s of averaging for R2: noise alone does not lower it.
+    bad_fit_power_ratio: float = 20.0  # Low frequency over white noise: a bad fit.
+
+
+ML_ALGORITHM: Final = MLAlgorithmSettings()
 
 
 class MLSettings(FitSettings):
@@ -37,20 +75,11 @@ class MLSettings(FitSettings):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FitProgress:
-    """How far a fit has come.
-
-    Attributes
-    ----------
-    iteration : int
-    cost : float
-        Mean square of the weighted residuals, over that at the start.
-    change : float
-        Share of the cost that the last step promised to take off.
-    """
+    """How far a fit has come."""
 
     iteration: int
-    cost: float
-    change: float
+    cost: float  # Mean square of the weighted residuals, over that at the start.
+    change: float  # Share of the cost that the last step promised to take off.
 
 
 FitProgressCallback = Callable[[FitProgress], bool | None]

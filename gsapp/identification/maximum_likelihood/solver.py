@@ -15,9 +15,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from gsapp.foundation import FlightError
-from gsapp.identification.maximum_likelihood.algorithm_settings import ML_ALGORITHM
 from gsapp.identification.maximum_likelihood.problem import EstimationProblem, ManeuverProblem
 from gsapp.identification.maximum_likelihood.settings import (
+    ML_ALGORITHM,
     FitProgress,
     FitProgressCallback,
     MLSettings,
@@ -31,60 +31,32 @@ class DivergedError(FlightError):
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class FitPoint:
-    """Where a fit stands.
+    """Where a fit stands."""
 
-    Attributes
-    ----------
-    unknowns : ndarray, shape (n_unknowns,)
-    residuals : list of list of ndarray
-        By maneuver and segment, shape (n_responses, n).
-    noise : list of ndarray
-        Covariance of the residuals, by maneuver, shape (n_responses, n_responses); diagonal
-        unless the settings ask for all of it.
-    cost : float
-        What is minimized.
-    """
-
-    unknowns: FloatArray
-    residuals: list[list[FloatArray]]
+    unknowns: FloatArray  # Shape (n_unknowns,).
+    residuals: list[list[FloatArray]]  # By maneuver and segment, shape (n_responses, n).
     noise: list[FloatArray]
-    cost: float
+    """Covariance of the residuals, by maneuver, shape (n_responses, n_responses); diagonal unless
+    the settings ask for all of it."""
+    cost: float  # What is minimized.
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class SolverResult:
-    """Where a fit ended.
-
-    Attributes
-    ----------
-    point : FitPoint
-    information : ndarray, shape (n_unknowns, n_unknowns)
-        sum S'WS + W2 of the last linearization.
-    sensitivities : list of list of ndarray
-        By maneuver and segment, shape (n_responses, n_global + n_local, n).
-    iterations : int
-    converged : bool
-    message : str
-        Why it ended, in words.
-    """
+    """Where a fit ended."""
 
     point: FitPoint
     information: FloatArray
+    """Shape (n_unknowns, n_unknowns). sum S'WS + W2 of the last linearization."""
     sensitivities: list[list[FloatArray]]
+    """By maneuver and segment, shape (n_responses, n_global + n_local, n)."""
     iterations: int
     converged: bool
-    message: str
+    message: str  # Why it ended, in words.
 
 
 class Solver:
-    """Minimizes the cost of a problem.
-
-    Parameters
-    ----------
-    problem : EstimationProblem
-    settings : MLSettings
-    progress : callable, optional
-    """
+    """Minimizes the cost of a problem."""
 
     def __init__(
         self,
@@ -117,11 +89,9 @@ class Solver:
     def evaluate(self, unknowns: FloatArray, before: FloatArray | None = None) -> FitPoint | None:
         """Return the point at these unknowns; None where the model diverges.
 
-        Parameters
-        ----------
-        unknowns : ndarray, shape (n_unknowns,)
-        before : ndarray, shape (n_unknowns,), optional
-            Unknowns at the last accepted point, whose sensitivities predict the trajectories.
+        `unknowns`, shape (n_unknowns,).
+        `before`, shape (n_unknowns,): unknowns at the last accepted point, whose sensitivities
+        predict the trajectories.
         """
         shared = unknowns[: self._shared]
         residuals: list[list[FloatArray]] = []
@@ -233,10 +203,7 @@ class Solver:
     def solve(self, start: FloatArray) -> SolverResult:
         """Minimize the cost from a start.
 
-        Raises
-        ------
-        DivergedError
-            If the model diverges at the start.
+        Raises `DivergedError` if the model diverges at the start.
         """
         with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
             return self._solve(start)

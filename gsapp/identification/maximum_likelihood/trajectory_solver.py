@@ -20,8 +20,8 @@ from typing import Any, Literal, TypeVar
 import numpy as np
 from scipy.linalg.lapack import dtbtrs
 
-from gsapp.identification.maximum_likelihood.algorithm_settings import ML_ALGORITHM
 from gsapp.identification.maximum_likelihood.kernels import Forcing, Gradient, Kernel
+from gsapp.identification.maximum_likelihood.settings import ML_ALGORITHM
 from gsapp.quantities import FloatArray
 
 IntegrationMethod = Literal["rk4", "euler"]
@@ -37,12 +37,10 @@ class SegmentForcing:
 
     @property
     def at_step_start(self) -> Forcing:
-        """Return the drive at the start of every step."""
         return self.samples.select_instants(slice(0, -1))
 
     @property
     def at_step_end(self) -> Forcing:
-        """Return the drive at the end of every step."""
         return self.samples.select_instants(slice(1, None))
 
 
@@ -127,13 +125,7 @@ def _accumulate_gradient(carrier: FloatArray | None, gradient: Gradient, total: 
 
 
 class TrajectorySolver:
-    """Steps, trajectories and sensitivities with one kernel.
-
-    Parameters
-    ----------
-    kernel : Kernel
-    integration : {"rk4", "euler"}
-    """
+    """Steps, trajectories and sensitivities with one kernel."""
 
     def __init__(self, kernel: Kernel, integration: IntegrationMethod) -> None:
         self.kernel = kernel
@@ -313,11 +305,8 @@ class TrajectorySolver:
 def _solve_bidiagonal(Phi: FloatArray, columns: FloatArray) -> FloatArray:
     """Solve d[0] = b[0], d[k+1] - Phi_k d[k] = b[k+1].
 
-    Parameters
-    ----------
-    Phi : ndarray, shape (n_states, n_states, n - 1)
-    columns : ndarray, shape (m, n, n_states)
-        Right-hand sides; overwritten.
+    `Phi`, shape (n_states, n_states, n - 1).
+    `columns`, shape (m, n, n_states): right-hand sides; overwritten.
     """
     size, _, steps = Phi.shape
     band = np.zeros((steps + 1, size, 2 * size))

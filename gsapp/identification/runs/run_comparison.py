@@ -1,19 +1,132 @@
-"""Two kept runs beside each other: what was asked for, and what came of it."""
+"""A kept run done again, or beside another one: what differs, in words."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
 from gsapp.dynamics.buildup import derivative_names
-from gsapp.identification.campaign import CampaignValue
-from gsapp.identification.runs.request import RunRequest
-from gsapp.identification.runs.run_repetition import version_differences
-from gsapp.identification.runs.run_store import StoredRun
-from gsapp.identification.runs.settings_text import setting_differences
+from gsapp.flight.catalog import Catalog, EstimationRun, StoredEstimate, search_runs
+from gsapp.flight.provenance import InputFile, find_changed_parts
+from gsapp.foundation.name_suggestions import format_names
+from gsapp.identification.campaign import CampaignProgressCallback, CampaignValue
+from gsapp.identification.estimate_json import stored_estimates
+from gsapp.identification.runs.inputs import FlightCache, StatusCallback
+from gsapp.identification.runs.request import RunRequest, setting_differences
+from gsapp.identification.runs.run_execution import RunOutcome, execute_run
+from gsapp.identification.runs.run_store import StoredRun, load_run
 from gsapp.identification.summary.settings import SUMMARY
+
+_MAX_NAMED = 4
+"""Derivatives named where values differ."""
+_STORED_ROLES = frozenset({"model", "weights"})
+"""Files whose content is kept with the run: what became of them since does not matter."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class RepeatedRun:
+    """A run done again."""
+
+    outcome: RunOutcome
+    is_identical: bool
+    """Whether every value and bound of every maneuver is the same to the last bit."""
+    differences: tuple[str, ...]
+    """Files and versions that changed since, and values that differ, in words."""
+
+
+def repeat_run(
+    catalog: Catalog,
+    number: int,
+    *,
+    flights: FlightCache | None = None,
+    doing: StatusCallback | None = None,
+    progress: CampaignProgressCallback | None = None,
+) -> RepeatedRun:
+    """Do a kept run again, from exactly what it was asked for.
+
+    `flights`, `doing`, `progress`: as for `execute_run`.
+
+    Raises `UnknownNameError` if there is no such run. Raises `GroundStationError` if a flight of it
+    cannot be read any more; see `execute_run`.
+    """
+    before = load_run(catalog, number)
+    fits = search_runs(catalog, kept=number)
+    outcome = execute_run(before.request, flights=flights, doing=doing, progress=progress)
+    other = tuple(_value_differences(before, fits, outcome))
+    around = (
+        *_input_differences(before.inputs, outcome.inputs),
+        *version_differences(before.versions, outcome.versions),
+    )
+    if other and not around:
+        other = (*other, "same files and versions: the program code changed")
+    return RepeatedRun(outcome=outcome, is_identical=not other, differences=(*around, *other))
+
+
+def version_differences(before: Mapping[str, str], now: Mapping[str, str]) -> Iterator[str]:
+    """Yield what differs between two sets of versions, in words."""
+    for name in dict.fromkeys((*before, *now)):
+        if before.get(name) != now.get(name):
+            yield f"{name} was {before.get(name, 'not there')}, and is {now.get(name, 'not there')}"
+
+
+def _input_differences(before: Sequence[InputFile], now: Sequence[InputFile]) -> Iterator[str]:
+    one = [file for file in before if file.role not in _STORED_ROLES]
+    other = [file for file in now if file.role not in _STORED_ROLES]
+    # The same request has the same files in the same order, but for certificates of a folder.
+    for old, new in zip(one, other, strict=False):
+        for name in find_changed_parts(old, new):
+            yield f"{name} has changed"
+    for file in (*one[len(other) :], *other[len(one) :]):
+        yield f"{file.name} was not there both times"
+
+
+def _value_differences(
+    before: StoredRun, fits: Sequence[EstimationRun], outcome: RunOutcome
+) -> Iterator[str]:
+    """Yield which values differ by a bit or more, fit by fit."""
+    again = [one.estimate for one in outcome.result.results if one.estimate is not None]
+    fitted = [*again, *outcome.result.joint]
+    failures = {
+        one.maneuver.id: one.failure for one in outcome.result.results if one.estimate is None
+    }
+    if failures != dict(before.failures) or len(fits) != len(fitted):
+        yield "different maneuvers could be fitted"
+        return
+    for old, estimate in zip(fits, fitted, strict=True):
+        new = stored_estimates(estimate)
+        names = [
+            name
+            for name in dict.fromkeys((*old.estimates, *new))
+            if old.estimates.get(name) != new.get(name)
+        ]
+        if names:
+            which = ", ".join(estimate.maneuvers)
+            words = [
+                _difference_text(name, old.estimates.get(name), new.get(name)) for name in names
+            ]
+            yield f"maneuver {which}: {format_names(words, _MAX_NAMED)}"
+    means = {name: one.value for name, one in outcome.summary.derivatives.items()}
+    moved = [name for name in means if means[name] != before.values.get(name)]
+    if moved or set(means) != set(before.values):
+        yield f"the means of {', '.join(moved) or 'other derivatives'} differ"
+
+
+def _difference_text(name: str, old: StoredEstimate | None, new: StoredEstimate | None) -> str:
+    one = None if old is None else old.value
+    other = None if new is None else new.value
+    if one is None or other is None:
+        return f"{name} was {_status_text(old)}, and is {_status_text(new)}"
+    if one == other:
+        return f"the bound of {name} differs"
+    return f"{name} was {one:.6g}, and is {other:.6g} ({other - one:+.2g})"
+
+
+def _status_text(one: StoredEstimate | None) -> str:
+    if one is None:
+        return "absent"
+    return one.status if one.value is None else f"{one.value:.6g}"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -27,25 +140,16 @@ class SettingDifference:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ValueDifference:
-    """A derivative of two runs.
-
-    Attributes
-    ----------
-    name : str
-    one, other : CampaignValue or None
-        None where the run did not earn it.
-    difference : float or None
-        Of the means, the other's less the one's.
-    in_bounds : float or None
-        The difference over the root of the sum of both variances. Runs that share maneuvers share
-        their noise as well: they should then differ by less than 1.
-    """
+    """A derivative of two runs."""
 
     name: str
     one: CampaignValue | None
     other: CampaignValue | None
-    difference: float | None = None
+    """None where the run did not earn it."""
+    difference: float | None = None  # Of the means, the other's less the one's.
     in_bounds: float | None = None
+    """The difference over the root of the sum of both variances. Runs that share maneuvers share
+    their noise as well: they should then differ by less than 1."""
 
     @property
     def differs(self) -> bool:
@@ -57,25 +161,14 @@ class ValueDifference:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RunComparison:
-    """Two runs beside each other.
-
-    Attributes
-    ----------
-    one, other : str
-        Their names.
-    settings : tuple of SettingDifference
-        Those that differ, flights and maneuvers among them.
-    values : tuple of ValueDifference
-        In the order of the build-up.
-    versions : tuple of str
-        What differs, in words.
-    """
+    """Two runs beside each other."""
 
     one: str
     other: str
-    settings: tuple[SettingDifference, ...]
-    values: tuple[ValueDifference, ...]
-    versions: tuple[str, ...] = ()
+    """Their names."""
+    settings: tuple[SettingDifference, ...]  # Those that differ, flights and maneuvers among them.
+    values: tuple[ValueDifference, ...]  # In the order of the build-up.
+    versions: tuple[str, ...] = ()  # What differs, in words.
 
 
 def compare_runs(
@@ -83,16 +176,9 @@ def compare_runs(
 ) -> RunComparison:
     """Return two runs beside each other.
 
-    Parameters
-    ----------
-    one, other : StoredRun
-    means : {"values", "campaign"}
-        Which of their means.
+    `means`: which of their means.
 
-    Raises
-    ------
-    FlightError
-        If what one of them was asked for cannot be read.
+    Raises `FlightError` if what one of them was asked for cannot be read.
     """
     asked = one.request, other.request
     order = {name: place for place, name in enumerate(derivative_names())}

@@ -2,36 +2,69 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from itertools import combinations
+from typing import Final
 
 import numpy as np
 
 from gsapp.aircraft import file_warnings
+from gsapp.dynamics.linearization import LinearModel
 from gsapp.dynamics.model import load_model
 from gsapp.flight.catalog import FlightEntry
 from gsapp.flight.maneuvers import uncalibrated_text
+from gsapp.flight.provenance import InputFile
 from gsapp.foundation import FlightError, UnknownNameError
 from gsapp.foundation.name_suggestions import did_you_mean
-from gsapp.identification.campaign import CampaignProgressCallback, run_campaign
-from gsapp.identification.runs.flight_cache import CachedFlight, FlightCache
+from gsapp.identification.campaign import CampaignProgressCallback, CampaignResult, run_campaign
+from gsapp.identification.linear_models.signals import LinearAxis
 from gsapp.identification.runs.inputs import (
+    CachedFlight,
+    FlightCache,
+    StatusCallback,
     flight_open_requests,
+    in_requested_order,
     input_files,
     run_versions,
+    select_maneuvers,
+    selected_maneuvers,
     weights_file,
     with_absolute_paths,
 )
-from gsapp.identification.runs.maneuver_selection import (
-    StatusCallback,
-    in_requested_order,
-    select_maneuvers,
-    selected_maneuvers,
-)
-from gsapp.identification.runs.outcome import SAME_SAMPLES_TEXT, RunOutcome
 from gsapp.identification.runs.request import RunRequest
-from gsapp.identification.summary import summarize_campaign
-from gsapp.identification.summary.campaign_linear_models import build_linear_models
+from gsapp.identification.summary import CampaignSummary, summarize_campaign
+from gsapp.identification.summary.campaign_linear_models import (
+    NO_LINEAR_MODEL_PREFIX,
+    build_linear_models,
+)
+
+SAME_SAMPLES_TEXT: Final = "the same samples stand in"
+"""Begins a remark on flights that are one and the same."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class RunOutcome:
+    """One estimation, done."""
+
+    request: RunRequest  # With the maneuvers that were used.
+    aircraft: str  # Name of the one that flew.
+    result: CampaignResult
+    """Maneuver ids begin with the flight's number where there are several, ``2:M4``."""
+    summary: CampaignSummary
+    models: Mapping[LinearAxis, LinearModel] = field(default_factory=dict)
+    """Linear models with the means, by axis; may be empty."""
+    remarks: tuple[str, ...] = ()
+    """What is suspicious about the aircraft, of reading the flights, and why there is no linear
+    model."""
+    number: int | None = None  # In the catalog; None where it was not kept.
+    inputs: tuple[InputFile, ...] = ()
+    """Flights and files that went in, with their sums when they were read."""
+    versions: Mapping[str, str] = field(default_factory=dict)
+    """Of the program and what shapes its numbers."""
+    flights: tuple[FlightEntry, ...] = ()  # What a catalog keeps of the flights.
+    uncalibrated: tuple[str, ...] = ()
+    """Which inputs and answers of the flights were volts only, in words."""
 
 
 def execute_run(
@@ -45,7 +78,6 @@ def execute_run(
 
     Parameters
     ----------
-    request : RunRequest
     flights : FlightCache, optional
         Flights that are open already; those of this run are open there afterwards.
     doing : callable, optional
@@ -152,3 +184,20 @@ def _duplicate_flight_warnings(shelved: Sequence[CachedFlight]) -> Iterator[str]
                 f"{SAME_SAMPLES_TEXT} flights {place} and {other_place}: their maneuvers count "
                 "twice and the bounds of the means are too small; exclude one"
             )
+
+
+def exclude_maneuvers(outcome: RunOutcome, maneuvers: Collection[str]) -> RunOutcome:
+    """Return an outcome with other maneuvers left out of its means; no maneuver is fitted again.
+
+    `maneuvers`: ids as in its result; empty takes all of them in.
+    """
+    summary = summarize_campaign(outcome.result, without=maneuvers)
+    models, why_not = build_linear_models(outcome.result, summary)
+    rest = tuple(one for one in outcome.remarks if not one.startswith(NO_LINEAR_MODEL_PREFIX))
+    return replace(
+        outcome,
+        request=outcome.request.with_changes(without=tuple(sorted(summary.excluded_maneuvers))),
+        summary=summary,
+        models=models,
+        remarks=(*rest, *why_not),
+    )

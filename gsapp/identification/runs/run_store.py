@@ -28,72 +28,45 @@ from gsapp.flight.provenance import InputFile
 from gsapp.foundation import FlightError
 from gsapp.foundation.toml import toml_text
 from gsapp.identification.campaign import CampaignValue, campaign_values
-from gsapp.identification.catalog_storage import CatalogManeuver, catalog_runs
-from gsapp.identification.runs.outcome import RunOutcome
-from gsapp.identification.runs.request import RunRequest
-from gsapp.identification.runs.request_json import request_from_json, request_json
-from gsapp.identification.runs.settings_text import describe_settings
+from gsapp.identification.estimate_json import CatalogManeuver, catalog_runs
+from gsapp.identification.runs.request import (
+    RunRequest,
+    describe_settings,
+    request_from_json,
+    request_json,
+)
+from gsapp.identification.runs.run_execution import RunOutcome
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StoredRun:
-    """A run in the catalog.
-
-    Attributes
-    ----------
-    number : int
-    label : str
-        What the user calls it; may be empty.
-    created_at : datetime
-    method : {"ml", "ee", "ftr"}
-    axis : {"lon", "lat", "both"}
-    aircraft : str
-    flights : tuple of str
-        Names.
-    maneuver_count : int
-        Of the maneuvers that were fitted, well or not.
-    settings : mapping of str to str
-        All of them in words.
-    values : mapping of str to CampaignValue
-        Means as in the report: values that lie far off are left out, and what values scatter
-        beyond their bounds is in the weights.
-    campaign : mapping of str to CampaignValue
-        Means weighted by the bounds alone, as `gsapp estimate` gives them. A run that was kept
-        before these were has those of the report.
-    failures : mapping of str to str
-        Why, by id of the maneuver that gave nothing.
-    outlying_maneuvers : tuple of str
-        Maneuvers whose values lie far off in several derivatives.
-    bounds_ratio : float or None
-        Scatter over bounds, 1 if they are honest; None where nothing was flown three times.
-    remarks : tuple of str
-    inputs : tuple of InputFile
-    versions : mapping of str to str
-    content : mapping
-        Its request as the catalog holds it.
-    folder : Path
-        Of the catalog.
-    """
+    """A run in the catalog."""
 
     number: int
-    label: str
+    label: str  # What the user calls it; may be empty.
     created_at: datetime
     method: str
     axis: str
     aircraft: str
-    flights: tuple[str, ...]
-    maneuver_count: int
-    settings: Mapping[str, str]
+    flights: tuple[str, ...]  # Names.
+    maneuver_count: int  # Of the maneuvers that were fitted, well or not.
+    settings: Mapping[str, str]  # All of them in words.
     values: Mapping[str, CampaignValue]
+    """Means as in the report: values that lie far off are left out, and what values scatter beyond
+    their bounds is in the weights."""
     campaign: Mapping[str, CampaignValue]
-    failures: Mapping[str, str]
+    """Means weighted by the bounds alone, as `gsapp estimate` gives them. A run that was kept
+    before these were has those of the report."""
+    failures: Mapping[str, str]  # Why, by id of the maneuver that gave nothing.
     outlying_maneuvers: tuple[str, ...]
+    """Maneuvers whose values lie far off in several derivatives."""
     bounds_ratio: float | None
+    """Scatter over bounds, 1 if they are honest; None where nothing was flown three times."""
     remarks: tuple[str, ...]
     inputs: tuple[InputFile, ...]
     versions: Mapping[str, str]
-    content: Mapping[str, Any]
-    folder: Path
+    content: Mapping[str, Any]  # Its request as the catalog holds it.
+    folder: Path  # Of the catalog.
 
     @property
     def name(self) -> str:
@@ -104,10 +77,7 @@ class StoredRun:
     def request(self) -> RunRequest:
         """Return what it was asked for: every maneuver with its edges, every setting.
 
-        Raises
-        ------
-        FlightError
-            If this program cannot read all of it.
+        Raises `FlightError` if this program cannot read all of it.
         """
         return request_from_json(self.content, self.folder).with_changes(label=self.label)
 
@@ -119,16 +89,8 @@ def save_run(catalog: Catalog, outcome: RunOutcome) -> int:
     these are then the maneuvers of that flight; otherwise those that the catalog has stay as they
     are.
 
-    Parameters
-    ----------
-    catalog : Catalog
-    outcome : RunOutcome
-
-    Raises
-    ------
-    FlightError
-        If the catalog cannot be written, or the run was made with other certificates than the
-        flights' own.
+    Raises `FlightError` if the catalog cannot be written, or the run was made with other
+    certificates than the flights' own.
     """
     check_storable(catalog.path, outcome.request.calibration)
     record = _run_record(catalog, outcome)
@@ -152,18 +114,10 @@ def save_run(catalog: Catalog, outcome: RunOutcome) -> int:
 def update_run_means(catalog: Catalog, outcome: RunOutcome) -> None:
     """Keep other means of a kept run, of the same fits; see `excluding`.
 
-    Parameters
-    ----------
-    catalog : Catalog
-    outcome : RunOutcome
-        With its number.
+    `outcome`: with its number.
 
-    Raises
-    ------
-    UnknownNameError
-        If there is no such run.
-    FlightError
-        If the catalog cannot be written.
+    Raises `UnknownNameError` if there is no such run. Raises `FlightError` if the catalog cannot be
+    written.
     """
     update_campaign_run(catalog, _run_record(catalog, outcome), outcome.number or 0)
 
@@ -188,10 +142,7 @@ def stored_runs(catalog: Catalog) -> tuple[StoredRun, ...]:
 def load_run(catalog: Catalog, number: int) -> StoredRun:
     """Return one run.
 
-    Raises
-    ------
-    UnknownNameError
-        If there is none of that number, or it was forgotten.
+    Raises `UnknownNameError` if there is none of that number, or it was forgotten.
     """
     return _stored_run(catalog, get_campaign_run(catalog, number))
 
@@ -209,10 +160,7 @@ def forget_run(catalog: Catalog, number: int) -> None:
 def recall_run(catalog: Catalog, number: int) -> None:
     """Bring back a run that was forgotten.
 
-    Raises
-    ------
-    UnknownNameError
-        If there never was one of that number.
+    Raises `UnknownNameError` if there never was one of that number.
     """
     restore_campaign_run(catalog, number)
 

@@ -16,7 +16,6 @@ from gsapp.identification.statistics.bounds import (
     noise_autocovariance,
     noise_covariance,
 )
-from gsapp.identification.statistics.goodness_of_fit import response_fit
 from gsapp.identification.statistics.identifiability import (
     CORRELATION_WARNING_PREFIX,
     Identifiability,
@@ -24,8 +23,13 @@ from gsapp.identification.statistics.identifiability import (
     assess_identifiability,
     correlation_warning,
 )
-from gsapp.identification.statistics.turbulence import TurbulenceDetection, detect_turbulence
-from gsapp.identification.statistics.whiteness import Whiteness, evaluate_whiteness
+from gsapp.identification.statistics.residuals import (
+    TurbulenceDetection,
+    Whiteness,
+    detect_turbulence,
+    evaluate_whiteness,
+    response_fit,
+)
 
 __all__ = [
     "CORRELATION_WARNING_PREFIX",

@@ -26,13 +26,13 @@ import numpy.typing as npt
 from scipy.linalg.blas import zgemm
 
 from gsapp.identification.statistics.correlation import (
+    STATISTICS,
     ComplexArray,
     LagLayout,
     bartlett,
     default_lags,
     residual_autocovariance,
 )
-from gsapp.identification.statistics.settings import STATISTICS
 from gsapp.quantities import FloatArray
 
 
@@ -78,26 +78,14 @@ def invert_information(H: FloatArray) -> FloatArray:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class ManeuverFitData:
-    """One maneuver of a fit.
+    """One maneuver of a fit."""
 
-    Attributes
-    ----------
-    S : ndarray, shape (n, n_responses, m)
-        By the parameters that this maneuver knows.
-    v : ndarray, shape (n, n_responses)
-        Residuals, NaN where a sample does not count.
-    W : ndarray, shape (n_responses, n_responses)
-    columns : ndarray of int, shape (m,), optional
-        Which parameters of the fit those are; the first m by default.
-    segments : sequence of slice, optional
-        Stretches of contiguous samples.
-    """
-
-    S: FloatArray
-    v: FloatArray
-    W: FloatArray
+    S: FloatArray  # Shape (n, n_responses, m). By the parameters that this maneuver knows.
+    v: FloatArray  # Shape (n, n_responses). Residuals, NaN where a sample does not count.
+    W: FloatArray  # Shape (n_responses, n_responses).
     columns: npt.NDArray[np.intp] | None = None
-    segments: Sequence[slice] | None = None
+    """Shape (m,). Which parameters of the fit those are; the first m by default."""
+    segments: Sequence[slice] | None = None  # Stretches of contiguous samples.
 
 
 def joint_covariance(
@@ -181,7 +169,6 @@ def covariance_for_known_noise(
         The weights that the fit will take.
     lagged : ndarray, shape (2 Lg + 1, n_responses, n_responses)
         Autocovariance of the noise; the middle one is that of lag 0.
-    segments : sequence of slice, optional
 
     Returns
     -------
@@ -203,17 +190,10 @@ def noise_autocovariance(part: ManeuverFitData, *, lags: int | None = None) -> F
 
     What the fit took away is added back.
 
-    Parameters
-    ----------
-    part : ManeuverFitData
-        With all parameters that the fit had.
-    lags : int, optional
-        Lg. By default `gsapp.identification.statistics.correlation.default_lags`.
+    `part`: with all parameters that the fit had.
+    `lags`: lg. By default `gsapp.identification.statistics.correlation.default_lags`.
 
-    Returns
-    -------
-    ndarray, shape (2 Lg + 1, n_responses, n_responses)
-        The middle one is that of lag 0.
+    Shape (2 Lg + 1, n_responses, n_responses). The middle one is that of lag 0.
     """
     work = _SpectralWorkspace(part, lags)
     inverted, _ = _inverse(information_matrix(part.S, part.W, counted=part.v))
@@ -298,12 +278,9 @@ class _SpectralWorkspace:
 def noise_covariance(v: FloatArray, *, diagonal: bool = False) -> FloatArray:
     """Return R = mean of v v', shape (n_responses, n_responses).
 
-    Parameters
-    ----------
-    v : ndarray, shape (n, n_responses)
-        Each element of R is the mean over the samples where both responses count.
-    diagonal : bool
-        Leave the covariances between responses out.
+    `v`, shape (n, n_responses): each element of R is the mean over the samples where both responses
+    count.
+    `diagonal`: leave the covariances between responses out.
 
     Notes
     -----

@@ -14,7 +14,7 @@ import numpy as np
 
 from gsapp.identification.results import DerivativeStatus
 from gsapp.identification.statistics.bounds import invert_information
-from gsapp.identification.statistics.settings import STATISTICS
+from gsapp.identification.statistics.correlation import STATISTICS
 from gsapp.quantities import FloatArray
 
 PLAUSIBLE_DERIVATIVES: Mapping[str, Mapping[str, float]] = {
@@ -39,24 +39,15 @@ class ParameterVerdict:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Identifiability:
-    """On all parameters of a fit.
+    """On all parameters of a fit."""
 
-    Attributes
-    ----------
-    verdicts : mapping of str to ParameterVerdict
-        By name.
-    condition : float
-        Largest over smallest eigenvalue of the scaled information; inf where it is singular.
-    correlated : tuple of (str, str, float)
-        Pairs of estimates correlated by more than 0.95, the strongest first.
-    """
-
-    verdicts: Mapping[str, ParameterVerdict]
+    verdicts: Mapping[str, ParameterVerdict]  # By name.
     condition: float
+    """Largest over smallest eigenvalue of the scaled information; inf where it is singular."""
     correlated: tuple[tuple[str, str, float], ...]
+    """Pairs of estimates correlated by more than 0.95, the strongest first."""
 
     def __getitem__(self, name: str) -> ParameterVerdict:
-        """Return the verdict on one parameter."""
         return self.verdicts[name]
 
 
@@ -101,7 +92,7 @@ def assess_identifiability(
         other ones. A parameter without such a size is judged by whether the information is
         singular alone.
     inverted : ndarray, same shape, optional
-        `gsapp.identification.statistics.inverse` of the information, where it is known already.
+        `statistics.bounds.invert_information` of it, where that is known already.
     """
     known = dict(plausible or {})
     sizes = [known.get(name, plausible_size(name)) for name in names]

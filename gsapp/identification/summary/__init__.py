@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from gsapp.identification.summary.campaign_summary import (
+    CONDITIONS,
     CampaignSummary,
+    ConditionTrend,
+    DerivativePoint,
     DerivativeSummary,
-    OutlyingManeuver,
     summarize_campaign,
 )
-from gsapp.identification.summary.condition_trends import ConditionTrend
-from gsapp.identification.summary.derivative_points import CONDITIONS, DerivativePoint
-from gsapp.identification.summary.outliers import Outlier
 
 __all__ = [
     "CONDITIONS",
@@ -18,7 +17,5 @@ __all__ = [
     "ConditionTrend",
     "DerivativePoint",
     "DerivativeSummary",
-    "Outlier",
-    "OutlyingManeuver",
     "summarize_campaign",
 ]

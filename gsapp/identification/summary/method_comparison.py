@@ -26,18 +26,12 @@ ValueWithBound = tuple[float, float]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MethodDifference:
-    """One derivative by both methods, per radian.
-
-    Attributes
-    ----------
-    name : str
-    maximum_likelihood, equation_error : (float, float) or None
-        Value and bound by maximum likelihood and by equation error; None where not earned.
-    """
+    """One derivative by both methods, per radian."""
 
     name: str
     maximum_likelihood: ValueWithBound | None
     equation_error: ValueWithBound | None
+    """Value and bound by maximum likelihood and by equation error; None where not earned."""
 
     @property
     def normalized_difference(self) -> float | None:

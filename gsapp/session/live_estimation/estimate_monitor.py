@@ -17,8 +17,12 @@ from gsapp.flight.info import FlightInfo
 from gsapp.foundation import FlightError
 from gsapp.identification.campaign import CampaignResult
 from gsapp.identification.ftr import FTR
-from gsapp.identification.maneuver import Maneuver, cut_maneuver, mass_over_flight
-from gsapp.identification.maneuver_extraction import correct_for_burned_fuel
+from gsapp.identification.maneuver import (
+    Maneuver,
+    correct_for_burned_fuel,
+    cut_maneuver,
+    mass_over_flight,
+)
 from gsapp.quantities import Block
 from gsapp.session.live_estimation.estimate_table import EstimateRow, build_estimate_rows
 from gsapp.session.live_estimation.fit_workers import FitWorker

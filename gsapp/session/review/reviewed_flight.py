@@ -24,7 +24,7 @@ from gsapp.flight.maneuvers import (
     collect_maneuvers,
 )
 from gsapp.foundation import FlightError
-from gsapp.identification.maneuver_extraction import open_flight
+from gsapp.identification.maneuver import open_flight
 from gsapp.session.monitor_settings import MONITORS
 
 

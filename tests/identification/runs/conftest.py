@@ -4,9 +4,8 @@ from pathlib import Path
 
 import pytest
 
-from gsapp.identification.runs.outcome import RunOutcome
 from gsapp.identification.runs.request import RunRequest
-from gsapp.identification.runs.run_execution import execute_run
+from gsapp.identification.runs.run_execution import RunOutcome, execute_run
 from tests.identification.runs_kit import WINDOWS, write_flights
 
 

@@ -20,12 +20,14 @@ from hypothesis import strategies as st
 from gsapp.dynamics.model import load_model
 from gsapp.flight.catalog import Catalog, schema, search_maneuvers, search_runs
 from gsapp.foundation import FlightError, UnknownNameError
-from gsapp.identification.runs.exclusion import exclude_maneuvers
-from gsapp.identification.runs.outcome import RunOutcome
-from gsapp.identification.runs.request import RunRequest, SelectedManeuver
-from gsapp.identification.runs.request_json import request_from_json, request_json
-from gsapp.identification.runs.run_execution import execute_run
-from gsapp.identification.runs.run_repetition import repeat_run
+from gsapp.identification.runs.request import (
+    RunRequest,
+    SelectedManeuver,
+    request_from_json,
+    request_json,
+)
+from gsapp.identification.runs.run_comparison import repeat_run
+from gsapp.identification.runs.run_execution import RunOutcome, exclude_maneuvers, execute_run
 from gsapp.identification.runs.run_store import (
     forget_run,
     load_run,
@@ -181,7 +183,7 @@ MANEUVERS = st.lists(
 ).map(tuple)  # fmt: skip
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=30, deadline=None)
 @given(SETTINGS, MANEUVERS, st.text(max_size=5))
 def test_every_setting_goes_through_json_exactly(
     chosen: dict[str, Any], maneuvers: tuple[SelectedManeuver, ...], label: str
@@ -266,6 +268,7 @@ def forked(work: Callable[[], object]) -> int:
         os._exit(1)
 
 
+@pytest.mark.long
 @forks
 def test_a_process_killed_while_it_keeps_leaves_whole_runs(
     outcome: RunOutcome, tmp_path: Path
@@ -304,6 +307,7 @@ def test_a_process_killed_while_it_keeps_leaves_whole_runs(
         assert catalog.version == len(schema.MIGRATIONS)
 
 
+@pytest.mark.long
 @forks
 def test_a_run_that_is_interrupted_leaves_nothing_half_done(
     outcome: RunOutcome, tmp_path: Path

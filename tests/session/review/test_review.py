@@ -11,7 +11,7 @@ from gsapp.flight.catalog import Catalog, StoredVerdict, search_maneuvers, store
 from gsapp.flight.flight_import import import_flight
 from gsapp.flight.writers import write_block
 from gsapp.foundation import FlightError, UnknownNameError
-from gsapp.identification.maneuver_extraction import open_flights_with_maneuvers
+from gsapp.identification.maneuver import open_flights_with_maneuvers
 from gsapp.session.review import (
     Review,
     ReviewedFlight,

@@ -1,4 +1,4 @@
-"""In gusts equation error stands beside maximum likelihood; in calm air it costs nothing."""
+"""A campaign: what each axis frees, and equation error beside maximum likelihood in gusts."""
 
 import json
 from dataclasses import replace
@@ -8,12 +8,26 @@ import numpy as np
 import pytest
 
 from gsapp.foundation import FlightError
+from gsapp.identification import campaign as campaign_fitting
 from gsapp.identification.campaign import CampaignResult, CampaignSettings, run_campaign
-from gsapp.identification.campaign import method_functions as campaign_fitting
 from gsapp.identification.estimate_json import campaign_json
 from gsapp.identification.results import Estimate
 from gsapp.identification.summary.method_comparison import compare_method_means, compare_methods
 from tests.identification.virtual_maneuvers import Virtual, fly
+
+
+def test_each_axis_frees_its_own_of_the_derivatives_named() -> None:
+    """Names of both axes at once: a maneuver is never asked for the other axis."""
+    flown = [replace(fly(1, kind).maneuver, id=kind) for kind in ("lon", "lat")]
+    result = run_campaign(flown, CampaignSettings(free=("Cm_alpha", "Cm_de", "Cl_p", "Cl_da")))
+    asked = {
+        one.maneuver.id: {
+            name for name, found in one.estimate.derivatives.items() if found.status != "held"
+        }
+        for one in result.results
+        if one.estimate is not None
+    }
+    assert asked == {"lon": {"Cm_alpha", "Cm_de"}, "lat": {"Cl_p", "Cl_da"}}
 
 
 def flown(gust: float, kind: str = "lat") -> Virtual:

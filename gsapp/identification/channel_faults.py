@@ -1,4 +1,8 @@
-"""Channels that show one value through a whole maneuver, and surfaces that nobody saw move.
+"""Channels that are reversed or stuck, and surfaces that nobody saw move.
+
+A reversed channel turns a whole pattern of derivatives over. A reversed pitch gyro leaves Cm_q
+alone (both sides change) but turns over Cm_alpha and Cm_de; a reversed elevator turns over Cm_de
+only; a reversed alpha vane Cm_alpha and CN_alpha. So the channel is named whose pattern fits.
 
 What a stuck instrument did not see must not pass for a motion that was not there.
 """
@@ -11,15 +15,99 @@ from typing import Final
 
 import numpy as np
 
+from gsapp.dynamics.model import Model
+from gsapp.dynamics.trim import find_suspect_signs
 from gsapp.flight.maneuvers.stuck_sensors import is_stuck, sensor_noise
 from gsapp.foundation import FlightError
 from gsapp.identification.axes import AXIS_SURFACES, Axis
-from gsapp.identification.deflections import COMMAND_CHANNELS
-from gsapp.identification.derivative_signs import suspicious_signs
 from gsapp.identification.maneuver import Maneuver
 from gsapp.identification.preparation_settings import PREPARATION
+from gsapp.identification.record_preparation import COMMAND_CHANNELS
 from gsapp.identification.results import DerivativeEstimate, Estimate
 from gsapp.quantities import SURFACE_NAMES
+
+_USUAL_SIGNS: Mapping[str, int] = {
+    "CN_alpha": 1,
+    "CN_de": 1,
+    "Cm_alpha": -1,
+    "Cm_q": -1,
+    "Cm_de": -1,
+    "CY_beta": -1,
+    "CY_dr": 1,
+    "Cl_beta": -1,
+    "Cl_p": -1,
+    "Cl_da": 1,
+    "Cn_beta": 1,
+    "Cn_r": -1,
+    "Cn_dr": -1,
+}
+"""Signs that an aircraft of the usual layout has."""
+_UNCERTAIN_SIGNS = frozenset({"CN_de", "CY_dr", "Cl_beta"})
+"""These may differ on a sound aircraft: they tell channels apart, but raise no alarm alone."""
+_REVERSED_PATTERNS: Mapping[str, tuple[str, ...]] = {
+    "elevator (de)": ("Cm_de", "CN_de"),
+    "aileron (da)": ("Cl_da",),
+    "rudder (dr)": ("Cn_dr", "CY_dr"),
+    "angle of attack (alpha)": ("CN_alpha", "Cm_alpha"),
+    "sideslip (beta)": ("CY_beta", "Cl_beta", "Cn_beta"),
+    "roll rate (p)": ("Cl_beta", "Cl_da"),
+    "pitch rate (q)": ("Cm_alpha", "Cm_de"),
+    "yaw rate (r)": ("Cn_beta", "Cn_dr"),
+    "normal acceleration (an)": ("CN_alpha", "CN_de"),
+    "side acceleration (ay)": ("CY_beta", "CY_dr"),
+}
+"""By channel: the derivatives whose sign changes when it is reversed."""
+
+
+def suspicious_signs(estimate: Estimate) -> tuple[str, ...]:
+    """Return which channels, or else derivatives, look reversed; one sentence each.
+
+    `estimate`: by any method. Only derivatives three standard deviations from zero are judged.
+    """
+    values = _significant_derivatives(estimate)
+    wrong = {name for name, value in values.items() if value * _USUAL_SIGNS[name] < 0.0}
+    right = values.keys() - wrong
+    found = []
+    while wrong - _UNCERTAIN_SIGNS:
+        # The channel that explains most, and would spoil nothing that is right.
+        fitting = [
+            (len(wrong.intersection(turned)), channel)
+            for channel, turned in _REVERSED_PATTERNS.items()
+            if wrong.intersection(turned) - _UNCERTAIN_SIGNS and right.isdisjoint(turned)
+        ]
+        if not fitting:
+            break
+        most = max(count for count, _ in fitting)
+        channels = [channel for count, channel in fitting if count == most]
+        turned = sorted(wrong.intersection(*(_REVERSED_PATTERNS[one] for one in channels)))
+        if not turned:
+            turned = sorted(wrong.intersection(_REVERSED_PATTERNS[channels[0]]))
+            channels = channels[:1]
+        numbers = " and ".join(f"{name} = {values[name]:.3g}" for name in turned)
+        found.append(
+            f"the sign of {' or of '.join(channels)} appears wrong: {numbers} "
+            f"{'has' if len(turned) == 1 else 'have'} the opposite sign on every usual aircraft"
+        )
+        wrong -= set(turned)
+    rest = {name: values[name] for name in wrong}
+    return (*found, *find_suspect_signs(Model(derivatives=rest)))
+
+
+def _significant_derivatives(estimate: Estimate) -> dict[str, float]:
+    """Return the derivatives whose sign is known."""
+    found = {}
+    for name, one in estimate.derivatives.items():
+        if (
+            name not in _USUAL_SIGNS
+            or one.value is None
+            or not one.std
+            or one.status != "estimated"
+        ):
+            continue
+        if abs(one.value) > PREPARATION.sign_sigmas * one.std:
+            found[name] = one.value
+    return found
+
 
 _EXCITED_STATES: Final[Mapping[Axis, tuple[str, ...]]] = {
     "lon": ("alpha", "q"),
@@ -55,10 +143,7 @@ def remove_stuck_channels(
 
     For methods that take motion as it was measured.
 
-    Raises
-    ------
-    FlightError
-        If a maneuver has too few samples.
+    Raises `FlightError` if a maneuver has too few samples.
     """
     found: list[Maneuver] = []
     said: list[str] = []
@@ -73,12 +158,8 @@ def remove_stuck_channels(
 def unmeasured_surfaces_text(unseen: Mapping[str, str], evidence: str = "") -> str:
     """Return in a sentence why nothing is earned where a surface was not seen.
 
-    Parameters
-    ----------
-    unseen : mapping of str to str
-        From `unmeasured_surfaces`; not empty.
-    evidence : str
-        That it moved.
+    `unseen`: from `unmeasured_surfaces`; not empty.
+    `evidence`: that it moved.
     """
     name, words = next(iter(unseen.items()))
     said = f"{words}, {evidence}" if evidence else words
@@ -114,7 +195,6 @@ def check_estimate_support(
 
     Parameters
     ----------
-    found : Estimate
     maneuvers : sequence of Maneuver
         That it is from.
     given : collection of str
@@ -136,11 +216,7 @@ def check_estimate_support(
 def without_stuck_channels(maneuver: Maneuver, axis: Axis) -> tuple[Maneuver, tuple[str, ...]]:
     """Return a maneuver without the instruments that are stuck, and what to say of each.
 
-    Parameters
-    ----------
-    maneuver : Maneuver
-    axis : {"lon", "lat", "both"}
-        Only what its surfaces must have moved can be told from what rests.
+    `axis`: only what its surfaces must have moved can be told from what rests.
     """
     if set(AXIS_SURFACES[axis]).isdisjoint(maneuver.inputs):
         return maneuver, ()
@@ -162,12 +238,7 @@ def unmeasured_surfaces(
 ) -> Iterator[tuple[str, str]]:
     """Yield each surface of an axis whose motion nobody saw, with that in words.
 
-    Parameters
-    ----------
-    maneuver : Maneuver
-    axis : {"lon", "lat", "both"}
-    given : collection of str
-        Surfaces that the user gave a constant for, and so answers for.
+    `given`: surfaces that the user gave a constant for, and so answers for.
     """
     controls = maneuver.aircraft.controls
     kinds = {"de": controls.de.kind, "da": controls.da.kind, "dr": controls.dr.kind}

@@ -1,0 +1,452 @@
+"""A whole campaign: every maneuver by itself, the means over all, and joint fits.
+
+Each maneuver goes to the axis that its surfaces excite. What a maneuver does not free (tables
+6.2.5 and 6.2.6) is held at the model's value; without a model, at the campaign's own: maneuvers
+that move fewer surfaces come second and hold the means of those that moved more. Those that lack
+airspeed or angle of attack come after the others of their kind and start from their means.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from pydantic import Field, NonNegativeFloat
+
+from gsapp.dynamics.model import Model
+from gsapp.foundation import FlightError, GroundStationError
+from gsapp.identification import equation_error, ftr
+from gsapp.identification import maximum_likelihood as ml
+from gsapp.identification.axes import (
+    AXIS_SURFACES,
+    Axis,
+    axis_derivatives,
+    axis_of,
+    free_derivatives,
+)
+from gsapp.identification.channel_faults import unmeasured_surfaces
+from gsapp.identification.estimate_corrections import (
+    NO_CG_SHIFT,
+    AssumedConstant,
+    campaign_assumed_constants,
+    common_cg_shift,
+    derivatives_about_flown_cg,
+    estimate_about_file_cg,
+    model_about_flown_cg,
+    required_constants,
+)
+from gsapp.identification.estimate_settings import EstimateSettings
+from gsapp.identification.maneuver import Maneuver
+from gsapp.identification.methods import estimation_method
+from gsapp.identification.preparation_settings import PREPARATION
+from gsapp.identification.results import DerivativeEstimate, Estimate
+from gsapp.identification.statistics.correlation import STATISTICS
+from gsapp.quantities import FloatArray
+
+
+class CampaignSettings(EstimateSettings):
+    """The settings of a campaign, which no longer depend on a file."""
+
+    known_model: Model | None = Field(
+        None, description="Content of `model`: its values and effects are taken as known."
+    )
+    response_weights: Mapping[str, Mapping[str, NonNegativeFloat]] | None = Field(
+        None,
+        description="Content of `weights`: of the responses (SI), by name of the flight; '' for "
+        "all others.",
+    )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CampaignValue:
+    """One derivative over a campaign."""
+
+    mean: float  # Weighted by inverse variance.
+    std: float
+    """Standard error of the mean; what comes from the zero of an instrument does not shrink with
+    the number of maneuvers."""
+    scatter: float | None  # Sample deviation; None for one value.
+    n: int
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class ManeuverResult:
+    """What became of one maneuver."""
+
+    maneuver: Maneuver
+    estimate: Estimate | None  # None where it failed.
+    failure: str = ""  # Why, in words.
+    equation_error_estimate: Estimate | None = None
+    """By equation error, of the same derivatives: where maximum likelihood found gusts in the
+    residuals. It takes the air as the vanes felt it, and gusts do it little harm."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class CampaignResult:
+    """Results of all maneuvers, in their order."""
+
+    settings: CampaignSettings
+    results: tuple[ManeuverResult, ...]
+    values: Mapping[str, CampaignValue]  # Of the derivatives that at least one maneuver earned.
+    joint: tuple[Estimate, ...] = ()  # One for each axis, if asked for.
+    remarks: tuple[str, ...] = ()
+    """Maneuvers left out, aircraft that flew with another mass or CG than their file's, failures of
+    joint fits."""
+
+
+def campaign_values(estimates: Sequence[Estimate | None]) -> dict[str, CampaignValue]:
+    """Return the means over the estimates that converged, by derivative."""
+    collected: dict[str, list[tuple[float, float, float]]] = {}
+    for estimate in estimates:
+        if estimate is None or not estimate.converged:
+            continue
+        for name, one in estimate.derivatives.items():
+            if one.status == "estimated" and one.value is not None and one.std:
+                collected.setdefault(name, []).append((one.value, one.std, one.offset))
+    return {name: weighted_mean(*np.array(found).T) for name, found in collected.items()}
+
+
+def weighted_mean(values: FloatArray, stds: FloatArray, offsets: FloatArray) -> CampaignValue:
+    """Return the weighted mean of values.
+
+    `values`, `stds`, `offsets`, shape (n,): with their bounds, and the part of each bound that all
+    have in common.
+    """
+    own = np.maximum(stds**2 - offsets**2, STATISTICS.min_own_variance_share * stds**2)
+    weights = 1.0 / own
+    weights /= weights.sum()
+    return CampaignValue(
+        mean=float(weights @ values),
+        std=math.sqrt(float(weights**2 @ own) + float(weights @ offsets) ** 2),
+        scatter=float(np.std(values, ddof=1)) if len(values) > 1 else None,
+        n=len(values),
+    )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class EstimationTask:
+    """Maneuvers of one axis, and what to estimate from them together."""
+
+    maneuvers: tuple[Maneuver, ...]
+    axis: Axis
+    settings: CampaignSettings  # About the CG as flown.
+    free: tuple[str, ...]  # Derivatives to estimate; none of them is in `held`.
+    held: Mapping[str, float]  # Derivatives and parameters of effects that are known.
+    start: Mapping[str, float]  # Start values, where some are known.
+    assumed_constants: Mapping[str, AssumedConstant]
+    """For channels that a maneuver lacks and the user gave no constant for, SI."""
+
+    @property
+    def model(self) -> Model | None:
+        """Return the model whose values and effects are taken as known."""
+        return self.settings.known_model
+
+    @property
+    def stand_ins(self) -> dict[str, float]:
+        """Return a constant for each channel that a maneuver lacks, SI."""
+        assumed = {name: one.value for name, one in self.assumed_constants.items()}
+        return {**assumed, **self.settings.stand_ins}
+
+
+def estimate_by_ftr(task: EstimationTask) -> Estimate:
+    """Estimate by Fourier transform regression."""
+    given = tuple(task.settings.stand_ins)
+    return ftr.estimate(task.maneuvers, task.axis, model=task.model, given=given)
+
+
+def estimate_by_equation_error(task: EstimationTask) -> Estimate:
+    """Estimate by equation error."""
+    return equation_error.estimate(
+        task.maneuvers, task.axis, free=task.free, held=task.held, model=task.model,
+        stand_ins=task.stand_ins,
+    )  # fmt: skip
+
+
+def estimate_by_maximum_likelihood(task: EstimationTask) -> Estimate:
+    """Estimate by maximum likelihood (output error)."""
+    settings = task.settings
+    weights = None
+    if settings.response_weights is not None:
+        others = settings.response_weights.get("", {})
+        weights = {
+            one.id: settings.response_weights.get(one.flight, others) for one in task.maneuvers
+        }
+    beside: tuple[str, ...] = ()
+    if task.model is None and settings.free is None:
+        beside = secondary_input_derivatives(task.maneuvers, task.axis, (*task.free, *task.held))
+    # Derivatives of the other axis are no effects of this one.
+    known = (*axis_derivatives("both"), *settings.held)
+    effects = [name for name in settings.free or () if name not in known]
+    likelihood = ml.MLSettings(
+        **{
+            **settings.fit_values(),
+            "free": (*task.free, *beside),
+            "free_effects": (*settings.free_effects, *effects),
+            "held": task.held,
+            "start": task.start,
+        },
+        axis=task.axis,
+        model=task.model,
+        joint_weights=weights,
+    )
+
+    found = ml.estimate(task.maneuvers, likelihood, assumed=task.assumed_constants)
+    return _without(found, beside)
+
+
+def secondary_input_derivatives(
+    maneuvers: Sequence[Maneuver], axis: Axis, settled: Sequence[str]
+) -> tuple[str, ...]:
+    """Return derivatives of surfaces that moved though not as the input, not settled otherwise.
+
+    A pilot holds the wings level with the ailerons through a rudder doublet: without their share
+    the rest would bend.
+    """
+    moved = []
+    for surface in AXIS_SURFACES[axis]:
+        spans = [np.ptp(one.samples(surface)) for one in maneuvers if one.has(surface)]
+        if spans and max(spans) > PREPARATION.min_deflection:
+            moved.append(surface)
+    return tuple(
+        name
+        for name in axis_derivatives(axis)
+        if name.partition("_")[2] in moved and name not in settled
+    )
+
+
+def _without(estimate: Estimate, names: Sequence[str]) -> Estimate:
+    """Return an estimate that does not report some of what it fitted."""
+    if not names:
+        return estimate
+    derivatives = dict(estimate.derivatives)
+    for name in names:
+        derivatives[name] = DerivativeEstimate(
+            value=None,
+            status="unknown",
+            why="its surface moved, but not as the input; its effect was also fitted",
+        )
+    kept = [place for place, name in enumerate(estimate.free) if name not in names]
+    return replace(
+        estimate,
+        derivatives=derivatives,
+        free=tuple(estimate.free[place] for place in kept),
+        covariance=estimate.covariance[np.ix_(kept, kept)],
+    )
+
+
+_NO_EXCITATION_TEXT = (
+    "no surface moved as an input: no excitation; fly a doublet, or choose another time window"
+)
+
+
+def fit_maneuver(
+    maneuver: Maneuver,
+    axis: Axis,
+    settings: CampaignSettings,
+    means: Mapping[str, CampaignValue],
+    known: Mapping[str, AssumedConstant],
+) -> ManeuverResult:
+    """Fit one maneuver; in gusts by equation error, too.
+
+    Parameters as of `fit_maneuvers_jointly`.
+    """
+    try:
+        estimate = fit_maneuvers_jointly((maneuver,), axis, settings, means, known)
+    except FlightError as error:
+        return ManeuverResult(maneuver=maneuver, estimate=None, failure=str(error))
+    if not maneuver.inputs:
+        estimate = replace(estimate, warnings=(_NO_EXCITATION_TEXT, *estimate.warnings))
+    if not estimate.gusty_maneuvers:
+        return ManeuverResult(maneuver=maneuver, estimate=estimate)
+    by_equations = settings.with_changes(method="ee")
+    try:
+        beside = fit_maneuvers_jointly((maneuver,), axis, by_equations, means, known)
+    except FlightError as error:
+        told = f"no equation-error comparison: {error}"
+        estimate = replace(estimate, warnings=(*estimate.warnings, told))
+        return ManeuverResult(maneuver=maneuver, estimate=estimate)
+    return ManeuverResult(maneuver=maneuver, estimate=estimate, equation_error_estimate=beside)
+
+
+def fit_maneuvers_jointly(
+    maneuvers: Sequence[Maneuver],
+    axis: Axis,
+    settings: CampaignSettings,
+    means: Mapping[str, CampaignValue],
+    known: Mapping[str, AssumedConstant],
+) -> Estimate:
+    """Estimate from maneuvers of one axis; what is known and what is found are about the file's CG.
+
+    The fit itself balances moments about the CG as flown.
+
+    `means`: of the maneuvers that were fitted before.
+    `known`: for what was not measured.
+
+    Raises `FlightError` if nothing can be estimated from them.
+    """
+    shift = common_cg_shift(maneuvers)
+    if shift == NO_CG_SHIFT:
+        return _estimate_about_cg(maneuvers, axis, settings, means, known)
+    geometry = maneuvers[0].aircraft.geometry
+    model = settings.known_model
+    values = {name: one.mean for name, one in means.items()} if model is None else model.derivatives
+    priors = derivatives_about_flown_cg(
+        {name: value for name, (value, _) in settings.priors.items()}, shift, geometry, values
+    )
+    about_flown_cg = settings.with_changes(
+        known_model=None if model is None else model_about_flown_cg(model, shift, geometry),
+        priors={name: (value, settings.priors[name][1]) for name, value in priors.items()},
+        held=derivatives_about_flown_cg(settings.held, shift, geometry, values),
+    )
+    held_means = {
+        name: replace(means[name], mean=mean)
+        for name, mean in derivatives_about_flown_cg(
+            {name: one.mean for name, one in means.items()}, shift, geometry
+        ).items()
+    }
+    found = _estimate_about_cg(maneuvers, axis, about_flown_cg, held_means, known)
+    return estimate_about_file_cg(found, shift, geometry)
+
+
+def _estimate_about_cg(
+    maneuvers: Sequence[Maneuver],
+    axis: Axis,
+    settings: CampaignSettings,
+    means: Mapping[str, CampaignValue],
+    known: Mapping[str, AssumedConstant],
+) -> Estimate:
+    inputs = {surface for one in maneuvers for surface in one.inputs}
+    free = free_derivatives(axis, inputs) if settings.free is None else settings.free
+    names = axis_derivatives(axis)
+    held = dict(settings.held)
+    if settings.known_model is None:
+        held = {**{n: means[n].mean for n in names if n in means and n not in free}, **held}
+    derivatives = tuple(name for name in free if name in names and name not in settings.held)
+    needed = required_constants(maneuvers, known, settings.stand_ins)
+    # Equation error begins poorly where a flow angle is missing; the others' means begin well.
+    start = {name: means[name].mean for name in derivatives if needed and name in means}
+    return estimation_method(settings.method).estimate(
+        EstimationTask(
+            maneuvers=tuple(maneuvers),
+            axis=axis,
+            settings=settings,
+            free=derivatives,
+            held=held,
+            start={**start, **settings.start},
+            assumed_constants=needed,
+        )
+    )
+
+
+CampaignProgressCallback = Callable[[int, int, str], bool | None]
+"""Called with fits done, fits in all, and what is next; returning False stops."""
+
+
+class CanceledError(GroundStationError):
+    """The user stopped a campaign."""
+
+
+def run_campaign(
+    maneuvers: Sequence[Maneuver],
+    settings: CampaignSettings,
+    *,
+    progress: CampaignProgressCallback | None = None,
+) -> CampaignResult:
+    """Estimate from every maneuver.
+
+    `maneuvers`: of one or several flights.
+
+    Raises `FlightError` if there is no maneuver of the axis asked for. Raises `CanceledError` if
+    `progress` returned False.
+    """
+    jobs = [(one, _axis_to_fit(one, settings)) for one in maneuvers]
+    chosen = [(one, axis) for one, axis in jobs if axis is not None]
+    remarks = [
+        f"maneuver {one.id} moved {' and '.join(one.inputs) or 'nothing'} and is excluded from "
+        f"axis {settings.axis}"
+        + "".join(f": {words}" for words in _unmeasured_surfaces_text(one, settings.axis))
+        for one, axis in jobs
+        if axis is None
+    ]
+    # Each sentence once, though all maneuvers of a flight share it.
+    remarks += dict.fromkeys(
+        f"{one.flight}: {sentence}" for one, _ in chosen for sentence in one.remarks
+    )
+    if any(one.cg_shift != NO_CG_SHIFT for one, _ in chosen):
+        remarks.append("moment derivatives are given about the aircraft file's CG")
+    if not chosen:
+        what = "" if settings.axis == "both" else f" for axis {settings.axis}"
+        why = "".join(f"; {remark}" for remark in remarks)
+        raise FlightError(
+            f"no maneuver to estimate from{what}{why}; give one by start and stop, or see "
+            "'gsapp maneuvers'"
+        )
+    groups = _group_by_axis(chosen) if settings.joint else []
+    total, done = len(chosen) + len(groups), 0
+    found: dict[int, ManeuverResult] = {}
+    means: Mapping[str, CampaignValue] = {}
+    known = campaign_assumed_constants([one for one, _ in chosen])
+    rounds = [_fitting_order(one, settings, known) for one, _ in chosen]
+    for now in sorted(set(rounds)):
+        for place, (one, axis) in enumerate(chosen):
+            if rounds[place] != now:
+                continue
+            _report_progress(progress, done, total, f"maneuver {one.id}")
+            found[place] = fit_maneuver(one, axis, settings, means, known)
+            done += 1
+        means = campaign_values([result.estimate for result in found.values()])
+    joint: list[Estimate] = []
+    for axis, together in groups:
+        _report_progress(progress, done, total, f"{len(together)} maneuvers jointly")
+        try:
+            joint.append(fit_maneuvers_jointly(together, axis, settings, means, known))
+        except FlightError as error:
+            remarks.append(f"the joint fit failed: {error}")
+        done += 1
+    _report_progress(progress, done, total, "")
+    return CampaignResult(
+        settings=settings,
+        results=tuple(found[place] for place in range(len(chosen))),
+        values=means,
+        joint=tuple(joint),
+        remarks=tuple(remarks),
+    )
+
+
+def _report_progress(
+    progress: CampaignProgressCallback | None, done: int, total: int, what: str
+) -> None:
+    if progress is not None and progress(done, total, what) is False:
+        raise CanceledError("stopped; nothing was written")
+
+
+def _axis_to_fit(maneuver: Maneuver, settings: CampaignSettings) -> Axis | None:
+    """Return the axis to fit a maneuver in; None to leave it out."""
+    if settings.six_degrees:
+        return "both"
+    if settings.axis == "both" or not maneuver.inputs:
+        # Nothing moved: the axis asked for says why nothing can be earned.
+        return axis_of(maneuver.inputs) if maneuver.inputs else settings.axis
+    moved = not set(AXIS_SURFACES[settings.axis]).isdisjoint(maneuver.inputs)
+    return settings.axis if moved else None
+
+
+def _unmeasured_surfaces_text(maneuver: Maneuver, axis: Axis) -> tuple[str, ...]:
+    return tuple(words for _, words in unmeasured_surfaces(maneuver, axis))
+
+
+def _fitting_order(
+    maneuver: Maneuver, settings: CampaignSettings, known: Mapping[str, AssumedConstant]
+) -> tuple[int, bool]:
+    """Return when a maneuver's turn is: what others know already helps it."""
+    lacks = bool(required_constants((maneuver,), known, settings.stand_ins))
+    return -len(maneuver.inputs), lacks
+
+
+def _group_by_axis(
+    chosen: Sequence[tuple[Maneuver, Axis]],
+) -> list[tuple[Axis, tuple[Maneuver, ...]]]:
+    axes = dict.fromkeys(axis for _, axis in chosen)
+    return [(axis, tuple(one for one, own in chosen if own == axis)) for axis in axes]

@@ -1,0 +1,320 @@
+"""Records made ready: curved attitudes, delays, deflections, air data.
+
+An attitude that comes at half the rate of the grid stands on it with straight lines between its
+samples. In a short period of 11 rad/s these chords cut off 0.2 percent of the motion: many times
+what the smooth answer of an autopilot has of noise, and just what a wrong scale would do.
+
+A filter before the converter, a lag, a transport delay: each instrument says in the aircraft file
+how late it is. Half a sample between gyros and surfaces bends damping and control derivatives by
+five percent.
+
+An autopilot logs what it asks of its servos. Between that and the surface lie delay, lag and rate
+limit of the servo and play in the linkage. Left out, a lag of 0.04 s halves the roll damping of a
+light aircraft, whose roll mode is as quick as the servo, and the fit looks none the worse. The
+aircraft file says where each control is measured and what lies beyond; here the record is sent
+along that way.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Final
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+
+from gsapp.aircraft import Aircraft, Control
+from gsapp.decoding.air_data import density, dynamic_pressure, standard_density, true_airspeed
+from gsapp.dynamics.actuators import control_paths
+from gsapp.dynamics.recorded_controls import simulate_control_path
+from gsapp.flight.info import Weather
+from gsapp.flight.maneuvers.signals import SURFACES
+from gsapp.flight.uniform_grid import median_step
+from gsapp.identification.preparation_settings import PREPARATION
+from gsapp.identification.smoothing import interpolate_missing
+from gsapp.quantities import Block, BoolArray, FloatArray
+
+INTERPOLATED_CHANNELS: Final = ("phi", "theta")
+"""Channels that are smooth between samples: integrals of what the gyros show."""
+
+
+def interpolate_held_samples(block: Block) -> Block:
+    """Return a block whose slow attitude channels are curved between their own samples."""
+    columns = [
+        k
+        for k, name in enumerate(block.channels)
+        if name.partition(".")[0] in INTERPOLATED_CHANNELS
+    ]
+    if not columns:
+        return block
+    values = block.values.copy()
+    for column in columns:
+        values[:, column] = interpolate_cubic(values[:, column])
+    return Block(channels=block.channels, times=block.times, values=values)
+
+
+def interpolate_cubic(samples: FloatArray) -> FloatArray:
+    """Return a signal with cubics in place of its chords, shape (n,); itself where it has none.
+
+    Where a chord ends is seen by the signal itself: in between, and nowhere else, three samples
+    always lie on a line.
+    """
+    ends = _knot_indices(samples)
+    if ends is None:
+        return samples
+    out = samples.copy()
+    known = np.isfinite(samples[ends])
+    breaks = np.flatnonzero(np.diff(known.astype(int))) + 1
+    for run in np.split(np.arange(ends.size), breaks):
+        if known[run[0]] and run.size >= PREPARATION.min_knots:
+            own = ends[run]
+            inside = np.arange(own[0], own[-1] + 1)
+            out[inside] = CubicSpline(own, samples[own])(inside)
+            out[own] = samples[own]
+    return out
+
+
+def _knot_indices(samples: FloatArray) -> np.ndarray[tuple[int], np.dtype[np.intp]] | None:
+    """Return where the chords of a signal end; None where it is not made of chords."""
+    bends = np.full(samples.size, np.nan)
+    bends[1:-1] = np.abs(np.diff(samples, 2))
+    judged = np.isfinite(bends)
+    usual = float(np.sqrt(np.mean(bends[judged] ** 2))) if judged.any() else 0.0
+    if usual == 0.0:
+        return None
+    straight = bends < PREPARATION.collinearity_tolerance * usual
+    for length in range(2, PREPARATION.max_interval + 1):
+        for first in range(length):
+            end = np.zeros(samples.size, dtype=bool)
+            end[first::length] = True
+            between, at = judged & ~end, judged & end
+            if not (between.any() and at.any()):
+                continue
+            if (
+                straight[between].mean() > PREPARATION.min_linear_share
+                and straight[at].mean() < PREPARATION.max_linear_knot_share
+            ):
+                return np.flatnonzero(end)
+    return None
+
+
+_SURFACES = (
+    "de", "da", "dr", "elevator_left", "elevator_right", "aileron_left", "aileron_right", "rudder",
+)  # fmt: skip
+_AIR_DATA = ("V", "Vc", "qbar", "dynamic_pressure", "static_pressure", "altitude", "density")
+
+
+def channel_delays(aircraft: Aircraft) -> dict[str, float]:
+    """Return how late each channel is recorded, s; those that are not are left out."""
+    sensors = aircraft.sensors
+    groups = (
+        (sensors.alpha_vane, ("alpha",)),
+        (sensors.beta_vane, ("beta",)),
+        (sensors.gyro, ("p", "q", "r")),
+        (sensors.accelerometer, ("ax", "ay", "an")),
+        (sensors.air_data, _AIR_DATA),
+        (sensors.surfaces, _SURFACES),
+    )
+    return {
+        name: one.total_delay for one, names in groups for name in names if one.total_delay > 0.0
+    }
+
+
+def advance_samples(samples: FloatArray, steps: float) -> FloatArray:
+    """Return what a signal shows so many sample times later, shape (n,), or several, (n, k).
+
+    Cubic between samples, linear beside missing ones. The last samples, of which nothing later is
+    known, are missing.
+    """
+    whole, part = divmod(steps, 1.0)
+    count = len(samples)
+    unknown = np.full((int(whole) + 3, *samples.shape[1:]), np.nan)
+    padded = np.concatenate((samples[:1], samples, unknown))
+    first = int(whole)
+    # One before, two about, and one after the time asked for.
+    a, b, c, d = (padded[first + k : first + k + count] for k in range(4))
+    if part == 0.0:
+        return b
+    f = part
+    cubic = (
+        -f * (f - 1.0) * (f - 2.0) / 6.0 * a
+        + (f + 1.0) * (f - 1.0) * (f - 2.0) / 2.0 * b
+        - (f + 1.0) * f * (f - 2.0) / 2.0 * c
+        + (f + 1.0) * f * (f - 1.0) / 6.0 * d
+    )
+    return np.where(np.isfinite(cubic), cubic, (1.0 - f) * b + f * c)
+
+
+def advance_flags(flags: BoolArray, steps: float) -> BoolArray:
+    """Return the advanced samples that flagged ones contribute to, shape (n,)."""
+    reach = np.where(flags, np.nan, 0.0)
+    return np.asarray(np.isnan(advance_samples(reach, steps)), dtype=np.bool_)
+
+
+def compensate_delays(block: Block, aircraft: Aircraft) -> Block:
+    """Return a block with every channel at its right time; even spacing is assumed."""
+    late = channel_delays(aircraft)
+    if len(block) < 2 or late.keys().isdisjoint(_base_ids(block)):
+        return block
+    dt = float(np.median(np.diff(block.times)))
+    values = block.values.copy()
+    for column, name in enumerate(_base_ids(block)):
+        if name in late:
+            values[:, column] = advance_samples(values[:, column], late[name] / dt)
+    return Block(channels=block.channels, times=block.times, values=values)
+
+
+def _base_ids(block: Block) -> list[str]:
+    return [name.partition(".")[0] for name in block.channels]
+
+
+COMMAND_CHANNELS: Mapping[str, str] = {name: f"{name}_command" for name in SURFACES}
+"""The channel of what was asked of each surface's servo."""
+
+
+def reconstruct_deflections(block: Block, aircraft: Aircraft) -> Block:
+    """Return a block with de, da and dr as the surfaces stood; even spacing is assumed.
+
+    A control that is measured on the surface stays as it is. One of ``kind = "servo"`` passes the
+    linkage, one of ``kind = "command"`` its travel, the servo and the linkage; where such a flight
+    has no ``de``, its ``de_command`` is taken.
+
+    `block`: from some time before the surfaces move: the way is taken as at rest in the beginning.
+    """
+    if len(block) < 2:
+        return block
+    dt = median_step(block.times)
+    found = {}
+    for name in SURFACES:
+        control: Control = getattr(aircraft.controls, name)
+        record = _command_record(block, name, control)
+        if record is not None:
+            found[name] = _actuator_response(record, aircraft, name, control, dt)
+    if not found:
+        return block
+    kept = [name for name in block.channels if name not in found]
+    rest = block.select(kept)
+    return Block(
+        channels=(*rest.channels, *found),
+        times=block.times,
+        values=np.column_stack((rest.values, *found.values())),
+    )
+
+
+def unmodeled_servos(block: Block, aircraft: Aircraft) -> tuple[str, ...]:
+    """Return the surfaces that moved, recorded as commands to a servo of which nothing is said."""
+    return tuple(
+        name
+        for name in SURFACES
+        if (control := getattr(aircraft.controls, name)).kind == "command"
+        and not control_paths(aircraft, name)[0]
+        and (record := _command_record(block, name, control)) is not None
+        and np.nanmax(record) > np.nanmin(record)
+    )
+
+
+def _command_record(block: Block, name: str, control: Control) -> FloatArray | None:
+    """Return the record of a control that is not measured on its surface; None without one."""
+    if control.kind == "position":
+        return None
+    sources = (name, COMMAND_CHANNELS[name]) if control.kind == "command" else (name,)
+    for source in sources:
+        if source in block and np.isfinite(block[source]).any():
+            return block[source]
+    return None
+
+
+def _actuator_response(
+    record: FloatArray, aircraft: Aircraft, name: str, control: Control, dt: float
+) -> FloatArray:
+    """Return where the surface stood, missing where it hangs on missing samples."""
+    servo, linkage = control_paths(aircraft, name)
+    path = linkage if control.kind == "servo" else (*servo, *linkage)
+    lost = ~np.isfinite(record)
+    whole = interpolate_missing(record, lost)
+    if control.kind == "command":
+        whole = np.clip(whole, *control.travel)
+    found = simulate_control_path(path, whole, dt)
+    reach = found.tangent(lost.astype(np.float64)[:, None])[:, 0]
+    return np.where(lost | (np.abs(reach) > PREPARATION.max_missing_share), np.nan, found.values)
+
+
+ChannelSamples = Callable[[str], FloatArray]
+"""Gives a channel, shape (n,); all NaN where there is none."""
+
+
+def air_density(samples: ChannelSamples, weather: Weather | None = None) -> FloatArray:
+    """Return the density of the air, kg/m^3, shape (n,).
+
+    Measured; else from static pressure and temperature, either of them at the field's where no
+    instrument shows it; else of the standard day at that pressure; else what V and dynamic
+    pressure mean together. NaN where nothing tells.
+    """
+    weather = weather or Weather()
+    static = _measured_or_default(samples("static_pressure"), weather.pressure)
+    candidates: tuple[Callable[[], FloatArray], ...] = (
+        lambda: samples("density"),
+        lambda: density(static, _measured_or_default(samples("temperature"), weather.temperature)),
+        lambda: standard_density(static),
+        lambda: _density_from_speed_and_qbar(
+            samples("V"), _first_available(samples, "qbar", "dynamic_pressure")
+        ),
+    )
+    for candidate in candidates:
+        rho = candidate()
+        if np.isfinite(rho).any():
+            return rho
+    return static * np.nan
+
+
+def airspeed_history(samples: ChannelSamples, rho: FloatArray) -> FloatArray:
+    """Return the airspeed, m/s, shape (n,): measured, or from dynamic pressure and density."""
+    V = samples("V")
+    if np.isfinite(V).any():
+        return V
+    qbar = _first_available(samples, "qbar", "dynamic_pressure")
+    return np.where(np.isfinite(qbar), true_airspeed(qbar, rho), np.nan)
+
+
+def add_air_data(block: Block, weather: Weather | None = None) -> Block:
+    """Return a block with V, qbar and density added where they follow from the rest."""
+
+    def samples(name: str) -> FloatArray:
+        return block[name] if name in block else np.full(len(block), np.nan)
+
+    rho = air_density(samples, weather)
+    V = airspeed_history(samples, rho)
+    qbar = _first_available(samples, "qbar", "dynamic_pressure")
+    if not np.isfinite(qbar).any():
+        qbar = dynamic_pressure(V, rho)
+    added = {
+        name: values
+        for name, values in (("V", V), ("qbar", qbar), ("density", rho))
+        if name not in block and np.isfinite(values).any()
+    }
+    if not added:
+        return block
+    return Block(
+        channels=(*block.channels, *added),
+        times=block.times,
+        values=np.column_stack([block.values, *added.values()]),
+    )
+
+
+def _first_available(samples: ChannelSamples, *names: str) -> FloatArray:
+    found = [samples(name) for name in names]
+    return next((one for one in found if np.isfinite(one).any()), found[0])
+
+
+def _measured_or_default(measured: FloatArray, otherwise: float | None) -> FloatArray:
+    if np.isfinite(measured).any() or otherwise is None:
+        return measured
+    return np.full(measured.shape, otherwise)
+
+
+def _density_from_speed_and_qbar(V: FloatArray, qbar: FloatArray) -> FloatArray:
+    if not np.isfinite(V * qbar).any():
+        return V * np.nan
+    with np.errstate(divide="ignore", invalid="ignore"):
+        # The median of the ratio: sample by sample it would only carry noise.
+        return np.full(V.shape, np.nanmedian(2.0 * qbar / V**2))
