@@ -51,14 +51,10 @@ def _several_positions(value: Any) -> Any:
 class Geometry(StrictModel):
     """Reference geometry."""
 
-    wing_area: Area
-    """S, m^2."""
-    span: Length
-    """b, m."""
-    chord: Length
-    """Mean aerodynamic chord c, m."""
-    length: Length | None = None
-    """Over all, m."""
+    wing_area: Area  # S, m^2.
+    span: Length  # b, m.
+    chord: Length  # Mean aerodynamic chord c, m.
+    length: Length | None = None  # Over all, m.
 
     @field_validator("wing_area", "span", "chord")
     @classmethod
@@ -69,17 +65,14 @@ class Geometry(StrictModel):
 class MassProperties(StrictModel):
     """Mass and inertia at take-off, about the center of gravity in body axes."""
 
-    mass: Mass
-    """With payload and full fuel, kg."""
+    mass: Mass  # With payload and full fuel, kg.
     ixx: Inertia
     iyy: Inertia
     izz: Inertia
     ixz: Inertia = 0.0
     """kg m^2; Ixy = Iyz = 0 by symmetry."""
-    fuel: Mass = 0.0
-    """The part of `mass` that is fuel at take-off, kg."""
-    fuel_position: Position = AT_CG
-    """Where the fuel's own center of gravity lies, from the CG, m."""
+    fuel: Mass = 0.0  # The part of `mass` that is fuel at take-off, kg.
+    fuel_position: Position = AT_CG  # Where the fuel's own center of gravity lies, from the CG, m.
     fuel_flow_idle: MassFlow = 0.0
     fuel_flow_full: MassFlow = 0.0
     """All engines, kg/s."""
@@ -116,12 +109,9 @@ class MassProperties(StrictModel):
 class Propulsion(StrictModel):
     """Engines: thrust = max_thrust * throttle * rho/rho0 * (1 - V/zero_thrust_speed) along x."""
 
-    max_thrust: Force = 0.0
-    """Static, all engines, sea level, N."""
-    zero_thrust_speed: Speed = 1e9
-    """m/s."""
-    lag: Time = 0.0
-    """Time constant from throttle to thrust, s."""
+    max_thrust: Force = 0.0  # Static, all engines, sea level, N.
+    zero_thrust_speed: Speed = 1e9  # m/s.
+    lag: Time = 0.0  # Time constant from throttle to thrust, s.
     position: Annotated[tuple[Position, ...], BeforeValidator(_several_positions)] = (AT_CG,)
     """One for each engine, from the CG, m."""
     rpm_idle: RotationSpeed = 0.0
@@ -240,8 +230,7 @@ class Control(StrictModel):
     kind: Literal["position", "servo", "command"] = "position"
     """Where the recorded signal is taken: on the surface, at the servo before the linkage, or as
     commanded."""
-    travel: tuple[Angle, Angle] = (-25 * DEGREE, 25 * DEGREE)
-    """Lowest and highest deflection, rad."""
+    travel: tuple[Angle, Angle] = (-25 * DEGREE, 25 * DEGREE)  # Lowest and highest deflection, rad.
     full_stick_high: Angle = 20 * DEGREE
     full_stick_low: Angle = 12 * DEGREE
     """Deflection at full positive stick with the rate switch high and low, rad. Pulled back, and to
@@ -249,10 +238,8 @@ class Control(StrictModel):
     lag: Time = 0.0
     delay: Time = 0.0
     """Of the servo, s."""
-    rate_limit: AngularRate = 1e9
-    """rad/s."""
-    slop: Angle = 0.0
-    """Free play of the linkage, whole width, rad."""
+    rate_limit: AngularRate = 1e9  # rad/s.
+    slop: Angle = 0.0  # Free play of the linkage, whole width, rad.
 
     @field_validator("travel")
     @classmethod
@@ -267,19 +254,15 @@ class Limits(StrictModel):
 
     alpha_linear: tuple[Angle, Angle] = (-5 * DEGREE, 10 * DEGREE)
     """Where the aerodynamics are linear, rad."""
-    alpha_stall: Angle = 14 * DEGREE
-    """rad."""
-    beta_linear: Angle = 12 * DEGREE
-    """Largest sideslip of the linear model, rad."""
+    alpha_stall: Angle = 14 * DEGREE  # rad.
+    beta_linear: Angle = 12 * DEGREE  # Largest sideslip of the linear model, rad.
     load_factor: tuple[Acceleration, Acceleration] = (-2 * GRAVITY, 4 * GRAVITY)
     """Lowest and highest normal acceleration, m/s^2."""
     stall_speed: Speed = 0.0
     maximum_speed: Speed = 1e9
     """Calibrated airspeed, m/s."""
-    bank: Angle = 75 * DEGREE
-    """rad."""
-    flight_time: Time | None = None
-    """From take-off to landing, s; None where no time is agreed on."""
+    bank: Angle = 75 * DEGREE  # rad.
+    flight_time: Time | None = None  # From take-off to landing, s; None where no time is agreed on.
     battery_empty: Voltage | None = None
     """Where the recorder or the aircraft stops for want of it, V; None where that is not known."""
 
@@ -329,10 +312,8 @@ class Axles(StrictModel):
 class Aircraft(StrictModel):
     """An aircraft file, read."""
 
-    name: str = "aircraft"
-    """For titles and reports."""
-    source: str = ""
-    """Where the numbers come from."""
+    name: str = "aircraft"  # For titles and reports.
+    source: str = ""  # Where the numbers come from.
     geometry: Geometry
     mass: MassProperties
     propulsion: Propulsion = Field(default_factory=Propulsion)

@@ -43,19 +43,15 @@ class CompoundSwing(NamedTuple):
     distance: float
     """From the pivot to the aircraft's CG, m; equal to `aircraft_arm` for a level aircraft that
     hangs plumb."""
-    air_mass: float = 0.0
-    """Air that the aircraft displaces and drags along, kg."""
+    air_mass: float = 0.0  # Air that the aircraft displaces and drags along, kg.
 
 
 class PendulumInertia(NamedTuple):
     """A moment of inertia and what it is the difference of, kg m^2."""
 
-    whole: float
-    """Of all that swings, about the axis of the swing."""
-    cradle: float
-    """The cradle's part."""
-    transfer: float
-    """What the parallel-axis rule takes off, entrained air included."""
+    whole: float  # Of all that swings, about the axis of the swing.
+    cradle: float  # The cradle's part.
+    transfer: float  # What the parallel-axis rule takes off, entrained air included.
 
     @property
     def value(self) -> float:

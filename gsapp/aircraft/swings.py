@@ -109,12 +109,10 @@ def _period(
 class CompoundSwings(_Timing):
     """Swings about a horizontal axis."""
 
-    pivot_to_cg: MeasuredLength
-    """From the pivot to the aircraft's CG, m."""
+    pivot_to_cg: MeasuredLength  # From the pivot to the aircraft's CG, m.
     pivot_to_cg_vertical: MeasuredLength | None = None
     """Its vertical part, where the aircraft does not hang plumb, m."""
-    pivot_to_cradle_cg: MeasuredLength = MeasuredValue(0.0)
-    """Vertical, m."""
+    pivot_to_cradle_cg: MeasuredLength = MeasuredValue(0.0)  # Vertical, m.
     additional_mass: MeasuredMass = MeasuredValue(0.0)
     """Of air that the swinging aircraft drags along, beyond what it displaces, kg."""
 
@@ -164,10 +162,8 @@ class TiltedSwings(BifilarSwings):
 class SwungAircraft(StrictModel):
     """What swings."""
 
-    weight: MeasuredWeight
-    """As flown, N."""
-    volume: Volume = 0.0
-    """Of the air it displaces, m^3."""
+    weight: MeasuredWeight  # As flown, N.
+    volume: Volume = 0.0  # Of the air it displaces, m^3.
     depth: MeasuredLength | None = None
     """Overall height of the aircraft, m: bounds how far mass can lie above and below the CG."""
 
@@ -220,12 +216,10 @@ class InertiaResult:
 
     values: Mapping[str, MeasuredValue]
     """``ixx``, ``iyy``, ``izz``, ``ixz`` as far as swung, kg m^2."""
-    parts: Mapping[str, PendulumInertia]
-    """What each is the difference of."""
+    parts: Mapping[str, PendulumInertia]  # What each is the difference of.
     shares: Mapping[str, Mapping[str, float]]
     """Share of the variance of each value, by measured quantity."""
-    mass: float
-    """kg."""
+    mass: float  # kg.
     warnings: tuple[str, ...]
 
 

@@ -50,8 +50,7 @@ class WeighingRecord(StrictModel):
     pitch: MeasuredAngle = LEVEL
     bank: MeasuredAngle = LEVEL
     """Attitude on the scales, nose up and right wing down, rad."""
-    fuel: Mass | None = None
-    """On board when weighed, kg; None for as much as at take-off."""
+    fuel: Mass | None = None  # On board when weighed, kg; None for as much as at take-off.
     scale_error: Weight = GROUND_TESTS.scale_std
     """Standard deviation of each reading that states none, N."""
     axle_error: Length = GROUND_TESTS.axle_std
@@ -92,29 +91,22 @@ class WeighingRecord(StrictModel):
 class Support:
     """One axle or wheel on a scale."""
 
-    name: str
-    """For messages: ``nose``, ``left`` ..."""
-    position: Position
-    """Center of the axle in the frame of the aircraft file, m."""
-    load: MeasuredValue
-    """Reading of the scale, N."""
-    position_std: float = GROUND_TESTS.axle_std
-    """Of each coordinate, m."""
+    name: str  # For messages: ``nose``, ``left`` ...
+    position: Position  # Center of the axle in the frame of the aircraft file, m.
+    load: MeasuredValue  # Reading of the scale, N.
+    position_std: float = GROUND_TESTS.axle_std  # Of each coordinate, m.
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Weighing:
     """What a weighing says."""
 
-    mass: MeasuredValue
-    """As it stood on the scales, kg."""
+    mass: MeasuredValue  # As it stood on the scales, kg.
     cg: Position
     """In the frame of the aircraft file: from the CG that its positions count from, body axes, m.
     Zero along an axis that was not measured."""
-    cg_std: Position
-    """Standard deviations, m; NaN along an axis that was not measured."""
-    shares: Mapping[str, float]
-    """Part of the weight on each support, 0 to 1."""
+    cg_std: Position  # Standard deviations, m; NaN along an axis that was not measured.
+    shares: Mapping[str, float]  # Part of the weight on each support, 0 to 1.
 
     @property
     def measured(self) -> tuple[bool, bool, bool]:

@@ -79,8 +79,7 @@ _COLUMN = re.compile(r"\s*(?P<id>[\w.]+)\s*\[(?P<unit>[^\]]*)\]\s*")
 class FieldRef:
     """One number of a message."""
 
-    field: str
-    """Name of the field; empty for a column of a text line."""
+    field: str  # Name of the field; empty for a column of a text line.
     index: int | None = None
     """Element of an array field, or column of the line; None for a single value, or for the whole
     array where a conversion takes it."""
@@ -90,42 +89,31 @@ class FieldRef:
 class Selector:
     """Which of several senders of one message is meant."""
 
-    field: str
-    """The field that tells them apart; empty where the log keeps instances apart itself."""
-    value: str
-    """What it must hold; text, or a number as text."""
+    field: str  # The field that tells them apart; empty where the log keeps instances apart itself.
+    value: str  # What it must hold; text, or a number as text.
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MapEntry:
     """One source of one channel."""
 
-    channel: str
-    """Id of the channel that results, calibrated if `calibration` is given."""
-    source: str
-    """As written in the file."""
-    message: str
-    """Name of the message; ``line`` for text, ``table`` for a column of a table."""
+    channel: str  # Id of the channel that results, calibrated if `calibration` is given.
+    source: str  # As written in the file.
+    message: str  # Name of the message; ``line`` for text, ``table`` for a column of a table.
     inputs: tuple[FieldRef, ...]
     """One, or as many as the conversion takes (an array field counts for its elements)."""
-    unit: str
-    """Unit of ``scale * field + offset``; volts where `calibration` is given."""
+    unit: str  # Unit of ``scale * field + offset``; volts where `calibration` is given.
     selector: Selector | None = None
     scale: float = 1.0
     offset: float = 0.0
     """See `unit`."""
-    priority: int = 1
-    """Lower goes first."""
-    kind: SourceKind = "measured"
-    """What the vehicle does for it."""
-    calibration: str | None = None
-    """Channel of the certificate that turns volts into this channel."""
+    priority: int = 1  # Lower goes first.
+    kind: SourceKind = "measured"  # What the vehicle does for it.
+    calibration: str | None = None  # Channel of the certificate that turns volts into this channel.
     time: str | None = None
     """Field with the vehicle's time, ``arrival``, or None for the message's own."""
-    convert: str | None = None
-    """Name in `gsapp.decoding.conversions.CONVERSIONS`."""
-    missing: tuple[float, ...] = ()
-    """Raw values that mean "not known"."""
+    convert: str | None = None  # Name in `gsapp.decoding.conversions.CONVERSIONS`.
+    missing: tuple[float, ...] = ()  # Raw values that mean "not known".
     valid: str | None = None
     """Field of the same message that is zero where the value does not count."""
 
@@ -143,21 +131,15 @@ class ChannelMap:
     name: str
     entries: tuple[MapEntry, ...]
     """In the order of the file."""
-    format: Format = "mavlink"
-    """Where its sources are found."""
+    format: Format = "mavlink"  # Where its sources are found.
     system: int | None = None
     component: int | None = None
     """Which sender; None takes the first heard."""
-    fallback: float = 1.0
-    """Seconds that a better source may be silent before the next one counts."""
-    certificates: str | None = None
-    """Shipped set of certificates to use where none is given."""
-    delimiter: str = ","
-    """Between the columns of a text line."""
-    text_time: int | None = None
-    """Column with the vehicle's time in a text line; None for none."""
-    text_scale: int = 1_000_000
-    """Microseconds per count in that column."""
+    fallback: float = 1.0  # Seconds that a better source may be silent before the next one counts.
+    certificates: str | None = None  # Shipped set of certificates to use where none is given.
+    delimiter: str = ","  # Between the columns of a text line.
+    text_time: int | None = None  # Column with the vehicle's time in a text line; None for none.
+    text_scale: int = 1_000_000  # Microseconds per count in that column.
     table_time: str | None = None
     """Column of a table with the time; None for one of the usual names."""
     table_time_unit: str = "s"

@@ -16,14 +16,10 @@ ConvertFunction = Callable[[tuple[FloatArray, ...]], FloatArray]
 class Conversion:
     """A function of several numbers of one message."""
 
-    name: str
-    """As written in a channel map."""
-    inputs: int
-    """How many numbers it takes: fields, or elements of one array field."""
-    compute: ConvertFunction
-    """From arrays of shape (n,) to one of shape (n,)."""
-    meaning: str
-    """What goes in and what comes out."""
+    name: str  # As written in a channel map.
+    inputs: int  # How many numbers it takes: fields, or elements of one array field.
+    compute: ConvertFunction  # From arrays of shape (n,) to one of shape (n,).
+    meaning: str  # What goes in and what comes out.
 
 
 def _quaternion_phi(q: tuple[FloatArray, ...]) -> FloatArray:

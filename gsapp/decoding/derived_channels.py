@@ -32,14 +32,11 @@ class Derivation:
     fast_inputs: tuple[str, ...]
     slow_inputs: tuple[str, ...] = ()
     """Its inputs, in the order in which `compute` takes them."""
-    compute: DeriveFunction
-    """From arrays of shape (n,) to one, or from numbers to a number."""
+    compute: DeriveFunction  # From arrays of shape (n,) to one, or from numbers to a number.
     density: DeriveFunction | None = None
     """From the slow inputs to the density of the air, which `compute` takes in their place."""
-    source: str
-    """The formula, or where it stands."""
-    assumed: str = ""
-    """What is assumed for want of a sensor; empty for nothing."""
+    source: str  # The formula, or where it stands.
+    assumed: str = ""  # What is assumed for want of a sensor; empty for nothing.
 
     @property
     def description(self) -> str:

@@ -412,12 +412,9 @@ class Framer:
 class TextLine(NamedTuple):
     """One whole text line."""
 
-    offset: int
-    """Position of its first byte in the stream."""
-    data: bytes
-    """The line without its end; valid UTF-8."""
-    end: bytes
-    """What ended it: CR, LF, CR LF, or nothing at the end of the stream."""
+    offset: int  # Position of its first byte in the stream.
+    data: bytes  # The line without its end; valid UTF-8.
+    end: bytes  # What ended it: CR, LF, CR LF, or nothing at the end of the stream.
 
 
 class LineFramer:

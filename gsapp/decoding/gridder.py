@@ -38,13 +38,11 @@ _FEW_BETWEEN = 4  # rows between two samples are quicker one by one
 class _Plan(NamedTuple):
     """Successive rows to be laid: each between two samples, or on one, given by their places."""
 
-    first: int
-    """The first row."""
+    first: int  # The first row.
     before: list[int]
     after: list[int]
     """Samples before and after each row; the same twice where the row stands on it."""
-    weights: list[float]
-    """Share of the sample after."""
+    weights: list[float]  # Share of the sample after.
     gaps: list[int]
     silent: list[int]
     """Rows, counted from the first, that lie in a gap; that lie in a silence."""

@@ -37,14 +37,10 @@ class MessageHealth:
     component: int
     message_id: int
     """Who sent what."""
-    name: str
-    """Name of the message; ``UNKNOWN_<id>`` where the dialect does not hold it."""
-    count: int
-    """Frames, without duplicates."""
-    rate: float
-    """Frames per second over the last two seconds or so; 0 once it has stopped."""
-    age: float
-    """Seconds since the last one."""
+    name: str  # Name of the message; ``UNKNOWN_<id>`` where the dialect does not hold it.
+    count: int  # Frames, without duplicates.
+    rate: float  # Frames per second over the last two seconds or so; 0 once it has stopped.
+    age: float  # Seconds since the last one.
     delay: float | None
     """Seconds by which the last one came later than the fastest of the last minutes; None where the
     sender does not stamp it."""
@@ -64,13 +60,11 @@ class SenderHealth:
     rate: float
     age: float
     """Seconds since its last frame; frames of a radio do not count."""
-    is_vehicle: bool
-    """Whether its heartbeat is that of a vehicle."""
+    is_vehicle: bool  # Whether its heartbeat is that of a vehicle.
     vehicle_type: str = ""
     autopilot: str = ""
     """What its heartbeat says it is; empty before the first."""
-    radio: bool = False
-    """Whether all that it sends is the status of a radio."""
+    radio: bool = False  # Whether all that it sends is the status of a radio.
 
     def __str__(self) -> str:
         kind = "radio" if self.radio else self.vehicle_type.replace("gcs", "ground station")
@@ -94,39 +88,29 @@ class SenderHealth:
 class LinkReport:
     """The state of a link at one moment."""
 
-    good: int
-    """Frames whose checksum fitted, duplicates included."""
-    damaged: int
-    """Damaged frames, as far as the residue lets them be told apart."""
-    unknown: int
-    """Frames of unknown id, recorded but not decoded."""
+    good: int  # Frames whose checksum fitted, duplicates included.
+    damaged: int  # Damaged frames, as far as the residue lets them be told apart.
+    unknown: int  # Frames of unknown id, recorded but not decoded.
     lost: int
     """Frames missing in the sequence numbers of their senders. Ground stations do not count: a log
     holds only some of what they send."""
     duplicates: int
     reordered: int
     """Frames that came twice, and frames that came late."""
-    lines: int
-    """Text lines."""
-    residue_bytes: int
-    """Bytes that belong to no frame."""
-    rate: float
-    """Frames of the flown aircraft, or lines, per second."""
-    age: float | None
-    """Seconds since the last of them; None before the first."""
-    loss: float
-    """Share of its frames lost since the beginning, 0 to 1."""
+    lines: int  # Text lines.
+    residue_bytes: int  # Bytes that belong to no frame.
+    rate: float  # Frames of the flown aircraft, or lines, per second.
+    age: float | None  # Seconds since the last of them; None before the first.
+    loss: float  # Share of its frames lost since the beginning, 0 to 1.
     system: int | None
     """The flown system, heard or chosen; None before it is known, and for lines of text."""
-    is_system_selected: bool
-    """Whether the crew or the channel map has named it."""
+    is_system_selected: bool  # Whether the crew or the channel map has named it.
     flown: SenderHealth | None
     """The flown aircraft; None before it is heard, and for lines of text."""
     senders: tuple[SenderHealth, ...]
     messages: tuple[MessageHealth, ...]
     """The same by sender and by message, of those of whom one frame was good."""
-    warnings: tuple[str, ...]
-    """What the crew should know, in words."""
+    warnings: tuple[str, ...]  # What the crew should know, in words.
     unreadable: str
     """The one of them that says that nothing of what arrives can be read; empty where it can."""
 

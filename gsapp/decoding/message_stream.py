@@ -70,8 +70,7 @@ class StreamColumn:
     channel: str
     entry: MapEntry
     """Where it comes from."""
-    calibrated: bool
-    """Whether a certificate turned volts into it."""
+    calibrated: bool  # Whether a certificate turned volts into it.
     uncalibrated_channel: str = ""
     """The channel that these volts would give, had it a certificate; else empty."""
 
@@ -83,8 +82,7 @@ class _CalibrationCurves(NamedTuple):
     """Column, ends of the range (V), coefficients with the highest power first."""
     bent: list[tuple[int, float, float, float, float, float, float]]
     """The same, up to the third power."""
-    certificates: dict[int, Certificate]
-    """By column."""
+    certificates: dict[int, Certificate]  # By column.
 
 
 class _Calibrations:

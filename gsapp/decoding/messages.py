@@ -37,13 +37,11 @@ _MICROSECONDS = {"ms": 1000, "us": 1}
 class StampField:
     """Where a message carries the vehicle's time."""
 
-    field: str
-    """Name of the field."""
+    field: str  # Name of the field.
     offset: int
     size: int
     """Place in the payload, bytes. Unsigned, little-endian."""
-    scale: int
-    """Microseconds per count."""
+    scale: int  # Microseconds per count.
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -53,14 +51,10 @@ class MessageLayout:
     id: int
     name: str
     """Such as ``ATTITUDE``."""
-    dtype: np.dtype[np.void]
-    """Structured, packed, in the order of the wire, extensions included."""
-    units: Mapping[str, str]
-    """Units that the dialect states, by field."""
-    instance_field: str | None
-    """The field that tells several senders of the same message apart."""
-    stamp: StampField | None
-    """The vehicle's time; None where the message carries none."""
+    dtype: np.dtype[np.void]  # Structured, packed, in the order of the wire, extensions included.
+    units: Mapping[str, str]  # Units that the dialect states, by field.
+    instance_field: str | None  # The field that tells several senders of the same message apart.
+    stamp: StampField | None  # The vehicle's time; None where the message carries none.
 
     @property
     def fields(self) -> tuple[str, ...]:

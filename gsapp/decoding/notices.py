@@ -19,15 +19,12 @@ _MANY: Final = 1000
 class StatusText(NamedTuple):
     """One text."""
 
-    stamp_us: int
-    """Host time of its last piece."""
+    stamp_us: int  # Host time of its last piece.
     system: int
     component: int
     """Who said it."""
-    severity: int
-    """MAVLink's."""
-    text: str
-    """In words, with an ellipsis where pieces are missing."""
+    severity: int  # MAVLink's.
+    text: str  # In words, with an ellipsis where pieces are missing.
 
 
 @dataclass(slots=True)
@@ -130,10 +127,8 @@ class Notice:
     kind: str
     """``statustext`` for what the vehicle says, else one of `NOTICE_KINDS`; those of the clock are
     in `gsapp.decoding.flight_clock.ClockEvent`."""
-    time: float | None
-    """Flight time, s; None if no clock was known yet."""
-    stamp_us: int
-    """Host time of the record, microseconds since 1970."""
+    time: float | None  # Flight time, s; None if no clock was known yet.
+    stamp_us: int  # Host time of the record, microseconds since 1970.
     text: str
     severity: int | None = None
     """MAVLink's severity, 0 emergency to 7 debug, of what the vehicle says."""

@@ -36,8 +36,7 @@ class ChannelSource:
 
     source: str
     """Source in the map, the better first where there are several; or the formula and inputs."""
-    kind: Literal["measured", "estimated", "derived"]
-    """What the best source does for it."""
+    kind: Literal["measured", "estimated", "derived"]  # What the best source does for it.
     calibrated: bool
     """Whether a certificate is in force for it, or for all that it is derived from."""
     uncalibrated_channel: str = ""
@@ -49,19 +48,15 @@ class ChannelSource:
     samples: int | None = None
     """How many arrived, before the grid: of the source that gave most, or of the input of a derived
     channel that gave least. None where nobody counted."""
-    rate: float | None = None
-    """Their rate, Hz: one over the median period of late."""
-    gaps: int | None = None
-    """How often they were further apart than the grid bridges."""
+    rate: float | None = None  # Their rate, Hz: one over the median period of late.
+    gaps: int | None = None  # How often they were further apart than the grid bridges.
 
 
 class _ColumnStep(NamedTuple):
     """One more column of a group: a slow input, or what is computed from columns before it."""
 
-    compute: DeriveFunction | None
-    """From the columns `inputs` to this one; None for a slow input."""
-    inputs: tuple[int, ...] = ()
-    """Places of columns."""
+    compute: DeriveFunction | None  # From the columns `inputs` to this one; None for a slow input.
+    inputs: tuple[int, ...] = ()  # Places of columns.
     slow: SlowInput | None = None
 
 
@@ -72,18 +67,14 @@ class _Group:
     A group with `join` takes its own channels from other groups, and emits the derived ones only.
     """
 
-    channels: tuple[str, ...]
-    """Its own and the derived ones."""
-    width: int
-    """Number of its own."""
-    join: _Join | None = None
-    """Where its own channels come from, if not from a stream."""
+    channels: tuple[str, ...]  # Its own and the derived ones.
+    width: int  # Number of its own.
+    join: _Join | None = None  # Where its own channels come from, if not from a stream.
     steps: list[_ColumnStep] = field(default_factory=list)
     """Columns that follow its own; some of them are derived channels, others lead to them."""
     derived: list[int] = field(default_factory=list)
     """Places of the derived channels among all columns."""
-    ready: list[GridRows] = field(default_factory=list)
-    """What waits for the next pull."""
+    ready: list[GridRows] = field(default_factory=list)  # What waits for the next pull.
 
     @property
     def emitted(self) -> tuple[str, ...]:

@@ -52,39 +52,22 @@ _LOADS = {
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CandidateEffect:
-    """One competitor for the place of the missing effect.
+    """One competitor for the place of the missing effect."""
 
-    Attributes
-    ----------
-    id : str
-        Of the catalog, or ``unnamed.<coefficient>.<terms>``.
-    title : str
-    named : bool
-        Whether the catalog explains it.
-    parameter : str
-        Whose size the column belongs to; empty without a name.
-    plausible_size : float
-        A usual size, as a difference from neutral.
-    neutral : float
-    low, high : float
-        Bounds of the size, as differences from neutral.
-    initial_value : callable or None
-        Where a size cannot be had from the column (end stops): takes the linearizations of all
-        maneuvers, returns the parameter to start from.
-    build_column : callable
-        Takes a `Linearization`, returns its column, or None where it cannot act.
-    """
-
-    id: str
+    id: str  # Of the catalog, or ``unnamed.<coefficient>.<terms>``.
     title: str
-    named: bool
-    parameter: str
-    plausible_size: float
+    named: bool  # Whether the catalog explains it.
+    parameter: str  # Whose size the column belongs to; empty without a name.
+    plausible_size: float  # A usual size, as a difference from neutral.
     neutral: float
     low: float = -np.inf
     high: float = np.inf
+    """Bounds of the size, as differences from neutral."""
     build_column: ColumnBuilder
+    """Takes a `Linearization`, returns its column, or None where it cannot act."""
     initial_value: Callable[[Sequence[Linearization]], float] | None = None
+    """Where a size cannot be had from the column (end stops): takes the linearizations of all
+    maneuvers, returns the parameter to start from."""
 
 
 def catalog_candidates(

@@ -31,33 +31,17 @@ EffectEntry = Literal[
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class EffectRecord(EffectGuidance):
-    """One effect of the catalog: its guidance, and what its term says.
+    """One effect of the catalog: its guidance, and what its term says."""
 
-    Attributes
-    ----------
-    id : str
-        ``group.target.kind``.
-    title : str
-        In a field engineer's words.
-    equation : str
-    entry : str
-        Where it enters.
-    target : str
-        What its term adds to (`gsapp.dynamics.terms`); empty for the atmosphere.
-    parameters : tuple of Parameter
-        Name, unit, bounds, plausible size (`Parameter.default`), of the shipped aircraft;
-        `plausible_sizes` gives those of another one.
-    disturbance : bool
-        Whether it is no effect of the aircraft at all and is never named.
-    """
-
-    id: str
-    title: str
+    id: str  # ``group.target.kind``.
+    title: str  # In a field engineer's words.
     equation: str
-    entry: EffectEntry
-    target: str
+    entry: EffectEntry  # Where it enters.
+    target: str  # What its term adds to (`gsapp.dynamics.terms`); empty for the atmosphere.
     parameters: tuple[Parameter, ...]
-    disturbance: bool = False
+    """Name, unit, bounds, plausible size (`Parameter.default`), of the shipped aircraft;
+    `plausible_sizes` gives those of another one."""
+    disturbance: bool = False  # Whether it is no effect of the aircraft at all and is never named.
 
     @property
     def group(self) -> str:

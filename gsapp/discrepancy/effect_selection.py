@@ -25,26 +25,16 @@ DecisionKind = Literal["nothing", "name", "ambiguous", "unexplained"]
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class EffectDecision:
-    """What the competition came to.
-
-    Attributes
-    ----------
-    kind : str
-    best : CandidateEffect or None
-        The most probable one of the catalog, or without a name where `kind` is unexplained.
-    alternatives : tuple of CandidateEffect
-        The set that these flights cannot tell apart, most probable first.
-    evidence : ndarray, shape (n_competitors,)
-        Probabilities, in the order of the screening's competitors.
-    gain : ndarray, shape (n_competitors,)
-        Gains in the sum of squares that they rest on.
-    """
+    """What the competition came to."""
 
     kind: DecisionKind
     best: CandidateEffect | None
+    """The most probable one of the catalog, or without a name where `kind` is unexplained."""
     alternatives: tuple[CandidateEffect, ...]
+    """The set that these flights cannot tell apart, most probable first."""
     evidence: FloatArray
-    gain: FloatArray
+    """Shape (n_competitors,). Probabilities, in the order of the screening's competitors."""
+    gain: FloatArray  # Shape (n_competitors,). Gains in the sum of squares that they rest on.
 
 
 def detection_threshold(false_alarm: float, competitors: Sequence[CandidateEffect]) -> float:

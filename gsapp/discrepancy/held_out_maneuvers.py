@@ -32,18 +32,11 @@ from gsapp.quantities import FloatArray
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class MissingCoefficients:
-    """Missing parts of coefficients in one maneuver.
-
-    Attributes
-    ----------
-    histories : tuple of ndarray, shape (n, n_coefficients)
-        One for each model; NaN where a coefficient cannot be had.
-    floors : mapping of str to float
-        Standard deviation that noise alone gives.
-    """
+    """Missing parts of coefficients in one maneuver."""
 
     histories: tuple[FloatArray, ...]
-    floors: Mapping[str, float]
+    """Shape (n, n_coefficients). One for each model; NaN where a coefficient cannot be had."""
+    floors: Mapping[str, float]  # Standard deviation that noise alone gives.
 
 
 def compute_missing_coefficients(

@@ -38,27 +38,15 @@ _SHARED_SENSOR_CHANNEL: Final = {
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ModelErrorLocation:
-    """Where something is missing.
+    """Where something is missing."""
 
-    Attributes
-    ----------
-    coefficient : str
-        Body axes; empty for an instrument.
-    channel : str
-        Of the instrument; empty for a coefficient.
-    maneuver : str
-    gain : float
-        Fall of the sum of squares of this maneuver's innovations.
-    p_value : float
-        Chance of as much. Where the place shows most, that of its best candidate among all
-        candidates; elsewhere at least that of this maneuver among all.
-    """
-
-    coefficient: str
-    channel: str
+    coefficient: str  # Body axes; empty for an instrument.
+    channel: str  # Of the instrument; empty for a coefficient.
     maneuver: str
-    gain: float
+    gain: float  # Fall of the sum of squares of this maneuver's innovations.
     p_value: float
+    """Chance of as much. Where the place shows most, that of its best candidate among all
+    candidates; elsewhere at least that of this maneuver among all."""
 
 
 def effect_target(competitor: str) -> tuple[str, str]:

@@ -17,28 +17,18 @@ from gsapp.quantities import FloatArray
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class CandidateScreening:
-    """What single candidates would gain.
-
-    Attributes
-    ----------
-    candidates : tuple of CandidateEffect
-    full_information, projected_information : InformationMatrix
-        Before and after the model's own parameters took what they can.
-    maneuver_information : mapping of str to InformationMatrix
-        Before that, of each maneuver.
-    gain : ndarray, shape (n_competitors,)
-        Fall of the sum of squares; 0 for a size that bounds forbid.
-    size, std : ndarray, shape (n_competitors,)
-        Difference from neutral, and its standard deviation.
-    """
+    """What single candidates would gain."""
 
     candidates: tuple[CandidateEffect, ...]
     full_information: InformationMatrix
     projected_information: InformationMatrix
-    maneuver_information: Mapping[str, InformationMatrix]
+    """Before and after the model's own parameters took what they can."""
+    maneuver_information: Mapping[str, InformationMatrix]  # Before that, of each maneuver.
     gain: FloatArray
+    """Shape (n_competitors,). Fall of the sum of squares; 0 for a size that bounds forbid."""
     size: FloatArray
     std: FloatArray
+    """Shape (n_competitors,). Difference from neutral, and its standard deviation."""
 
     @property
     def ranking(self) -> list[int]:

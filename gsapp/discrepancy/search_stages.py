@@ -53,30 +53,16 @@ def fit_baseline(
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class SearchStage:
-    """One model on the way, with the competition that it faced.
-
-    Attributes
-    ----------
-    fit : FilterErrorFit
-    added : str
-        The effect that it has and the stage before has not; empty for the baseline.
-    screening : CandidateScreening
-    decision : EffectDecision
-    forced : bool
-        Whether the effect was put in by hand.
-    proven : bool
-        Whether kinematics alone prove it.
-    equivalent_effects : tuple of str
-        The set that the effect stands for, itself with it, where these flights cannot tell which.
-    """
+    """One model on the way, with the competition that it faced."""
 
     fit: FilterErrorFit
-    added: str
+    added: str  # The effect that it has and the stage before has not; empty for the baseline.
     screening: CandidateScreening
     decision: EffectDecision
-    forced: bool = False
-    proven: bool = False
+    forced: bool = False  # Whether the effect was put in by hand.
+    proven: bool = False  # Whether kinematics alone prove it.
     equivalent_effects: tuple[str, ...] = ()
+    """The set that the effect stands for, itself with it, where these flights cannot tell which."""
 
     def as_unexplained(self) -> SearchStage:
         """Return the stage with the answer that its best explanation is none."""

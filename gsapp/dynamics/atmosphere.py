@@ -28,20 +28,16 @@ _EXPONENT = GRAVITY / (GAS_CONSTANT * LAPSE_RATE)
 class AirState(NamedTuple):
     """State of the air at one height, or at many."""
 
-    density: Value
-    """kg/m^3."""
-    pressure: Value
-    """Pa."""
-    temperature: Value
-    """K."""
+    density: Value  # kg/m^3.
+    pressure: Value  # Pa.
+    temperature: Value  # K.
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Atmosphere:
     """The troposphere of the day, below 11 km."""
 
-    ground_altitude: float = 0.0
-    """Height of the field above sea level, m."""
+    ground_altitude: float = 0.0  # Height of the field above sea level, m.
     ground_temperature: float | None = None
     """Read at the field, K; None takes the standard one for that height."""
     ground_pressure: float | None = None
@@ -100,8 +96,7 @@ class Wind:
     shear: float = 0.0
     """Exponent of the power law with height; 0 is the same wind at every height, 0.14 is usual over
     grass."""
-    reference_height: float = 10.0
-    """m above the ground."""
+    reference_height: float = 10.0  # m above the ground.
 
     def at(self, height: float) -> tuple[float, float, float]:
         """Return the velocity of the air (north, east, down; m/s) at a height (m) above ground."""

@@ -35,14 +35,9 @@ class UnsteadyTerm(Term):
     """Target that follows a variable with one lag: scale * parameter * (x - lagged x).
 
     For slow changes it equals scale * parameter * tau * x'.
-
-    Attributes
-    ----------
-    scale : float
-        A fixed factor.
     """
 
-    scale: float = 1.0
+    scale: float = 1.0  # A fixed factor.
 
     def value(self, reads: Values, states: Values, parameters: Values) -> Value:
         """Return the part that has not settled yet."""
@@ -79,14 +74,9 @@ class StallTerm(Term):
     Exactly zero between `alpha_low` and `alpha_high`; outside it starts as a parabola and turns
     into a line of the slope `slope`: with e the excess over the limit, slope * e^2/(|e| + width).
     An even coefficient (drag) takes |e|.
-
-    Attributes
-    ----------
-    even : bool
-        Whether the term has the same sign on both sides.
     """
 
-    even: bool = False
+    even: bool = False  # Whether the term has the same sign on both sides.
 
     def value(self, reads: Values, states: Values, parameters: Values) -> Value:
         """Return the departure."""
@@ -178,18 +168,10 @@ class ThrustSpeedTerm(Term):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ThrustErrorTerm(Term):
-    """A share of the thrust of the aircraft file: parameter * k throttle rho (1 - V/V_0).
+    """A share of the thrust of the aircraft file: parameter * k throttle rho (1 - V/V_0)."""
 
-    Attributes
-    ----------
-    per_density : float
-        Thrust of all engines at rest over density, N m^3/kg.
-    zero_thrust_speed : float
-        m/s.
-    """
-
-    per_density: float
-    zero_thrust_speed: float
+    per_density: float  # Thrust of all engines at rest over density, N m^3/kg.
+    zero_thrust_speed: float  # m/s.
 
     def _thrust(self, reads: Values) -> Value:
         throttle, rho, V = reads

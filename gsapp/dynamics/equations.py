@@ -129,12 +129,9 @@ def polar_rates(state: PolarState, loads: Loads, body: RigidBody) -> tuple[Value
 class PolarJacobian(NamedTuple):
     """Derivatives of the nine polar rates."""
 
-    states: FloatArray
-    """Shape (n, 9, 9). With respect to `POLAR_STATES`."""
-    loads: FloatArray
-    """Shape (n, 9, 6). With respect to the loads, in the order of `Loads`."""
-    body: FloatArray
-    """Shape (n, 9, 5). With respect to `INERTIA_NAMES`."""
+    states: FloatArray  # Shape (n, 9, 9). With respect to `POLAR_STATES`.
+    loads: FloatArray  # Shape (n, 9, 6). With respect to the loads, in the order of `Loads`.
+    body: FloatArray  # Shape (n, 9, 5). With respect to `INERTIA_NAMES`.
 
 
 def polar_jacobian(state: PolarState, loads: Loads, body: RigidBody) -> PolarJacobian:

@@ -76,18 +76,12 @@ class ModelEvaluation(NamedTuple):
 
     coefficients: dict[str, Value]
     """CN, CA, CY, Cl, Cm, Cn with all effects, about the aircraft file's CG."""
-    loads: Loads
-    """Forces (N) and moments about the CG (N m), thrust included."""
-    thrust: Value
-    """N."""
-    body: RigidBody
-    """Mass and inertia with the effects' offsets."""
-    cg: tuple[Value, Value, Value]
-    """Where the CG lies from the aircraft file's, m."""
-    term_rates: tuple[Value, ...]
-    """Rates of the terms' own states."""
-    variables: list[Value]
-    """In the order of `gsapp.dynamics.terms.VARIABLES`."""
+    loads: Loads  # Forces (N) and moments about the CG (N m), thrust included.
+    thrust: Value  # N.
+    body: RigidBody  # Mass and inertia with the effects' offsets.
+    cg: tuple[Value, Value, Value]  # Where the CG lies from the aircraft file's, m.
+    term_rates: tuple[Value, ...]  # Rates of the terms' own states.
+    variables: list[Value]  # In the order of `gsapp.dynamics.terms.VARIABLES`.
     position_offsets: dict[str, tuple[Value, Value, Value]]
     """How far an instrument sits from where the aircraft file says, m; only those that do."""
 
@@ -96,24 +90,16 @@ class ModelEvaluation(NamedTuple):
 class ModelJacobian:
     """Derivatives by all states, `MODEL_INPUTS`, then the free parameters: n_all columns."""
 
-    evaluation: ModelEvaluation
-    """The values, arrays of shape (n,) or floats."""
-    coefficients: FloatArray
-    """Shape (n, 6, n_all). Of CN, CA, CY, Cl, Cm, Cn."""
-    thrust: FloatArray
-    """Shape (n, n_all)."""
-    loads: FloatArray
-    """Shape (n, 6, n_all). Of X, Y, Z, L, M, N."""
-    body: FloatArray
-    """Shape (n, 5, n_all). Of mass, ixx, iyy, izz, ixz."""
-    cg: FloatArray
-    """Shape (n, 3, n_all)."""
+    evaluation: ModelEvaluation  # The values, arrays of shape (n,) or floats.
+    coefficients: FloatArray  # Shape (n, 6, n_all). Of CN, CA, CY, Cl, Cm, Cn.
+    thrust: FloatArray  # Shape (n, n_all).
+    loads: FloatArray  # Shape (n, 6, n_all). Of X, Y, Z, L, M, N.
+    body: FloatArray  # Shape (n, 5, n_all). Of mass, ixx, iyy, izz, ixz.
+    cg: FloatArray  # Shape (n, 3, n_all).
     position_offsets: dict[str, FloatArray]
     """Shape (n, 3, n_all). Of the instruments in ``totals.places``."""
-    rates: FloatArray
-    """Shape (n, n_states, n_all)."""
-    free_parameters: tuple[str, ...]
-    """The parameters in the last columns."""
+    rates: FloatArray  # Shape (n, n_states, n_all).
+    free_parameters: tuple[str, ...]  # The parameters in the last columns.
 
     def split(self, array: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Return the columns by states, by inputs and by parameters of one of the arrays."""

@@ -25,12 +25,9 @@ LATERAL_OUTPUTS = ("beta", "p", "r", "phi", "ay")
 class OperatingPoint:
     """The steady flight that a linear model is about."""
 
-    speed: float
-    """True airspeed, m/s."""
-    density: float | None = None
-    """kg/m^3."""
-    mass: float | None = None
-    """kg."""
+    speed: float  # True airspeed, m/s.
+    density: float | None = None  # kg/m^3.
+    mass: float | None = None  # kg.
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -60,8 +57,7 @@ class Mode:
     name: str
     """``short period``, ``phugoid``, ``roll``, ``dutch roll``, ``spiral``; of a short period
     without oscillation ``short period, fast`` and ``..., slow``; else ``real`` or ``pair``."""
-    pole: complex
-    """1/s; that of a pair with the positive imaginary part."""
+    pole: complex  # 1/s; that of a pair with the positive imaginary part.
 
     @property
     def frequency(self) -> float:

@@ -33,8 +33,7 @@ SHIPPED_MODELS = ShippedFiles(folder=Path(__file__).parent / "models", kind="mod
 class Effect(StrictModel):
     """One effect in a model."""
 
-    id: str
-    """As in the registry, ``aero.Cm.alpha2``."""
+    id: str  # As in the registry, ``aero.Cm.alpha2``.
     parameters: dict[str, float] = Field(default_factory=dict)
     """SI and radians; what is left out takes the effect's default."""
 
@@ -62,14 +61,11 @@ class Model(StrictModel):
     name: str = "model"
     parent: str | None = None
     """Name of the model that this one revises."""
-    evidence: str = ""
-    """Why it was revised, in words."""
-    source: str = ""
-    """Where the numbers come from."""
+    evidence: str = ""  # Why it was revised, in words.
+    source: str = ""  # Where the numbers come from.
     derivatives: dict[str, float] = Field(default_factory=dict)
     """Those given; `derivative` returns zero for the rest."""
-    effects: tuple[Effect, ...] = ()
-    """In the order in which they were found."""
+    effects: tuple[Effect, ...] = ()  # In the order in which they were found.
 
     @field_validator("derivatives")
     @classmethod

@@ -53,8 +53,7 @@ class EngineState(NamedTuple):
     rpm_left: float
     rpm_right: float
     """Fan speed, rad/s."""
-    fuel_flow: float
-    """kg/s."""
+    fuel_flow: float  # kg/s.
 
 
 class Engines:

@@ -64,8 +64,7 @@ SWAPPABLE_PAIRS = (
 class PathResponse:
     """A signal after its path."""
 
-    values: FloatArray
-    """Shape (n,)."""
+    values: FloatArray  # Shape (n,).
     parameters: FloatArray
     """Shape (n, n_parameters). Derivatives of the values by the term's parameters."""
     tangent: Callable[[FloatArray], FloatArray]

@@ -61,17 +61,13 @@ class ControlCommands:
     dr: float = 0.0
     flap: float = 0.0
     """Deflections asked for, rad."""
-    throttle: float = 0.0
-    """Of both engines, 0 to 1."""
+    throttle: float = 0.0  # Of both engines, 0 to 1.
     throttle_left: float | None = None
     throttle_right: float | None = None
     """Of one engine, where they differ."""
-    steer: float = 0.0
-    """Nose wheel, -1 to 1, positive right."""
-    brake: float = 0.0
-    """0 to 1."""
-    engines: bool = True
-    """Whether the engines run."""
+    steer: float = 0.0  # Nose wheel, -1 to 1, positive right.
+    brake: float = 0.0  # 0 to 1.
+    engines: bool = True  # Whether the engines run.
 
 
 class GroundContact(Protocol):

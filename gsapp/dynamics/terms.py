@@ -96,19 +96,15 @@ TARGETS = (
 class Parameter:
     """A number in a term that may be given, held, or estimated."""
 
-    name: str
-    """Unique within its term; derivatives keep their usual name (``Cm_alpha2``)."""
-    unit: str
-    """SI unit as text; empty for pure numbers."""
+    name: str  # Unique within its term; derivatives keep their usual name (``Cm_alpha2``).
+    unit: str  # SI unit as text; empty for pure numbers.
     default: float
     """A plausible size: what is taken where a file or command names the effect alone."""
-    bounds: tuple[float, float]
-    """Outside is not physical."""
+    bounds: tuple[float, float]  # Outside is not physical.
     description: str
     neutral: float = 0.0
     """The value at which the term does nothing."""
-    free: bool = True
-    """Whether estimation may move it. A reference speed is not free."""
+    free: bool = True  # Whether estimation may move it. A reference speed is not free.
 
 
 class TermJacobian(NamedTuple):
@@ -127,16 +123,11 @@ class TermJacobian(NamedTuple):
 class Term(ABC):
     """Base of all terms."""
 
-    id: str
-    """``group.target.kind``, such as ``aero.Cm.alpha2``."""
-    title: str
-    """In a field engineer's words."""
-    equation: str
-    """The physics, as text."""
-    target: str
-    """What it adds to."""
-    reads: tuple[str, ...]
-    """Names of the variables read."""
+    id: str  # ``group.target.kind``, such as ``aero.Cm.alpha2``.
+    title: str  # In a field engineer's words.
+    equation: str  # The physics, as text.
+    target: str  # What it adds to.
+    reads: tuple[str, ...]  # Names of the variables read.
     parameters: tuple[Parameter, ...] = ()
     states: tuple[str, ...] = ()
     """Names of its own states; empty for a static term."""
@@ -211,10 +202,8 @@ class LinearTerm(Term):
 class Monomial(Term):
     """One parameter times a product of whole powers of variables."""
 
-    powers: tuple[int, ...]
-    """One for each variable read, 1 or more."""
-    scale: float = 1.0
-    """A fixed factor, such as a length of the aircraft."""
+    powers: tuple[int, ...]  # One for each variable read, 1 or more.
+    scale: float = 1.0  # A fixed factor, such as a length of the aircraft.
 
     def value(self, reads: Values, states: Values, parameters: Values) -> Value:
         del states
@@ -248,39 +237,24 @@ against trusted values; a measurement on the ground settles it."""
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class EffectGuidance:
-    """What field experience and theory say of an effect beyond its formula.
-
-    Attributes
-    ----------
-    mistaken_for : tuple of str
-        Effects that look alike in ordinary maneuvers, most alike first.
-    separated_by : str
-        The maneuver or record that tells them apart.
-    effect_class : {"A", "B", "C"}
-    remedy : str
-        Class C: the measurement on the ground that settles it. Else empty.
-    needs : tuple of str
-        Channels that must be recorded (and, of inputs, must move) before it can be seen.
-    source : str
-    derivative : str
-        Of the linear build-up, if the effect is one of its derivatives: a baseline that has it
-        free leaves nothing to find.
-    variant_of : str
-        A plainer effect that this looks like in all but special maneuvers: the same physics in a
-        finer shape, or other physics of the same shape.
-    decoy : bool
-        Whether it stands for structure without a name: where it wins, nothing was explained.
-    """
+    """What field experience and theory say of an effect beyond its formula."""
 
     mistaken_for: tuple[str, ...]
-    separated_by: str
+    """Effects that look alike in ordinary maneuvers, most alike first."""
+    separated_by: str  # The maneuver or record that tells them apart.
     effect_class: EffectClass
-    remedy: str = ""
+    remedy: str = ""  # Class C: the measurement on the ground that settles it. Else empty.
     needs: tuple[str, ...] = ()
+    """Channels that must be recorded (and, of inputs, must move) before it can be seen."""
     source: str
     derivative: str = ""
+    """Of the linear build-up, if the effect is one of its derivatives: a baseline that has it free
+    leaves nothing to find."""
     variant_of: str = ""
+    """A plainer effect that this looks like in all but special maneuvers: the same physics in a
+    finer shape, or other physics of the same shape."""
     decoy: bool = False
+    """Whether it stands for structure without a name: where it wins, nothing was explained."""
 
 
 class EffectDefinition(NamedTuple):

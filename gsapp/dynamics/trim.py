@@ -23,14 +23,10 @@ from gsapp.quantities.constants import DEGREE, GRAVITY
 class Trim:
     """A steady condition."""
 
-    state: tuple[float, ...]
-    """Polar states, then those of the terms, settled; psi = 0."""
-    inputs: tuple[float, ...]
-    """In the order of `gsapp.dynamics.flight_model.MODEL_INPUTS`."""
-    climb_angle: float
-    """rad."""
-    turn_rate: float
-    """psi', rad/s."""
+    state: tuple[float, ...]  # Polar states, then those of the terms, settled; psi = 0.
+    inputs: tuple[float, ...]  # In the order of `gsapp.dynamics.flight_model.MODEL_INPUTS`.
+    climb_angle: float  # rad.
+    turn_rate: float  # psi', rad/s.
 
     @property
     def polar(self) -> PolarState:

@@ -42,12 +42,9 @@ class UnmappedError(FlightError):
 class FileProblem:
     """One mistake in a file."""
 
-    where: str
-    """Key path (``mass.ixx``), or ``line 12`` where it is a matter of syntax."""
-    what: str
-    """What is wrong, in words."""
-    remedy: str = ""
-    """What to write instead; empty where nothing can be proposed."""
+    where: str  # Key path (``mass.ixx``), or ``line 12`` where it is a matter of syntax.
+    what: str  # What is wrong, in words.
+    remedy: str = ""  # What to write instead; empty where nothing can be proposed.
 
     @classmethod
     def from_error(cls, where: str, error: Exception) -> FileProblem:

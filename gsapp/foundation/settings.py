@@ -36,29 +36,14 @@ class SettingError(FlightError):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SettingInfo:
-    """How a setting appears to the user, beside its title and help.
+    """How a setting appears to the user, beside its title and help."""
 
-    Attributes
-    ----------
-    option : str
-        On the command line; empty for none.
-    metavar : str
-        Of its value there.
-    is_repeatable : bool
-        Whether the option may be given several times.
-    choices : tuple of (str, str)
-        Values and their titles.
-    unit : str
-    default_text : str
-        What the default means.
-    """
-
-    option: str = ""
-    metavar: str = ""
-    is_repeatable: bool = False
-    choices: tuple[tuple[str, str], ...] = ()
+    option: str = ""  # On the command line; empty for none.
+    metavar: str = ""  # Of its value there.
+    is_repeatable: bool = False  # Whether the option may be given several times.
+    choices: tuple[tuple[str, str], ...] = ()  # Values and their titles.
     unit: str = ""
-    default_text: str = "none"
+    default_text: str = "none"  # What the default means.
 
 
 def setting_info(field: FieldInfo) -> SettingInfo:

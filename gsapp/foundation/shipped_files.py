@@ -14,10 +14,8 @@ from gsapp.foundation.name_suggestions import did_you_mean
 class ShippedFiles:
     """A folder of TOML files that can be named without path or ending."""
 
-    folder: Path
-    """Where they lie."""
-    kind: str
-    """What they are, in words."""
+    folder: Path  # Where they lie.
+    kind: str  # What they are, in words.
 
     def names(self) -> tuple[str, ...]:
         """Return the names, sorted."""

@@ -28,10 +28,8 @@ class Block:
         If a channel is not in the vocabulary.
     """
 
-    channels: tuple[str, ...]
-    """Channel ids, each in the vocabulary."""
-    times: FloatArray
-    """Shape (n,). Flight time in s, increasing."""
+    channels: tuple[str, ...]  # Channel ids, each in the vocabulary.
+    times: FloatArray  # Shape (n,). Flight time in s, increasing.
     values: FloatArray
     """Shape (n, n_channels). SI units, radians; NaN where missing. Both arrays are float64 and
     read-only."""

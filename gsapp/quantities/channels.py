@@ -21,10 +21,8 @@ from gsapp.quantities.constants import DEGREE, FOOT, GRAVITY
 class ChannelSpec:
     """What a channel means and how it is shown."""
 
-    id: str
-    """Name in files and in code. A redundant sensor of ``q`` is ``q.2``."""
-    symbol: str
-    """As shown beside a chart."""
+    id: str  # Name in files and in code. A redundant sensor of ``q`` is ``q.2``.
+    symbol: str  # As shown beside a chart.
     title: str
     quantity: str
     """Key in `gsapp.quantities.units.QUANTITIES`: SI unit and allowed units."""
@@ -33,12 +31,9 @@ class ChannelSpec:
     """Unit on screen when the user chose SI or US customary units."""
     limits: tuple[float, float]
     """Lowest and highest plausible value, SI. Outside is an instrument at fault."""
-    precision: float
-    """The smallest difference that the sensor earns, in SI; sets the digits shown."""
-    group: str
-    """Which charts it is listed with."""
-    description: str
-    """What it is and what a positive value means."""
+    precision: float  # The smallest difference that the sensor earns, in SI; sets the digits shown.
+    group: str  # Which charts it is listed with.
+    description: str  # What it is and what a positive value means.
 
     @property
     def unit(self) -> str:

@@ -84,10 +84,8 @@ Values = TypeVar("Values", float, npt.NDArray[np.float64])
 class Quantity:
     """A physical quantity and the units it may be written in."""
 
-    name: str
-    """In words, as used in messages."""
-    units: tuple[str, ...]
-    """Allowed units; the first is the SI unit used inside."""
+    name: str  # In words, as used in messages.
+    units: tuple[str, ...]  # Allowed units; the first is the SI unit used inside.
 
     @property
     def si(self) -> str:

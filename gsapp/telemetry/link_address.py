@@ -13,27 +13,13 @@ LOOPBACK: Final = "127.0.0.1"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LinkAddress:
-    """A link, taken apart.
+    """A link, taken apart."""
 
-    Attributes
-    ----------
-    kind : str
-        Name of its `LinkKind`.
-    host : str
-        Host name or address of a network link.
-    port : int
-        Its port; 0 for other kinds.
-    path : str
-        Serial port, flight, or whatever else a kind writes there.
-    baud : int
-        Symbols per second of a serial port; 0 for other kinds.
-    """
-
-    kind: str
-    host: str = ""
-    port: int = 0
-    path: str = ""
-    baud: int = 0
+    kind: str  # Name of its `LinkKind`.
+    host: str = ""  # Host name or address of a network link.
+    port: int = 0  # Its port; 0 for other kinds.
+    path: str = ""  # Serial port, flight, or whatever else a kind writes there.
+    baud: int = 0  # Symbols per second of a serial port; 0 for other kinds.
 
     def __str__(self) -> str:
         """Return the address as it would be written."""
@@ -46,30 +32,16 @@ class LinkAddress:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class AddressField:
-    """One field of an address.
-
-    Attributes
-    ----------
-    name : {"host", "port", "path", "baud"}
-        Attribute of `LinkAddress` that it fills. A kind lists its fields in this order.
-    metavar : str
-        The field in the grammar, ``HOST``.
-    label : str
-        The field in a dialog.
-    example : str
-        A usual value. A host that is left out is this computer.
-    limits : tuple of int
-        Lowest and highest value of a number.
-    choices : tuple of int
-        Values that a dialog offers for a number; none for any within the limits.
-    """
+    """One field of an address."""
 
     name: Literal["host", "port", "path", "baud"]
-    metavar: str
-    label: str
-    example: str
-    limits: tuple[int, int] = (1, 65535)
+    """Attribute of `LinkAddress` that it fills. A kind lists its fields in this order."""
+    metavar: str  # The field in the grammar, ``HOST``.
+    label: str  # The field in a dialog.
+    example: str  # A usual value. A host that is left out is this computer.
+    limits: tuple[int, int] = (1, 65535)  # Lowest and highest value of a number.
     choices: tuple[int, ...] = ()
+    """Values that a dialog offers for a number; none for any within the limits."""
 
     @property
     def is_number(self) -> bool:

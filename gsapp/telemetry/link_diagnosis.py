@@ -22,23 +22,14 @@ _ITEM: Final = {"mavlink": "MAVLink frame", "text": "line of text"}
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LinkDiagnosis:
-    """Why no aircraft is heard.
-
-    Attributes
-    ----------
-    problem : str
-        ``closed``: the port is not open; ``no-data``: it is, and nothing comes; ``unreadable``,
-        ``text``, ``mavlink``: something else comes than the link is for; ``no-aircraft``: MAVLink,
-        but not of an aircraft.
-    found : str
-        What has come, where and for how long, in a sentence.
-    remedy : str
-        What to try, in sentences; empty where `found` says it.
-    """
+    """Why no aircraft is heard."""
 
     problem: LinkProblem
-    found: str
-    remedy: str = ""
+    """``closed``: the port is not open; ``no-data``: it is, and nothing comes; ``unreadable``,
+    ``text``, ``mavlink``: something else comes than the link is for; ``no-aircraft``: MAVLink, but
+    not of an aircraft."""
+    found: str  # What has come, where and for how long, in a sentence.
+    remedy: str = ""  # What to try, in sentences; empty where `found` says it.
 
     def __str__(self) -> str:
         """Return all of it."""

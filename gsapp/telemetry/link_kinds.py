@@ -34,40 +34,22 @@ Framing = Literal["mavlink", "text"]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LinkKind:
-    """A kind of link.
+    """A kind of link."""
 
-    Attributes
-    ----------
-    name : str
-        What its addresses begin with.
-    fields : tuple of AddressField
-        What follows in an address, separated by colons.
-    source : str
-        ``module:class`` of its `LinkSource`, imported when a link is opened.
-    framing : {"mavlink", "text"}
-        What is recorded: MAVLink frames (``raw.tlog``) or lines of text (``raw.txt``).
-    title : str
-        What the connect dialog calls it; empty where the dialog does not offer it.
-    help : str
-        What it does, in a sentence.
-    channel_map : str
-        Channel map where the user names none: the name of a shipped one, or a path.
-    needs_heartbeat : bool
-        Whether nothing comes before the ground station has sent something.
-    is_physical : bool
-        Whether there is something at the other end. False for data made on this computer, whose
-        speed can be chosen.
-    """
-
-    name: str
-    fields: tuple[AddressField, ...]
-    source: str
+    name: str  # What its addresses begin with.
+    fields: tuple[AddressField, ...]  # What follows in an address, separated by colons.
+    source: str  # ``module:class`` of its `LinkSource`, imported when a link is opened.
     framing: Framing = "mavlink"
-    title: str = ""
-    help: str = ""
+    """What is recorded: MAVLink frames (``raw.tlog``) or lines of text (``raw.txt``)."""
+    title: str = ""  # What the connect dialog calls it; empty where the dialog does not offer it.
+    help: str = ""  # What it does, in a sentence.
     channel_map: str = ""
+    """Channel map where the user names none: the name of a shipped one, or a path."""
     needs_heartbeat: bool = False
+    """Whether nothing comes before the ground station has sent something."""
     is_physical: bool = True
+    """Whether there is something at the other end. False for data made on this computer, whose
+    speed can be chosen."""
 
     @property
     def grammar(self) -> str:

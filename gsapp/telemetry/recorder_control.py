@@ -27,18 +27,10 @@ _children: dict[int, subprocess.Popen[bytes]] = {}
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RecorderHandle:
-    """A recorder, running or not.
+    """A recorder, running or not."""
 
-    Attributes
-    ----------
-    folder : Path
-        The flight folder it records into.
-    pid : int
-        Its process.
-    """
-
-    folder: Path
-    pid: int
+    folder: Path  # The flight folder it records into.
+    pid: int  # Its process.
 
     def is_alive(self) -> bool:
         """Return whether it runs: whether this process holds the lock of the folder."""

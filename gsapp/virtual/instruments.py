@@ -89,18 +89,15 @@ _NO_RANGE = (-math.inf, math.inf)
 class Instrument:
     """One instrument."""
 
-    name: str
-    """Channel of the converter."""
-    low_pass: float | None = VIRTUAL.low_pass
-    """Corner of the filter before the converter, Hz."""
+    name: str  # Channel of the converter.
+    low_pass: float | None = VIRTUAL.low_pass  # Corner of the filter before the converter, Hz.
     lag: float = 0.0
     delay: float = 0.0
     """s."""
     bias: float = 0.0
     noise: float = 0.0
     """SI; `noise` is the standard deviation of each sample."""
-    range: tuple[float, float] = _NO_RANGE
-    """Lowest and highest value that it can show, SI."""
+    range: tuple[float, float] = _NO_RANGE  # Lowest and highest value that it can show, SI.
 
 
 def create_instruments(aircraft: Aircraft) -> tuple[Instrument, ...]:

@@ -28,8 +28,7 @@ class KeyPositions:
     roll: float = 0.0
     yaw: float = 0.0
     """-1 to 1 of the chosen size; pulled, right, right are positive; 0 lets go."""
-    throttle: float | None = None
-    """0 idle to 1 full; None leaves the lever where it is."""
+    throttle: float | None = None  # 0 idle to 1 full; None leaves the lever where it is.
 
 
 class KeyboardSticks:

@@ -30,34 +30,20 @@ from gsapp.virtual.stick_motion import StickInput
 class GuidanceCommand:
     """What the pilot wants now."""
 
-    phase: str
-    """In words, for the crew."""
-    path_angle: float | None = None
-    """Flight path angle wanted, rad."""
-    pitch: float | None = None
-    """Pitch attitude wanted instead, rad; with neither, the stick stays."""
-    path_gain: float = 0.25
-    """How quickly an error of the path is answered with the attitude."""
-    bank: float = 0.0
-    """Wanted, rad, towards the pattern."""
-    speed: float | None = None
-    """Airspeed wanted, m/s."""
-    throttle: float | None = None
-    """Throttle wanted instead; with neither, the throttle stays."""
-    steer: float | None = None
-    """Course wanted on the ground, rad."""
-    stick_input: StickInput | None = None
-    """An input under way, and since when."""
-    stick_time: float = 0.0
-    """s since it began."""
-    hands_off: bool = False
-    """Hands off: keep what is held."""
-    flap: float = 0.0
-    """Wanted, rad."""
-    brake: float = 0.0
-    """0 to 1."""
-    engines: bool = True
-    """Running."""
+    phase: str  # In words, for the crew.
+    path_angle: float | None = None  # Flight path angle wanted, rad.
+    pitch: float | None = None  # Pitch attitude wanted instead, rad; with neither, the stick stays.
+    path_gain: float = 0.25  # How quickly an error of the path is answered with the attitude.
+    bank: float = 0.0  # Wanted, rad, towards the pattern.
+    speed: float | None = None  # Airspeed wanted, m/s.
+    throttle: float | None = None  # Throttle wanted instead; with neither, the throttle stays.
+    steer: float | None = None  # Course wanted on the ground, rad.
+    stick_input: StickInput | None = None  # An input under way, and since when.
+    stick_time: float = 0.0  # s since it began.
+    hands_off: bool = False  # Hands off: keep what is held.
+    flap: float = 0.0  # Wanted, rad.
+    brake: float = 0.0  # 0 to 1.
+    engines: bool = True  # Running.
 
 
 MissionStage = Generator[GuidanceCommand, PilotView, None]

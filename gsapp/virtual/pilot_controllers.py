@@ -14,28 +14,22 @@ from gsapp.virtual.pilot_perception import PilotView
 class AircraftHandling:
     """What a pilot has learned of an aircraft in earlier flights, at one airspeed."""
 
-    speed: float
-    """Airspeed of the numbers below, m/s."""
+    speed: float  # Airspeed of the numbers below, m/s.
     pitch_rate: float
     roll_rate: float
     """Steady rate for full stick at the high rate, rad/s."""
     low_rate: tuple[float, float, float]
     """Deflection at the low rate as a share of the high one: pitch, roll, yaw."""
-    pitch: float
-    """Attitude in level flight, rad."""
-    trim: float
-    """Pitch stick in level flight."""
+    pitch: float  # Attitude in level flight, rad.
+    trim: float  # Pitch stick in level flight.
     throttle: float
     throttle_slope: float
     """In level flight; and its change for each m/s more."""
-    turn_pull: float
-    """Pitch stick for each unit of (1/cos(bank) - 1)."""
+    turn_pull: float  # Pitch stick for each unit of (1/cos(bank) - 1).
     turn_roll: float
     """Roll stick for each unit of sin(bank), against the bank's steepening by itself."""
-    turn_yaw: float
-    """Yaw stick for each unit of sin(bank), for a turn without sideslip."""
-    flap_travel: float
-    """Full travel of the flaps, rad."""
+    turn_yaw: float  # Yaw stick for each unit of sin(bank), for a turn without sideslip.
+    flap_travel: float  # Full travel of the flaps, rad.
 
 
 class PitchController:

@@ -22,8 +22,7 @@ from gsapp.virtual.settings import VIRTUAL
 class AircraftState:
     """Where the aircraft really is and how it moves: SI, radians."""
 
-    time: float
-    """s since the box was switched on."""
+    time: float  # s since the box was switched on.
     phi: float
     theta: float
     psi: float
@@ -40,38 +39,30 @@ class AircraftState:
     velocity_east: float
     climb_rate: float
     """Over the ground."""
-    airspeed: float
-    """True airspeed."""
-    on_ground: bool
-    """Whether a main wheel carries weight."""
+    airspeed: float  # True airspeed.
+    on_ground: bool  # Whether a main wheel carries weight.
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PilotView:
     """What the pilot believes, `PilotLimits.delay` late; in the pilot's frame."""
 
-    time: float
-    """Now, s."""
+    time: float  # Now, s.
     bank: float
     pitch: float
     """Attitude, rad; bank positive towards the pattern."""
     roll_rate: float
     pitch_rate: float
     """rad/s."""
-    course: float
-    """Direction of motion from that of take-off, rad, in (-pi, pi]."""
+    course: float  # Direction of motion from that of take-off, rad, in (-pi, pi].
     along: float
     across: float
     height: float
     """Position, m."""
-    climb: float
-    """Rate of climb, m/s."""
-    path: float
-    """Angle of the flight path, rad."""
-    speed: float
-    """Airspeed guessed, m/s."""
-    ground_speed: float
-    """m/s."""
+    climb: float  # Rate of climb, m/s.
+    path: float  # Angle of the flight path, rad.
+    speed: float  # Airspeed guessed, m/s.
+    ground_speed: float  # m/s.
     on_ground: bool
 
 

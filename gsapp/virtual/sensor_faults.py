@@ -27,8 +27,7 @@ _NEVER = sys.maxsize
 class SensorFault(StrictModel):
     """One thing that goes wrong with one instrument."""
 
-    channel: str
-    """The input of the converter: one of `gsapp.virtual.ad_converter.DAQ_CHANNELS`."""
+    channel: str  # The input of the converter: one of `gsapp.virtual.ad_converter.DAQ_CHANNELS`.
     kind: Literal["dropout", "stuck", "clip"]
     """``dropout``: the input is open, which the converter reads as 0 V. ``stuck``: the sample at
     its beginning is repeated. ``clip``: nothing beyond `low` and `high` is shown."""

@@ -26,16 +26,11 @@ class StickPositions:
     roll: float = 0.0
     yaw: float = 0.0
     """-1 to 1 with the trim levers added; pulled, right, right are positive."""
-    throttle: float = 0.0
-    """0 idle to 1 full."""
-    flap: float = 0.0
-    """0 up to 1, full travel."""
-    high_rate: bool = True
-    """The rate switch."""
-    brake: float = 0.0
-    """0 to 1; the nose wheel turns with `yaw`."""
-    engines: bool = False
-    """Whether the engines run."""
+    throttle: float = 0.0  # 0 idle to 1 full.
+    flap: float = 0.0  # 0 up to 1, full travel.
+    high_rate: bool = True  # The rate switch.
+    brake: float = 0.0  # 0 to 1; the nose wheel turns with `yaw`.
+    engines: bool = False  # Whether the engines run.
 
 
 class StickSource(Protocol):

@@ -107,19 +107,14 @@ StickSourceFactory = Callable[
 class FlightSegment:
     """Some successive samples of a flight."""
 
-    first_index: int
-    """Number of the first sample since the box was switched on."""
-    times: FloatArray
-    """Shape (n,). s since then."""
-    truth: FloatArray
-    """Shape (n, len(TRUTH)). What really happened, SI."""
-    volts: FloatArray
-    """Shape (n, 20). The converter's readings, V."""
+    first_index: int  # Number of the first sample since the box was switched on.
+    times: FloatArray  # Shape (n,). s since then.
+    truth: FloatArray  # Shape (n, len(TRUTH)). What really happened, SI.
+    volts: FloatArray  # Shape (n, 20). The converter's readings, V.
     onboard_names: tuple[str, ...]
     onboard: FloatArray
     """Shape (n, len(board_names)). What the autopilot-like board knows besides."""
-    phases: tuple[str, ...]
-    """What was being done."""
+    phases: tuple[str, ...]  # What was being done.
 
     def __len__(self) -> int:
         return int(self.times.size)
@@ -132,8 +127,7 @@ class FlownManeuver:
     t_start: float
     t_end: float
     """s since the box was switched on; the end is where the pilot took over again."""
-    inputs: tuple[str, ...]
-    """``de``, ``da``, ``dr``."""
+    inputs: tuple[str, ...]  # ``de``, ``da``, ``dr``.
     kind: str
 
 
@@ -141,15 +135,12 @@ class FlownManeuver:
 class VirtualFlight:
     """A flight that was flown to its end."""
 
-    truth: Block
-    """What really happened: `gsapp.virtual.airframe.TRUTH_CHANNELS`, at the CG."""
+    truth: Block  # What really happened: `gsapp.virtual.airframe.TRUTH_CHANNELS`, at the CG.
     measured: Block
     """What the ground makes of the converter's volts: `gsapp.virtual.ad_converter.DAQ_CHANNELS` and
     the combined surfaces (6.1.1)-(6.1.3)."""
-    volts: FloatArray
-    """Shape (n, 20). V."""
-    phases: tuple[tuple[str, float], ...]
-    """Each phase with the time at which it began, s."""
+    volts: FloatArray  # Shape (n, 20). V.
+    phases: tuple[tuple[str, float], ...]  # Each phase with the time at which it began, s.
     maneuvers: tuple[FlownManeuver, ...]
     crashed: bool
 

@@ -26,21 +26,12 @@ _FOLDER = "download"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DownloadedLog:
-    """A whole log on the disk.
+    """A whole log on the disk."""
 
-    Attributes
-    ----------
-    path : Path
-        In the cache of the flight, to be put in force or thrown away.
-    entry : LogEntry
-        What the autopilot says of it.
-    start_time : datetime or None
-        When it was begun, by the autopilot; None where that did not know the time.
-    """
-
-    path: Path
-    entry: LogEntry
+    path: Path  # In the cache of the flight, to be put in force or thrown away.
+    entry: LogEntry  # What the autopilot says of it.
     start_time: datetime | None
+    """When it was begun, by the autopilot; None where that did not know the time."""
 
 
 class LogFetcher:

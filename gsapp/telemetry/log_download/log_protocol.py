@@ -31,51 +31,28 @@ DownloadPhase = Literal["listening", "listing", "listed", "fetching", "done", "f
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LogEntry:
-    """A log that the autopilot has.
+    """A log that the autopilot has."""
 
-    Attributes
-    ----------
-    id : int
-        By which it is asked for.
-    size : int
-        Bytes.
-    time_utc : int
-        Seconds since 1970; 0 where the autopilot did not know the time.
-    system, component : int
-        Who has it.
-    """
-
-    id: int
-    size: int
-    time_utc: int
+    id: int  # By which it is asked for.
+    size: int  # Bytes.
+    time_utc: int  # Seconds since 1970; 0 where the autopilot did not know the time.
     system: int = 0
     component: int = 0
+    """Who has it."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DownloadState:
-    """How far a download has come.
-
-    Attributes
-    ----------
-    phase : str
-        ``listening``, ``listing``, ``listed``, ``fetching``, ``done`` or ``failed``.
-    received_bytes, size : int
-        Bytes that are there, and of the whole log.
-    rate : float
-        New bytes per second over the last seconds.
-    seconds_left : float or None
-        At this rate; None while nothing comes.
-    why : str
-        Why it failed.
-    """
+    """How far a download has come."""
 
     phase: DownloadPhase
+    """``listening``, ``listing``, ``listed``, ``fetching``, ``done`` or ``failed``."""
     received_bytes: int = 0
     size: int = 0
-    rate: float = 0.0
-    seconds_left: float | None = None
-    why: str = ""
+    """Bytes that are there, and of the whole log."""
+    rate: float = 0.0  # New bytes per second over the last seconds.
+    seconds_left: float | None = None  # At this rate; None while nothing comes.
+    why: str = ""  # Why it failed.
 
 
 class LogDownloadProtocol:

@@ -27,21 +27,12 @@ class LinkUnavailableError(LinkError):
 
 
 class Chunk(NamedTuple):
-    """Bytes that came at one time.
+    """Bytes that came at one time."""
 
-    Attributes
-    ----------
-    stamp_us : int
-        Host time of arrival, microseconds since 1970 (UTC).
-    data : bytes
-        The bytes; empty where the stream of this peer ended.
-    peer : str
-        Who sent them, where a link has several senders: every peer is a stream of its own.
-    """
-
-    stamp_us: int
-    data: bytes
+    stamp_us: int  # Host time of arrival, microseconds since 1970 (UTC).
+    data: bytes  # The bytes; empty where the stream of this peer ended.
     peer: str = ""
+    """Who sent them, where a link has several senders: every peer is a stream of its own."""
 
 
 class LinkSource(ABC):

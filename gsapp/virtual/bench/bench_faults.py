@@ -29,8 +29,7 @@ class BenchFault:
     """``dead``: its volts stay where they are, or its wire is open and reads nothing. ``reversed``:
     mounted the other way round. ``swapped``: its plug and that of `other` are exchanged. ``noisy``:
     a bad contact. ``clipped``: its volts run into the end of the converter within its travel."""
-    other: str = ""
-    """Of ``swapped``."""
+    other: str = ""  # Of ``swapped``.
 
 
 def parse_bench_fault(text: str) -> BenchFault:

@@ -136,12 +136,9 @@ class TableRotation:
     begin: float
     seconds: float
     """s."""
-    angle: float
-    """deg, right-handed about the body axis that is upright."""
-    axis: int
-    """That axis: 0, 1, 2 for x, y, z."""
-    ripple: float
-    """Share by which the rate of the hand goes up and down."""
+    angle: float  # deg, right-handed about the body axis that is upright.
+    axis: int  # That axis: 0, 1, 2 for x, y, z.
+    ripple: float  # Share by which the rate of the hand goes up and down.
 
     @property
     def end(self) -> float:
@@ -164,8 +161,7 @@ class PitotBreath:
     begin: float
     seconds: float
     """s."""
-    peak: float
-    """Pa."""
+    peak: float  # Pa.
 
     @property
     def end(self) -> float:

@@ -44,19 +44,14 @@ _FALLING = frozenset(("elevator_right", "beta"))
 class Potentiometer:
     """One potentiometer as it really is."""
 
-    center: float
-    """Volts at zero with 5 V supply."""
-    slope: float
-    """V/deg there."""
+    center: float  # Volts at zero with 5 V supply.
+    slope: float  # V/deg there.
     curvature: float
     cubic: float
     """Share of the slope's volts by which the curve is bent at the end of the travel."""
-    travel: float
-    """deg to either side."""
-    play: float
-    """Of the linkage, deg: the whole distance between the two branches."""
-    noise: float
-    """Standard deviation of a sample, V."""
+    travel: float  # deg to either side.
+    play: float  # Of the linkage, deg: the whole distance between the two branches.
+    noise: float  # Standard deviation of a sample, V.
 
     @classmethod
     def sample(cls, name: str, random: np.random.Generator) -> Potentiometer:

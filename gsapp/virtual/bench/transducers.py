@@ -20,14 +20,11 @@ ACCELEROMETERS = ("ax", "ay", "an")
 class SensorTriad:
     """Three instruments along the body axes: v = zero + matrix x."""
 
-    zero: FloatArray
-    """Shape (3,). V."""
+    zero: FloatArray  # Shape (3,). V.
     matrix: FloatArray
     """Shape (3, 3). V per unit; beside the diagonal what each picks up of the other axes."""
-    noise: FloatArray
-    """Shape (3,). Standard deviation of a sample, V."""
-    drift: FloatArray
-    """Shape (3,). Of the zero, V/s."""
+    noise: FloatArray  # Shape (3,). Standard deviation of a sample, V.
+    drift: FloatArray  # Shape (3,). Of the zero, V/s.
 
     def reversed(self, index: int) -> SensorTriad:
         """Return these instruments with one mounted the other way round."""
@@ -89,8 +86,7 @@ def sample_accelerometers(
 class Transducer:
     """A straight instrument: v = zero + slope x, x in SI."""
 
-    zero: float
-    """V."""
+    zero: float  # V.
     slope: float
     noise: float
     """V per unit, and standard deviation of a sample in V."""

@@ -26,24 +26,12 @@ _PWM_CENTER, _PWM_HALF_RANGE = 1500.0, 500.0
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class OnboardSample:
-    """What the box knows at one tick.
+    """What the box knows at one tick."""
 
-    Attributes
-    ----------
-    number : int
-        Since the box was switched on, 100 a second.
-    volts : sequence of float
-        The converter's readings, in the order of the layout.
-    values : mapping of str to float
-        Everything else by channel id, SI units.
-    unix_us : int
-        Time of day, microseconds since 1970.
-    """
-
-    number: int
-    volts: Sequence[float]
-    values: Values
-    unix_us: int
+    number: int  # Since the box was switched on, 100 a second.
+    volts: Sequence[float]  # The converter's readings, in the order of the layout.
+    values: Values  # Everything else by channel id, SI units.
+    unix_us: int  # Time of day, microseconds since 1970.
 
     @property
     def micros(self) -> int:
