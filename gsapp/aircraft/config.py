@@ -298,11 +298,9 @@ class Axles(StrictModel):
     right: Position | None = None
 
     def keys(self) -> tuple[str, ...]:
-        """Return the names of the axles that there are."""
         return tuple(name for name in type(self).model_fields if getattr(self, name) is not None)
 
     def __getitem__(self, name: str) -> Position:
-        """Return where an axle is."""
         place: Position | None = getattr(self, name, None) if name in self.keys() else None
         if place is None:
             raise KeyError(name)

@@ -226,10 +226,7 @@ class InertiaResult:
 def load_swings(path: str | Path) -> Swings:
     """Read a file of swings.
 
-    Raises
-    ------
-    FileProblemsError
-        If the file holds mistakes; all are named.
+    Raise FileProblemsError if the file holds mistakes; all are named.
     """
     return read_toml(Path(path), Swings)
 

@@ -153,10 +153,7 @@ def cg_from_three_points(
 ) -> Weighing:
     """Return mass and place along x and y from three wheels; see `cg_from_axles`.
 
-    Raises
-    ------
-    FlightError
-        If a load is not positive, or the wheels stand in one line.
+    Raise FlightError if a load is not positive, or the wheels stand in one line.
     """
     return _weigh((one, two, three), pitch, bank, height, axes=2)
 

@@ -159,7 +159,6 @@ class ChannelMap:
 
     @property
     def channels(self) -> tuple[str, ...]:
-        """Return the ids of the channels it maps, volts not included."""
         return tuple(self.by_channel)
 
     @property
@@ -581,7 +580,6 @@ def _guess_format(raw: Mapping[str, Any]) -> str | None:
 
 
 def _selector_field(layout: MessageLayout, *, number: bool) -> str:
-    """Return the field that a bare selector means."""
     if not number and "name" in layout.fields:
         return "name"
     candidates = (layout.instance_field, "index", "id", "instance", "name")

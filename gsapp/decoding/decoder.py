@@ -166,12 +166,10 @@ class Decoder:
 
     @property
     def channels(self) -> tuple[str, ...]:
-        """Return the ids of the channels that it can yield."""
         return tuple(self.sources)
 
     @property
     def rate(self) -> float:
-        """Return the rows per second of the grid."""
         return self._pipeline.grid.rate
 
     @property

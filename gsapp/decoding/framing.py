@@ -124,7 +124,6 @@ class Framer:
 
     @property
     def offset(self) -> int:
-        """Return the stream offset of the first byte that has not come out yet."""
         return self._offset
 
     def feed(self, data: bytes) -> list[MavlinkFrame | Residue]:
@@ -166,7 +165,6 @@ class Framer:
     def _take(
         self, items: list[MavlinkFrame | Residue], position: int
     ) -> list[MavlinkFrame | Residue]:
-        """Drop what came out from the buffer."""
         if items:
             self._synchronous = isinstance(items[-1], MavlinkFrame)
         self._buffer = self._buffer[position:]
@@ -442,7 +440,6 @@ class LineFramer:
 
     @property
     def offset(self) -> int:
-        """Return the stream offset of the first byte that has not come out yet."""
         return self._offset
 
     def feed(self, data: bytes) -> list[TextLine | Residue]:

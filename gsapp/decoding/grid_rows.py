@@ -51,7 +51,6 @@ class GridRows:
 
     @property
     def end(self) -> int:
-        """Return the row after the last."""
         return self.first + len(self.values)
 
     def select_columns(self, columns: ColumnIndex) -> GridRows:

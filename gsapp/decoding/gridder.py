@@ -48,7 +48,6 @@ class _Plan(NamedTuple):
     """Rows, counted from the first, that lie in a gap; that lie in a silence."""
 
     def silence(self) -> BoolArray | None:
-        """Return which rows lie in a silence; None for none."""
         if not self.silent:
             return None
         flags = np.zeros(len(self.after), dtype=bool)
@@ -263,7 +262,6 @@ class Gridder:
         return plans, place, passed_over
 
     def _pass_over(self, *, repeated: bool) -> None:
-        """Count a sample that is not later than the last one."""
         if repeated:
             self.duplicates += 1
         else:
@@ -279,7 +277,6 @@ class Gridder:
         return gap
 
     def _laid(self, plan: _Plan, known: FloatArray) -> GridRows:
-        """Return planned rows between the samples known."""
         result = self._between(plan, known)
         if self._angles:
             angles = result[:, self._circular]

@@ -80,7 +80,6 @@ class SenderHealth:
 
     @property
     def arrived(self) -> int:
-        """Return how many frames came, each counted once."""
         return self.good + self.unknown - self.duplicates
 
 
@@ -256,12 +255,10 @@ class LinkHealth:
 
     @property
     def good(self) -> int:
-        """Return the number of frames whose checksum fitted."""
         return sum(sender.good for sender in self._senders.values())
 
     @property
     def unknown(self) -> int:
-        """Return the number of frames of unknown id."""
         return self._strangers.unknown + sum(sender.unknown for sender in self._senders.values())
 
     @property
@@ -600,7 +597,6 @@ def is_vehicle(component: int, heartbeat: bytes) -> bool:
 
 
 def _read_heartbeat(sender: _Sender, component: int, data: bytes, header: int) -> None:
-    """Take what a sender is from its heartbeat."""
     body = data[header : header + 6]
     if len(body) == 6:
         sender.kind, sender.autopilot = body[4], body[5]

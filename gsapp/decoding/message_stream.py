@@ -42,10 +42,7 @@ def field_values(columns: MessageColumns, ref: FieldRef) -> FloatArray:
 
     Contiguous, so that functions round alike however many samples there are.
 
-    Raises
-    ------
-    KeyError
-        If there is no such field.
+    Raise KeyError if there is no such field.
     """
     if ref.index is None:
         return np.ascontiguousarray(columns[ref.field], dtype=np.float64)
@@ -265,7 +262,6 @@ class MessageStream:
 
     @property
     def channels(self) -> tuple[str, ...]:
-        """Return the channel of each column."""
         return tuple(output.channel for output in self.outputs)
 
     def set_instrument_ranges(self, ranges: Mapping[str, tuple[float, float]]) -> None:

@@ -58,7 +58,6 @@ class MessageLayout:
 
     @property
     def fields(self) -> tuple[str, ...]:
-        """Return the names of the fields."""
         return tuple(self.dtype.names or ())
 
     def offset(self, field: str) -> int:
@@ -66,7 +65,6 @@ class MessageLayout:
         return _offset(self.dtype, field)
 
     def is_text(self, field: str) -> bool:
-        """Return whether a field holds characters."""
         return self.dtype[field].kind == "S"
 
     def length(self, field: str) -> int:
@@ -94,10 +92,7 @@ def message_name(message_id: int) -> str:
 def message_id(name: str) -> int:
     """Return the id of a message.
 
-    Raises
-    ------
-    UnknownNameError
-        If the dialect has no such message; near names are proposed.
+    Raise UnknownNameError if the dialect has no such message; near names are proposed.
     """
     found = _ids().get(name)
     if found is None:
@@ -110,10 +105,7 @@ def message_id(name: str) -> int:
 def message_layout(message_id: int) -> MessageLayout:
     """Return the layout of a message.
 
-    Raises
-    ------
-    UnknownNameError
-        If the dialect has no message of that id.
+    Raise UnknownNameError if the dialect has no message of that id.
     """
     kind = dialect().mavlink_map.get(message_id)
     if kind is None:

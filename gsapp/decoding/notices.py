@@ -47,7 +47,6 @@ class StatusTextAssembler:
 
     @property
     def has_pending(self) -> bool:
-        """Return whether some text is not whole."""
         return bool(self._parts)
 
     def add_chunk(
@@ -175,7 +174,6 @@ class NoticeLog:
         )
 
     def add_clock_event(self, event: ClockEvent, host: int) -> None:
-        """Add what the clock of the vehicle did."""
         self.notices.append(
             Notice(kind=event.kind, time=event.time / 1e6, stamp_us=host, text=event.text)
         )

@@ -78,7 +78,6 @@ class _Group:
 
     @property
     def emitted(self) -> tuple[str, ...]:
-        """Return the channels of its blocks."""
         return self.channels if self.join is None else self.channels[self.width :]
 
     def place(self, name: str) -> int:
@@ -93,7 +92,6 @@ class _Group:
         return self.width + self.steps.index(step)
 
     def derive(self, grid: Grid, rows: GridRows) -> GridRows:
-        """Add the derived columns."""
         found = self._derived_singly(grid, rows) if rows.few else None
         values = np.empty((len(rows.values), len(self.channels)))
         values[:, : self.width] = rows.values
@@ -101,7 +99,6 @@ class _Group:
         return GridRows(rows.first, values)
 
     def _derived(self, grid: Grid, rows: GridRows) -> list[FloatArray]:
-        """Return the derived columns."""
         # Each by itself: a function may round differently on one that is strided.
         columns = list(np.ascontiguousarray(rows.values.T))
         for compute, inputs, slow in self.steps:
@@ -229,7 +226,6 @@ class Pipeline:
 
     @property
     def clipped(self) -> dict[str, int]:
-        """Return how many samples lay outside calibration or instrument range, by channel."""
         totals: dict[str, int] = {}
         for stream in self.streams:
             for name, count in stream.clipped.items():
@@ -238,12 +234,10 @@ class Pipeline:
 
     @property
     def duplicates(self) -> int:
-        """Return how many samples had the stamp of their predecessor."""
         return sum(gridder.duplicates for gridder in self._gridders)
 
     @property
     def reordered(self) -> int:
-        """Return how many samples came after a later one of the same message."""
         return sum(gridder.reordered for gridder in self._gridders)
 
     def push(

@@ -46,7 +46,6 @@ class SourceSelector:
 
     @property
     def pending_count(self) -> int:
-        """Return how many pieces of rows wait for a decision."""
         return sum(map(len, self._rows))
 
     def push(self, source: int, rows: Sequence[GridRows]) -> None:

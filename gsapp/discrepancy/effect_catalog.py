@@ -96,10 +96,7 @@ def all_effects() -> tuple[EffectRecord, ...]:
 def find_effect(effect_id: str) -> EffectRecord:
     """Return the record of one effect.
 
-    Raises
-    ------
-    UnknownNameError
-        If the catalog has no such effect; the nearest are named.
+    Raise UnknownNameError if the catalog has no such effect; the nearest are named.
     """
     table = _table()
     if effect_id not in table:
@@ -197,10 +194,7 @@ def excluded_effects(
 def plausible_sizes(effect_id: str, aircraft: Aircraft) -> dict[str, float]:
     """Return the plausible size of every parameter of an effect, by name, for an aircraft.
 
-    Raises
-    ------
-    UnknownNameError
-        If the catalog has no such effect.
+    Raise UnknownNameError if the catalog has no such effect.
     """
     one = find_effect(effect_id)
     if one.disturbance:

@@ -284,12 +284,10 @@ class HeldOutManeuvers:
 
     @property
     def channels(self) -> tuple[str, ...]:
-        """Return the channels of the maneuvers kept out."""
         own = [one.record for one in self.simulated if one.record.id in self.ids]
         return tuple(dict.fromkeys(name for record in own for name in record.channels))
 
     def relative_rms(self, number: int) -> dict[str, float]:
-        """Return the RMS over the noise floor by channel."""
         return {
             name: float(np.sqrt(np.mean(self.residuals(number, name) ** 2)))
             for name in self.channels

@@ -101,12 +101,8 @@ class Investigation:
     ) -> DiscrepancyResult:
         """Search.
 
-        Raises
-        ------
-        SearchStoppedError
-            If `progress` returned False.
-        FlightError
-            If an effect was forced that these flights or this aircraft cannot have.
+        Raise SearchStoppedError if `progress` returned False. Raise FlightError if an effect was
+        forced that these flights or this aircraft cannot have.
         """
         return _Search(self, settings, progress).finish()
 
@@ -128,22 +124,18 @@ class Investigation:
 
     @property
     def records(self) -> tuple[ManeuverRecord, ...]:
-        """Return the maneuvers made ready."""
         return self._records
 
     @property
     def maneuvers(self) -> tuple[Maneuver, ...]:
-        """Return the maneuvers."""
         return self._maneuvers
 
     @property
     def aircraft(self) -> Aircraft:
-        """Return the aircraft."""
         return self._aircraft
 
     @property
     def model(self) -> Model | None:
-        """Return the current model, where one was given."""
         return self._model
 
 
@@ -405,10 +397,7 @@ def _check_gain(
 ) -> None:
     """Refuse an effect that the full fit does not bear out.
 
-    Raises
-    ------
-    FlightError
-        If little is left of the gain that its column promised.
+    Raise FlightError if little is left of the gain that its column promised.
     """
     promised = float(last.decision.gain[last.screening.index(one.id)])
     gained = last.fit.deviance() - fit.deviance()

@@ -217,10 +217,8 @@ class DiscrepancyResult:
 
     @property
     def ranking(self) -> tuple[RankedCandidate, ...]:
-        """Return the competition that the baseline faced."""
         return self.steps[0].ranking if self.steps else ()
 
     @property
     def model(self) -> Model:
-        """Return the revised model."""
         return self.steps[-1].model

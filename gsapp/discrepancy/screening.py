@@ -48,7 +48,6 @@ class CandidateScreening:
         return 1.0 / max(1.0, self.misfit)
 
     def index(self, effect: str) -> int:
-        """Return where a competitor stands."""
         return [one.id for one in self.candidates].index(effect)
 
     def cosines(self, effect: str) -> FloatArray:

@@ -76,11 +76,8 @@ _SUBSTITUTE_CHANNELS = {"throttle": "thrust"}
 def check_maneuvers(maneuvers: Sequence[Maneuver], aircraft: Aircraft) -> None:
     """Raise where nothing could be learned.
 
-    Raises
-    ------
-    FlightError
-        If there are too few maneuvers, one of them is too short, a channel lacks without which
-        nothing can be said, or the flights are of another aircraft.
+    Raise FlightError if there are too few maneuvers, one of them is too short, a channel lacks
+    without which nothing can be said, or the flights are of another aircraft.
     """
     if len(maneuvers) == 1:
         raise FlightError(
@@ -132,12 +129,8 @@ def check_forced_effects(
 ) -> None:
     """Raise where an effect was asked for that these flights cannot show.
 
-    Raises
-    ------
-    FlightError
-        Saying what to record or fly.
-    UnknownNameError
-        If the catalog has no such effect.
+    Raise FlightError: saying what to record or fly. Raise UnknownNameError if the catalog has no
+    such effect.
     """
     channels: Collection[str] = {
         name for one in maneuvers for name in one.block.channels if one.has(name)

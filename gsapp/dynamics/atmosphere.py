@@ -64,7 +64,6 @@ class Atmosphere:
         return self.pressure(altitude) / (GAS_CONSTANT * self.temperature(altitude))
 
     def at(self, altitude: Value) -> AirState:
-        """Return density, pressure and temperature at an altitude (m)."""
         temperature = self.temperature(altitude)
         pressure = self.pressure(altitude)
         return AirState(

@@ -71,28 +71,23 @@ class Dual:
 
     @staticmethod
     def sin(x: Dual) -> Dual:
-        """Return the sine."""
         return x._chain(np.sin(x.value), np.cos(x.value))
 
     @staticmethod
     def cos(x: Dual) -> Dual:
-        """Return the cosine."""
         return x._chain(np.cos(x.value), -np.sin(x.value))
 
     @staticmethod
     def sqrt(x: Dual) -> Dual:
-        """Return the square root."""
         root = np.sqrt(x.value)
         return x._chain(root, 0.5 / root)
 
     @staticmethod
     def asin(x: Dual) -> Dual:
-        """Return the arc sine."""
         return x._chain(np.asin(x.value), 1.0 / np.sqrt(1.0 - x.value * x.value))
 
     @staticmethod
     def atan2(y: Dual, x: Dual) -> Dual:
-        """Return the angle of the point (x, y)."""
         square = x.value * x.value + y.value * y.value
         slope = (x.value / square)[:, None] * y.derivative - (y.value / square)[
             :, None

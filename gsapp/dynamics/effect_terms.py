@@ -16,12 +16,10 @@ class SpeedTerm(Term):
     """Coefficient that changes with speed itself: parameter * (V/V_ref - 1)."""
 
     def value(self, reads: Values, states: Values, parameters: Values) -> Value:
-        """Return the change from the reference speed."""
         del states
         return parameters[0] * (reads[0] / parameters[1] - 1.0)
 
     def jacobian(self, reads: Values, states: Values, parameters: Values) -> TermJacobian:
-        """Return the partial derivatives."""
         del states
         slope, reference = parameters
         ratio = reads[0] / reference
@@ -40,20 +38,16 @@ class UnsteadyTerm(Term):
     scale: float = 1.0  # A fixed factor.
 
     def value(self, reads: Values, states: Values, parameters: Values) -> Value:
-        """Return the part that has not settled yet."""
         return self.scale * parameters[0] * (reads[0] - states[0])
 
     def rates(self, reads: Values, states: Values, parameters: Values) -> tuple[Value, ...]:
-        """Return (x - state)/tau."""
         return ((reads[0] - states[0]) / parameters[1],)
 
     def steady_state(self, reads: Values, parameters: Values) -> tuple[Value, ...]:
-        """Return x itself: all has settled."""
         del parameters
         return (reads[0],)
 
     def jacobian(self, reads: Values, states: Values, parameters: Values) -> TermJacobian:
-        """Return the partial derivatives."""
         tau = parameters[1]
         size = self.scale * parameters[0]
         difference = reads[0] - states[0]
@@ -79,14 +73,12 @@ class StallTerm(Term):
     even: bool = False  # Whether the term has the same sign on both sides.
 
     def value(self, reads: Values, states: Values, parameters: Values) -> Value:
-        """Return the departure."""
         del states
         excess, sign = self._excess(reads[0], parameters)
         slope, width = parameters[0], parameters[1]
         return slope * sign * excess * excess / (excess + width)
 
     def jacobian(self, reads: Values, states: Values, parameters: Values) -> TermJacobian:
-        """Return the partial derivatives."""
         del states
         excess, sign = self._excess(reads[0], parameters)
         slope, width = parameters[0], parameters[1]
@@ -120,13 +112,11 @@ class EffectivenessLossTerm(Term):
     """
 
     def value(self, reads: Values, states: Values, parameters: Values) -> Value:
-        """Return the change of the coefficient."""
         del states
         excess, sign = _onset_excess(reads[0], parameters[1])
         return parameters[0] * sign * excess * excess / (excess + parameters[2])
 
     def jacobian(self, reads: Values, states: Values, parameters: Values) -> TermJacobian:
-        """Return the partial derivatives."""
         del states
         slope, width = parameters[0], parameters[2]
         excess, sign = _onset_excess(reads[0], parameters[1])
@@ -150,12 +140,10 @@ class ThrustSpeedTerm(Term):
     """Thrust that changes otherwise with speed: parameter * T * (V/V_ref - 1)."""
 
     def value(self, reads: Values, states: Values, parameters: Values) -> Value:
-        """Return the change from the reference speed."""
         del states
         return parameters[0] * reads[0] * (reads[1] / parameters[1] - 1.0)
 
     def jacobian(self, reads: Values, states: Values, parameters: Values) -> TermJacobian:
-        """Return the partial derivatives."""
         del states
         thrust, V = reads
         fade, reference = parameters
@@ -178,12 +166,10 @@ class ThrustErrorTerm(Term):
         return self.per_density * throttle * rho * (1.0 - V / self.zero_thrust_speed)
 
     def value(self, reads: Values, states: Values, parameters: Values) -> Value:
-        """Return what is added to the thrust."""
         del states
         return parameters[0] * self._thrust(reads)
 
     def jacobian(self, reads: Values, states: Values, parameters: Values) -> TermJacobian:
-        """Return the partial derivatives."""
         del states
         throttle, rho, V = reads
         size = parameters[0] * self.per_density
@@ -203,11 +189,9 @@ class OffsetTerm(Term):
     """A constant added to the target: a value of the aircraft file that is wrong."""
 
     def value(self, reads: Values, states: Values, parameters: Values) -> Value:
-        """Return the parameter."""
         del reads, states
         return parameters[0]
 
     def jacobian(self, reads: Values, states: Values, parameters: Values) -> TermJacobian:
-        """Return 1 for the parameter."""
         del reads, states, parameters
         return TermJacobian(reads=(), parameters=(1.0,))

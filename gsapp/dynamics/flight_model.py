@@ -233,10 +233,7 @@ class FlightModel:
     def with_parameters(self, given: Mapping[str, float]) -> tuple[float, ...]:
         """Return all parameters in order, the model's with those given put in.
 
-        Raises
-        ------
-        UnknownNameError
-            If a name is not among `parameter_names`.
+        Raise UnknownNameError if a name is not among `parameter_names`.
         """
         values = list(self.defaults)
         for name, value in given.items():
@@ -516,7 +513,6 @@ class _Chain:
 
     @property
     def thrust(self) -> FloatArray:
-        """Return the derivatives of the thrust."""
         return self._dense[_THRUST]
 
     def thrust_of(self, lever: str, per_density: float, slope: float) -> FloatArray:

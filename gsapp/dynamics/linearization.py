@@ -46,7 +46,6 @@ class LinearModel:
     """None where nobody said."""
 
     def modes(self) -> tuple[Mode, ...]:
-        """Return the modes of A, named where they can be."""
         return compute_modes(self.A, self.states)
 
 

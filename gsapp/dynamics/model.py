@@ -47,7 +47,6 @@ class Effect(StrictModel):
         return value
 
     def term(self, aircraft: Aircraft) -> Term:
-        """Return the term for an aircraft."""
         return create_term(self.id, aircraft)
 
     def values(self, aircraft: Aircraft) -> tuple[float, ...]:
@@ -95,7 +94,6 @@ class Model(StrictModel):
         return value
 
     def derivative(self, name: str) -> float:
-        """Return a derivative; zero where the file gives none."""
         return self.derivatives.get(name, 0.0)
 
     def with_derivatives(self, values: Mapping[str, float], *, name: str | None = None) -> Model:

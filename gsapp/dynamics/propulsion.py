@@ -91,7 +91,6 @@ class Engines:
 
     @property
     def state(self) -> EngineState:
-        """Return what the engines do now."""
         left, right = self._left, self._right
         mean = 0.5 * (left + right)
         mass = self._aircraft.mass

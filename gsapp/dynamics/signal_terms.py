@@ -584,8 +584,9 @@ class SignalPath:
 class SupportsRespond(Protocol):
     """What gives a whole history after one part of a path, as `SignalTerm.respond`."""
 
-    def respond(self, signal: FloatArray, dt: float, parameters: tuple[float, ...]) -> PathResponse:
-        """Return the history, shape (n,), sampled every `dt` s."""
+    def respond(
+        self, signal: FloatArray, dt: float, parameters: tuple[float, ...]
+    ) -> PathResponse: ...
 
 
 def path_response(

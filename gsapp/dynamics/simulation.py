@@ -296,10 +296,7 @@ class Simulator:
     def step(self, commands: ControlCommands) -> None:
         """Go on by one step under these commands.
 
-        Raises
-        ------
-        FlightError
-            If the motion has grown beyond all bounds.
+        Raise FlightError if the motion has grown beyond all bounds.
         """
         now = self._at_this_instant()
         dt, state = self.dt, self._state
@@ -358,7 +355,6 @@ class Simulator:
 
     @property
     def mass(self) -> float:
-        """Return the mass now, kg."""
         return self.aircraft.mass.mass - self.aircraft.mass.fuel + self.fuel
 
     def _inputs(self, drive: _Excitation) -> tuple[float, ...]:
@@ -443,7 +439,6 @@ class Simulator:
 
     @property
     def on_ground(self) -> bool:
-        """Return whether weight is on the wheels."""
         return self._at_this_instant().on_ground
 
     def sample(self) -> dict[str, float]:
@@ -694,10 +689,7 @@ def input_rows(
 ) -> list[tuple[float, ...]]:
     """Return the inputs as one tuple for each sample, in the order of `MODEL_INPUTS`.
 
-    Raises
-    ------
-    FlightError
-        If a name is not an input, or the lengths differ.
+    Raise FlightError if a name is not an input, or the lengths differ.
     """
     columns = input_columns(model, inputs)
     return list(zip(*(column.tolist() for column in columns), strict=True))

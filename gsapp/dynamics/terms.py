@@ -158,10 +158,7 @@ class Term(ABC):
     def values_for(self, given: Mapping[str, float]) -> tuple[float, ...]:
         """Return the parameters in order: those given, the defaults for the rest.
 
-        Raises
-        ------
-        UnknownNameError
-            If a name is not a parameter of this term.
+        Raise UnknownNameError if a name is not a parameter of this term.
         """
         known = self.defaults
         for name in given:
@@ -279,10 +276,7 @@ _EFFECT_PACKAGE = "gsapp.dynamics.effects"
 def register_effect(effect_id: str, create: TermFactory, guidance: EffectGuidance) -> None:
     """Enter an effect under its id.
 
-    Raises
-    ------
-    ValueError
-        If the id is taken, or is not of the form ``group.target.kind``.
+    Raise ValueError if the id is taken, or is not of the form ``group.target.kind``.
     """
     if effect_id in _REGISTRY:
         raise ValueError(f"the effect '{effect_id}' is registered twice")
@@ -323,10 +317,7 @@ def effect_guidance(effect_id: str) -> EffectGuidance:
 def create_term(term_id: str, aircraft: Aircraft) -> Term:
     """Return the term with that id for an aircraft.
 
-    Raises
-    ------
-    UnknownNameError
-        If no effect has that id; the nearest are named.
+    Raise UnknownNameError if no effect has that id; the nearest are named.
     """
     known = _registered()
     found = known.get(term_id)

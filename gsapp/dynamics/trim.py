@@ -30,12 +30,10 @@ class Trim:
 
     @property
     def polar(self) -> PolarState:
-        """Return the nine polar states by name."""
         return PolarState(*self.state[:9])
 
     @property
     def controls(self) -> dict[str, float]:
-        """Return the inputs by name."""
         return dict(zip(MODEL_INPUTS, self.inputs, strict=True))
 
 

@@ -43,10 +43,7 @@ def is_system_file(path: Path | str) -> bool:
 def path_lexists(path: Path | str) -> bool:
     """Return whether anything stands there, be it a link to nothing.
 
-    Raises
-    ------
-    OSError
-        If that cannot be told.
+    Raise OSError if that cannot be told.
     """
     try:
         os.lstat(path)
@@ -71,10 +68,7 @@ def file_stamp(path: Path) -> FileStamp | None:
 def list_names(folder: Path) -> list[str]:
     """Return the names of all that a folder holds.
 
-    Raises
-    ------
-    GroundStationError
-        If it is missing, no folder, or may not be read.
+    Raise GroundStationError if it is missing, no folder, or may not be read.
     """
     try:
         return [path.name for path in folder.iterdir()]
@@ -91,11 +85,9 @@ def list_names(folder: Path) -> list[str]:
 def list_files(folder: Path, pattern: str = "*") -> tuple[Path, ...]:
     """Return what a folder holds of a pattern, by name, without litter; nothing if it is missing.
 
-    Raises
-    ------
-    GroundStationError
-        If something stands there whose content cannot be told: what is kept in it would silently
-        be replaced by what counts without it. A pipe or a device is no file: its reader would wait.
+    Raise GroundStationError if something stands there whose content cannot be told: what is kept in
+    it would silently be replaced by what counts without it. A pipe or a device is no file: its
+    reader would wait.
     """
     with contextlib.suppress(OSError):  # which is told below
         if not path_lexists(folder):

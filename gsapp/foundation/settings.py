@@ -144,7 +144,6 @@ class SettingsModel(StrictModel):
 
     @classmethod
     def title_of(cls, name: str) -> str:
-        """Return the title of a setting."""
         return str(cls.model_fields[name].title)
 
     @classmethod
@@ -153,7 +152,6 @@ class SettingsModel(StrictModel):
         return str(cls.model_fields[name].description)
 
     def with_changes(self, **changes: Any) -> Self:
-        """Return settings with other values."""
         return type(self)(**{**dict(self), **changes})
 
 

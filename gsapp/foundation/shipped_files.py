@@ -18,16 +18,12 @@ class ShippedFiles:
     kind: str  # What they are, in words.
 
     def names(self) -> tuple[str, ...]:
-        """Return the names, sorted."""
         return tuple(path.stem for path in list_files(self.folder, "*.toml"))
 
     def find(self, name_or_path: str | Path) -> Path:
         """Return the path for a path or a name; a file on disk goes before a name.
 
-        Raises
-        ------
-        UnknownNameError
-            If there is neither; near names are proposed.
+        Raise UnknownNameError if there is neither; near names are proposed.
         """
         path = Path(name_or_path)
         if path.is_file():

@@ -37,12 +37,10 @@ class ChannelSpec:
 
     @property
     def unit(self) -> str:
-        """Return the SI unit held inside."""
         return units.quantity(self.quantity).si
 
     @property
     def allowed_units(self) -> tuple[str, ...]:
-        """Return the units in which files may give the channel."""
         return units.quantity(self.quantity).units
 
     def display_unit(self, system: str) -> str:
@@ -236,10 +234,7 @@ def base_id(channel_id: str) -> str:
 def channel(channel_id: str) -> ChannelSpec:
     """Return the spec of a channel, redundant ones included.
 
-    Raises
-    ------
-    UnknownNameError
-        If the vocabulary has no such id; the nearest known ids are named.
+    Raise UnknownNameError if the vocabulary has no such id; the nearest known ids are named.
     """
     base = base_id(channel_id)
     spec = CHANNELS.get(base)

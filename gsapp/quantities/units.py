@@ -89,7 +89,6 @@ class Quantity:
 
     @property
     def si(self) -> str:
-        """Return the unit used inside the program."""
         return self.units[0]
 
 

@@ -51,11 +51,9 @@ class HostClock:
 
     @property
     def correction_us(self) -> int:
-        """Return by how much the stamps are ahead of the computer's clock."""
         return self._correction
 
     def now_us(self) -> int:
-        """Return host time, microseconds since 1970 (UTC); every call gives a higher value."""
         with self._lock:
             wall = self._wall_us()
             self._correction += max(self._wall - wall, 0)
@@ -64,10 +62,8 @@ class HostClock:
             return self._last
 
     def monotonic(self) -> float:
-        """Return seconds that never run backwards."""
         # The same clock as time.monotonic, but on Windows, where that stands still for 16 ms.
         return time.perf_counter()
 
     def sleep(self, seconds: float) -> None:
-        """Wait."""
         time.sleep(seconds)

@@ -18,7 +18,6 @@ class GroundHeartbeat:
         )
 
     def frame(self) -> bytes:
-        """Return the next frame."""
         names = self._dialect
         message = names.MAVLink_heartbeat_message(
             names.MAV_TYPE_GCS, names.MAV_AUTOPILOT_INVALID, 0, 0, names.MAV_STATE_ACTIVE, 3

@@ -22,7 +22,6 @@ class LinkAddress:
     baud: int = 0  # Symbols per second of a serial port; 0 for other kinds.
 
     def __str__(self) -> str:
-        """Return the address as it would be written."""
         if self.kind == "flight":
             return self.path
         host = f"[{self.host}]" if ":" in self.host else self.host
@@ -45,16 +44,12 @@ class AddressField:
 
     @property
     def is_number(self) -> bool:
-        """Return whether its value is a whole number."""
         return self.name in ("port", "baud")
 
     def parse(self, text: str) -> str | int:
         """Return the value of the field.
 
-        Raises
-        ------
-        LinkError
-            If it has none; says what the value must be.
+        Raise LinkError if it has none; says what the value must be.
         """
         what = self.label.lower()
         if self.is_number:
@@ -106,10 +101,7 @@ def split_fields(fields: Sequence[AddressField], text: str) -> list[str]:
 def parse_fields(kind: str, fields: Sequence[AddressField], text: str) -> LinkAddress:
     """Read what follows the kind in an address.
 
-    Raises
-    ------
-    LinkError
-        If a field is missing or wrong; gives an example.
+    Raise LinkError if a field is missing or wrong; gives an example.
     """
     values: dict[str, str | int] = {}
     example, problem = [kind], ""

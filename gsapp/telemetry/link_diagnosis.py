@@ -32,7 +32,6 @@ class LinkDiagnosis:
     remedy: str = ""  # What to try, in sentences; empty where `found` says it.
 
     def __str__(self) -> str:
-        """Return all of it."""
         return f"{self.found} {self.remedy}".strip()
 
 
@@ -43,7 +42,6 @@ class ContentSample:
         self._data = b""
 
     def feed(self, data: bytes) -> None:
-        """Keep the next bytes of the stream."""
         # One thread feeds and another asks: bytes do not change while they are looked at.
         self._data = (self._data + data)[-TELEMETRY.diagnosed_bytes :]
 

@@ -58,7 +58,6 @@ class LinkKind:
 
     @property
     def example(self) -> str:
-        """Return a usual address."""
         return ":".join([self.name, *(field.example for field in self.fields)])
 
     @property
@@ -71,7 +70,6 @@ class LinkKind:
         return parse_fields(self.name, self.fields, text)
 
     def source_class(self) -> type[LinkSource]:
-        """Import the source."""
         module, _, name = self.source.partition(":")
         try:
             found: type[LinkSource] = getattr(importlib.import_module(module), name)

@@ -50,10 +50,7 @@ def forget_packages() -> None:
 def find_link_kind(name: str) -> LinkKind | None:
     """Return a kind of link, None if there is none of the name.
 
-    Raises
-    ------
-    LinkError
-        If it is one of another package, and cannot be loaded.
+    Raise LinkError if it is one of another package, and cannot be loaded.
     """
     if name in _BUILT_IN:
         return _BUILT_IN[name]

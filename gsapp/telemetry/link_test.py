@@ -54,17 +54,14 @@ class LinkTest:
         self._thread.start()
 
     def close(self) -> None:
-        """Give the port back."""
         self._ended.set()
         self._thread.join()
 
     @property
     def seconds(self) -> float:
-        """Return for how long it has listened."""
         return (self._clock.now_us() - self._started_us) / 1e6
 
     def report(self) -> LinkReport:
-        """Return what has come so far."""
         with self._lock:
             return self._health.report(self._clock.now_us())
 

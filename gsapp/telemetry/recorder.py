@@ -54,7 +54,6 @@ class PeerStream:
 
     @property
     def pending(self) -> int:
-        """Return how many bytes wait for a decision."""
         return self._framer.pending
 
     def feed(self, data: bytes, offset: int) -> list[MavlinkFrame | Residue | TextLine]:
@@ -66,11 +65,9 @@ class PeerStream:
         return self._placed(self._framer.feed(data))
 
     def flush_complete(self) -> list[MavlinkFrame | Residue | TextLine]:
-        """Bring out what is whole in a pause."""
         return self._placed(self._framer.flush_complete())
 
     def flush(self) -> list[MavlinkFrame | Residue | TextLine]:
-        """Bring out all at the end."""
         return self._placed(self._framer.flush())
 
     def _placed(
@@ -222,7 +219,6 @@ class Recorder:
             self._stop_file.unlink()
 
     def write_chunks(self, chunks: Sequence[Chunk]) -> None:
-        """Frame and write what came."""
         for stamp, data, peer in chunks:
             stream = self._streams.get(peer)
             if not data:
@@ -255,7 +251,6 @@ class Recorder:
         self.writer.close()
 
     def status(self, state: Literal["starting", "recording", "stopped"]) -> RecorderStatus:
-        """Return the state of the recorder."""
         written = self.writer.state
         rate = self._rate.update(time.monotonic(), self.received_bytes)
         free: int | None = None
@@ -395,7 +390,6 @@ class Recorder:
                 start = index
 
     def _tend(self, now: float) -> None:
-        """Do what is due now and then."""
         if self._heartbeat is not None and now >= self._next_heartbeat:
             self._next_heartbeat = now + TELEMETRY.heartbeat_interval
             self._ask_to_send(self._heartbeat.frame())

@@ -46,7 +46,6 @@ class RecorderHandle:
         return True
 
     def status(self) -> RecorderStatus | None:
-        """Return its latest state; None before the first."""
         return read_last_status(self.folder, self.pid)
 
     def stop(self, timeout: float = 10.0) -> bool:

@@ -64,10 +64,7 @@ def _holds_flight(folder: FlightFolder) -> bool:
 def check_not_finished(folder: Path, remedy: str) -> None:
     """Refuse to append to a finished flight.
 
-    Raises
-    ------
-    FlightError
-        If the folder holds one; ends with `remedy`.
+    Raise FlightError if the folder holds one; ends with `remedy`.
     """
     if record_state(folder) == "finished":
         raise FlightError(f"{folder} already holds a finished flight; {remedy}")
@@ -119,14 +116,12 @@ class RecordingClaim:
         self._lock.release()
 
     def remove_runtime_status(self) -> None:
-        """Take the note away."""
         self._beside.release()
         for path in (self._note, self._beside.path):
             with contextlib.suppress(OSError):
                 path.unlink()
 
     def release(self) -> None:
-        """Release everything."""
         self.remove_runtime_status()
         self._lock.release()
 
@@ -180,10 +175,7 @@ class FolderFileCache:
     def write(self, folder: Path) -> None:
         """Write them into another folder.
 
-        Raises
-        ------
-        OSError
-            If that does not take them.
+        Raise OSError if that does not take them.
         """
         for name, (_, data) in dict(self._kept).items():
             path = folder / name
@@ -194,10 +186,7 @@ class FolderFileCache:
 def claim_replacement_folder(former: Path, files: FolderFileCache) -> RecordingClaim:
     """Make the folder in which a record goes on whose own is gone, with the files of that.
 
-    Raises
-    ------
-    OSError, FlightError
-        If it cannot be made; nothing is left of it then.
+    Raise OSError or FlightError if it cannot be made; nothing is left of it then.
     """
     folder = next_free_folder(former)
     try:

@@ -34,10 +34,7 @@ def frame_message_id(frame: bytes) -> int:
 def request_send(folder: Path, frame: bytes) -> None:
     """Ask the recorder of a flight folder to send a frame.
 
-    Raises
-    ------
-    OSError
-        If the folder cannot be written to.
+    Raise OSError if the folder cannot be written to.
     """
     # One write of a few bytes: windows may ask at once and do not come between each other.
     descriptor = os.open(
@@ -79,6 +76,5 @@ class SendQueue:
         return frames
 
     def close(self) -> None:
-        """Take the file away."""
         with contextlib.suppress(OSError):
             self._path.unlink(missing_ok=True)

@@ -248,7 +248,6 @@ class Airframe:
     # --- motion ---------------------------------------------------------------------------------
 
     def aircraft_state(self) -> AircraftState:
-        """Return where the aircraft is and how it moves."""
         now = self._now
         return AircraftState(
             time=self._time,
@@ -280,7 +279,6 @@ class Airframe:
         return float(self.simulator.atmosphere.density(self._plan.conditions.elevation + height))
 
     def advance(self, sticks: StickPositions) -> None:
-        """Go on by one step with the sticks where they are."""
         self._sticks = sticks
         self.simulator.step(self._commands(sticks))
         self._time += self._dt
@@ -309,7 +307,6 @@ class Airframe:
         )
 
     def _note(self) -> None:
-        """Take note of this instant."""
         now = self.simulator.sample()
         if now["V"] < VIRTUAL.vane_friction_speed:
             now["alpha"] = now["beta"] = 0.0

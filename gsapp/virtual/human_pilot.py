@@ -73,12 +73,10 @@ class HumanPilot:
 
     @property
     def phase(self) -> str:
-        """Return what is being done."""
         return self._intent.phase
 
     @property
     def finished(self) -> bool:
-        """Return whether the engines are off and the flight is over."""
         return self._finished
 
     @property
@@ -96,7 +94,6 @@ class HumanPilot:
         )
 
     def move(self, situation: AircraftState) -> StickPositions:
-        """Return the sticks at this moment."""
         view = self._eyes.perceive(situation)
         try:
             self._intent = self._stages.send(view)

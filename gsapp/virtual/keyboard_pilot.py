@@ -157,7 +157,6 @@ class KeyboardPilot:
 
     @property
     def phase(self) -> str:
-        """Return what is being done."""
         return self._pilot.phase
 
     @property
@@ -167,7 +166,6 @@ class KeyboardPilot:
 
     @property
     def trainee_flies(self) -> bool:
-        """Return whether the keys move the sticks."""
         return self._mission.trainee_flies
 
     # What the trainee says ---------------------------------------------------------------
@@ -191,22 +189,18 @@ class KeyboardPilot:
             self._said = why
 
     def land(self) -> None:
-        """Have the built-in pilot land it."""
         self.hand_back()
         self._mission.landing_requested = True
 
     def set_keys(self, keys: KeyPositions) -> None:
-        """Take where the keys push from now on."""
         self._silence = 0.0
         self._keyed.set_keys(keys)
 
     def step_lever(self, axis: str, by: float) -> None:
-        """Move a trim lever, or the throttle; see `KeyboardSticks.click`."""
         self._silence = 0.0
         self._keyed.step_lever(axis, by)
 
     def set_key_travel(self, share: float) -> None:
-        """Choose how far a key pushes; see `KeyboardSticks.choose_size`."""
         self._silence = 0.0
         self._keyed.set_key_travel(share)
 

@@ -71,10 +71,7 @@ class KeyboardSticks:
     def step_lever(self, axis: str, by: float) -> None:
         """Move a trim lever, or the throttle, by a share of its travel; it stays there.
 
-        Raises
-        ------
-        FlightError
-            If there is no such lever.
+        Raise FlightError if there is no such lever.
         """
         if axis == "throttle":
             self._throttle = _limit_travel(self._throttle + by, 0.0)
@@ -88,10 +85,7 @@ class KeyboardSticks:
     def set_key_travel(self, share: float) -> None:
         """Choose how far a key pushes: a share of full stick.
 
-        Raises
-        ------
-        FlightError
-            If it is more than full stick, or next to nothing.
+        Raise FlightError if it is more than full stick, or next to nothing.
         """
         if not VIRTUAL.min_key_travel <= share <= 1.0:
             raise FlightError(

@@ -57,7 +57,6 @@ class PitchController:
 
     @property
     def trim_stick(self) -> float:
-        """Return the pitch stick kept in level flight."""
         return self._hold
 
     def _hang(self, view: PilotView) -> float:
@@ -129,7 +128,6 @@ class RollController:
 
     @property
     def trim_stick(self) -> float:
-        """Return the roll stick kept with the hands off."""
         return self._hold
 
 

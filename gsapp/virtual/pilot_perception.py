@@ -145,7 +145,6 @@ class PilotPerception:
         self._speed = _PerceptionError(random, 12.0, dt)
 
     def perceive(self, situation: AircraftState) -> PilotView:
-        """Return what the pilot sees at this moment."""
         self._late.append(situation)
         seen = self._late[0]
         human, sign = self._human, self._runway.sign

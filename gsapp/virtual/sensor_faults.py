@@ -75,10 +75,7 @@ class SensorFault(StrictModel):
 def parse_sensor_fault(text: str) -> SensorFault:
     """Read a fault from one line, such as ``alpha:stuck:start=60 s,end=75 s``.
 
-    Raises
-    ------
-    FlightError
-        If it says something else.
+    Raise FlightError if it says something else.
     """
     channel_id, _, rest = text.partition(":")
     kind, _, rest = rest.partition(":")

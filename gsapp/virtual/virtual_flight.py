@@ -147,10 +147,7 @@ class VirtualFlight:
     def phase(self, name: str) -> tuple[float, float]:
         """Return begin and end (s) of the first phase of that name.
 
-        Raises
-        ------
-        FlightError
-            If there was none.
+        Raise FlightError if there was none.
         """
         for index, (phase, start) in enumerate(self.phases):
             if phase == name:
@@ -235,7 +232,6 @@ class FlightSimulation:
 
     @property
     def finished(self) -> bool:
-        """Return whether the flight is over."""
         return (
             self._hands.finished
             or self._crashed
@@ -244,7 +240,6 @@ class FlightSimulation:
 
     @property
     def crashed(self) -> bool:
-        """Return whether it ended badly."""
         return self._crashed
 
     @property
@@ -256,7 +251,6 @@ class FlightSimulation:
 
     @property
     def converter(self) -> AnalogDigitalConverter:
-        """Return the converter on board."""
         return self._converter
 
     def advance(self, count: int) -> FlightSegment:

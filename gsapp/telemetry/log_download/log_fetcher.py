@@ -81,7 +81,6 @@ class LogFetcher:
             raise
 
     def __enter__(self) -> Self:
-        """Begin."""
         return self
 
     def __exit__(
@@ -105,16 +104,12 @@ class LogFetcher:
 
     @property
     def stopped(self) -> bool:
-        """Return whether it was told to stop."""
         return self._stop.is_set()
 
     def list_logs(self) -> tuple[LogEntry, ...]:
         """Return the logs that the autopilot has, the oldest first; none if stopped.
 
-        Raises
-        ------
-        LinkError
-            If nothing answers, or the aircraft is armed.
+        Raise LinkError if nothing answers, or the aircraft is armed.
         """
         talk = self._conversation
         self._converse(("listed",))

@@ -102,7 +102,6 @@ class LogDownloadProtocol:
         self._interval = 0.0
 
     def state(self, now: float) -> DownloadState:
-        """Return how far it has come."""
         size = self._entry.size if self._entry is not None else 0
         rate = self._rate(now)
         return DownloadState(
@@ -123,7 +122,6 @@ class LogDownloadProtocol:
         self.phase = "fetching" if missing else "done"
 
     def receive_frame(self, frame: bytes, now: float) -> None:
-        """Take a whole frame that came over the link."""
         kind = frame_message_id(frame)
         if kind not in (_HEARTBEAT, _LOG_ENTRY, _LOG_DATA):
             return
@@ -155,11 +153,9 @@ class LogDownloadProtocol:
         return []
 
     def pack_request_end(self) -> bytes:
-        """Return the frame that ends the conversation."""
         return self._pack(self._names.MAVLink_log_request_end_message(*self._target))
 
     def fail(self, why: str) -> None:
-        """Give up."""
         self.phase, self._why = "failed", why
 
     def _hear_heartbeat(self, message: Any) -> None:

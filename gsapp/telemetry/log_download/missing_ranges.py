@@ -38,7 +38,6 @@ class MissingRanges:
         return tuple(zip(self._starts, self._stops, strict=True))
 
     def __bool__(self) -> bool:
-        """Return whether any byte is missing."""
         return bool(self._starts)
 
     def mark_received(self, start: int, stop: int) -> int:
@@ -60,7 +59,6 @@ class MissingRanges:
         return came
 
     def is_missing_any(self, start: int, stop: int) -> bool:
-        """Return whether any byte of a stretch is missing."""
         return start < stop and bisect_right(self._stops, start) < bisect_left(self._starts, stop)
 
     def next_range(self, position: int, most: int, join: int) -> tuple[int, int] | None:

@@ -51,10 +51,7 @@ class PartialLog:
     def write(self, offset: int, data: bytes) -> None:
         """Write bytes at their place.
 
-        Raises
-        ------
-        FlightError
-            If the disk refuses.
+        Raise FlightError if the disk refuses.
         """
         try:
             self._stream.seek(offset)
@@ -65,10 +62,7 @@ class PartialLog:
     def save(self) -> None:
         """See what came onto the disk, then note it.
 
-        Raises
-        ------
-        FlightError
-            If the disk refuses.
+        Raise FlightError if the disk refuses.
         """
         try:
             flush_to_disk(self._stream.fileno())

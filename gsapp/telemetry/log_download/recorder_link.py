@@ -51,10 +51,7 @@ class RecorderLink:
     def receive_frames(self) -> list[bytes]:
         """Return the frames that have come since the last call.
 
-        Raises
-        ------
-        LinkError
-            If the recorder has ended.
+        Raise LinkError if the recorder has ended.
         """
         size = self._file.size()
         if size > self._file.position:
@@ -71,10 +68,7 @@ class RecorderLink:
     def send(self, frame: bytes) -> None:
         """Have a frame sent.
 
-        Raises
-        ------
-        LinkError
-            If the recorder cannot be asked.
+        Raise LinkError if the recorder cannot be asked.
         """
         try:
             request_send(self._handle.folder, frame)
@@ -83,7 +77,6 @@ class RecorderLink:
             raise LinkError(format_os_error(what, error, "check the permissions")) from error
 
     def link_state_text(self) -> str:
-        """Return how the link fares."""
         status = self._handle.status()
         return status.source_state if status is not None else ""
 

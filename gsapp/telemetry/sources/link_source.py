@@ -73,12 +73,8 @@ class LinkSource(ABC):
     def open(self) -> None:
         """Connect now.
 
-        Raises
-        ------
-        LinkUnavailableError
-            If the link is away but may come; `read` goes on trying.
-        LinkError
-            If the user has to do something; `read` goes on trying all the same.
+        Raise LinkUnavailableError if the link is away but may come; `read` goes on trying. Raise
+        LinkError if the user has to do something; `read` goes on trying all the same.
         """
 
     @abstractmethod
@@ -110,11 +106,9 @@ class Backoff:
         self._next = first
 
     def reset(self) -> None:
-        """Begin anew after success."""
         self._next = self._first
 
     def next(self) -> float:
-        """Return how long to wait before the next attempt."""
         wait = self._next
         self._next = min(2.0 * wait, self._longest)
         return wait
@@ -132,7 +126,6 @@ class ReconnectingSource(LinkSource):
         self._closed = False
 
     def open(self) -> None:
-        """Connect now; see `LinkSource.open`."""
         if self.connected or self._closed:
             return
         try:
@@ -150,7 +143,6 @@ class ReconnectingSource(LinkSource):
         self.connected = True
 
     def read(self, timeout: float) -> list[Chunk]:
-        """Return what has arrived, waiting for it up to `timeout` seconds; never raises."""
         if self._closed:
             self.clock.sleep(timeout)
             return []
@@ -173,7 +165,6 @@ class ReconnectingSource(LinkSource):
         return chunks
 
     def write(self, data: bytes) -> None:
-        """Send bytes to all peers that are there; see `LinkSource.write`."""
         why = ""
         if self.connected:
             # A connection that has gone is noticed by reading, in the thread that reads.
@@ -186,7 +177,6 @@ class ReconnectingSource(LinkSource):
         self.unsent = why
 
     def close(self) -> None:
-        """Give the device or port back. May be called twice."""
         if not self._closed:
             self._closed = True
             self.connected = False
@@ -195,7 +185,6 @@ class ReconnectingSource(LinkSource):
             self.state = f"{self.address}: closed"
 
     def _lose(self, why: str) -> None:
-        """Note that the connection has gone."""
         self.connected = False
         self.state = why
         self._next_attempt = self.clock.monotonic() + self._backoff.next()

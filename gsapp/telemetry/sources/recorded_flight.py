@@ -43,7 +43,6 @@ class RecordedSource(LinkSource):
         self._last_stamp: int | None = None
 
     def open(self) -> None:
-        """Find the flight and begin; see `LinkSource.open`."""
         if self._records is not None or self.finished:
             return
         path = Path(self.address.path)
@@ -75,7 +74,6 @@ class RecordedSource(LinkSource):
         return read_nonempty_tlog(path)
 
     def read(self, timeout: float) -> list[Chunk]:
-        """Return what is due, waiting for it up to `timeout` seconds; never raises."""
         try:
             self.open()
         except LinkError:
@@ -129,7 +127,6 @@ class RecordedSource(LinkSource):
         """Do nothing: a record does not listen."""
 
     def close(self) -> None:
-        """Stop playing. May be called twice."""
         self._records = None
         self.finished = True
         self.connected = False

@@ -24,7 +24,6 @@ class UsbIdentity:
     serial_number: str | None
 
     def matches(self, port: PortInfo) -> bool:
-        """Return whether a port is the same device."""
         return (port.vid, port.pid, port.serial_number) == (
             self.vid,
             self.pid,

@@ -45,7 +45,6 @@ class BenchAttitude:
 
     @property
     def busy(self) -> bool:
-        """Return whether it is being moved."""
         return bool(self._motions)
 
     def move_to_position(self, position: Position, now: float) -> float:
@@ -66,10 +65,7 @@ class BenchAttitude:
     def rotate(self, channel: str, angle: float, seconds: float | None, now: float) -> float:
         """Have it turned about the axis of a gyro; return when it will be, s.
 
-        Raises
-        ------
-        FlightError
-            If it is no axis, or the turn takes no time.
+        Raise FlightError if it is no axis, or the turn takes no time.
         """
         if channel not in GYROS:
             raise FlightError(f"'{channel}' is not a turn axis; choose p, q or r")

@@ -35,10 +35,7 @@ class BenchFault:
 def parse_bench_fault(text: str) -> BenchFault:
     """Read a fault from one line, such as ``elevator_left:swapped:with=elevator_right``.
 
-    Raises
-    ------
-    FlightError
-        If it says something else.
+    Raise FlightError if it says something else.
     """
     name, _, rest = text.partition(":")
     kind, _, rest = rest.partition(":")

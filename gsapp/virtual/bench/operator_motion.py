@@ -44,7 +44,6 @@ class SurfaceMovement:
 
     @property
     def end(self) -> float:
-        """Return when it is over, s."""
         return self.begin + self.seconds
 
     @property
@@ -108,7 +107,6 @@ class AttitudeMovement:
 
     @property
     def end(self) -> float:
-        """Return when it is over, s."""
         return self.begin + self.seconds
 
     def motion(self, times: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -142,7 +140,6 @@ class TableRotation:
 
     @property
     def end(self) -> float:
-        """Return when it is over, s."""
         return self.begin + self.seconds
 
     def rates(self, times: FloatArray) -> FloatArray:
@@ -165,7 +162,6 @@ class PitotBreath:
 
     @property
     def end(self) -> float:
-        """Return when it is over, s."""
         return self.begin + self.seconds
 
     def pressure(self, times: FloatArray) -> FloatArray:

@@ -55,7 +55,6 @@ class Potentiometer:
 
     @classmethod
     def sample(cls, name: str, random: np.random.Generator) -> Potentiometer:
-        """Draw the potentiometer of a channel."""
         vane = name in VANE_POTENTIOMETERS
         slope = random.uniform(0.036, 0.046) * (1.15 if vane else 1.0)
         return cls(

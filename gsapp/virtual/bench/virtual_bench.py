@@ -99,7 +99,6 @@ class BenchWeather:
 
     @classmethod
     def sample(cls, random: np.random.Generator) -> BenchWeather:
-        """Draw the weather of a day."""
         return cls(
             pressure=float(random.uniform(96e3, 102e3)),
             temperature=float(random.uniform(278.0, 306.0)),
@@ -131,7 +130,6 @@ class Pitot:
         return self._breath.end
 
     def is_blowing(self, now: float) -> bool:
-        """Return whether somebody is at it."""
         return self._breath is not None and self._breath.end > now
 
     def pressure(self, times: FloatArray) -> FloatArray:
@@ -223,7 +221,6 @@ class VirtualBench:
         self._attitude = BenchAttitude(self._hands)
 
     def _reverse(self, name: str) -> None:
-        """Mount an instrument the other way round."""
         if name in GYROS:
             self.gyros = self.gyros.reversed(GYROS.index(name))
         elif name in ACCELEROMETERS:
@@ -242,7 +239,6 @@ class VirtualBench:
 
     @property
     def ticks(self) -> int:
-        """Return how many samples there were."""
         return self._ticks
 
     def angle(self, channel: str) -> float:
@@ -339,7 +335,6 @@ class VirtualBench:
         return self._attitude.rotate(channel, angle, seconds, self.time) - self.time
 
     def cover(self) -> None:
-        """Put the cover on the pitot."""
         self._pitot.covered = True
 
     def uncover(self) -> None:

@@ -74,7 +74,6 @@ class BackgroundCommand:
             ) from error
 
     def is_running(self) -> bool:
-        """Return whether it still runs."""
         return self._process.poll() is None
 
     def take_error(self) -> str:
@@ -99,7 +98,6 @@ class BackgroundCommand:
             return False
 
     def stop(self) -> None:
-        """End it."""
         if self._process.poll() is None:
             self._told = True
             self._process.terminate()

@@ -142,7 +142,6 @@ class UdpConsole:
         self._source.open()
 
     def read_lines(self) -> list[str]:
-        """Return the lines that have come."""
         chunks = self._source.read(0.0)
         return [
             line for chunk in chunks for line in chunk.data.decode("utf-8", "replace").splitlines()
@@ -153,7 +152,6 @@ class UdpConsole:
         self._source.write(text.encode() + b"\n")
 
     def close(self) -> None:
-        """Close the port."""
         self._source.close()
 
 
@@ -180,11 +178,9 @@ class StdinConsole:
 
     @property
     def ended(self) -> bool:
-        """Return whether the input has ended."""
         return self._ended
 
     def read_lines(self) -> list[str]:
-        """Return the lines that have come."""
         found = []
         while not self._heard.empty():
             line = self._heard.get()
@@ -195,7 +191,6 @@ class StdinConsole:
         return found
 
     def reply(self, text: str) -> None:
-        """Show an answer."""
         self._answer(text)
 
     def close(self) -> None:
@@ -238,15 +233,12 @@ class BenchDownlink:
 
     @property
     def finished(self) -> bool:
-        """Return whether the box was switched off."""
         return self._stopped or (self._control is not None and self._control.ended)
 
     def stop(self) -> None:
-        """Switch the box off."""
         self._stopped = True
 
     def pack_reply(self, message: Message) -> bytes:
-        """Return the frame of an answer to the ground."""
         return self._box.pack(message)
 
     def advance(self, ticks: int) -> Iterator[Packet]:

@@ -62,12 +62,10 @@ class FlightDownlink:
 
     @property
     def finished(self) -> bool:
-        """Return whether the flight is over."""
         return self._stopped or self._flight.finished
 
     @property
     def crashed(self) -> bool:
-        """Return whether it ended badly."""
         return self._flight.crashed
 
     def stop(self) -> None:
@@ -79,11 +77,9 @@ class FlightDownlink:
         return Block.concatenate(self._flown)
 
     def pack_reply(self, message: Message) -> bytes:
-        """Return the frame of an answer to the ground."""
         return self._live.pack(message)
 
     def advance(self, ticks: int) -> Iterator[Packet]:
-        """Fly on and yield one packet for each tick."""
         stretch = self._flight.advance(ticks)
         if len(stretch):
             self._flown.append(truth_block([stretch]))

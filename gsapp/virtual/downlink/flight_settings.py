@@ -58,10 +58,7 @@ class FlightSettings(SettingsModel):
     def check(self) -> None:
         """Raise the error that `create_flight` would, quickly.
 
-        Raises
-        ------
-        GroundStationError
-            If a file is missing or holds mistakes, or an effect is unknown.
+        Raise GroundStationError if a file is missing or holds mistakes, or an effect is unknown.
         """
         self.create_flight()
 

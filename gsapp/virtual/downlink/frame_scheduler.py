@@ -50,9 +50,7 @@ class FrameScheduler:
         ]
 
     def pack_text(self, text: str) -> bytes:
-        """Return the frame of one line for the crew."""
         return self._packer.pack(status_text(text))
 
     def pack(self, message: Message) -> bytes:
-        """Return the frame of any other message, such as an answer."""
         return self._packer.pack(message)

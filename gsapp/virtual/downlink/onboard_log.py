@@ -35,14 +35,12 @@ class OnboardLog:
         self._waiting = bytearray()
 
     def append(self, stamp_us: int, frames: Iterable[bytes]) -> None:
-        """Keep frames that left the box at one moment."""
         for frame in frames:
             self._waiting += pack_tlog_record(stamp_us, frame)
         if len(self._waiting) >= self.FLUSH_BYTES:
             self.flush()
 
     def flush(self) -> None:
-        """Hand over to the system what has been kept."""
         if self._waiting:
             self._stream.write(self._waiting)
             self._waiting.clear()

@@ -35,12 +35,10 @@ class OnboardSample:
 
     @property
     def micros(self) -> int:
-        """Return the time since the box was switched on, microseconds."""
         return self.number * (1_000_000 // TICK_RATE)
 
     @property
     def millis(self) -> int:
-        """Return the time since the box was switched on, milliseconds."""
         return self.number * (1000 // TICK_RATE)
 
 
@@ -212,7 +210,6 @@ def status_text(text: str, severity: int = dialect.MAV_SEVERITY_INFO) -> Message
 
 
 def _wrap_angle(angle: float) -> float:
-    """Return the angle between -pi and pi."""
     return math.remainder(angle, 2.0 * math.pi)
 
 

@@ -117,11 +117,9 @@ class TrainingDownlink:
         return self._control.ended or self._downlink.finished
 
     def pack_reply(self, message: Message) -> bytes:
-        """Return the frame of an answer to the ground."""
         return self._downlink.pack_reply(message)
 
     def truth(self) -> Block:
-        """Return what has really happened so far."""
         return self._downlink.truth()
 
     def advance(self, ticks: int) -> Iterator[Packet]:

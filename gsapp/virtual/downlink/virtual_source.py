@@ -59,7 +59,6 @@ class VirtualSource(LinkSource):
         self._connection: PipeEnd | None = None
 
     def open(self) -> None:
-        """Switch the box on; see `LinkSource.open`."""
         if self._process is not None or self.finished:
             return
         try:
@@ -85,7 +84,6 @@ class VirtualSource(LinkSource):
         self.state = f"{self.address}: flying the plan '{self._settings.plan}'"
 
     def read(self, timeout: float) -> list[Chunk]:
-        """Return what has arrived, waiting for it up to `timeout` seconds; never raises."""
         with contextlib.suppress(LinkError):
             self.open()
         if self._connection is None:
@@ -109,13 +107,11 @@ class VirtualSource(LinkSource):
         return self._process is not None and self._process.is_alive()
 
     def write(self, data: bytes) -> None:
-        """Send bytes to the box, such as a request for its log."""
         if self._connection is not None:
             with contextlib.suppress(OSError, ValueError):
                 self._connection.send_bytes(data)
 
     def close(self) -> None:
-        """Switch the box off. May be called twice."""
         if self._connection is not None:
             self._connection.close()
             self._connection = None
