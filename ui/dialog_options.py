@@ -7,8 +7,8 @@ from gsapp.aircraft import load_aircraft
 from gsapp.aircraft.aircraft_loader import shipped_aircraft
 from gsapp.decoding.channel_map import load_channel_map, shipped_channel_maps
 from gsapp.foundation import GroundStationError
+from gsapp.telemetry.link_kinds import describe_port, list_serial_ports
 from gsapp.telemetry.link_registry import parse_link
-from gsapp.telemetry.serial_ports import describe_port, list_serial_ports
 from ui.dialogs.connect import ConnectionOptions
 from ui.dialogs.virtual_flight import VirtualFlightOptions
 

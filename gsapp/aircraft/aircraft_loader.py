@@ -6,7 +6,7 @@ from pathlib import Path
 
 from gsapp.aircraft.config import Aircraft
 from gsapp.foundation import read_toml
-from gsapp.foundation.shipped_files import ShippedFiles
+from gsapp.foundation.files import ShippedFiles
 
 SHIPPED_AIRCRAFT = ShippedFiles(folder=Path(__file__).parent / "files", kind="aircraft")
 

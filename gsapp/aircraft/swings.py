@@ -15,7 +15,8 @@ from pathlib import Path
 import numpy as np
 from pydantic import field_validator, model_validator
 
-from gsapp.aircraft.measured_value import (
+from gsapp.aircraft.ground_tests import (
+    GROUND_TESTS,
     MeasuredAngle,
     MeasuredLength,
     MeasuredMass,
@@ -33,7 +34,6 @@ from gsapp.aircraft.pendulum import (
     slanted_wire_stiffness,
     small_amplitude_period,
 )
-from gsapp.aircraft.settings import GROUND_TESTS
 from gsapp.foundation import StrictModel, read_toml
 from gsapp.quantities.constants import GRAVITY
 from gsapp.quantities.fields import Angle, Density, Ratio, Time, Volume

@@ -24,8 +24,7 @@ import numpy as np
 from pydantic import Field, field_validator, model_validator
 
 from gsapp.aircraft.config import Axles
-from gsapp.aircraft.measured_value import MeasuredAngle, MeasuredValue, MeasuredWeight
-from gsapp.aircraft.settings import GROUND_TESTS
+from gsapp.aircraft.ground_tests import GROUND_TESTS, MeasuredAngle, MeasuredValue, MeasuredWeight
 from gsapp.foundation import FlightError, StrictModel
 from gsapp.quantities.constants import DEGREE, GRAVITY
 from gsapp.quantities.fields import Length, Mass, Position, Weight

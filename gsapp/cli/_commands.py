@@ -47,7 +47,7 @@ class _Command(TyperCommand):
             check_distinct_flights,
             check_output_paths,
         )  # not needed for --help
-        from gsapp.foundation.process_shutdown import on_termination_signal
+        from gsapp.foundation.process_control import on_termination_signal
 
         check_output_paths(ctx.params)
         if "append" not in ctx.params:  # as one may be merged with itself, one after the other

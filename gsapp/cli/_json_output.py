@@ -43,7 +43,7 @@ def write_json(json: Path, text: str) -> None:
         If the file cannot be written.
     """
     from gsapp.foundation import GroundStationError, write_atomically
-    from gsapp.foundation.os_error_text import format_os_error
+    from gsapp.foundation.errors import format_os_error
 
     if is_stdout(json):
         if sys.stdout is None:

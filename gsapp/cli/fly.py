@@ -65,8 +65,8 @@ def run(
     from gsapp.cli._usage_errors import CommandUsageError, as_usage_error, check_speed
     from gsapp.dynamics.model import load_model
     from gsapp.virtual.downlink.flight_settings import FlightSettings
-    from gsapp.virtual.hidden_effects import add_hidden_effects
     from gsapp.virtual.sensor_faults import parse_sensor_fault
+    from gsapp.virtual.virtual_flight import add_hidden_effects
 
     console = PlainConsole(stderr=True)
     check_speed(speed)
@@ -184,7 +184,7 @@ def _fill(
 ) -> tuple[Block, TransmitProgress | None]:
     """Write the record and the copies; return the true motion, and how far the flight came."""
     from gsapp.flight.folder_setup import prepare_flight_folder
-    from gsapp.virtual.downlink.record_writer import write_record
+    from gsapp.virtual.downlink.flight_downlink import write_record
 
     started = time.time_ns() // 1000
     downlink = settings.create_downlink(started)

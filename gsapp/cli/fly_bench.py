@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from rich.console import Console
 
     from gsapp.telemetry.clock import Clock
-    from gsapp.virtual.downlink.bench_downlink import CommandConsole
+    from gsapp.virtual.downlink.commanded_downlinks import CommandConsole
     from gsapp.virtual.downlink.flight_settings import FlightSettings
 
 
@@ -43,7 +43,7 @@ def run(
     from gsapp.telemetry.clock import HostClock
     from gsapp.telemetry.link_registry import parse_link
     from gsapp.virtual.bench import VirtualBench, parse_bench_fault
-    from gsapp.virtual.downlink.bench_downlink import BenchDownlink
+    from gsapp.virtual.downlink.commanded_downlinks import BenchDownlink
     from gsapp.virtual.downlink.downlink_transmitter import DownlinkTransmitter
 
     console = PlainConsole(stderr=True)
@@ -66,7 +66,7 @@ def _open_control(
     control: str | None, clock: Clock, console: Console
 ) -> Iterator[CommandConsole | None]:
     """Open where lines to obey come from."""
-    from gsapp.virtual.downlink.bench_downlink import StdinConsole, UdpConsole
+    from gsapp.virtual.downlink.commanded_downlinks import StdinConsole, UdpConsole
 
     if control is None:
         yield None

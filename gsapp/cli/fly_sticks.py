@@ -15,8 +15,8 @@ if TYPE_CHECKING:
     from gsapp.virtual.downlink.downlink_transmitter import TransmitProgress
     from gsapp.virtual.downlink.flight_settings import FlightSettings
     from gsapp.virtual.flight_plan import FlightPlan
+    from gsapp.virtual.human_pilot import AircraftHandling
     from gsapp.virtual.keyboard_pilot import KeyboardPilot
-    from gsapp.virtual.pilot_controllers import AircraftHandling
 
 
 def fly_with_sticks(
@@ -53,9 +53,8 @@ def fly_with_sticks(
     """
     from gsapp.cli._virtual_flight import flight_status, open_link, print_crash, write_truth
     from gsapp.telemetry.clock import HostClock
-    from gsapp.virtual.downlink.bench_downlink import StdinConsole
+    from gsapp.virtual.downlink.commanded_downlinks import StdinConsole, TrainingDownlink
     from gsapp.virtual.downlink.downlink_transmitter import DownlinkTransmitter
-    from gsapp.virtual.downlink.training_downlink import TrainingDownlink
     from gsapp.virtual.keyboard_pilot import KeyboardPilot
 
     clock = HostClock()

@@ -54,8 +54,8 @@ from gsapp.foundation import (
     UnknownNameError,
     read_toml,
 )
+from gsapp.foundation.files import ShippedFiles
 from gsapp.foundation.name_suggestions import close_matches, did_you_mean
-from gsapp.foundation.shipped_files import ShippedFiles
 from gsapp.foundation.toml import validate_content
 from gsapp.quantities import CHANNELS, base_id, channel, normalize_unit
 from gsapp.quantities.fields import Time

@@ -19,7 +19,6 @@ from gsapp.decoding.channel_map import LINE, ChannelMap
 from gsapp.decoding.flight_clock import FlightClock
 from gsapp.decoding.grid import Numbers
 from gsapp.decoding.health import LinkHealth
-from gsapp.decoding.landed_state import STATE_MESSAGES, LandedState
 from gsapp.decoding.message_routes import (
     MessageRoute,
     TextLineParser,
@@ -37,7 +36,7 @@ from gsapp.decoding.messages import (
 from gsapp.decoding.notices import NOTICE_KINDS, STATUSTEXT_ID, Notice, NoticeLog
 from gsapp.decoding.pipeline import ChannelSource, Pipeline
 from gsapp.decoding.settings import DECODING
-from gsapp.decoding.vehicle_selection import VehicleSelector
+from gsapp.decoding.vehicle_selection import STATE_MESSAGES, LandedState, VehicleSelector
 from gsapp.foundation import FlightError
 from gsapp.quantities import Block
 
@@ -251,7 +250,7 @@ class Decoder:
             elif number is None:
                 self._pipeline.push(stream, times, nows, {"": np.array(items)})
             else:
-                columns = cast(MessageColumns, decode_columns(number, cast(list[bytes], items)))
+                columns = cast("MessageColumns", decode_columns(number, cast("list[bytes]", items)))
                 self._pipeline.push(stream, times, nows, columns)
             times.clear()
             nows.clear()

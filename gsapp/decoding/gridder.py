@@ -25,8 +25,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from gsapp.decoding.grid import BoolArray, Grid, Numbers, column_index
-from gsapp.decoding.grid_rows import GridRows, RowBatch
+from gsapp.decoding.grid import BoolArray, Grid, GridRows, Numbers, RowBatch, column_index
 from gsapp.decoding.settings import DECODING
 from gsapp.quantities import FloatArray
 

@@ -9,7 +9,7 @@ from typing import NamedTuple
 from gsapp.decoding.channel_map import ARRIVAL, LINE, ChannelMap, MapEntry
 from gsapp.decoding.message_stream import MessageStream
 from gsapp.decoding.messages import StampField, message_id, message_layout, stamp_field_of
-from gsapp.foundation.number_parsing import parse_finite_number
+from gsapp.quantities.units import parse_finite_number
 
 
 class TextLineParser:

@@ -18,8 +18,7 @@ from calibration import Certificate
 from gsapp.aircraft import Aircraft
 from gsapp.decoding.channel_map import ChannelMap, MapEntry
 from gsapp.decoding.derived_channels import DeriveFunction, SlowInput, select_derivations
-from gsapp.decoding.grid import ColumnIndex, Grid, Numbers, column_index
-from gsapp.decoding.grid_rows import GridRows, RowBatch
+from gsapp.decoding.grid import ColumnIndex, Grid, GridRows, Numbers, RowBatch, column_index
 from gsapp.decoding.gridder import Gridder
 from gsapp.decoding.message_stream import MessageColumns, MessageStream
 from gsapp.decoding.settings import DECODING

@@ -14,8 +14,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from gsapp.decoding.grid import Grid
-from gsapp.decoding.grid_rows import GridRows
+from gsapp.decoding.grid import Grid, GridRows
 from gsapp.decoding.gridder import Gridder
 
 _FOREVER = 2**62

@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from gsapp.discrepancy.effect_selection import CandidateScreening, candidate_columns
 from gsapp.discrepancy.results import ChannelGap, Gap, ManeuverHistories
-from gsapp.discrepancy.screening import CandidateScreening, candidate_columns
 from gsapp.discrepancy.settings import SEARCH
 from gsapp.dynamics.equations import POLAR_STATES
 from gsapp.dynamics.flight_model import FlightModel

@@ -8,22 +8,27 @@ from dataclasses import replace
 import numpy as np
 
 from gsapp.aircraft import Aircraft
-from gsapp.discrepancy.candidates import CandidateEffect, catalog_candidates
+from gsapp.discrepancy.candidates import CandidateEffect, catalog_candidates, unnamed_candidates
 from gsapp.discrepancy.effect_catalog import eligible_effects as catalog_competitors
 from gsapp.discrepancy.effect_catalog import find_effect as catalog_record
-from gsapp.discrepancy.effect_selection import EffectDecision, detection_threshold, select_effect
+from gsapp.discrepancy.effect_selection import (
+    CandidateScreening,
+    EffectDecision,
+    detection_threshold,
+    screen_candidates,
+    select_effect,
+)
 from gsapp.discrepancy.held_out_maneuvers import HeldOutManeuvers
-from gsapp.discrepancy.model_match import check_model_match
 from gsapp.discrepancy.result_builder import build_result, validate_on_held_out
 from gsapp.discrepancy.results import (
     DiscrepancyResult,
     InstrumentRemark,
 )
-from gsapp.discrepancy.screening import CandidateScreening, screen_candidates
 from gsapp.discrepancy.search_checks import (
     check_forced_effects,
     check_instruments,
     check_maneuvers,
+    check_model_match,
     moving_inputs,
 )
 from gsapp.discrepancy.search_stages import (
@@ -39,7 +44,6 @@ from gsapp.discrepancy.settings import (
     SearchProgressCallback,
     SearchStoppedError,
 )
-from gsapp.discrepancy.unnamed_effects import unnamed_candidates
 from gsapp.dynamics.model import Model
 from gsapp.dynamics.terms import create_term
 from gsapp.foundation import FlightError

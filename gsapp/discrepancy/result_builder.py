@@ -15,16 +15,16 @@ from gsapp.discrepancy.disagreements import (
     apply_residual_floor,
     coefficient_map,
     find_disagreements,
+    localize_model_errors,
 )
 from gsapp.discrepancy.effect_catalog import all_effects, find_effect
 from gsapp.discrepancy.effect_selection import (
+    CandidateScreening,
     DecisionKind,
     detection_threshold,
     posterior_probabilities,
 )
 from gsapp.discrepancy.held_out_maneuvers import HeldOutManeuvers, compute_gap, maneuver_histories
-from gsapp.discrepancy.localization import localize_model_errors
-from gsapp.discrepancy.remarks import record_remarks
 from gsapp.discrepancy.results import (
     ChangedValue,
     DiscrepancyResult,
@@ -35,7 +35,7 @@ from gsapp.discrepancy.results import (
     Observability,
     RankedCandidate,
 )
-from gsapp.discrepancy.screening import CandidateScreening
+from gsapp.discrepancy.search_checks import record_remarks
 from gsapp.discrepancy.search_stages import SearchStage
 from gsapp.discrepancy.settings import SEARCH
 from gsapp.discrepancy.verdict_text import explain_verdict, find_alternatives

@@ -7,8 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from gsapp.discrepancy.effect_selection import EffectDecision
-from gsapp.discrepancy.screening import CandidateScreening
+from gsapp.discrepancy.effect_selection import CandidateScreening, EffectDecision
 from gsapp.discrepancy.settings import SEARCH
 from gsapp.dynamics.model import Model, load_model
 from gsapp.identification.axes import axis_derivatives

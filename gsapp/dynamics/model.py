@@ -24,8 +24,8 @@ from gsapp.foundation import (
     toml_text,
     write_atomically,
 )
+from gsapp.foundation.files import ShippedFiles
 from gsapp.foundation.name_suggestions import did_you_mean
-from gsapp.foundation.shipped_files import ShippedFiles
 
 SHIPPED_MODELS = ShippedFiles(folder=Path(__file__).parent / "models", kind="model")
 

@@ -1,8 +1,8 @@
 """What instruments are exposed to where they sit: vanes, pitot, accelerometers (notes, section 7).
 
 Positions are from the center of gravity, body axes, m. The formulas take single numbers, arrays
-of shape (n,), and numbers with derivatives (`gsapp.dynamics.dual.Dual`) alike. `OutputModel` puts
-them behind a `FlightModel`: predicted measurements with their exact Jacobians.
+of shape (n,), and numbers with derivatives (`gsapp.dynamics.arithmetic.Dual`) alike.
+`OutputModel` puts them behind a `FlightModel`: predicted measurements with their exact Jacobians.
 
 An instrument that sits elsewhere than the aircraft file says, and two that are swapped, belong to
 the model behind an `OutputModel`. Lag, delay, scale and bias of an instrument are terms on the path
@@ -18,8 +18,7 @@ from typing import Any
 import numpy as np
 
 from gsapp.aircraft import Aircraft
-from gsapp.dynamics.arithmetic import Value, array_namespace, clip
-from gsapp.dynamics.dual import Dual
+from gsapp.dynamics.arithmetic import Dual, Value, array_namespace, clip
 from gsapp.dynamics.equations import POLAR_STATES, angular_accelerations
 from gsapp.dynamics.flight_model import MODEL_INPUTS, FlightModel, ModelEvaluation, ModelJacobian
 from gsapp.dynamics.settings import SIMULATION

@@ -1,4 +1,4 @@
-"""Writing files so that a reader never meets half of one, and what of a folder is ours."""
+"""Writing files so that a reader never meets half of one, what of a folder is ours, shipped files."""
 
 from __future__ import annotations
 
@@ -12,9 +12,11 @@ import sys
 import tempfile
 import time
 from collections.abc import Iterator
+from dataclasses import dataclass
 from pathlib import Path
 
-from gsapp.foundation.errors import GroundStationError
+from gsapp.foundation.errors import GroundStationError, UnknownNameError
+from gsapp.foundation.name_suggestions import did_you_mean
 
 _FULL_FSYNC: int | None = None
 if sys.platform != "win32":
@@ -328,3 +330,31 @@ def write_atomically(path: Path | str, content: bytes | str) -> Path:
     with atomic_write(path) as temporary:
         temporary.write_bytes(content.encode("utf-8") if isinstance(content, str) else content)
     return Path(path)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ShippedFiles:
+    """A folder of TOML files that can be named without path or ending."""
+
+    folder: Path  # Where they lie.
+    kind: str  # What they are, in words.
+
+    def names(self) -> tuple[str, ...]:
+        return tuple(path.stem for path in list_files(self.folder, "*.toml"))
+
+    def find(self, name_or_path: str | Path) -> Path:
+        """Return the path for a path or a name; a file on disk goes before a name.
+
+        Raise UnknownNameError if there is neither; near names are proposed.
+        """
+        path = Path(name_or_path)
+        if path.is_file():
+            return path
+        text = str(name_or_path)
+        if text in self.names():
+            return self.folder / f"{text}.toml"
+        hint = did_you_mean(text, self.names(), most=1)
+        raise UnknownNameError(
+            f"there is no {self.kind} file '{text}', and no shipped one has that name; "
+            f"{hint + ' ' if hint else ''}shipped are: {', '.join(self.names())}"
+        )

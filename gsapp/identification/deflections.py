@@ -14,8 +14,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from gsapp.aircraft import Aircraft, Control
-from gsapp.dynamics.actuators import control_paths
-from gsapp.dynamics.recorded_controls import simulate_control_path
+from gsapp.dynamics.actuators import control_paths, simulate_control_path
 from gsapp.flight.maneuvers.signals import SURFACES
 from gsapp.flight.uniform_grid import median_step
 from gsapp.identification.preparation_settings import PREPARATION

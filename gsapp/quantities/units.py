@@ -7,6 +7,7 @@ degrees to percent: here ``g`` is 9.80665 m/s^2, and a unit converts within its 
 
 from __future__ import annotations
 
+import math
 import re
 from dataclasses import dataclass
 from functools import cache
@@ -309,3 +310,16 @@ def parse_quantity(text: str | float, key: str) -> float:
     if not match.group(2).strip() and "" not in known.units:
         raise UnitError(f"'{text.strip()}' has no unit; {example}")
     return to_si(float(match.group(1)), match.group(2), key)
+
+
+def parse_finite_number(text: str) -> float | None:
+    """Return the number that a text is; NaN for an empty one, None for what is no finite number.
+
+    `float` also takes ``1_000``, and digits of other scripts: neither is meant, and what stands
+    for them is damaged.
+    """
+    try:
+        value = float(text)
+    except ValueError:
+        return None if text and not text.isspace() else math.nan
+    return None if math.isinf(value) or "_" in text or not text.isascii() else value

@@ -15,8 +15,7 @@ from typing import Final
 
 from gsapp.foundation import LinkError
 from gsapp.foundation.name_suggestions import close_matches
-from gsapp.telemetry.link_address import LinkAddress
-from gsapp.telemetry.link_kinds import BUILT_IN_KINDS, RECORDED_FLIGHT, LinkKind
+from gsapp.telemetry.link_kinds import BUILT_IN_KINDS, RECORDED_FLIGHT, LinkAddress, LinkKind
 
 log = logging.getLogger(__name__)
 

@@ -18,17 +18,15 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Literal
 
-from gsapp.decoding.frames import MavlinkFrame, Residue
-from gsapp.decoding.framing import Framer, LineFramer, TextLine
+from gsapp.decoding.framing import Framer, LineFramer, MavlinkFrame, Residue, TextLine
 from gsapp.flight.file_names import FRAMES_FILE, LINES_FILE, STATUS_FILE, STOP_FILE
 from gsapp.flight.raw_files import RawWriter
 from gsapp.foundation import FlightError
-from gsapp.foundation.os_error_text import format_os_error
+from gsapp.foundation.errors import format_os_error
 from gsapp.telemetry.clock import Clock
-from gsapp.telemetry.heartbeat import GroundHeartbeat
 from gsapp.telemetry.link_diagnosis import ContentSample
 from gsapp.telemetry.recorder_status import RecorderStatus, write_status
-from gsapp.telemetry.send_queue import SendQueue
+from gsapp.telemetry.send_queue import GroundHeartbeat, SendQueue
 from gsapp.telemetry.settings import TELEMETRY
 from gsapp.telemetry.sources import Chunk, LinkSource
 

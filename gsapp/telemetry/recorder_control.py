@@ -14,7 +14,7 @@ from pathlib import Path
 from gsapp.flight.file_names import LOCK_FILE, LOG_FILE, STATUS_FILE, STOP_FILE
 from gsapp.foundation import LinkError
 from gsapp.foundation.file_lock import lock_holder
-from gsapp.telemetry.detached_process import start_detached_process
+from gsapp.foundation.process_control import start_detached_process
 from gsapp.telemetry.link_registry import kind_of, parse_link
 from gsapp.telemetry.recorder_folder import runtime_lock_path, runtime_status_path
 from gsapp.telemetry.recorder_status import RecorderStatus, read_status, runtime_folder

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import shutil
+from collections.abc import Iterator
 from hashlib import sha256
 from pathlib import Path
 from typing import Final, Literal
@@ -11,8 +12,8 @@ from typing import Final, Literal
 from gsapp.flight.file_names import CALIBRATION_FOLDER, LOCK_FILE, STATUS_FILE
 from gsapp.flight.folder import FlightFolder
 from gsapp.foundation import FlightError, GroundStationError
+from gsapp.foundation.errors import format_os_error
 from gsapp.foundation.file_lock import FileLock, lock_holder
-from gsapp.foundation.os_error_text import format_os_error
 from gsapp.telemetry.recorder_status import (
     RecorderStatus,
     read_status,
@@ -200,3 +201,32 @@ def claim_replacement_folder(former: Path, files: FolderFileCache) -> RecordingC
         shutil.rmtree(folder, ignore_errors=True)
         raise
     return claim
+
+
+@contextlib.contextmanager
+def rollback_on_failure(path: Path | str) -> Iterator[None]:
+    """Take away what was made inside if the flight cannot begin.
+
+    What stood there before stays, and so does a folder into which anything was recorded, or
+    another recorder records.
+
+    Parameters
+    ----------
+    path : Path or str
+        The flight folder that is made inside the context.
+    """
+    folder = Path(path).absolute()
+    made = [each for each in (folder, *folder.parents) if not each.exists()]
+    try:
+        yield
+    except GroundStationError:
+        if made and folder.is_dir() and not _in_use(folder):
+            shutil.rmtree(folder, ignore_errors=True)
+        for each in made:
+            with contextlib.suppress(OSError):  # others may have put something there
+                each.rmdir()
+        raise
+
+
+def _in_use(folder: Path) -> bool:
+    return bool(FlightFolder(path=folder).raw_files) or lock_holder(folder / LOCK_FILE) is not None

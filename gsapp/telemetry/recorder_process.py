@@ -22,10 +22,9 @@ from gsapp.flight.file_names import STATUS_FILE
 from gsapp.flight.raw_files import RawWriter
 from gsapp.foundation import GroundStationError
 from gsapp.foundation.file_lock import lock_holder
-from gsapp.foundation.process_shutdown import on_termination_signal
-from gsapp.foundation.sleep_inhibitor import inhibit_sleep
+from gsapp.foundation.process_control import inhibit_sleep, on_termination_signal
 from gsapp.telemetry.clock import HostClock
-from gsapp.telemetry.link_address import LinkAddress
+from gsapp.telemetry.link_kinds import LinkAddress
 from gsapp.telemetry.link_registry import kind_of, parse_link
 from gsapp.telemetry.recorder import Recorder
 from gsapp.telemetry.recorder_folder import (

@@ -13,8 +13,8 @@ from typing import Final, Literal
 import platformdirs
 from pydantic import BaseModel, ConfigDict, ValidationError
 
+from gsapp.foundation.errors import DISK_FULL_ERRNOS
 from gsapp.foundation.files import move_into_place
-from gsapp.foundation.os_error_text import DISK_FULL_ERRNOS
 from gsapp.telemetry.settings import TELEMETRY
 
 RUNTIME_VARIABLE: Final = "GSAPP_RUNTIME_FOLDER"

@@ -13,6 +13,7 @@ import time
 from pathlib import Path
 from typing import Final
 
+from gsapp.decoding.dialect import dialect
 from gsapp.flight.file_names import SEND_FILE
 from gsapp.flight.raw_files import STAMP_STRUCT, FrameFile
 
@@ -78,3 +79,26 @@ class SendQueue:
     def close(self) -> None:
         with contextlib.suppress(OSError):
             self._path.unlink(missing_ok=True)
+
+
+GROUND_SYSTEM = 255
+GROUND_COMPONENT = 190
+
+
+class GroundHeartbeat:
+    """Pack HEARTBEAT messages of a ground station, with their own sequence."""
+
+    def __init__(self) -> None:
+        self._dialect = dialect()
+        self._packer = self._dialect.MAVLink(
+            None, srcSystem=GROUND_SYSTEM, srcComponent=GROUND_COMPONENT
+        )
+
+    def frame(self) -> bytes:
+        names = self._dialect
+        message = names.MAVLink_heartbeat_message(
+            names.MAV_TYPE_GCS, names.MAV_AUTOPILOT_INVALID, 0, 0, names.MAV_STATE_ACTIVE, 3
+        )
+        frame = bytes(message.pack(self._packer))
+        self._packer.seq = (self._packer.seq + 1) % 256
+        return frame

@@ -29,11 +29,11 @@ from gsapp.dynamics.simulation import ControlCommands, Simulator
 from gsapp.dynamics.terms import POSITIONED_INSTRUMENTS
 from gsapp.quantities.constants import EARTH_RADIUS, GRAVITY
 from gsapp.virtual.flight_plan import FlightPlan
+from gsapp.virtual.human_pilot import AircraftHandling
 from gsapp.virtual.mission import upwind_start
-from gsapp.virtual.pilot_controllers import AircraftHandling
 from gsapp.virtual.pilot_perception import AircraftState, RunwayFrame
 from gsapp.virtual.settings import VIRTUAL
-from gsapp.virtual.stick_motion import StickPositions
+from gsapp.virtual.sticks import StickPositions
 
 # Three wheels on the runway: springs, dampers, tires.
 # The source gives no numbers of the gear but its layout, one nose wheel and two mains. Stiffness

@@ -13,7 +13,7 @@ from typing import Literal
 from pydantic import Field, field_validator, model_validator
 
 from gsapp.foundation import StrictModel, read_toml
-from gsapp.foundation.shipped_files import ShippedFiles
+from gsapp.foundation.files import ShippedFiles
 from gsapp.quantities.constants import DEGREE, FOOT
 from gsapp.quantities.fields import Angle, Length, Ratio, Speed, Temperature, Time
 from gsapp.virtual.sensor_faults import SensorFault

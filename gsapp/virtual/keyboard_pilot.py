@@ -7,18 +7,23 @@ import math
 import numpy as np
 
 from gsapp.virtual.flight_plan import FlightPlan
-from gsapp.virtual.handover_phases import RECOVERY_PHASE, TRAINEE_PHASE
-from gsapp.virtual.human_pilot import HumanPilot
-from gsapp.virtual.keyboard_sticks import (
-    KeyboardSticks,
-    KeyPositions,
-    step_toward,
+from gsapp.virtual.human_pilot import AircraftHandling, HumanPilot
+from gsapp.virtual.mission import (
+    RECOVERY_PHASE,
+    TRAINEE_PHASE,
+    GuidanceCommand,
+    Leg,
+    Mission,
+    MissionStage,
 )
-from gsapp.virtual.mission import GuidanceCommand, Leg, Mission, MissionStage
-from gsapp.virtual.pilot_controllers import AircraftHandling
 from gsapp.virtual.pilot_perception import AircraftState, PilotView
 from gsapp.virtual.settings import VIRTUAL
-from gsapp.virtual.stick_motion import StickPositions
+from gsapp.virtual.sticks import (
+    KeyboardSticks,
+    KeyPositions,
+    StickPositions,
+    step_toward,
+)
 
 
 class TrainingMission(Mission):

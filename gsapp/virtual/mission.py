@@ -2,7 +2,7 @@
 
 Each stage is a generator that is sent the pilot's view and yields an intent; it ends when the
 stage is done. How an intent becomes sticks is the business of
-`gsapp.virtual.pilot_controllers`.
+`gsapp.virtual.human_pilot`.
 """
 
 from __future__ import annotations
@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Generator
 from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
 
@@ -23,7 +24,10 @@ from gsapp.virtual.flight_plan import (
 )
 from gsapp.virtual.pilot_perception import PilotView
 from gsapp.virtual.settings import VIRTUAL
-from gsapp.virtual.stick_motion import StickInput
+from gsapp.virtual.sticks import StickInput
+
+TRAINEE_PHASE: Final = "you have control"
+RECOVERY_PHASE: Final = "I have control"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

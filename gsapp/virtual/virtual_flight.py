@@ -14,6 +14,7 @@ from gsapp.aircraft import Aircraft, load_aircraft
 from gsapp.dynamics.flight_model import FlightModel
 from gsapp.dynamics.linearization import linearize
 from gsapp.dynamics.model import Model, load_model
+from gsapp.dynamics.terms import create_term
 from gsapp.dynamics.trim import Trim, trim
 from gsapp.foundation import FlightError
 from gsapp.quantities import Block, FloatArray
@@ -29,13 +30,52 @@ from gsapp.virtual.flight_plan import (
     PlannedManeuver,
     load_flight_plan,
 )
-from gsapp.virtual.hidden_effects import add_hidden_effects
-from gsapp.virtual.human_pilot import HumanPilot
+from gsapp.virtual.human_pilot import AircraftHandling, HumanPilot
 from gsapp.virtual.instruments import Instruments
-from gsapp.virtual.pilot_controllers import AircraftHandling
 from gsapp.virtual.sensor_faults import parse_sensor_fault
 from gsapp.virtual.settings import VIRTUAL
-from gsapp.virtual.stick_motion import StickSource
+from gsapp.virtual.sticks import StickSource
+
+
+def add_hidden_effects(aircraft: Aircraft, model: Model, hide: Sequence[str] = ()) -> Model:
+    """Return the model that the virtual aircraft really follows.
+
+    Parameters
+    ----------
+    hide : sequence of str
+        Effects beyond it; values in SI and radians.
+
+    Raises
+    ------
+    UnknownNameError
+        If an effect or one of its parameters is unknown.
+    FlightError
+        If a value is not a number.
+    """
+    for text in hide:
+        effect_id, parameters = parse_effect(text)
+        create_term(effect_id, aircraft).values_for(parameters)
+        model = model.with_effect(effect_id, parameters)
+    return model
+
+
+def parse_effect(text: str) -> tuple[str, dict[str, float]]:
+    """Return id and parameters of ``ID[:PARAM=VALUE,..]``."""
+    effect_id, _, rest = text.partition(":")
+    parameters: dict[str, float] = {}
+    for pair in rest.split(",") if rest else ():
+        name, equals, value = pair.partition("=")
+        try:
+            if not equals:
+                raise ValueError
+            parameters[name.strip()] = float(value)
+        except ValueError:
+            raise FlightError(
+                f"'{pair}' in '{text}' is not PARAM=VALUE; write for example "
+                "aero.Cm.alpha2:Cm_alpha2=-2.0, in SI units and radians"
+            ) from None
+    return effect_id.strip(), parameters
+
 
 # What a pilot knows of an aircraft after many flights: level flight, and what the sticks do.
 # Found by asking the equations, so that the same pilot flies any aircraft.

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from gsapp.aircraft import load_aircraft
-from gsapp.aircraft.measured_value import MeasuredValue
+from gsapp.aircraft.ground_tests import MeasuredValue
 from gsapp.aircraft.weighing import (
     Support,
     WeighingRecord,

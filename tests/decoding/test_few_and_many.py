@@ -18,8 +18,7 @@ from gsapp.decoding.channel_map import ChannelMap, FieldRef, MapEntry, load_chan
 from gsapp.decoding.decoder import Decoder
 from gsapp.decoding.derived_channels import DERIVATIONS
 from gsapp.decoding.dialect import dialect
-from gsapp.decoding.grid import Grid
-from gsapp.decoding.grid_rows import GridRows, RowBatch
+from gsapp.decoding.grid import Grid, GridRows, RowBatch
 from gsapp.decoding.gridder import Gridder
 from gsapp.decoding.message_stream import linear_factors
 from gsapp.decoding.messages import decode_columns, message_id, message_layout, number_reader

@@ -7,8 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from gsapp.decoding.grid import Grid, column_index
-from gsapp.decoding.grid_rows import GridRows
+from gsapp.decoding.grid import Grid, GridRows, column_index
 from gsapp.decoding.gridder import Gridder
 from gsapp.decoding.settings import DECODING
 from gsapp.decoding.source_selection import SourceSelector

@@ -5,9 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from gsapp.discrepancy.disagreements import find_disagreements
+from gsapp.discrepancy.disagreements import ModelErrorLocation, find_disagreements
 from gsapp.discrepancy.investigation import Investigation
-from gsapp.discrepancy.localization import ModelErrorLocation
 from gsapp.discrepancy.results import ManeuverHistories
 from gsapp.discrepancy.search_checks import check_forced_effects, check_maneuvers, moving_inputs
 from gsapp.discrepancy.settings import DiscrepancySettings

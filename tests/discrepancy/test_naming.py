@@ -8,6 +8,7 @@ from scipy.stats import chi2, kstest, norm
 
 from gsapp.discrepancy.candidates import CandidateEffect
 from gsapp.discrepancy.effect_selection import (
+    CandidateScreening,
     EffectDecision,
     detection_threshold,
     log_priors,
@@ -15,7 +16,6 @@ from gsapp.discrepancy.effect_selection import (
     select_effect,
 )
 from gsapp.discrepancy.result_builder import is_contradicted
-from gsapp.discrepancy.screening import CandidateScreening
 from gsapp.discrepancy.search_stages import SearchStage, equivalent_effects_of
 from gsapp.discrepancy.settings import SEARCH
 from gsapp.identification.filter_error.information_matrix import InformationMatrix

@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from gsapp.aircraft import Aircraft, load_aircraft
-from gsapp.dynamics.dual import Dual
+from gsapp.dynamics.arithmetic import Dual
 from gsapp.dynamics.flight_model import MODEL_INPUTS, FlightModel
 from gsapp.dynamics.model import Model, load_model
 from gsapp.dynamics.sensors import OUTPUTS, OutputModel

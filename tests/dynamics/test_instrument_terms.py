@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from gsapp.aircraft import load_aircraft
+from gsapp.dynamics.actuators import reconstruct_deflection
 from gsapp.dynamics.flight_model import FlightModel
 from gsapp.dynamics.model import load_model
-from gsapp.dynamics.recorded_controls import reconstruct_deflection
 from gsapp.dynamics.sensors import OUTPUTS, OutputModel
 from gsapp.dynamics.signal_terms import (
     INSTRUMENT_BOXES,

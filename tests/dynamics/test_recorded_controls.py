@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from gsapp.aircraft import load_aircraft
-from gsapp.dynamics.recorded_controls import simulate_control_path
+from gsapp.dynamics.actuators import simulate_control_path
 from gsapp.dynamics.signal_terms import PathTerms, SignalTerm
 from gsapp.dynamics.terms import create_term
 

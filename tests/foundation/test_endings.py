@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from gsapp.foundation.process_shutdown import block_sigint
+from gsapp.foundation.process_control import block_sigint
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="SIGTERM ends a process at once")
 
@@ -19,7 +19,7 @@ def run(body: str, log: Path) -> subprocess.Popen[bytes]:
     code = (
         "import sys, threading, time\n"
         "from pathlib import Path\n"
-        "from gsapp.foundation.process_shutdown import on_termination_signal, exit_deadline\n"
+        "from gsapp.foundation.process_control import on_termination_signal, exit_deadline\n"
         "end = threading.Event()\n"
         "with on_termination_signal(lambda _: end.set()), exit_deadline(1.0, Path(sys.argv[1])):\n"
         "    print('ready', flush=True)\n"

@@ -10,7 +10,7 @@ import pytest
 @pytest.mark.skipif(not hasattr(os, "nice"), reason="read where the system tells it by a number")
 def test_a_process_that_stands_back_yields_to_others() -> None:
     code = (
-        "import os; from gsapp.foundation.process_priority import lower_priority\n"
+        "import os; from gsapp.foundation.process_control import lower_priority\n"
         "before = os.nice(0); lower_priority(3); print(min(before + 3, 19) == os.nice(0))"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)

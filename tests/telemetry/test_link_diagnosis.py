@@ -18,12 +18,11 @@ import pytest
 from gsapp.cli import record as command
 from gsapp.decoding.dialect import dialect
 from gsapp.flight.file_names import STATUS_FILE, STOP_FILE
-from gsapp.telemetry.link_diagnosis import diagnose_link
+from gsapp.telemetry.link_diagnosis import LinkTest, diagnose_link
+from gsapp.telemetry.link_kinds import describe_port
 from gsapp.telemetry.link_registry import parse_link
-from gsapp.telemetry.link_test import LinkTest
 from gsapp.telemetry.recorder_process import record_link
 from gsapp.telemetry.recorder_status import RecorderStatus
-from gsapp.telemetry.serial_ports import describe_port
 
 if sys.platform == "win32":
     pytest.skip("Windows has no pseudo-terminals", allow_module_level=True)

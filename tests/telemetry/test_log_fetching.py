@@ -19,8 +19,11 @@ from gsapp.flight.raw_files import read_tlog
 from gsapp.foundation import LinkError
 from gsapp.foundation.file_lock import FileLock
 from gsapp.telemetry.log_download import LogEntry, LogFetcher
-from gsapp.telemetry.log_download.log_protocol import LOG_DATA_BYTES, LogDownloadProtocol
-from gsapp.telemetry.log_download.missing_ranges import MissingRanges
+from gsapp.telemetry.log_download.log_protocol import (
+    LOG_DATA_BYTES,
+    LogDownloadProtocol,
+    MissingRanges,
+)
 from gsapp.telemetry.recorder_control import find_recorders, start_recorder
 from gsapp.telemetry.send_queue import request_send
 

@@ -24,7 +24,7 @@ from gsapp.foundation import FlightError, GroundStationError, LinkError
 from gsapp.foundation.file_lock import FileLock, lock_holder
 from gsapp.telemetry import recorder_control
 from gsapp.telemetry.clock import HostClock
-from gsapp.telemetry.link_address import LinkAddress
+from gsapp.telemetry.link_kinds import LinkAddress
 from gsapp.telemetry.link_registry import parse_link
 from gsapp.telemetry.recorder import PeerStream, Recorder
 from gsapp.telemetry.recorder_control import find_recorder, find_recorders, start_recorder

@@ -14,15 +14,12 @@ from types import SimpleNamespace
 
 import pytest
 
-from gsapp.decoding.frames import MavlinkFrame
-from gsapp.decoding.framing import Framer, LineFramer
+from gsapp.decoding.framing import Framer, LineFramer, MavlinkFrame
 from gsapp.flight.raw_files import RawWriter
 from gsapp.foundation import LinkError
 from gsapp.telemetry.clock import HostClock
-from gsapp.telemetry.link_address import LinkAddress
-from gsapp.telemetry.link_kinds import BUILT_IN_KINDS
+from gsapp.telemetry.link_kinds import BUILT_IN_KINDS, LinkAddress, is_same_port
 from gsapp.telemetry.link_registry import parse_link
-from gsapp.telemetry.serial_ports import is_same_port
 from gsapp.telemetry.sources import Chunk, LinkSource, LinkUnavailableError, open_source
 from gsapp.telemetry.sources.link_source import network_error
 

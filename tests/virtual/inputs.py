@@ -37,9 +37,9 @@ from gsapp.virtual.airframe import (
     Airframe,
 )
 from gsapp.virtual.flight_plan import INPUT_SHAPES, FlightPlan, PilotLimits
+from gsapp.virtual.human_pilot import AircraftHandling
 from gsapp.virtual.instruments import Instruments
-from gsapp.virtual.pilot_controllers import AircraftHandling
-from gsapp.virtual.stick_motion import StickMotionModel, StickPositions
+from gsapp.virtual.sticks import StickMotionModel, StickPositions
 from gsapp.virtual.virtual_flight import combine_surfaces, compute_handling
 from tests.virtual.input_plan import SURFACES, InputPlan, around_one, draw
 

@@ -23,7 +23,7 @@ from gsapp.quantities import Block
 from gsapp.telemetry.clock import HostClock
 from gsapp.virtual.bench import VirtualBench
 from gsapp.virtual.downlink.aircraft_process import BenchProcess, find_free_udp_port
-from gsapp.virtual.downlink.bench_downlink import (
+from gsapp.virtual.downlink.commanded_downlinks import (
     BenchDownlink,
     StdinConsole,
     UdpConsole,

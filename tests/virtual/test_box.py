@@ -16,8 +16,7 @@ from pymavlink import mavutil
 
 from calibration.adc import ADC_RESOLUTION
 from calibration.certificate_toml import load_certificates
-from gsapp.decoding.frames import MavlinkFrame, Residue
-from gsapp.decoding.framing import Framer
+from gsapp.decoding.framing import Framer, MavlinkFrame, Residue
 from gsapp.telemetry.clock import HostClock
 from gsapp.telemetry.sources import open_source
 from gsapp.virtual.ad_converter import DAQ_CHANNELS

@@ -13,7 +13,7 @@ from gsapp.virtual.flight_plan import (
     PlannedManeuver,
     load_flight_plan,
 )
-from gsapp.virtual.stick_motion import StickInput
+from gsapp.virtual.sticks import StickInput
 
 
 def test_the_default_plan_is_a_flight_of_the_crew() -> None:

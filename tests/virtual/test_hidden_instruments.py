@@ -12,9 +12,9 @@ from gsapp.foundation import FlightError
 from gsapp.virtual import airframe
 from gsapp.virtual.airframe import INSTRUMENT_INPUT_CHANNELS, TRUTH_CHANNELS, Airframe
 from gsapp.virtual.flight_plan import load_flight_plan
-from gsapp.virtual.hidden_effects import add_hidden_effects
 from gsapp.virtual.settings import VIRTUAL
-from gsapp.virtual.stick_motion import StickPositions
+from gsapp.virtual.sticks import StickPositions
+from gsapp.virtual.virtual_flight import add_hidden_effects
 
 DT = 0.01
 COUNT = 250

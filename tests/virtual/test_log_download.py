@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from gsapp.virtual.downlink.log_server import LOG_DATA_BYTES, LOG_ID, LogServer
+from gsapp.virtual.downlink.onboard_log import LOG_DATA_BYTES, LOG_ID, LogServer
 from gsapp.virtual.downlink.onboard_messages import dialect
 
 

@@ -16,14 +16,16 @@ from gsapp.session import Session
 from gsapp.telemetry.recorder_control import start_recorder
 from gsapp.virtual.airframe import TRUTH_CHANNELS
 from gsapp.virtual.downlink.aircraft_process import TrainingProcess, find_free_udp_port
-from gsapp.virtual.downlink.bench_downlink import StdinConsole
+from gsapp.virtual.downlink.commanded_downlinks import (
+    StdinConsole,
+    TrainingDownlink,
+    execute_training_command,
+)
 from gsapp.virtual.downlink.flight_settings import FlightSettings
-from gsapp.virtual.downlink.training_downlink import TrainingDownlink, execute_training_command
 from gsapp.virtual.flight_plan import load_flight_plan
 from gsapp.virtual.keyboard_pilot import KeyboardPilot
-from gsapp.virtual.keyboard_sticks import KeyboardSticks, KeyPositions
 from gsapp.virtual.settings import VIRTUAL
-from gsapp.virtual.stick_motion import StickPositions
+from gsapp.virtual.sticks import KeyboardSticks, KeyPositions, StickPositions
 from gsapp.virtual.virtual_flight import FlightSegment, FlightSimulation
 
 DT = 0.01

@@ -162,7 +162,7 @@ class _Still:
         return self.count >= 100
 
     def move(self, _: object) -> object:
-        from gsapp.virtual.stick_motion import StickPositions
+        from gsapp.virtual.sticks import StickPositions
 
         self.count += 1
         return StickPositions(brake=1.0, roll=0.5)

@@ -16,9 +16,9 @@ from PySide6.QtWidgets import (
 )
 
 from gsapp.foundation import LinkError
-from gsapp.telemetry.link_address import LinkAddress
+from gsapp.telemetry.link_diagnosis import LinkTest
+from gsapp.telemetry.link_kinds import LinkAddress
 from gsapp.telemetry.link_registry import link_kinds
-from gsapp.telemetry.link_test import LinkTest
 from ui.dialogs.file_fields import RecordingDialog, ShippedFileField
 from ui.dialogs.flight_requests import ConnectRequest
 from ui.dialogs.form_dialog import FieldMessage

@@ -9,8 +9,8 @@ from PySide6.QtCore import QObject, Qt, QTimer, Signal
 
 from gsapp.flight.cards import load_cards
 from gsapp.virtual.downlink.aircraft_process import TrainingProcess
-from gsapp.virtual.downlink.phase_announcements import phase_announcement
-from gsapp.virtual.handover_phases import RECOVERY_PHASE, TRAINEE_PHASE
+from gsapp.virtual.downlink.flight_downlink import phase_announcement
+from gsapp.virtual.mission import RECOVERY_PHASE, TRAINEE_PHASE
 from ui.flight_controller import FlightController
 from ui.pilot.stick_keys import (
     STICK_TRAVEL_TEXTS,

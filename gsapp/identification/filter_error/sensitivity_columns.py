@@ -13,8 +13,8 @@ from types import MappingProxyType
 
 import numpy as np
 
+from gsapp.dynamics.actuators import simulate_control_path
 from gsapp.dynamics.flight_model import MODEL_INPUTS, FlightModel
-from gsapp.dynamics.recorded_controls import simulate_control_path
 from gsapp.dynamics.signal_terms import SURFACE_CHANNELS, PathResponse, PathTerms, invert_path
 from gsapp.dynamics.terms import COEFFICIENTS
 from gsapp.identification.filter_error.instrument_delay import delay_sensitivity, instrument_output

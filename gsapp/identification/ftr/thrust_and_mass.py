@@ -8,8 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from gsapp.aircraft import Aircraft
-from gsapp.dynamics.first_order_lag import filter_first_order
-from gsapp.dynamics.propulsion import thrust
+from gsapp.dynamics.propulsion import filter_first_order, thrust
 from gsapp.identification.ftr.channels import CHANNEL_INDEX
 from gsapp.quantities import FloatArray
 

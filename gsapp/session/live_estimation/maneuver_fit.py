@@ -11,7 +11,8 @@ from dataclasses import dataclass
 from multiprocessing.connection import Connection
 
 from gsapp.dynamics.model import Model
-from gsapp.foundation import GroundStationError, process_priority
+from gsapp.foundation import GroundStationError
+from gsapp.foundation.process_control import lower_priority
 from gsapp.identification.campaign import CampaignSettings, ManeuverResult, run_campaign
 from gsapp.identification.maneuver import Maneuver
 
@@ -58,7 +59,7 @@ def initialize_fit_worker(wanted: Connection) -> None:
         The process ends at once when the other end is closed, or its parent was killed.
     """
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    process_priority.lower_priority(_WORKER_NICENESS)
+    lower_priority(_WORKER_NICENESS)
     threading.Thread(target=_end_when_closed, args=(wanted,), name="wanted", daemon=True).start()
 
 

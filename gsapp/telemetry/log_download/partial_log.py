@@ -9,8 +9,7 @@ from typing import IO
 
 from gsapp.foundation import FlightError, write_atomically
 from gsapp.foundation.files import flush_to_disk, move_into_place
-from gsapp.telemetry.log_download.log_protocol import LogEntry
-from gsapp.telemetry.log_download.missing_ranges import MissingRanges
+from gsapp.telemetry.log_download.log_protocol import LogEntry, MissingRanges
 
 _MAGICS = ((b"\xa3\x95", ".bin"), (b"ULog\x01\x12\x35", ".ulg"))
 _TLOG_MAGICS = (0xFD, 0xFE)

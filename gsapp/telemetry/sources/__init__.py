@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from gsapp.telemetry.clock import Clock, HostClock
-from gsapp.telemetry.link_address import LinkAddress
+from gsapp.telemetry.link_kinds import LinkAddress
 from gsapp.telemetry.link_registry import kind_of, parse_link
 from gsapp.telemetry.sources.link_source import Chunk, LinkSource, LinkUnavailableError
 

@@ -17,8 +17,7 @@ from typing import Final, NamedTuple
 from gsapp.decoding.framing import Framer, LineFramer
 from gsapp.foundation import LinkError
 from gsapp.telemetry.clock import Clock
-from gsapp.telemetry.link_address import LinkAddress
-from gsapp.telemetry.link_kinds import Framing, NetworkLink
+from gsapp.telemetry.link_kinds import Framing, LinkAddress, NetworkLink
 from gsapp.telemetry.link_registry import find_link_kind
 
 

@@ -11,7 +11,7 @@ from gsapp.flight.raw_files import FRAMES_FILE, LINES_FILE, RAW_FILES, RawTail, 
 from gsapp.flight.raw_record import RawRecord
 from gsapp.foundation import FlightError, GroundStationError, LinkError
 from gsapp.telemetry.clock import Clock
-from gsapp.telemetry.link_address import LinkAddress
+from gsapp.telemetry.link_kinds import LinkAddress
 from gsapp.telemetry.settings import TELEMETRY
 from gsapp.telemetry.sources.link_source import Chunk, LinkSource
 

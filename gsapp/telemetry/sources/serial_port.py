@@ -10,8 +10,13 @@ from typing import Any
 
 from gsapp.foundation import LinkError
 from gsapp.telemetry.clock import Clock
-from gsapp.telemetry.link_address import LinkAddress
-from gsapp.telemetry.serial_ports import PortInfo, describe_port, is_same_port, list_serial_ports
+from gsapp.telemetry.link_kinds import (
+    LinkAddress,
+    PortInfo,
+    describe_port,
+    is_same_port,
+    list_serial_ports,
+)
 from gsapp.telemetry.sources.link_source import Chunk, LinkUnavailableError, ReconnectingSource
 
 

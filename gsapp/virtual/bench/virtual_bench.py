@@ -21,21 +21,23 @@ from gsapp.foundation import FlightError
 from gsapp.foundation.name_suggestions import did_you_mean
 from gsapp.quantities import INSTRUMENTS, Block, FloatArray
 from gsapp.virtual.ad_converter import DAQ_CHANNELS
-from gsapp.virtual.bench.bench_attitude import BenchAttitude
-from gsapp.virtual.bench.bench_faults import BenchFault
-from gsapp.virtual.bench.operator_motion import OperatorTremor, PitotBreath, SurfaceMovement
-from gsapp.virtual.bench.potentiometer import (
-    POTENTIOMETERS,
-    Linkage,
-    Potentiometer,
-)
-from gsapp.virtual.bench.transducers import (
+from gsapp.virtual.bench.bench_instruments import (
     ACCELEROMETERS,
     GYROS,
+    POTENTIOMETERS,
+    BenchFault,
+    Linkage,
+    Potentiometer,
     SensorTriad,
     Transducer,
     sample_accelerometers,
     sample_gyros,
+)
+from gsapp.virtual.bench.operator_motion import (
+    BenchAttitude,
+    OperatorTremor,
+    PitotBreath,
+    SurfaceMovement,
 )
 from gsapp.virtual.settings import VIRTUAL
 

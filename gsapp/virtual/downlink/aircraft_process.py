@@ -11,8 +11,8 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from gsapp.foundation import LinkError
+from gsapp.foundation.process_control import start_detached_process
 from gsapp.foundation.settings import command_arguments
-from gsapp.telemetry.detached_process import start_detached_process
 from gsapp.virtual.downlink.flight_settings import FlightSettings
 
 
@@ -145,7 +145,7 @@ class AircraftProcess(BackgroundCommand):
 class BenchProcess(BackgroundCommand):
     """``gsapp fly --bench`` in the background; its words go to ``virtual-bench.log``.
 
-    It obeys the lines of `gsapp.virtual.downlink.bench_downlink.BENCH_HELP`, and ends
+    It obeys the lines of `gsapp.virtual.downlink.commanded_downlinks.BENCH_HELP`, and ends
     with the program that started it.
 
     Parameters
@@ -190,7 +190,7 @@ class BenchProcess(BackgroundCommand):
 class TrainingProcess(BackgroundCommand):
     """``gsapp fly --sticks`` in the background; its words go to ``virtual-training.log``.
 
-    It obeys the lines of `gsapp.virtual.downlink.training_downlink.TRAINING_HELP`, and
+    It obeys the lines of `gsapp.virtual.downlink.commanded_downlinks.TRAINING_HELP`, and
     ends with the program that started it. Nothing here waits: what it cannot hear now is lost, and
     said so.
 

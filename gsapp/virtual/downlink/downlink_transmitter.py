@@ -11,18 +11,16 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Protocol
 
-from gsapp.decoding.frames import MavlinkFrame
-from gsapp.decoding.framing import Framer
+from gsapp.decoding.framing import Framer, MavlinkFrame
 from gsapp.telemetry.clock import Clock
-from gsapp.virtual.downlink.log_server import LogServer
-from gsapp.virtual.downlink.onboard_log import OnboardLog
+from gsapp.virtual.downlink.frame_scheduler import Packet
+from gsapp.virtual.downlink.onboard_log import LogServer, OnboardLog
 from gsapp.virtual.downlink.onboard_messages import (
     TICK_RATE,
     Message,
     dialect,
     landed_heartbeat,
 )
-from gsapp.virtual.downlink.packet import Packet
 from gsapp.virtual.settings import VIRTUAL
 
 

@@ -1,24 +1,56 @@
-"""One flight as a stream of bytes: the live link, and the log kept on board."""
+"""One flight as a stream of bytes: the live link, the log kept on board, and both as files."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+import contextlib
+from collections.abc import Callable, Iterator, Mapping
+from pathlib import Path
+from typing import Final
+
+import numpy as np
 
 from gsapp.quantities import Block
-from gsapp.virtual.downlink.frame_scheduler import FrameScheduler
+from gsapp.virtual.downlink.downlink_transmitter import TransmitProgress
+from gsapp.virtual.downlink.frame_scheduler import FrameScheduler, Packet
+from gsapp.virtual.downlink.onboard_log import OnboardLog
 from gsapp.virtual.downlink.onboard_messages import (
     TICK_RATE,
     Message,
     OnboardSample,
     telemetry_layout,
 )
-from gsapp.virtual.downlink.packet import Packet
-from gsapp.virtual.downlink.phase_announcements import REPEATED_PHASES, phase_announcement
+from gsapp.virtual.mission import RECOVERY_PHASE, TRAINEE_PHASE
+from gsapp.virtual.settings import VIRTUAL
 from gsapp.virtual.virtual_flight import (
     FlightSegment,
     FlightSimulation,
     truth_block,
 )
+
+_ANNOUNCEMENTS: Final = {
+    "preflight": "Telemetry on, recording",
+    "engines running": "Engines running",
+    "range check": "Range check",
+    "take-off": "Take-off run",
+    "climb": "Airborne",
+    "pattern": "In the pattern",
+    "approach": "Approach",
+    "landed": "Landed",
+    "engines off": "Engines off",
+    "crashed": "Crashed",
+    TRAINEE_PHASE: "You have control",
+    RECOVERY_PHASE: "I have control",
+}
+REPEATED_PHASES: Final = (TRAINEE_PHASE, RECOVERY_PHASE)
+"""Phases that are told whenever they begin, not the first time alone."""
+
+
+def phase_announcement(phase: str) -> str:
+    """Return what the box tells the crew when a phase begins; empty for none.
+
+    The box does not know of maneuvers: finding those is the ground's affair.
+    """
+    return _ANNOUNCEMENTS.get(phase, "")
 
 
 class FlightDownlink:
@@ -112,3 +144,51 @@ class FlightDownlink:
             onboard_frames=tuple(kept),
             phase=phase,
         )
+
+
+_TICKS_AT_ONCE = 200
+
+
+def write_record(
+    downlink: FlightDownlink,
+    tlog: Path,
+    kept: Path | None,
+    *,
+    seed: int,
+    progress: Callable[[TransmitProgress], None] = lambda _: None,
+) -> None:
+    """Fly as fast as it goes and write what the ground and the box would have kept.
+
+    Parameters
+    ----------
+    downlink : FlightDownlink
+        The flight.
+    tlog : Path
+        Frames with the time at which they would have arrived: a link takes some milliseconds,
+        now and then more, and frames never overtake each other.
+    kept : Path or None
+        Where the on-board log goes.
+    seed : int
+        Of the link's delays.
+    progress : callable
+        Told every few seconds of flight.
+    """
+    random = np.random.default_rng([seed, 0x11])
+    last = 0
+    sent = 0
+    with contextlib.ExitStack() as stack:
+        ground = OnboardLog(tlog)
+        stack.callback(ground.close)
+        onboard = None
+        if kept is not None:
+            onboard = OnboardLog(kept)
+            stack.callback(onboard.close)
+        while not downlink.finished:
+            for packet in downlink.advance(_TICKS_AT_ONCE):
+                delay = VIRTUAL.travel_time_us + float(random.exponential(VIRTUAL.jitter_us))
+                last = max(last + 1, packet.stamp_us + round(delay))
+                ground.append(last, packet.live_frames)
+                sent += sum(map(len, packet.live_frames))
+                if onboard is not None:
+                    onboard.append(packet.stamp_us, packet.onboard_frames)
+            progress(TransmitProgress(time=packet.time, phase=packet.phase, sent_bytes=sent))

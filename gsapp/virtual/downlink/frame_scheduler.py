@@ -1,8 +1,9 @@
-"""The box itself: numbers its frames and decides which are due."""
+"""The box itself: numbers its frames, decides which are due, and what leaves it at one tick."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 from gsapp.virtual.downlink.onboard_messages import (
     Message,
@@ -11,6 +12,17 @@ from gsapp.virtual.downlink.onboard_messages import (
     dialect,
     status_text,
 )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Packet:
+    """What leaves the box at one tick."""
+
+    time: float  # s since the box was switched on.
+    stamp_us: int  # The box's time of day, microseconds since 1970.
+    live_frames: tuple[bytes, ...]  # Frames for the link.
+    onboard_frames: tuple[bytes, ...]  # Frames for the on-board log; empty where there is none.
+    phase: str  # What the pilot is doing.
 
 
 class FramePacker:

@@ -12,9 +12,9 @@ from multiprocessing.process import BaseProcess
 from pathlib import Path
 
 from gsapp.foundation import GroundStationError, LinkError
-from gsapp.foundation.process_shutdown import block_sigint
+from gsapp.foundation.process_control import block_sigint
 from gsapp.telemetry.clock import Clock, HostClock
-from gsapp.telemetry.link_address import LinkAddress
+from gsapp.telemetry.link_kinds import LinkAddress
 from gsapp.telemetry.sources.link_source import Chunk, LinkSource
 from gsapp.virtual.downlink.flight_settings import FlightSettings
 from gsapp.virtual.settings import VIRTUAL
