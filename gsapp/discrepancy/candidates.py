@@ -1,7 +1,9 @@
 """Candidates as columns: what each effect of the catalog would change.
 
 At its neutral value an effect adds one history to a coefficient, a control or a channel. Effects
-that are not linear in their size (play, end stops) are taken at a finite one.
+that are not linear in their size (play, end stops) are taken at a finite one. Structure without a
+name (products of states and inputs, lags, modes) competes too, so that what is in no catalog is
+not given the name of what is.
 """
 
 from __future__ import annotations

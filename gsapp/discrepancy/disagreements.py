@@ -1,4 +1,10 @@
-"""Where model and flight disagree: which coefficient, maneuver, time and region."""
+"""Where model and flight disagree: which coefficient or instrument, maneuver, time and region.
+
+The best candidate of every place, with or without a name, is sized on all maneuvers together.
+What it takes off the innovations of each of them says where the model lacks it most. The filter
+has taken turbulence and colored noise into account; residuals of coefficients alone would show
+gusts instead.
+"""
 
 from __future__ import annotations
 

@@ -125,7 +125,12 @@ def create_actuators(model: FlightModel, dt: float) -> dict[str, Actuator]:
 
 @dataclass(frozen=True, slots=True)
 class _SmoothedBacklash:
-    """Play that a noisy record does not turn over."""
+    """Play that a noisy record does not turn over.
+
+    Noise of the record works a play that the surface never felt: within its width it would be
+    turned over by the converter alone. So play follows the record smoothed, and what it takes is
+    taken from the record as it is.
+    """
 
     play: Backlash
 

@@ -3,6 +3,8 @@
 The modules of `gsapp.dynamics.effects` enter them in the registry with their parameters and words.
 """
 
+# ruff: noqa: ARG002 - overridden methods, which use their arguments or not
+
 from __future__ import annotations
 
 from dataclasses import dataclass
@@ -16,11 +18,9 @@ class SpeedTerm(Term):
     """Coefficient that changes with speed itself: parameter * (V/V_ref - 1)."""
 
     def value(self, reads: Values, states: Values, parameters: Values) -> Value:
-        del states
         return parameters[0] * (reads[0] / parameters[1] - 1.0)
 
     def jacobian(self, reads: Values, states: Values, parameters: Values) -> TermJacobian:
-        del states
         slope, reference = parameters
         ratio = reads[0] / reference
         return TermJacobian(
@@ -44,7 +44,6 @@ class UnsteadyTerm(Term):
         return ((reads[0] - states[0]) / parameters[1],)
 
     def steady_state(self, reads: Values, parameters: Values) -> tuple[Value, ...]:
-        del parameters
         return (reads[0],)
 
     def jacobian(self, reads: Values, states: Values, parameters: Values) -> TermJacobian:
@@ -73,13 +72,11 @@ class StallTerm(Term):
     even: bool = False  # Whether the term has the same sign on both sides.
 
     def value(self, reads: Values, states: Values, parameters: Values) -> Value:
-        del states
         excess, sign = self._excess(reads[0], parameters)
         slope, width = parameters[0], parameters[1]
         return slope * sign * excess * excess / (excess + width)
 
     def jacobian(self, reads: Values, states: Values, parameters: Values) -> TermJacobian:
-        del states
         excess, sign = self._excess(reads[0], parameters)
         slope, width = parameters[0], parameters[1]
         shape = excess * excess / (excess + width)
@@ -112,12 +109,10 @@ class EffectivenessLossTerm(Term):
     """
 
     def value(self, reads: Values, states: Values, parameters: Values) -> Value:
-        del states
         excess, sign = _onset_excess(reads[0], parameters[1])
         return parameters[0] * sign * excess * excess / (excess + parameters[2])
 
     def jacobian(self, reads: Values, states: Values, parameters: Values) -> TermJacobian:
-        del states
         slope, width = parameters[0], parameters[2]
         excess, sign = _onset_excess(reads[0], parameters[1])
         shape = excess * excess / (excess + width)
@@ -140,11 +135,9 @@ class ThrustSpeedTerm(Term):
     """Thrust that changes otherwise with speed: parameter * T * (V/V_ref - 1)."""
 
     def value(self, reads: Values, states: Values, parameters: Values) -> Value:
-        del states
         return parameters[0] * reads[0] * (reads[1] / parameters[1] - 1.0)
 
     def jacobian(self, reads: Values, states: Values, parameters: Values) -> TermJacobian:
-        del states
         thrust, V = reads
         fade, reference = parameters
         ratio = V / reference
@@ -166,11 +159,9 @@ class ThrustErrorTerm(Term):
         return self.per_density * throttle * rho * (1.0 - V / self.zero_thrust_speed)
 
     def value(self, reads: Values, states: Values, parameters: Values) -> Value:
-        del states
         return parameters[0] * self._thrust(reads)
 
     def jacobian(self, reads: Values, states: Values, parameters: Values) -> TermJacobian:
-        del states
         throttle, rho, V = reads
         size = parameters[0] * self.per_density
         left = 1.0 - V / self.zero_thrust_speed
@@ -189,9 +180,7 @@ class OffsetTerm(Term):
     """A constant added to the target: a value of the aircraft file that is wrong."""
 
     def value(self, reads: Values, states: Values, parameters: Values) -> Value:
-        del reads, states
         return parameters[0]
 
     def jacobian(self, reads: Values, states: Values, parameters: Values) -> TermJacobian:
-        del reads, states, parameters
         return TermJacobian(reads=(), parameters=(1.0,))

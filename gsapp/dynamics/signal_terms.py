@@ -23,6 +23,8 @@ sits elsewhere than the aircraft file says, is an offset in the equations (targe
 The effects made of these terms are in `gsapp.dynamics.effects`.
 """
 
+# ruff: noqa: ARG002 - overridden methods, which use their arguments or not
+
 from __future__ import annotations
 
 import math
@@ -78,7 +80,6 @@ class SignalTerm(Term):
 
     def begin(self, signal: float, dt: float, parameters: tuple[float, ...]) -> list[float]:
         """Return the memory of a path on which the signal was constant so far."""
-        del dt, parameters
         return [signal]
 
     @abstractmethod
@@ -96,7 +97,6 @@ class SignalTerm(Term):
 
         Where the path lost it (clipping, play), the signal stands for it.
         """
-        del dt
         return _identity_response(signal, len(parameters))
 
 
@@ -115,11 +115,9 @@ class SwappedChannels(Term):
     pair: tuple[str, str]
 
     def value(self, reads: Values, states: Values, parameters: Values) -> Value:
-        del states, parameters
         return reads[1]
 
     def jacobian(self, reads: Values, states: Values, parameters: Values) -> TermJacobian:
-        del reads, states, parameters
         return TermJacobian(reads=(0.0, 1.0))
 
 
@@ -130,11 +128,9 @@ class MemorylessTerm(SignalTerm):
     def step(
         self, memory: list[float], signal: float, dt: float, parameters: tuple[float, ...]
     ) -> float:
-        del memory, dt
         return float(self.value((signal,), (), parameters))
 
     def respond(self, signal: FloatArray, dt: float, parameters: tuple[float, ...]) -> PathResponse:
-        del dt
         jacobian = self.jacobian((signal,), (), parameters)
         slope = np.broadcast_to(jacobian.reads[0], signal.shape)
         columns = [np.broadcast_to(column, signal.shape) for column in jacobian.parameters]
@@ -151,15 +147,12 @@ class ScaleFactor(MemorylessTerm):
     """Signal times a factor."""
 
     def value(self, reads: Values, states: Values, parameters: Values) -> Value:
-        del states
         return parameters[0] * reads[0]
 
     def jacobian(self, reads: Values, states: Values, parameters: Values) -> TermJacobian:
-        del states
         return TermJacobian(reads=(parameters[0],), parameters=(reads[0],))
 
     def invert(self, signal: FloatArray, dt: float, parameters: tuple[float, ...]) -> PathResponse:
-        del dt
         (factor,) = parameters
         if factor == 0.0:
             return _identity_response(signal, 1)
@@ -176,15 +169,12 @@ class SignReversal(MemorylessTerm):
     """Signal with the wrong sign."""
 
     def value(self, reads: Values, states: Values, parameters: Values) -> Value:
-        del states, parameters
         return -reads[0]
 
     def jacobian(self, reads: Values, states: Values, parameters: Values) -> TermJacobian:
-        del reads, states, parameters
         return TermJacobian(reads=(-1.0,))
 
     def invert(self, signal: FloatArray, dt: float, parameters: tuple[float, ...]) -> PathResponse:
-        del dt, parameters
         return PathResponse(
             values=-signal,
             parameters=np.empty((signal.size, 0)),
@@ -197,15 +187,12 @@ class Bias(MemorylessTerm):
     """Signal plus a constant."""
 
     def value(self, reads: Values, states: Values, parameters: Values) -> Value:
-        del states
         return reads[0] + parameters[0]
 
     def jacobian(self, reads: Values, states: Values, parameters: Values) -> TermJacobian:
-        del reads, states, parameters
         return TermJacobian(reads=(1.0,), parameters=(1.0,))
 
     def invert(self, signal: FloatArray, dt: float, parameters: tuple[float, ...]) -> PathResponse:
-        del dt
         return PathResponse(
             values=signal - parameters[0],
             parameters=np.full((signal.size, 1), -1.0),
@@ -218,11 +205,9 @@ class Saturation(MemorylessTerm):
     """Signal that stops at plus and minus a limit."""
 
     def value(self, reads: Values, states: Values, parameters: Values) -> Value:
-        del states
         return clip(reads[0], -parameters[0], parameters[0])
 
     def jacobian(self, reads: Values, states: Values, parameters: Values) -> TermJacobian:
-        del states
         signal, limit = reads[0], parameters[0]
         above = where(signal > limit, 1.0, 0.0)
         below = where(signal < -limit, 1.0, 0.0)
@@ -234,14 +219,12 @@ class Lag(SignalTerm):
     """First-order lag."""
 
     def value(self, reads: Values, states: Values, parameters: Values) -> Value:
-        del reads, parameters
         return states[0]
 
     def rates(self, reads: Values, states: Values, parameters: Values) -> tuple[Value, ...]:
         return ((reads[0] - states[0]) / _limit_time_constant(parameters[0]),)
 
     def steady_state(self, reads: Values, parameters: Values) -> tuple[Value, ...]:
-        del parameters
         return (reads[0],)
 
     def jacobian(self, reads: Values, states: Values, parameters: Values) -> TermJacobian:
@@ -259,7 +242,6 @@ class Lag(SignalTerm):
         )
 
     def begin(self, signal: float, dt: float, parameters: tuple[float, ...]) -> list[float]:
-        del dt, parameters
         return [signal, signal]
 
     def step(
@@ -325,7 +307,6 @@ class Delay(SignalTerm):
         )
 
     def steady_state(self, reads: Values, parameters: Values) -> tuple[Value, ...]:
-        del parameters
         return (reads[0], 0.0 * reads[0])
 
     def jacobian(self, reads: Values, states: Values, parameters: Values) -> TermJacobian:
@@ -395,7 +376,6 @@ class RateLimit(SignalTerm):
     """Signal that follows no faster than a limit."""
 
     def value(self, reads: Values, states: Values, parameters: Values) -> Value:
-        del reads, parameters
         return states[0]
 
     def rates(self, reads: Values, states: Values, parameters: Values) -> tuple[Value, ...]:
@@ -404,7 +384,6 @@ class RateLimit(SignalTerm):
         )
 
     def steady_state(self, reads: Values, parameters: Values) -> tuple[Value, ...]:
-        del parameters
         return (reads[0],)
 
     def jacobian(self, reads: Values, states: Values, parameters: Values) -> TermJacobian:
@@ -455,7 +434,6 @@ class Backlash(SignalTerm):
     """Free play: what comes out moves only when the play is used up."""
 
     def value(self, reads: Values, states: Values, parameters: Values) -> Value:
-        del reads, parameters
         return states[0]
 
     def rates(self, reads: Values, states: Values, parameters: Values) -> tuple[Value, ...]:
@@ -464,7 +442,6 @@ class Backlash(SignalTerm):
         return ((inside - states[0]) / SIMULATION.edge_rounding,)
 
     def steady_state(self, reads: Values, parameters: Values) -> tuple[Value, ...]:
-        del parameters
         return (reads[0],)
 
     def jacobian(self, reads: Values, states: Values, parameters: Values) -> TermJacobian:
@@ -484,13 +461,11 @@ class Backlash(SignalTerm):
     def step(
         self, memory: list[float], signal: float, dt: float, parameters: tuple[float, ...]
     ) -> float:
-        del dt
         half = 0.5 * parameters[0]
         memory[0] = min(max(memory[0], signal - half), signal + half)
         return memory[0]
 
     def respond(self, signal: FloatArray, dt: float, parameters: tuple[float, ...]) -> PathResponse:
-        del dt
         half = 0.5 * parameters[0]
         values = np.empty(signal.size)
         side = np.zeros(signal.size)

@@ -22,6 +22,8 @@ Targets
     ``sensor.<channel>``           the path of a measured signal, or of all those of a box
 """
 
+# ruff: noqa: ARG002 - overridden methods, which use their arguments or not
+
 from __future__ import annotations
 
 import importlib
@@ -92,7 +94,7 @@ TARGETS = (
 """What a term of the equations may add to."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True)
 class Parameter:
     """A number in a term that may be given, held, or estimated."""
 
@@ -142,12 +144,10 @@ class Term(ABC):
 
     def rates(self, reads: Values, states: Values, parameters: Values) -> tuple[Value, ...]:
         """Return the rates of the term's own states (none for a static term)."""
-        del reads, states, parameters
         return ()
 
     def steady_state(self, reads: Values, parameters: Values) -> tuple[Value, ...]:
         """Return the states at which their rates vanish for constant `reads`."""
-        del reads, parameters
         return ()
 
     @property
@@ -184,14 +184,12 @@ class LinearTerm(Term):
     """
 
     def value(self, reads: Values, states: Values, parameters: Values) -> Value:
-        del states
         total = parameters[0]
         for variable, parameter in zip(reads, parameters[1:], strict=True):
             total = total + variable * parameter
         return total
 
     def jacobian(self, reads: Values, states: Values, parameters: Values) -> TermJacobian:
-        del states
         return TermJacobian(reads=tuple(parameters[1:]), parameters=(1.0, *reads))
 
 
@@ -203,14 +201,12 @@ class Monomial(Term):
     scale: float = 1.0  # A fixed factor, such as a length of the aircraft.
 
     def value(self, reads: Values, states: Values, parameters: Values) -> Value:
-        del states
         total = self.scale * parameters[0]
         for variable, power in zip(reads, self.powers, strict=True):
             total = total * variable**power
         return total
 
     def jacobian(self, reads: Values, states: Values, parameters: Values) -> TermJacobian:
-        del states
         by_read = []
         for index, power in enumerate(self.powers):
             slope = self.scale * parameters[0] * power * reads[index] ** (power - 1)

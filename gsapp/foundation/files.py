@@ -1,4 +1,4 @@
-"""Writing files so that a reader never meets half of one, what of a folder is ours, shipped files."""
+"""Writing files so that a reader never meets half of one, and which files of a folder are ours."""
 
 from __future__ import annotations
 

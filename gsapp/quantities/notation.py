@@ -1,7 +1,8 @@
 """How quantities appear on screen and on paper: symbols, colors, flight time.
 
 Figures and tables on screen typeset a symbol (δe, α, Cmα with subscripts where the widget has
-them); text and files write its id (`de`, `alpha`, `Cm_alpha`).
+them); text and files write its id (`de`, `alpha`, `Cm_alpha`). Results keep their sentences in SI
+as they keep their values; who shows one converts the values in it, but not what stands in quotes.
 """
 
 from __future__ import annotations

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from gsapp.dynamics.effects.effect_registration import DELAY, TAU, one_parameter, register_term
+from gsapp.dynamics.effects.effect_registration import DELAY, TAU, register_term
 from gsapp.dynamics.signal_terms import (
     SURFACE_CHANNELS,
     Backlash,
@@ -13,7 +13,7 @@ from gsapp.dynamics.signal_terms import (
     ScaleFactor,
     SignalTerm,
 )
-from gsapp.dynamics.terms import EffectGuidance
+from gsapp.dynamics.terms import EffectGuidance, Parameter
 
 _COEFFICIENTS = {"de": "Cm", "da": "Cl", "dr": "Cn"}
 
@@ -30,7 +30,7 @@ def _register_controls() -> None:
                 title=f"{word} linkage has free play",
                 equation=f"{channel} moves only after the play of width slop",
                 states=("position",),
-                parameters=one_parameter("slop", "rad", 0.02, (0.0, 0.2), "full width of the play"),
+                parameters=(Parameter("slop", "rad", 0.02, (0.0, 0.2), "full width of the play"),),
                 target=target,
                 reads=reads,
             ),
@@ -38,8 +38,8 @@ def _register_controls() -> None:
                 id=f"control.{surface}.saturation",
                 title=f"{word} does not reach full travel",
                 equation=f"{channel} = limit({channel}, -limit, limit)",
-                parameters=one_parameter(
-                    "limit", "rad", 0.1, (0.0, 1.6), "largest deflection reached", 1.6
+                parameters=(
+                    Parameter("limit", "rad", 0.1, (0.0, 1.6), "largest deflection reached", 1.6),
                 ),
                 target=target,
                 reads=reads,
@@ -58,8 +58,8 @@ def _register_controls() -> None:
                 title=f"{word} servo is rate-limited",
                 equation=f"|{channel}'| <= limit",
                 states=("position",),
-                parameters=one_parameter(
-                    "limit", "rad/s", 1.0, (0.01, 100.0), "fastest deflection", 100.0
+                parameters=(
+                    Parameter("limit", "rad/s", 1.0, (0.01, 100.0), "fastest deflection", 100.0),
                 ),
                 target=target,
                 reads=reads,
@@ -77,8 +77,8 @@ def _register_controls() -> None:
                 id=f"control.{surface}.gearing",
                 title=f"{word} moves more or less than recorded",
                 equation=f"{channel} = gearing * recorded",
-                parameters=one_parameter(
-                    "gearing", "", 0.8, (-3.0, 3.0), "deflection over record", 1.0
+                parameters=(
+                    Parameter("gearing", "", 0.8, (-3.0, 3.0), "deflection over record", 1.0),
                 ),
                 target=target,
                 reads=reads,

@@ -25,12 +25,12 @@ BEYOND = "Seanor, section 4.2: left out of the linear build-up"
 
 _REFERENCE_SPEED = 28.956  # 95 ft/s, the middle of the flight-test speeds
 V_REF = Parameter(
-    name="V_ref",
-    unit="m/s",
-    default=_REFERENCE_SPEED,
-    bounds=(1.0, 300.0),
+    "V_ref",
+    "m/s",
+    _REFERENCE_SPEED,
+    (1.0, 300.0),
+    "speed at which the term is zero",
     neutral=_REFERENCE_SPEED,
-    description="speed at which the term is zero",
     free=False,
 )
 
@@ -71,11 +71,7 @@ def register_monomial(
             powers=tuple(power for _, power in factors),
             parameters=(
                 Parameter(
-                    name=name,
-                    unit="",
-                    default=default,
-                    bounds=(-200.0, 200.0),
-                    description="size of the term, angles in radians",
+                    name, "", default, (-200.0, 200.0), "size of the term, angles in radians"
                 ),
             ),
         ),
@@ -105,11 +101,7 @@ def register_offset(
             reads=(),
             parameters=(
                 Parameter(
-                    name=name,
-                    unit=unit,
-                    default=default,
-                    bounds=(-bound, bound),
-                    description="difference from the aircraft file",
+                    name, unit, default, (-bound, bound), "difference from the aircraft file"
                 ),
             ),
         )
@@ -117,26 +109,5 @@ def register_offset(
     register_effect(term_id, make, guidance)
 
 
-def one_parameter(
-    name: str,
-    unit: str,
-    default: float,
-    bounds: tuple[float, float],
-    description: str,
-    neutral: float = 0.0,
-) -> tuple[Parameter, ...]:
-    """Return the only parameter of a term."""
-    return (
-        Parameter(
-            name=name,
-            unit=unit,
-            default=default,
-            bounds=bounds,
-            description=description,
-            neutral=neutral,
-        ),
-    )
-
-
-TAU = one_parameter("tau", "s", 0.06, (0.0, 1.0), "time constant")
-DELAY = one_parameter("delay", "s", 0.05, (0.0, 0.5), "how late the signal is")
+TAU = (Parameter("tau", "s", 0.06, (0.0, 1.0), "time constant"),)
+DELAY = (Parameter("delay", "s", 0.05, (0.0, 0.5), "how late the signal is"),)

@@ -8,7 +8,6 @@ from gsapp.aircraft import Aircraft
 from gsapp.dynamics.effects.effect_registration import (
     DELAY,
     TAU,
-    one_parameter,
     register_offset,
     register_term,
 )
@@ -26,7 +25,7 @@ from gsapp.dynamics.signal_terms import (
     SignReversal,
     SwappedChannels,
 )
-from gsapp.dynamics.terms import EffectClass, EffectGuidance
+from gsapp.dynamics.terms import EffectClass, EffectGuidance, Parameter
 
 _UNITS = {
     "V": "m/s", "qbar": "Pa",
@@ -208,7 +207,7 @@ def _register_sensors() -> None:
                 id=f"sensor.{channel}.scale",
                 title=f"{name} has a scale error",
                 equation=f"{channel} recorded = scale * {channel}",
-                parameters=one_parameter("scale", "", 1.1, (-3.0, 3.0), "recorded over true", 1.0),
+                parameters=(Parameter("scale", "", 1.1, (-3.0, 3.0), "recorded over true", 1.0),),
                 target=target,
                 reads=reads,
             ),
@@ -216,8 +215,10 @@ def _register_sensors() -> None:
                 id=f"sensor.{channel}.bias",
                 title=f"{name} has an offset",
                 equation=f"{channel} recorded = {channel} + bias",
-                parameters=one_parameter(
-                    "bias", unit, bias, (-30.0 * bias, 30.0 * bias), "recorded minus true"
+                parameters=(
+                    Parameter(
+                        "bias", unit, bias, (-30.0 * bias, 30.0 * bias), "recorded minus true"
+                    ),
                 ),
                 target=target,
                 reads=reads,
@@ -244,13 +245,15 @@ def _register_sensors() -> None:
                 id=f"sensor.{channel}.clipping",
                 title=f"{name} reaches the end of its range",
                 equation=f"{channel} recorded = limit({channel}, -limit, limit)",
-                parameters=one_parameter(
-                    "limit",
-                    unit,
-                    clip_at,
-                    (0.0, 100.0 * clip_at),
-                    "largest size recorded",
-                    100.0 * clip_at,
+                parameters=(
+                    Parameter(
+                        "limit",
+                        unit,
+                        clip_at,
+                        (0.0, 100.0 * clip_at),
+                        "largest size recorded",
+                        100.0 * clip_at,
+                    ),
                 ),
                 target=target,
                 reads=reads,
@@ -283,12 +286,14 @@ def _register_boxes() -> None:
             title=_BOX_TITLES[box],
             equation=f"recorded(t) = true(t - delay) for {', '.join(channels)}",
             states=("x1", "x2"),
-            parameters=one_parameter(
-                "delay",
-                "s",
-                0.02,
-                (-0.2, 0.5),
-                "clock delay of the recorder; negative: early, recorded flights only",
+            parameters=(
+                Parameter(
+                    "delay",
+                    "s",
+                    0.02,
+                    (-0.2, 0.5),
+                    "clock delay of the recorder; negative: early, recorded flights only",
+                ),
             ),
             target=f"sensor.{box}",
             # Of any of its channels: each has a path of its own.

@@ -239,7 +239,9 @@ class BenchFault:
 
 
 def parse_bench_fault(text: str) -> BenchFault:
-    """Read a fault from one line, such as ``elevator_left:swapped:with=elevator_right``.
+    """Read what is wrong with an instrument before a flight, from one line.
+
+    ``CHANNEL:KIND``, and for two plugs that are swapped ``CHANNEL:swapped:with=CHANNEL``.
 
     Raise FlightError if it says something else.
     """
