@@ -164,34 +164,19 @@ def controls_of(
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class FlownCase:
-    """A case, flown: what the program gets, and what is true.
-
-    Attributes
-    ----------
-    case : Case
-    maneuvers : tuple of Maneuver
-    aircraft : Aircraft
-    model : Model or None
-        The baseline, where it is given.
-    truth : dict of str to float
-        Linear derivatives.
-    effects : mapping of str to float
-        Hidden effects and their true sizes.
-    shown : dict of str to dict of str to ndarray
-        By maneuver: what the instruments would have recorded without noise.
-    steady : dict of str to dict of str to ndarray
-        The same in still air, flown with the deflections that were measured: what a model that
-        lacks nothing computes.
-    """
+    """A case, flown: what the program gets, and what is true."""
 
     case: Case
     maneuvers: tuple[Maneuver, ...]
     aircraft: Aircraft
-    model: Model | None
-    truth: Mapping[str, float]
-    effects: Mapping[str, float]
+    model: Model | None  # The baseline, where it is given.
+    truth: Mapping[str, float]  # Linear derivatives.
+    effects: Mapping[str, float]  # Hidden effects and their true sizes.
     shown: Mapping[str, Mapping[str, FloatArray]]
+    """By maneuver: what the instruments would have recorded without noise."""
     steady: Mapping[str, Mapping[str, FloatArray]]
+    """The same in still air, flown with the deflections that were measured: what a model that lacks
+    nothing computes."""
 
 
 def truth_of(case: Case) -> dict[str, float]:
