@@ -16,14 +16,7 @@ from gsapp.quantities.constants import GRAVITY
 def small_amplitude_period(period: float, amplitude: float = 0.0, damping: float = 0.0) -> float:
     """Return the period (s) of the same pendulum undamped and at vanishing amplitude.
 
-    Parameters
-    ----------
-    period : float
-        As timed, s.
-    amplitude : float
-        Mean angle to either side, rad.
-    damping : float
-        Ratio zeta.
+    The amplitude is the mean angle to either side, rad; the damping the ratio zeta.
     """
     return period / (1.0 + amplitude**2 / 16.0) * math.sqrt(1.0 - damping**2)
 
@@ -116,14 +109,7 @@ def bifilar_inertia(swing: BifilarSwing) -> PendulumInertia:
 def product_of_inertia(vertical: float, ixx: float, izz: float, nose_up: float) -> float:
     """Return Ixz from the inertia about the vertical with the nose up by an angle (rad).
 
-    Parameters
-    ----------
-    vertical : float
-        By `bifilar_inertia`, tilted, kg m^2.
-    ixx, izz : float
-        kg m^2.
-    nose_up : float
-        rad.
+    `vertical` is by `bifilar_inertia`, tilted; all kg m^2.
     """
     s, c = math.sin(nose_up), math.cos(nose_up)
     return (vertical - ixx * s * s - izz * c * c) / (2.0 * s * c)

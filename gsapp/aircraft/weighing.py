@@ -123,20 +123,10 @@ def cg_from_axles(
 ) -> Weighing:
     """Return mass and place along x from two axles.
 
-    Parameters
-    ----------
-    front, rear : Support
-        Nose axle and main axle, or main axle and tail wheel; both main wheels on one scale, or
-        their readings added up.
-    pitch : MeasuredValue
-        Nose up on the scales, rad.
-    height : MeasuredValue
-        z of the CG in the same frame as the axles, m.
-
-    Raises
-    ------
-    FlightError
-        If a load is not positive, or the axles stand at one place.
+    They are nose axle and main axle, or main axle and tail wheel; both main wheels on one scale, or
+    their readings added up. `pitch` is nose up on the scales, rad; `height` z of the CG in the same
+    frame as the axles, m. Raise FlightError if a load is not positive, or the axles stand at one
+    place.
     """
     return _weigh((front, rear), pitch, LEVEL, height, axes=1)
 
@@ -158,17 +148,9 @@ def cg_from_three_points(
 
 
 def evaluate_weighing(record: WeighingRecord, axles: Axles | Mapping[str, Position]) -> Weighing:
-    """Return mass and CG from what a flight card holds.
+    """Return mass and CG from what a flight card holds, with the axles of the aircraft file.
 
-    Parameters
-    ----------
-    axles : Axles or mapping of str to position
-        Those of the aircraft file, m.
-
-    Raises
-    ------
-    FlightError
-        If the place of an axle is not known, or the readings do not make an aircraft.
+    Raise FlightError if the place of an axle is not known, or the readings do not make an aircraft.
     """
     places = {**axles, **record.axles}
     supports = tuple(

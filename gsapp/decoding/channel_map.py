@@ -173,19 +173,10 @@ def shipped_channel_maps() -> tuple[str, ...]:
 
 
 def load_channel_map(name_or_path: str | Path) -> ChannelMap:
-    """Read a channel map.
+    """Read a channel map: a path, or the name of a shipped map such as ``b777``.
 
-    Parameters
-    ----------
-    name_or_path : str or Path
-        A path, or the name of a shipped map such as ``b777``.
-
-    Raises
-    ------
-    FileProblemsError
-        If the map holds mistakes; all of them are named, with key path and remedy.
-    UnknownNameError
-        If there is neither such a file nor such a shipped map.
+    Raise FileProblemsError if it holds mistakes; all are named, with key path and remedy. Raise
+    UnknownNameError if there is neither such a file nor such a shipped map.
     """
     path = SHIPPED_CHANNEL_MAPS.find(name_or_path)
     raw = read_toml(path, _AnyTable).model_extra or {}

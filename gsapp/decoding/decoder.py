@@ -83,7 +83,7 @@ class Decoder:
     Parameters
     ----------
     channel_map : ChannelMap
-        Which field is which channel; of format ``mavlink``.
+        Of format ``mavlink``; raise FlightError if it is for files.
     certificates : mapping of str to Certificate, optional
         Calibration in force, by channel; else the shipped set that the map names. A calibrated
         source without its certificate yields volts only.
@@ -93,24 +93,6 @@ class Decoder:
         Rows per second.
     system : int, optional
         The flown system; else that of the channel map, or the first autopilot heard.
-
-    Attributes
-    ----------
-    sources : dict of str to ChannelSource
-        Every channel that it can yield, and where it comes from.
-    notices : list of Notice
-        What was noticed: restarts, outliers, other aircraft, unknown messages.
-    landed_state : LandedState
-        What the autopilot reports of flight and ground.
-    unknown : Counter of int
-        Frames of each message id that the dialect does not have.
-    data_stamp : int or None
-        Host time of the last frame or line that was decoded, microseconds since 1970.
-
-    Raises
-    ------
-    FlightError
-        If the map is for files, not for a link.
     """
 
     def __init__(
@@ -207,12 +189,9 @@ class Decoder:
     def feed(self, records: Sequence[RawRecordLike]) -> list[Block]:
         """Take records in the order of their arrival; return the rows that they complete.
 
-        Returns
-        -------
-        list of Block
-            Each with the channels of one message (or of one choice of sources). Blocks of a
-            channel follow each other without gap or overlap, but for pauses longer than
-            `DECODING.max_filled_pause`.
+        Each block has the channels of one message (or of one choice of sources). Blocks of a
+        channel follow each other without gap or overlap, but for pauses longer than
+        `DECODING.max_filled_pause`.
         """
         blocks: list[Block] = []
         self.health.feed(records)  # type: ignore[arg-type]

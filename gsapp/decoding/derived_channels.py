@@ -166,25 +166,14 @@ def select_derivations(available: Collection[str]) -> tuple[Derivation, ...]:
 def underivable_channels(available: Collection[str], lacking: Collection[str]) -> tuple[str, ...]:
     """Return what could be derived only if some more channels were there.
 
-    Parameters
-    ----------
-    available : collection of str
-        Channels that there are, derived ones among them.
-    lacking : collection of str
-        Channels that there would be, were their instruments calibrated.
+    Available are derived channels, too; lacking those that calibrated instruments would add.
     """
     whole = {*available, *lacking}
     return tuple(each.output for each in select_derivations(whole) if each.output not in whole)
 
 
 def source_instruments(measured: Collection[str]) -> dict[str, tuple[str, ...]]:
-    """Return the measured channels that each channel is computed from in the end.
-
-    Parameters
-    ----------
-    measured : collection of str
-        Channels that are not derived; each stands behind itself.
-    """
+    """Return the measured channels that each channel is computed from in the end."""
     behind: dict[str, tuple[str, ...]] = {name: (name,) for name in measured}
     for derivation in select_derivations(measured):
         inputs = (name for given in derivation.inputs for name in behind[given])
@@ -193,15 +182,10 @@ def source_instruments(measured: Collection[str]) -> dict[str, tuple[str, ...]]:
 
 
 class SlowInput:
-    """The latest sample of a slow channel before a row.
+    """The latest sample of a slow channel before a row, of several sources, the better first.
 
     A sample counts from the later of its stamp and the flight time at which it came. So it never
     matters for rows that were complete before it came, however the record is cut.
-
-    Parameters
-    ----------
-    sources : int
-        Number of sources, the better first.
     """
 
     def __init__(self, sources: int) -> None:

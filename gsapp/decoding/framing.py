@@ -126,12 +126,6 @@ class Framer:
     Every byte fed comes out exactly once, in order, in a `MavlinkFrame` or a `Residue`. Frames do
     not depend on how the stream was cut into pieces. Neither do the bytes of the residue, but a
     long stretch of it may come out as several adjacent pieces, so that nothing is held back.
-
-    Examples
-    --------
-    >>> framer = Framer()
-    >>> framer.feed(b"noise")
-    [Residue(offset=0, data=b'noise')]
     """
 
     def __init__(self) -> None:
@@ -154,18 +148,7 @@ class Framer:
         return self._offset
 
     def feed(self, data: bytes) -> list[MavlinkFrame | Residue]:
-        """Take the next bytes of the stream.
-
-        Parameters
-        ----------
-        data : bytes
-            Any number of bytes.
-
-        Returns
-        -------
-        list of Frame or Residue
-            All that is decided so far, in the order of the stream.
-        """
+        """Take the next bytes; return all that is decided so far, in the order of the stream."""
         self._buffer = self._buffer + data if self._buffer else bytes(data)
         return self._take(*self._scan(final=False))
 
@@ -445,13 +428,9 @@ class TextLine(NamedTuple):
 class LineFramer:
     r"""Split a byte stream into text lines and residue.
 
-    A line ends with LF, CR or CR LF. Lines that are not UTF-8, hold a NUL, or are longer than
-    `longest` are residue, whole. Every byte fed comes out exactly once, in order.
-
-    Parameters
-    ----------
-    longest : int
-        Bytes that a line may have, without its end.
+    A line ends with LF, CR or CR LF. Lines that are not UTF-8, hold a NUL, or have more than
+    `longest` bytes without their end are residue, whole. Every byte fed comes out exactly once,
+    in order.
     """
 
     def __init__(self, longest: int = 4096) -> None:

@@ -36,13 +36,7 @@ def column_index(places: Sequence[int] | npt.NDArray[np.intp]) -> ColumnIndex:
 
 
 class Grid:
-    """The times k / rate, in whole numbers.
-
-    Parameters
-    ----------
-    rate : float
-        Rows per second.
-    """
+    """The times k / rate, in whole numbers, for `rate` rows per second."""
 
     __slots__ = (
         "_table",
@@ -96,18 +90,12 @@ _NONE = np.empty((0, 0))
 
 
 class GridRows:
-    """Successive rows of one message's channels.
+    """Successive rows of one message's channels, from row `first` of the grid on.
 
-    Parameters
-    ----------
-    first : int
-        Index of the first row.
-    values : ndarray, shape (n, n_channels)
-        The rows; NaN in gaps. Those of rows on a `RowBatch` are there once it is laid.
-    silent : ndarray of bool, shape (n,), or None
-        Where the message was silent for longer than its patience; None for nowhere.
-    few : bool
-        Whether they are so few that more is computed from them number by number.
+    Values have the shape (n, n_channels); NaN in gaps. Those of rows on a `RowBatch` are there
+    once it is laid. `silent`, shape (n,), says where the message was silent for longer than its
+    patience; None for nowhere. `few` rows are so few that more is computed from them number by
+    number.
     """
 
     __slots__ = ("few", "first", "silent", "values")
@@ -144,13 +132,8 @@ class GridRows:
 class RowBatch:
     """Rows of several messages, to be laid together.
 
-    Each number of a row is ``start * (1 - share) + stop * share``.
-
-    Attributes
-    ----------
-    starts, stops, shares : list of float
-        The numbers of all rows, one row after the other. Who adds rows adds to all three alike,
-        and then calls `add`.
+    Each number of a row is ``start * (1 - share) + stop * share``. Who adds rows adds their
+    numbers, one row after the other, to `starts`, `stops` and `shares`, and then calls `add`.
     """
 
     __slots__ = ("_pieces", "shares", "starts", "stops")

@@ -57,14 +57,9 @@ class _Plan(NamedTuple):
 class Gridder:
     """Lays the samples of one message on the grid, as they come.
 
-    Parameters
-    ----------
-    circular : ndarray of bool, shape (m,)
-        Channels that go round: angles from -pi to pi. They come out in that range.
-    stepwise : ndarray of bool, shape (m,)
-        Channels that keep the former value.
-    fallback : int
-        Microseconds of silence after which another source counts; at least 2.5 periods.
+    Circular channels, shape (m,), are angles from -pi to pi and come out in that range; stepwise
+    ones keep the former value. After `fallback` us of silence, at least 2.5 periods, another source
+    counts.
 
     Attributes
     ----------
@@ -118,21 +113,10 @@ class Gridder:
         return max(self._fallback, self.period * 5 // 2)
 
     def feed(self, times: Sequence[int], nows: Sequence[int], values: FloatArray) -> list[GridRows]:
-        """Take samples and return the rows that they complete.
+        """Take samples, shape (n, m), none infinite; return the rows that they complete.
 
-        Parameters
-        ----------
-        times : sequence of int
-            Flight time of each sample, us.
-        nows : sequence of int
-            The latest flight time of any message when the sample came, us.
-        values : ndarray, shape (n, m)
-            The samples, none of them infinite.
-
-        Returns
-        -------
-        list of Rows
-            Usually one, or none; more where a long pause parts them.
+        Beside the flight time of each sample (us) stands the latest flight time of any message when
+        it came. Usually the rows are one piece, or none; more where a long pause parts them.
         """
         plans, place, passed_over = self._plan(times, nows)
         if not place:
@@ -158,21 +142,8 @@ class Gridder:
     ) -> list[GridRows]:
         """Take a few samples: as `feed`, with the same bits, quicker for some ten.
 
-        Parameters
-        ----------
-        times, nows
-            As for `feed`.
-        samples : sequence of sequences of float
-            The samples, none of them infinite. They are kept: the caller writes to them no more.
-        sheet : RowBatch
-            Where the rows are laid; their values are there once that is done.
-        complete : bool
-            Whether it is known that no number is missing.
-
-        Returns
-        -------
-        list of Rows
-            As of `feed`.
+        The samples are kept: the caller writes to them no more. The values of the rows are there
+        once the sheet is laid. `complete` says that no number is missing.
         """
         plans, place, passed_over = self._plan(times, nows)
         if not place:

@@ -219,15 +219,9 @@ class _Sender:
 class LinkHealth:
     """Count what a link carries.
 
-    Feed it raw records in their order; ask for a `report` whenever one is wanted.
-
-    Attributes
-    ----------
-    flown : tuple of int, or None
-        System and component of the flown aircraft, of which age, rate and loss are reported;
-        whoever decodes the frames sets it.
-    chosen : bool
-        Whether the crew or the channel map has named that system.
+    Feed it raw records in their order; ask for a `report` whenever one is wanted. Who decodes the
+    frames sets `flown`, system and component of the aircraft of which age, rate and loss are
+    reported, and `chosen`, whether the crew or the channel map has named that system.
     """
 
     def __init__(self) -> None:
@@ -267,13 +261,10 @@ class LinkHealth:
         return sum(sender.lost for sender in self._senders.values() if not sender.ground)
 
     def feed(self, records: Iterable[tuple[int, str, bytes]]) -> None:
-        """Count records.
+        """Count records in the order of their stamps.
 
-        Parameters
-        ----------
-        records : iterable of (int, str, bytes)
-            Stamp in microseconds, kind (``frame``, ``line``, ``residue``) and bytes, as
-            `gsapp.flight.raw_record.RawRecord` holds them, in the order of the stamps.
+        Each is a stamp in microseconds, a kind (``frame``, ``line``, ``residue``) and bytes, as
+        `gsapp.flight.raw_record.RawRecord` holds them.
         """
         for stamp, kind, data in records:
             if self.last_stamp is None:
@@ -453,14 +444,7 @@ class LinkHealth:
         return True
 
     def report(self, now_us: int | None = None) -> LinkReport:
-        """Return the state of the link.
-
-        Parameters
-        ----------
-        now_us : int, optional
-            The moment for ages and rates, microseconds of host time; by default that of the
-            last record.
-        """
+        """Return the state of the link at a host time (us), by default that of the last record."""
         now = now_us if now_us is not None else self.last_stamp or 0
         senders = tuple(
             self._sender_report(key, sender, now) for key, sender in sorted(self._senders.items())

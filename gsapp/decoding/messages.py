@@ -165,24 +165,12 @@ def _offset(dtype: np.dtype[np.void], field: str) -> int:
 
 
 def decode_columns(message_id: int, payloads: Sequence[bytes]) -> npt.NDArray[np.void]:
-    """Decode payloads of one message.
+    """Decode payloads of one message, as sent, to a structured array of shape (n,), read-only.
 
-    Parameters
-    ----------
-    payloads : sequence of bytes
-        As sent. MAVLink 2 cuts trailing zeros, MAVLink 1 has no extensions: what is missing is
-        zero. What is longer than the layout (a newer dialect) is cut.
-
-    Returns
-    -------
-    ndarray of void, shape (n,)
-        Structured: one field for each MAVLink field; arrays have shape (n, length). Text ends
-        at its trailing zeros. Read-only.
-
-    Raises
-    ------
-    UnknownNameError
-        If the dialect has no message of that id.
+    One field for each MAVLink field; arrays have shape (n, length). MAVLink 2 cuts trailing zeros,
+    MAVLink 1 has no extensions: what is missing is zero. What is longer than the layout (a newer
+    dialect) is cut. Text ends at its trailing zeros. Raise UnknownNameError if the dialect has no
+    message of that id.
     """
     dtype = message_layout(message_id).dtype
     size = dtype.itemsize
@@ -198,26 +186,11 @@ def decode_columns(message_id: int, payloads: Sequence[bytes]) -> npt.NDArray[np
 def number_reader(
     message_id: int, wanted: Sequence[tuple[str, int | None]]
 ) -> Callable[[bytes], tuple[float, ...]]:
-    """Return a function that takes numbers out of one payload of a message.
+    """Return a function that takes numbers, in the order wanted, out of one payload of a message.
 
-    The quick way for the few payloads that a live link gives at a time.
-
-    Parameters
-    ----------
-    wanted : sequence of (str, int or None)
-        Field, and element of it where it is an array. A number may be wanted more than once.
-
-    Returns
-    -------
-    callable
-        From a payload, as `decode_columns` takes it, to its numbers in the order wanted.
-
-    Raises
-    ------
-    UnknownNameError
-        If the dialect has no message of that id.
-    ValueError
-        If a field is text.
+    The quick way for the few payloads that a live link gives at a time. Wanted are fields, and the
+    element of each that is an array; a number may be wanted more than once. Raise UnknownNameError
+    if the dialect has no message of that id, ValueError if a field is text.
     """
     layout = message_layout(message_id)
     places = []

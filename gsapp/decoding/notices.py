@@ -59,18 +59,10 @@ class StatusTextAssembler:
         place: int,
         piece: bytes,
     ) -> list[StatusText]:
-        """Take one piece; return the texts that end by it.
+        """Take one piece that came at a host time; return the texts that end by it.
 
-        Parameters
-        ----------
-        stamp_us : int
-            Host time of its arrival.
-        system, component, severity : int
-            See `StatusText`.
-        number, place : int
-            Of the text, 0 where it has one piece only, and of the piece in it.
-        piece : bytes
-            Without zero bytes at its end.
+        `number` is that of the text, 0 where it has one piece only, `place` that of the piece in
+        it. The piece has no zero bytes at its end.
         """
         key = (system, component, number)
         ended: list[StatusText] = []

@@ -166,14 +166,9 @@ class _Join:
 
 
 class Pipeline:
-    """Everything after framing and timing.
+    """Everything after framing and timing, at `rate` rows per second.
 
-    Parameters
-    ----------
-    rate : float
-        Rows per second.
-    vehicle_time : callable
-        Whether the message of an entry carries the vehicle's time.
+    `vehicle_time` says whether the message of an entry carries the vehicle's time.
 
     Attributes
     ----------
@@ -242,18 +237,10 @@ class Pipeline:
     def push(
         self, stream: int, times: Sequence[int], nows: Sequence[int], columns: MessageColumns
     ) -> None:
-        """Take samples of one stream.
+        """Take samples of one of the `streams`.
 
-        Parameters
-        ----------
-        stream : int
-            Place in `streams`.
-        times : sequence of int
-            Flight times, us.
-        nows : sequence of int
-            Latest flight time of any message when each came, us.
-        columns : structured ndarray or mapping
-            Fields of the message.
+        Beside the flight time of each (us) stands the latest flight time of any message when it
+        came. Columns are the fields of the message, a structured array or a mapping.
         """
         values = self.streams[stream].convert(columns, len(times))
         for slow, source, column in self._slow_feeds[stream]:
@@ -265,12 +252,7 @@ class Pipeline:
     ) -> None:
         """Take a few samples of one stream: `push`, with the same bits, quicker for some ten.
 
-        Parameters
-        ----------
-        stream, times, nows
-            As for `push`.
-        samples : sequence of sequences of float
-            For each sample the numbers that the stream has `wanted`.
+        Each sample holds the numbers that the stream has `wanted`.
         """
         values, complete = self.streams[stream].convert_scalars(samples)
         for slow, source, column in self._slow_feeds[stream]:

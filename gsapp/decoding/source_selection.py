@@ -21,16 +21,9 @@ _FOREVER = 2**62
 
 
 class SourceSelector:
-    """Chooses among sources of the same channels.
+    """Chooses among sources of the same `width` channels, the better first.
 
-    Parameters
-    ----------
-    sources : sequence of Gridder
-        The better first. Their rows go to `push`.
-    width : int
-        Number of channels.
-    fallback : int
-        Microseconds that a source has for its first sample.
+    Their rows go to `push`. A source has `fallback` us for its first sample.
     """
 
     def __init__(self, grid: Grid, sources: Sequence[Gridder], width: int, fallback: int) -> None:
@@ -54,14 +47,8 @@ class SourceSelector:
     def pull(self, first: int | None, now: int, *, final: bool = False) -> list[GridRows]:
         """Return the rows that are decided.
 
-        Parameters
-        ----------
-        first : int or None
-            Flight time at which the record begins, us.
-        now : int
-            The latest flight time of any message, us.
-        final : bool
-            Whether nothing more will come.
+        `first` is the flight time at which the record begins, `now` the latest one of any message
+        (us); `final` says that nothing more will come.
         """
         if first is None or not (final or any(self._rows)):
             return []

@@ -26,12 +26,8 @@ class VehicleSelector:
 
     That is the system chosen, or else the first whose autopilot is heard: by its heartbeat, or by
     any other message of component 1. In a record without an autopilot it is the first system that
-    sends a mapped message. Once found it stays. Ground stations are never flown.
-
-    Parameters
-    ----------
-    decode : callable
-        Decodes a frame (host stamp, bytes) that waited until the flown system was known.
+    sends a mapped message. Once found it stays. Ground stations are never flown. `decode` decodes a
+    frame (host stamp, bytes) that waited until the flown system was known.
     """
 
     def __init__(
@@ -171,16 +167,9 @@ class LandedState:
         self._states: list[bool | None] = []
 
     def update(self, number: int, component: int, payload: bytes, time: float | None) -> None:
-        """Take in a message of the flown system.
+        """Take in a message of the flown system, with the flight time of its arrival (s), if any.
 
-        Parameters
-        ----------
-        number : int
-            Message id; others than the two are ignored.
-        payload : bytes
-            Zero bytes at its end may be missing.
-        time : float or None
-            Flight time of its arrival, s; None before there is one.
+        Other messages than the two are ignored; zero bytes at the end of a payload may be missing.
         """
         if number == HEARTBEAT_ID and is_vehicle(component, payload) and len(payload) > _BASE_MODE:
             armed = bool(payload[_BASE_MODE] & _ARMED)

@@ -55,10 +55,7 @@ class ModelErrorLocation:
 def effect_target(competitor: str) -> tuple[str, str]:
     """Return coefficient and channel at which a candidate enters; one of them is empty.
 
-    Parameters
-    ----------
-    competitor : str
-        Id of an effect, or ``unnamed.<coefficient or channel>.<terms>``.
+    Its id is that of an effect, or ``unnamed.<coefficient or channel>.<terms>``.
     """
     group, target, *rest = competitor.split(".")
     if group == "unnamed" and target in VIBRATING_CHANNELS:
@@ -78,13 +75,7 @@ def localize_model_errors(
 ) -> tuple[ModelErrorLocation, ...]:
     """Return, for the best candidate of each coefficient and instrument, what it gains where.
 
-    Those that gain most come first.
-
-    Parameters
-    ----------
-    fit : FilterErrorFit
-    screening : CandidateScreening
-        Of the same fit.
+    Those that gain most come first. The screening is of the same fit.
     """
     competitors, temper = screening.candidates, screening.gain_factor
     worth = temper * screening.gain + 2.0 * log_priors(competitors)
@@ -136,10 +127,7 @@ def coefficient_map(
 ) -> tuple[FloatArray, ...]:
     """Return, for each model, the RMS of missing coefficients over their floors.
 
-    Returns
-    -------
-    tuple of ndarray, shape (n_maneuvers, n_coefficients)
-        NaN where a coefficient cannot be had.
+    Shape (n_maneuvers, n_coefficients); NaN where a coefficient cannot be had.
     """
     steps = len(shown[0].missing) if shown else 0
     return tuple(
@@ -189,13 +177,7 @@ def find_disagreements(
 ) -> tuple[Disagreement, ...]:
     """Return the places where the baseline lacks more than noise and turbulence explain.
 
-    Parameters
-    ----------
-    shown : sequence of ManeuverHistories
-    found : sequence of ModelErrorLocation
-        The worst first.
-    false_alarm : float
-        Largest chance that is told.
+    Those found come the worst first; `false_alarm` is the largest chance that is told.
     """
     views = {one.id: one for one in shown}
     proven = [one for one in found if one.p_value < false_alarm and one.maneuver in views]

@@ -151,10 +151,12 @@ def eligible_effects(
 ) -> tuple[EffectRecord, ...]:
     """Return the effects that can compete; `excluded_effects` says why the others cannot.
 
+    They are of class A and B, in the order of the catalog. Derivatives of the linear build-up are
+    among them; the caller leaves out those that its baseline has free. Where the controls of the
+    aircraft are measured decides on the effects of the control path.
+
     Parameters
     ----------
-    aircraft : Aircraft
-        Where its controls are measured decides on the effects of the control path.
     channels : collection of str
         Channels recorded.
     moving : collection of str, optional
@@ -162,12 +164,6 @@ def eligible_effects(
     variants : bool
         Whether other forms of one effect (`EffectRecord.variant_of`) compete too. Beside the
         plain form they would only split its evidence.
-
-    Returns
-    -------
-    tuple of EffectRecord
-        Of class A and B, in the order of the catalog. Derivatives of the linear build-up are
-        among them; the caller leaves out those that its baseline has free.
     """
     reasons = excluded_effects(aircraft, channels, moving=moving, variants=variants)
     return tuple(one for one in all_effects() if one.id not in reasons)

@@ -139,15 +139,9 @@ def select_effect(
 ) -> EffectDecision:
     """Return what the competition comes to.
 
-    Parameters
-    ----------
-    screening : CandidateScreening
-    gain : ndarray, shape (n_competitors,)
-        Gains in the sum of squares, those of full fits put in.
-    least : float
-        Below this nothing is said.
-    temper : float
-        1 where the noise model holds; less where gains are exaggerated.
+    Gains in the sum of squares, those of full fits put in, have the shape (n_competitors,). Below
+    `least` nothing is said; `temper` is 1 where the noise model holds, less where gains are
+    exaggerated.
     """
     competitors = screening.candidates
     evidence = posterior_probabilities(competitors, _discount_lag_delay(competitors, gain) * temper)

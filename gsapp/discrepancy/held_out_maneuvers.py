@@ -136,14 +136,8 @@ class _Simulated:
 class HeldOutManeuvers:
     """The maneuvers kept out, seen through every model on the way.
 
-    Parameters
-    ----------
-    records : sequence of ManeuverRecord
-        Of all maneuvers.
-    ids : sequence of str
-        Of those kept out.
-    fits : sequence of FilterErrorFit
-        Baseline first, made without them.
+    The records are of all maneuvers, the ids those kept out; the fits, baseline first, were made
+    without them.
     """
 
     def __init__(

@@ -54,20 +54,10 @@ from gsapp.identification.maneuver import Maneuver
 
 
 class Investigation:
-    """Maneuvers made ready for any number of searches.
+    """Maneuvers of one or several flights of one aircraft, made ready for any number of searches.
 
-    Parameters
-    ----------
-    maneuvers : sequence of Maneuver
-        Of one aircraft; of one or several flights.
-    aircraft : Aircraft
-    model : Model, optional
-        The current model; without it the linear build-up is fitted.
-
-    Raises
-    ------
-    FlightError
-        If there are too few maneuvers to keep any out, or they hold too little.
+    Without a current model the linear build-up is fitted. Raise FlightError if there are too few
+    maneuvers to keep any out, or they hold too little.
     """
 
     def __init__(

@@ -139,15 +139,8 @@ def validate_on_held_out(
 ) -> tuple[list[SearchStage], HeldOutManeuvers]:
     """Return the stages that maneuvers kept out bear out, and those maneuvers under them.
 
-    Parameters
-    ----------
-    stages : sequence of SearchStage
-        The baseline first.
-    against : callable
-        Computes the maneuvers kept out under the models of stages.
-    forced : int
-        So many after the baseline stay.
-    false_alarm : float
+    The baseline comes first, and so many `forced` ones after it stay. `against` computes the
+    maneuvers kept out under the models of stages.
     """
     kept = list(stages)
     held = against(kept)
@@ -175,12 +168,10 @@ def is_contradicted(gain: float, found: float, share: float, least: float, apart
     ----------
     gain : float
         Of the log-likelihood on the maneuvers kept out.
-    found : float
-        Gain in the sum of squares on the maneuvers that named it.
+    found, least : float
+        Gain in the sum of squares on the maneuvers that named it, and below which nothing is named.
     share : float
         Samples kept out, for each of those that named it.
-    least : float
-        Gain below which nothing is named.
     apart : float
         Sum of squares between what the models with and without it expect there.
     """
@@ -204,19 +195,8 @@ def build_result(
 ) -> DiscrepancyResult:
     """Return the answer.
 
-    Parameters
-    ----------
-    stages : sequence of SearchStage
-        The baseline first.
-    held : HeldOutManeuvers
-        Maneuvers kept out, under the models of the stages.
-    maneuvers : sequence of Maneuver
-        All.
-    aircraft : Aircraft
-    model : Model, optional
-        The one that was given.
-    instruments : tuple of InstrumentRemark
-    false_alarm : float
+    The baseline is the first of the stages; `held` are the maneuvers kept out, under their models.
+    Maneuvers are all, `model` the one that was given.
     """
     effects = tuple(
         _found_effect(before, after, held, number, aircraft)

@@ -229,18 +229,12 @@ class DiscrepancyResult:
 def discrepancy_json(
     found: DiscrepancyResult, *, model: Path | str | None = None
 ) -> dict[str, Any]:
-    """Return what `found` says, as strict JSON can hold it.
+    """Return what `found` says, as strict JSON can hold it (DESIGN section 5): SI and radians.
 
-    Parameters
-    ----------
-    found : DiscrepancyResult
-    model : Path or str, optional
-        Where the revised model was written; null where it was not.
-
-    Returns
-    -------
-    dict
-        Numbers that are not finite are None.
+    Absent, and numbers that are not finite, are None. Beyond the fixed keys stand those that a
+    program would otherwise have to work out again: what each step closed, how good a candidate was
+    on maneuvers left out, whether an effect was forced. `model` is where the revised model was
+    written.
     """
     content = {
         "verdict": found.verdict,

@@ -31,12 +31,8 @@ def check_instruments(
 ) -> tuple[InstrumentRemark, ...]:
     """Return what the data compatibility check says, of maneuvers from all over the flights.
 
-    Parameters
-    ----------
-    maneuvers : sequence of Maneuver
-    try_signs : bool
-        Whether reversed and exchanged axes are looked for: most of the work, and of no use where a
-        model explains the flights down to the noise.
+    `try_signs` looks for reversed and exchanged axes: most of the work, and of no use where a model
+    explains the flights down to the noise.
     """
     settings = CompatibilitySettings(try_signs=try_signs, iterations=SEARCH.max_check_iterations)
     flown = sorted(maneuvers, key=lambda one: (one.flight, one.block.times[0]))
@@ -80,10 +76,10 @@ _SUBSTITUTE_CHANNELS = {"throttle": "thrust"}
 
 
 def check_maneuvers(maneuvers: Sequence[Maneuver], aircraft: Aircraft) -> None:
-    """Raise where nothing could be learned.
+    """Raise FlightError where nothing could be learned.
 
-    Raise FlightError if there are too few maneuvers, one of them is too short, a channel lacks
-    without which nothing can be said, or the flights are of another aircraft.
+    If there are too few maneuvers, one of them is too short, a channel lacks without which nothing
+    can be said, or the flights are of another aircraft.
     """
     if len(maneuvers) == 1:
         raise FlightError(
@@ -133,10 +129,9 @@ def moving_inputs(maneuvers: Sequence[Maneuver]) -> frozenset[str]:
 def check_forced_effects(
     forced: Sequence[str], aircraft: Aircraft, maneuvers: Sequence[Maneuver]
 ) -> None:
-    """Raise where an effect was asked for that these flights cannot show.
+    """Raise FlightError where an effect was asked for that these flights cannot show.
 
-    Raise FlightError: saying what to record or fly. Raise UnknownNameError if the catalog has no
-    such effect.
+    It says what to record or fly. Raise UnknownNameError if the catalog has no such effect.
     """
     channels: Collection[str] = {
         name for one in maneuvers for name in one.block.channels if one.has(name)
@@ -152,23 +147,13 @@ def check_forced_effects(
 
 
 def check_model_match(model: Model, maneuvers: Sequence[Maneuver]) -> None:
-    """Raise if a model gives quite another normal force than these maneuvers show.
+    """Raise FlightError if a model gives quite another normal force than these maneuvers show.
 
     Values that are 10 to 20 % wrong pass, and so does any single effect of the catalog; a model,
     an aircraft file or a speed that is of another aircraft does not. A vane that is mounted askew
     moves the level of the force and hardly its answer to what the pilot does; such flights pass.
-
-    Parameters
-    ----------
-    model : Model
-        The one that was given.
-    maneuvers : sequence of Maneuver
-        Those that hold a normal acceleration and an angle of attack count.
-
-    Raises
-    ------
-    FlightError
-        Saying by how much, and what to check.
+    Maneuvers that hold a normal acceleration and an angle of attack count. The sentence says by how
+    much, and what to check.
     """
     measured, modeled = [], []
     for one in maneuvers:

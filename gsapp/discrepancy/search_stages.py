@@ -86,12 +86,7 @@ def equivalent_effects_of(stage: SearchStage) -> tuple[str, ...]:
 def remove_misnamed_effects(stages: Sequence[SearchStage], forced: int) -> list[SearchStage]:
     """Take back names that leave much of their own structure unexplained.
 
-    Parameters
-    ----------
-    stages : sequence of SearchStage
-        The baseline first.
-    forced : int
-        So many after it were put in by hand, and stay.
+    The baseline comes first; so many `forced` stages after it were put in by hand, and stay.
     """
     kept = list(stages)
     crowded = _first_crowded_stage(kept)

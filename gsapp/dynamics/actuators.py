@@ -49,13 +49,9 @@ class ControlPosition(NamedTuple):
 def control_paths(
     aircraft: Aircraft, channel: str, effects: Sequence[tuple[Term, tuple[float, ...]]] = ()
 ) -> tuple[PathTerms, PathTerms]:
-    """Return the path from command to servo and from servo to surface.
+    """Return the path from command to servo and from servo to surface of a control.
 
-    Parameters
-    ----------
-    channel : {"de", "da", "dr", "flap"}
-    effects : sequence of (Term, tuple of float)
-        Effects of the model on this control, with their parameters.
+    The effects of the model on this control have their parameters with them.
     """
     control: Control = getattr(aircraft.controls, channel)
     name = next(word for word, known in SURFACE_CHANNELS.items() if known == channel)
@@ -84,16 +80,7 @@ def control_paths(
 
 
 class Actuator:
-    """One control, stepped sample by sample.
-
-    Parameters
-    ----------
-    channel : {"de", "da", "dr", "flap"}
-    dt : float
-        Sample time, s.
-    effects : sequence of (Term, tuple of float)
-        Effects of the model on this control.
-    """
+    """One control, ``de``, ``da``, ``dr`` or ``flap``, stepped every `dt` s, with its effects."""
 
     def __init__(
         self,
@@ -153,20 +140,10 @@ def _smooth(history: FloatArray, dt: float) -> FloatArray:
 
 
 def simulate_control_path(moved: PathTerms, recorded: FloatArray, dt: float) -> PathResponse:
-    """Return how a control acted, from a record that its sensor left as it was.
+    """Return how a control acted, from a record, shape (n,), that its sensor left as it was.
 
-    Parameters
-    ----------
-    moved : PathTerms
-        Effects on the control path (``FlightModel.control_terms``).
-    recorded : ndarray, shape (n,)
-    dt : float
-        Sample time, s.
-
-    Returns
-    -------
-    PathResponse
-        Columns of `parameters`: those of `moved`.
+    `moved` are effects on the control path (``FlightModel.control_terms``); the columns of
+    `parameters` are theirs.
     """
     terms = [
         (_SmoothedBacklash(term) if isinstance(term, Backlash) else term, values)
@@ -178,20 +155,10 @@ def simulate_control_path(moved: PathTerms, recorded: FloatArray, dt: float) -> 
 def reconstruct_deflection(
     shown: PathTerms, moved: PathTerms, recorded: FloatArray, dt: float
 ) -> PathResponse:
-    """Return how a control acted, from its record: its sensor undone, then its control path.
+    """Return how a control acted, from its record, shape (n,): sensor undone, then control path.
 
-    Parameters
-    ----------
-    shown, moved : PathTerms
-        Effects on the sensor (``FlightModel.sensor_terms``) and on the control path.
-    recorded : ndarray, shape (n,)
-    dt : float
-        Sample time, s.
-
-    Returns
-    -------
-    PathResponse
-        Columns of `parameters`: those of `shown`, then those of `moved`.
+    `shown` are effects on the sensor (``FlightModel.sensor_terms``), `moved` those on the control
+    path; the columns of `parameters` are those of `shown`, then those of `moved`.
     """
     true = invert_path(shown, recorded, dt)
     found = simulate_control_path(moved, true.values, dt)

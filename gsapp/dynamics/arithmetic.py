@@ -40,12 +40,10 @@ def where(condition: Any, yes: Value, no: Value) -> Value:
 
 
 class Dual:
-    """A value with its derivatives.
+    """A value, shape (n,), with its derivatives by m quantities, shape (n, m).
 
-    Parameters
-    ----------
-    value : ndarray, shape (n,)
-    derivative : ndarray, shape (n, m)
+    What is done to it is done to both, exactly. Used where the formula is short and its hand-made
+    derivative would be longer than the formula.
     """
 
     __slots__ = ("derivative", "value")

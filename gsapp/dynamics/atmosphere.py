@@ -109,18 +109,10 @@ class DrydenTurbulence:
     """Dryden turbulence along the flight path, stepped exactly for any step and speed.
 
     The longitudinal gust is a first-order process with the time constant L/V, the lateral and
-    vertical ones have the Dryden second-order shape (1 + sqrt(3) T s)/(1 + T s)^2, T = L/V. Each
-    is discretized with its exact transition and covariance, so that the variance is sigma^2 at
-    every step length and stays so while the speed changes.
-
-    Parameters
-    ----------
-    sigma : tuple of float
-        Standard deviations (u, v, w), m/s.
-    scale : tuple of float
-        Scale lengths (u, v, w), m. The default is that of low flight over a field.
-    seed : int
-        Of the random numbers.
+    vertical ones have the Dryden second-order shape (1 + sqrt(3) T s)/(1 + T s)^2, T = L/V. Each is
+    discretized with its exact transition and covariance, so that the variance is sigma^2 at every
+    step length and stays so while the speed changes. Standard deviations (u, v, w) are in m/s,
+    scale lengths in m; the default is that of low flight over a field.
     """
 
     def __init__(

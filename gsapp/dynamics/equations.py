@@ -72,12 +72,7 @@ def wind_axis_rates(
 ) -> tuple[Value, Value, Value]:
     """Return V', alpha', beta' (4.1.15)-(4.1.17), mended.
 
-    Parameters
-    ----------
-    X, Y, Z : float or ndarray
-        Forces without gravity along the body axes, N.
-    mass : float or ndarray
-        kg.
+    X, Y, Z are forces without gravity along the body axes, N; mass in kg.
     """
     V, a, b, p, q, r, phi, theta, _ = state
     m = array_namespace(V)
@@ -267,18 +262,8 @@ def body_rates(
 ) -> tuple[Value, Value, Value]:
     """Return u', v', w' (4.1.2), signs of UR and WP mended.
 
-    Parameters
-    ----------
-    velocity : tuple
-        u, v, w over the ground, along the body axes, m/s.
-    rates : tuple
-        p, q, r, rad/s.
-    force : tuple
-        X, Y, Z without gravity, N.
-    gravity : tuple
-        Components of gravity along the body axes, m/s^2.
-    mass : float or ndarray
-        kg.
+    All along the body axes: `velocity` over the ground, m/s; `rates` p, q, r, rad/s; `force` X, Y,
+    Z without gravity, N; `gravity`, m/s^2. Mass in kg.
     """
     u, v, w = velocity
     p, q, r = rates

@@ -286,14 +286,9 @@ class FlightModel:
     ) -> ModelEvaluation:
         """Return coefficients, loads and all else between states and rates.
 
-        Parameters
-        ----------
-        state : sequence
-            Polar states, then the terms' own; each a float or an array (n,).
-        inputs : sequence
-            In the order of `MODEL_INPUTS`.
-        parameters : sequence, optional
-            In the order of `parameter_names`; the model's own by default.
+        The state is polar states, then the terms' own, each a float or an array (n,); inputs are in
+        the order of `MODEL_INPUTS`, parameters in that of `parameter_names`, the model's own by
+        default.
         """
         values = self.defaults if parameters is None else parameters
         variables = self._variables(state, inputs)
@@ -369,14 +364,10 @@ class FlightModel:
         *,
         free: Sequence[str] | None = None,
     ) -> ModelJacobian:
-        """Return the exact total derivatives.
+        """Return the exact total derivatives; arguments as in `evaluate`.
 
-        Parameters
-        ----------
-        state, inputs, parameters
-            As in `evaluate`; single numbers count as arrays of length 1.
-        free : sequence of str, optional
-            The parameters by which to differentiate; all by default.
+        Single numbers count as arrays of length 1. `free` are the parameters by which to
+        differentiate; all by default.
         """
         values = self.defaults if parameters is None else parameters
         totals = self.evaluate(state, inputs, parameters)

@@ -89,14 +89,9 @@ def linearize(
 ) -> LinearModel:
     """Return the linear model about a trim.
 
-    Parameters
-    ----------
-    states : sequence of str, optional
-        From ``model.state_names``; all by default. What is left out is held.
-    inputs : sequence of str
-        From `gsapp.dynamics.flight_model.MODEL_INPUTS`.
-    outputs : sequence of str
-        From `gsapp.dynamics.sensors.OUTPUTS`, at the instruments' places.
+    Of the states, from ``model.state_names`` (all by default), what is left out is held. Inputs are
+    from `gsapp.dynamics.flight_model.MODEL_INPUTS`, outputs from `gsapp.dynamics.sensors.OUTPUTS`,
+    at the instruments' places.
     """
     chosen = model.state_names if states is None else tuple(states)
     output_model = OutputModel(model, outputs or ("V",))

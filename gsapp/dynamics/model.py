@@ -133,19 +133,10 @@ def shipped_models() -> tuple[str, ...]:
 
 
 def load_model(name_or_path: str | Path) -> Model:
-    """Read a model file.
+    """Read a model file: a path, or the name of a shipped model such as ``b777``.
 
-    Parameters
-    ----------
-    name_or_path : str or Path
-        A path, or the name of a shipped model such as ``b777``.
-
-    Raises
-    ------
-    FileProblemsError
-        If the file holds mistakes; all are named.
-    UnknownNameError
-        If there is neither such a file nor such a shipped model.
+    Raise FileProblemsError if the file holds mistakes; all are named. Raise UnknownNameError if
+    there is neither such a file nor such a shipped model.
     """
     path = SHIPPED_MODELS.find(name_or_path)
     model = read_toml(path, Model)

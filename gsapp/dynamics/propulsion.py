@@ -61,15 +61,7 @@ class EngineState(NamedTuple):
 
 
 class Engines:
-    """The engines of one aircraft, stepped sample by sample.
-
-    Parameters
-    ----------
-    dt : float
-        Sample time, s.
-    throttle : float
-        At which they run at the start, settled.
-    """
+    """The engines of one aircraft, stepped every `dt` s; at first they run settled at `throttle`."""
 
     def __init__(
         self, aircraft: Aircraft, dt: float, *, throttle: float = 0.0, running: bool = True
@@ -111,23 +103,12 @@ class Engines:
 
 
 def filter_first_order(inputs: FloatArray, decay: float, before: float) -> FloatArray:
-    """Return what follows inputs that are held between the samples.
+    """Return what follows inputs, shape (n,), that are held between the samples, with a lag.
 
-    Number by number: a filter by SciPy would load a package that takes a third of a second, which
-    a window waits for before its charts stand.
-
-    Parameters
-    ----------
-    inputs : ndarray, shape (n,)
-    decay : float
-        exp(-dt / tau), what is left of a step after one sample.
-    before : float
-        The output one sample before the first.
-
-    Returns
-    -------
-    ndarray, shape (n,)
-        ``(1 - decay) * input + decay * output before`` at every sample.
+    ``(1 - decay) * input + decay * output before`` at every sample, with `before` one sample before
+    the first; `decay` is exp(-dt / tau), what is left of a step after one sample. Number by number:
+    a filter by SciPy would load a package that takes a third of a second, which a window waits for
+    before its charts stand.
     """
     steps = ((1.0 - decay) * inputs).tolist()
     outputs = accumulate(steps, lambda output, step: step + decay * output, initial=before)

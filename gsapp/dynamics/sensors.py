@@ -40,14 +40,7 @@ _ACCELERATIONS = frozenset(("ax", "ay", "an"))
 def velocity_at(position: Vector, flow: Vector, rates: Vector) -> Vector:
     """Return the velocity through the air at a place on the aircraft.
 
-    Parameters
-    ----------
-    position : tuple
-        From the CG, m.
-    flow : tuple
-        u, v, w at the CG, m/s.
-    rates : tuple
-        p, q, r, rad/s.
+    The position is from the CG, m; `flow` is u, v, w there, m/s; `rates` p, q, r, rad/s.
     """
     x, y, z = position
     u, v, w = flow
@@ -84,14 +77,8 @@ def accelerations_at(
 ) -> Vector:
     """Return ax, ay, an (m/s^2; an positive up) as an accelerometer at a place reads them.
 
-    Parameters
-    ----------
-    position : tuple
-        From the CG, m.
-    specific_force : tuple
-        ax, ay, an at the CG, m/s^2.
-    rates, spin : tuple
-        p, q, r (rad/s) and their rates (rad/s^2).
+    The position is from the CG, m; `specific_force` is ax, ay, an there, m/s^2; `rates` and `spin`
+    p, q, r (rad/s) and their rates (rad/s^2).
     """
     x, y, z = position
     ax, ay, an = specific_force
@@ -155,16 +142,9 @@ def _spin(state: Sequence[Value], totals: ModelEvaluation) -> tuple[Value, Value
 class OutputModel:
     """Predicted measurements of a flight model, at the places of the instruments.
 
-    Parameters
-    ----------
-    channels : sequence of str
-        From `OUTPUTS`. V, qbar, alpha, beta, ax, ay, an are as their instruments show them where
-        they sit, relative to the CG with the model's offset; the rest belongs to the whole body.
-
-    Raises
-    ------
-    UnknownNameError
-        If a channel cannot be predicted.
+    Of the channels, from `OUTPUTS`, V, qbar, alpha, beta, ax, ay, an are as their instruments show
+    them where they sit, relative to the CG with the model's offset; the rest belongs to the whole
+    body. Raise UnknownNameError if a channel cannot be predicted.
     """
 
     def __init__(self, model: FlightModel, channels: Sequence[str]) -> None:
@@ -209,11 +189,8 @@ class OutputModel:
     ) -> tuple[FloatArray, FloatArray, ModelJacobian]:
         """Return values, total derivatives, and the differential of the equations.
 
-        Returns
-        -------
-        values : ndarray, shape (n, n_channels)
-        derivatives : ndarray, shape (n, n_channels, n_all)
-            By all states, then inputs, then the free parameters, as in `ModelJacobian`.
+        Shapes (n, n_channels) and (n, n_channels, n_all): by all states, then inputs, then the free
+        parameters, as in `ModelJacobian`.
         """
         differential = self.model.differentiate(state, inputs, parameters, free=free)
         count, n_states, n_all = differential.rates.shape

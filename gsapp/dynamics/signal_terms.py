@@ -529,13 +529,7 @@ PathTerms = tuple[tuple[SignalTerm, tuple[float, ...]], ...]
 
 
 class SignalPath:
-    """Terms one after another, running sample by sample.
-
-    Parameters
-    ----------
-    dt : float
-        Sample time, s.
-    """
+    """Terms one after another, running sample by sample, every `dt` s."""
 
     def __init__(self, terms: PathTerms, dt: float) -> None:
         self._terms = terms

@@ -85,16 +85,9 @@ class GroundContact(Protocol):
     ) -> tuple[Loads, bool]:
         """Return the loads on the aircraft about its CG, and whether weight is on the wheels.
 
-        Parameters
-        ----------
-        down : float
-            Depth of the CG below the runway (negative above it), m.
-        velocity, rates : tuple of float
-            Over the ground along the body axes (m/s); p, q, r (rad/s).
-        matrix : tuple of float
-            Body to Earth, row by row.
-        steer, brake : float
-            As commanded.
+        `down` is the depth of the CG below the runway (negative above it), m; `velocity` is over
+        the ground along the body axes, m/s; `rates` p, q, r, rad/s; `matrix` body to Earth, row by
+        row; `steer` and `brake` as commanded.
         """
         ...
 
@@ -164,6 +157,9 @@ class _Instant:
 class Simulator:
     """One aircraft in the air or on the ground.
 
+    Call `start_in_air` or `start_on_ground`, then `step` for every sample and `sample` for the
+    truth at that instant.
+
     Parameters
     ----------
     model : Model
@@ -177,11 +173,6 @@ class Simulator:
         Whether it stalls beyond the linear range; within it, nothing changes.
     dt : float
         Step, s.
-
-    Notes
-    -----
-    Call `start_in_air` or `start_on_ground`, then `step` for every sample and `sample` for the
-    truth at that instant.
     """
 
     def __init__(
@@ -226,22 +217,11 @@ class Simulator:
         commands: ControlCommands | None = None,
         fuel: float | None = None,
     ) -> None:
-        """Begin in flight, with servos and engines settled at `commands`.
+        """Begin in flight, with servos and engines settled at `commands`, all zero by default.
 
-        Parameters
-        ----------
-        V, alpha, beta : float
-            Relative to the air, m/s and rad.
-        rates, attitude : tuple of float
-            p, q, r (rad/s); phi, theta, psi (rad).
-        height : float
-            Of the CG above the runway, m.
-        position : tuple of float
-            North, east, m.
-        commands : ControlCommands, optional
-            Of surfaces and throttles; all at zero by default.
-        fuel : float, optional
-            On board, kg; the aircraft file's by default.
+        V, alpha, beta are relative to the air, m/s and rad; `rates` p, q, r, rad/s; `attitude` phi,
+        theta, psi, rad; `height` of the CG above the runway, `position` north and east, m; `fuel`
+        on board, kg, the aircraft file's by default.
         """
         quaternion = quaternion_from_euler(*(float(angle) for angle in attitude))
         u, v, w = (float(x) for x in body_from_polar(float(V), float(alpha), float(beta)))
@@ -587,15 +567,9 @@ def run_simulation(
 ) -> dict[str, FloatArray]:
     """Simulate and return the truth: channel -> array of shape (n,), ``time`` among them.
 
-    Parameters
-    ----------
-    simulator : Simulator
-        Started. It stands at the last sample afterwards.
-    commands : callable or mapping
-        A pilot, or histories of the fields of `ControlCommands`, one value for each step; what a
-        mapping leaves out stays as the simulator was started with.
-    duration : float, optional
-        s; for histories, their length by default.
+    The simulator is started, and stands at the last sample afterwards. Commands are a pilot, for a
+    duration in s, or histories of the fields of `ControlCommands`, one value for each step; what
+    they leave out stays as the simulator was started with.
     """
     if callable(commands):
         if duration is None:
@@ -635,6 +609,9 @@ def simulate_open_loop(
 ) -> FloatArray:
     """Integrate the polar equations for given histories of the inputs (RK4, plain floats).
 
+    Return the states, shape (n, n_states), in the order of ``model.state_names``; NaN from where
+    the motion left all bounds.
+
     Parameters
     ----------
     start : sequence of float
@@ -648,11 +625,6 @@ def simulate_open_loop(
         Sample time, s.
     parameters : sequence of float, optional
         In the order of ``model.parameter_names``.
-
-    Returns
-    -------
-    ndarray, shape (n, n_states)
-        In the order of ``model.state_names``; NaN from where the motion left all bounds.
     """
     rows = input_rows(model, inputs)
     state = [float(x) for x in start]

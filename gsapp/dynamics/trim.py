@@ -49,23 +49,18 @@ def trim(
 ) -> Trim:
     """Return the controls and attitude of steady straight flight or of a coordinated turn.
 
+    Raise FlightError if the aircraft cannot fly so; the sentence names what is wrong.
+
     Parameters
     ----------
-    V : float
-        True airspeed, m/s.
-    climb_angle : float
-        rad.
+    V, climb_angle : float
+        True airspeed, m/s; rad.
     bank : float
         rad; zero is straight flight without sideslip (the wings may lean a little if the model
         is not symmetric), anything else a turn with the ball in the middle. Without a rudder
         (`has_rudder`) it flies with what sideslip there is.
     rho, mass, flap : float
         Air density (kg/m^3), mass (kg; the aircraft file's by default), flap (rad).
-
-    Raises
-    ------
-    FlightError
-        If the aircraft cannot fly so; the sentence names what is wrong.
     """
     problems = find_unflyable_reasons(model.aircraft, model.model)
     if problems:

@@ -60,13 +60,7 @@ class FileProblem:
 
 
 class FileProblemsError(GroundStationError, ValueError):
-    """A file holds one or more mistakes, all of them named.
-
-    Parameters
-    ----------
-    problems : sequence of FileProblem
-        Every mistake found, in the order of the file.
-    """
+    """A file holds one or more mistakes, all of them named, in the order of the file."""
 
     def __init__(self, path: Path | str, problems: Sequence[FileProblem]) -> None:
         self.path = Path(path)
@@ -91,17 +85,9 @@ _REMEDIES = {
 
 
 def os_error_remedy(error: OSError, otherwise: str = "check the path and the permissions") -> str:
-    """Return what to do about an error of the system.
+    """Return what to do about an error of the system: the end of a sentence, without a period.
 
-    Parameters
-    ----------
-    otherwise : str
-        What to do where the error does not tell, as where the permissions are missing.
-
-    Returns
-    -------
-    str
-        The end of a sentence, without a period.
+    `otherwise` is what to do where the error does not tell, as where the permissions are missing.
     """
     return _REMEDIES.get(error.errno or 0, otherwise)
 
@@ -109,14 +95,8 @@ def os_error_remedy(error: OSError, otherwise: str = "check the path and the per
 def format_os_error(what: object, error: OSError, otherwise: str, *, verb: str = "written") -> str:
     """Return the sentence for a file or folder that could not be written.
 
-    Parameters
-    ----------
-    what : object
-        Path, or words that end in one.
-    otherwise : str
-        As for `os_error_remedy`.
-    verb : str
-        What could not be done with it.
+    `what` is a path, or words that end in one, and `verb` what could not be done with it;
+    `otherwise` as for `os_error_remedy`.
     """
     said = error.strerror or str(error)
     return f"{what} cannot be {verb} ({said}); {os_error_remedy(error, otherwise)}"

@@ -25,14 +25,9 @@ def on_termination_signal(act: Callable[[int], object], *, ctrl_c: bool = True) 
     """Call `act` with the number of every signal that asks this process to end.
 
     Ctrl-C, ``kill``, a terminal that closes, Ctrl-Break on Windows. Whoever started the process
-    under ``nohup`` wants it to outlive the terminal: that signal then stays ignored.
-
-    Parameters
-    ----------
-    act : callable
-        In the main thread, between two steps of Python.
-    ctrl_c : bool
-        Whether Ctrl-C is heard, too; else it goes on as `KeyboardInterrupt`.
+    under ``nohup`` wants it to outlive the terminal: that signal then stays ignored. It is called
+    in the main thread, between two steps of Python. Without `ctrl_c`, Ctrl-C goes on as
+    `KeyboardInterrupt`.
     """
     former = {}
     for name in _TERMINATION_SIGNALS[0 if ctrl_c else 1 :]:
@@ -70,17 +65,11 @@ def block_sigint() -> Iterator[None]:
 
 @contextmanager
 def exit_deadline(seconds: float, log: Path) -> Iterator[None]:
-    """End this process some time after the first signal of `on_termination_signal`.
+    """End this process some seconds after the first signal of `on_termination_signal`.
 
     That holds beyond this context, for threads that Python waits for as it exits. A thread of its
-    own hears the signal, since the main thread may be stuck where it hears none.
-
-    Parameters
-    ----------
-    seconds : float
-        From the signal on.
-    log : Path
-        Gets the traceback of every thread where the time was not enough; the exit code is 1 then.
+    own hears the signal, since the main thread may be stuck where it hears none. The log gets the
+    traceback of every thread where the time was not enough; the exit code is 1 then.
     """
     heard, wake = os.pipe()
     if sys.platform != "win32":  # where it is neither required nor, in Python 3.11, there
@@ -124,12 +113,9 @@ _BELOW_NORMAL = 0x4000  # BELOW_NORMAL_PRIORITY_CLASS
 
 
 def lower_priority(steps: int) -> None:
-    """Let this process yield to others of the user; where that is refused, nothing happens.
+    """Let this process yield to others of the user, by 1 to 19 steps; Windows knows but one.
 
-    Parameters
-    ----------
-    steps : int
-        By how much, 1 to 19; Windows knows but one step.
+    Where that is refused, nothing happens.
     """
     if sys.platform == "win32":
         import ctypes
@@ -157,14 +143,8 @@ def inhibit_sleep(why: str, *, screen: bool = False) -> Iterator[None]:
     """Ask the system not to fall asleep by itself; it may refuse, and then nothing happens.
 
     However this process ends, nothing stays behind. What the user does, closing the lid for one,
-    counts as before.
-
-    Parameters
-    ----------
-    why : str
-        What the system tells the user, where it can: ``recording 2026-05-12-a``.
-    screen : bool
-        Whether the screen is to stay lit, too. Only the desktop can do that on Linux.
+    counts as before. The system tells the user why, where it can: ``recording 2026-05-12-a``. With
+    `screen` the screen is to stay lit, too; only the desktop can do that on Linux.
     """
     if sys.platform == "win32":
         _set_execution_state(_CONTINUOUS | _SYSTEM | (_DISPLAY if screen else 0))
@@ -239,26 +219,8 @@ def start_detached_process(
 ) -> subprocess.Popen[bytes]:
     """Start a process that no Ctrl-C and no closed terminal of this one reaches.
 
-    Parameters
-    ----------
-    command : sequence of str
-        Program and arguments.
-    words : binary file
-        Where its complaints go, a Python's as UTF-8; what it prints is dropped.
-    folder : Path, optional
-        Where it works.
-    listens : bool
-        Whether it hears what is written to it.
-
-    Returns
-    -------
-    Popen
-        The process.
-
-    Raises
-    ------
-    OSError
-        If it cannot be started.
+    Its complaints go to `words`, a Python's as UTF-8; what it prints is dropped. With `listens` it
+    hears what is written to it. Raise OSError if it cannot be started.
     """
     flags = 0
     if sys.platform == "win32":

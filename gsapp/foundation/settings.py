@@ -19,15 +19,7 @@ from gsapp.foundation.toml import StrictModel
 
 
 class SettingError(FlightError):
-    """A setting has a value that it cannot have.
-
-    Parameters
-    ----------
-    field : str
-        Name of the setting.
-    words : str
-        What is wrong, and the remedy.
-    """
+    """A setting has a value that it cannot have; words say what is wrong, and the remedy."""
 
     def __init__(self, field: str, words: str) -> None:
         super().__init__(words)

@@ -174,15 +174,11 @@ _VALUES: Final = {system: _values(units) for system, units in _OTHER.items()}
 
 
 def convert_text_units(sentence: str, system: str) -> str:
-    """Return a sentence with its values in the units of a system.
-
-    Parameters
-    ----------
-    system : {"US", "SI"}
+    """Return a sentence with its values in the units of a system, ``US`` or ``SI``.
 
     Examples
     --------
-    >>> in_units("V below 26.2 m/s", "US")
+    >>> convert_text_units("V below 26.2 m/s", "US")
     'V below 86.0 ft/s'
     """
     units = _OTHER[system]

@@ -31,13 +31,8 @@ class HostClock:
     Stamps in one flight must rise: when the computer's clock is set back, they go on from where
     they were, at the right pace. A leap forward is followed. A clock that stands still between
     ticks (on Windows for up to 16 ms) is waited for, lest every stamp push it a little further.
-
-    Parameters
-    ----------
-    after_us : int
-        Every stamp is higher than this one (the last stamp of a flight that is continued).
-    wall_us : callable
-        The computer's clock, microseconds since 1970.
+    Every stamp is higher than `after_us` (the last stamp of a flight that is continued); `wall_us`
+    is the computer's clock, microseconds since 1970.
     """
 
     def __init__(

@@ -79,14 +79,8 @@ def diagnose_link(
 ) -> LinkDiagnosis | None:
     """Return why no aircraft is heard; None where the link carries what it is for.
 
-    Parameters
-    ----------
-    status : RecorderStatus
-        How the link fares.
-    others : iterable of str
-        Who is heard in place of an aircraft, in words; for MAVLink.
-    list_ports : callable
-        Gives the serial ports of this computer.
+    `others` are those heard in place of an aircraft, in words; for MAVLink. `list_ports` gives the
+    serial ports of this computer.
     """
     address = parse_link(status.link)
     kind = kind_of(address)
@@ -134,20 +128,8 @@ def _bytes(count: int) -> str:
 class LinkTest:
     """Opens a link in a thread of its own and keeps nothing but counts, until it is closed.
 
-    Parameters
-    ----------
-    link : str
-        The LINK.
-
-    Attributes
-    ----------
-    open_error : str
-        Why the link cannot be opened at all, in a sentence; empty where it can.
-
-    Raises
-    ------
-    LinkError
-        If it is none.
+    `open_error` says why the link cannot be opened at all; empty where it can. Raise LinkError if
+    it is none.
     """
 
     def __init__(self, link: str) -> None:

@@ -48,10 +48,7 @@ def list_serial_ports() -> Iterable[PortInfo]:
 def describe_port(port: object) -> str:
     """Return a port's name and what its USB device says of itself: product, maker, serial number.
 
-    Parameters
-    ----------
-    port : serial.tools.list_ports_common.ListPortInfo
-        Or anything with some of its attributes.
+    The port has some of the attributes of a `serial.tools.list_ports_common.ListPortInfo`.
     """
     name = str(getattr(port, "device", ""))
     known = [str(getattr(port, key, None) or "") for key in ("description", "manufacturer")]

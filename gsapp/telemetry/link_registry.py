@@ -81,19 +81,10 @@ def link_grammar() -> str:
 
 
 def parse_link(text: str) -> LinkAddress:
-    """Read a LINK.
+    """Read a LINK, such as ``udpin:0.0.0.0:14550`` or ``serial:/dev/ttyUSB0:57600``.
 
-    Parameters
-    ----------
-    text : str
-        For example ``udpin:0.0.0.0:14550`` or ``serial:/dev/ttyUSB0:57600``. A network link
-        without a host (``udpin:14550``) is on this computer only. A path that exists is a
-        flight.
-
-    Raises
-    ------
-    LinkError
-        If it is none of these; says what to write instead.
+    A network link without a host (``udpin:14550``) is on this computer only. A path that exists is
+    a flight. Raise LinkError if it is none of these; says what to write instead.
     """
     text = text.strip()
     name, colon, rest = text.partition(":")

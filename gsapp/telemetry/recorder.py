@@ -36,11 +36,6 @@ class PeerStream:
 
     Peers may send by turns and cut their frames anywhere; each is framed for itself. Offsets are
     those of the bytes in the order in which they came from all of them.
-
-    Parameters
-    ----------
-    framer : Framer or LineFramer
-        A new one.
     """
 
     def __init__(self, framer: Framer | LineFramer) -> None:
@@ -98,12 +93,6 @@ class Recorder:
 
     Parameters
     ----------
-    source : LinkSource
-        Where data come from.
-    writer : RawWriter
-        Where they go.
-    clock : Clock
-        Stamps and waits.
     heartbeat : bool
         Whether to send the ground station's sign of life once a second.
     on_status : callable
@@ -156,13 +145,8 @@ class Recorder:
     def run(self, stop: threading.Event, give_up: threading.Event | None = None) -> None:
         """Record until `stop` is set, the stop file appears, or the source has finished.
 
-        Parameters
-        ----------
-        stop : threading.Event
-            Set it to end; it is set in the end.
-        give_up : threading.Event, optional
-            Where the disk does not take the last data, it is tried on until this is set, or the
-            stop file appears again; at once without it.
+        `stop` is set in the end. Where the disk does not take the last data, it is tried on until
+        `give_up` is set, or the stop file appears again; without it that is given up at once.
         """
         reading = threading.Thread(target=self._read, name="reading", daemon=True)
         keeping = threading.Thread(target=self._keep, name="keeping", daemon=True)

@@ -84,21 +84,9 @@ def start_recorder(
 ) -> RecorderHandle:
     """Start a recorder in a process of its own, which goes on when this one ends.
 
-    Parameters
-    ----------
-    link : str
-        What to record.
-    folder : Path or str
-        The flight folder; made if missing, continued if it holds a record already.
-    heartbeat : bool, optional
-        See `gsapp.telemetry.recorder_process.record_link`.
-    while_held : Path, optional
-        A lock; the recorder ends soon after nobody holds it any more.
-
-    Raises
-    ------
-    LinkError
-        If it could not begin; says why.
+    The flight folder is made if missing, continued if it holds a record already. For `heartbeat`
+    see `gsapp.telemetry.recorder_process.record_link`. `while_held` is a lock; the recorder ends
+    soon after nobody holds it any more. Raise LinkError if it could not begin; says why.
     """
     parse_link(link)
     place = Path(folder).absolute()

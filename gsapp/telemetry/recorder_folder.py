@@ -83,17 +83,8 @@ class RecordingClaim:
     """Shows others that a folder is being recorded into: a lock in it, and a note elsewhere.
 
     The note lies in the runtime folder, with a lock of its own. It still leads to the recorder
-    where the flight folder cannot be seen any more.
-
-    Parameters
-    ----------
-    folder : Path
-        Made if missing.
-
-    Raises
-    ------
-    FlightError
-        If the folder cannot be written to, or is being recorded into.
+    where the flight folder, which is made if missing, cannot be seen any more. Raise FlightError if
+    the folder cannot be written to, or is being recorded into.
     """
 
     def __init__(self, folder: Path) -> None:
@@ -205,15 +196,10 @@ def claim_replacement_folder(former: Path, files: FolderFileCache) -> RecordingC
 
 @contextlib.contextmanager
 def rollback_on_failure(path: Path | str) -> Iterator[None]:
-    """Take away what was made inside if the flight cannot begin.
+    """Take away what was made inside of a flight folder if the flight cannot begin.
 
     What stood there before stays, and so does a folder into which anything was recorded, or
     another recorder records.
-
-    Parameters
-    ----------
-    path : Path or str
-        The flight folder that is made inside the context.
     """
     folder = Path(path).absolute()
     made = [each for each in (folder, *folder.parents) if not each.exists()]

@@ -50,13 +50,7 @@ def request_send(folder: Path, frame: bytes) -> None:
 
 
 class SendQueue:
-    """The recorder's side.
-
-    Parameters
-    ----------
-    folder : Path
-        The flight folder. What was asked for before is forgotten.
-    """
+    """The recorder's side, in its flight folder. What was asked for before is forgotten."""
 
     def __init__(self, folder: Path) -> None:
         self._path = folder / SEND_FILE

@@ -21,15 +21,8 @@ _DIVIDERS = {"excitation": 1.0, "battery": 0.2}
 class AnalogDigitalConverter:
     """Instruments' outputs into counts, and back through the certificates.
 
-    Parameters
-    ----------
-    certificates : mapping of str to Certificate
-        One for each input that is not a plain voltage.
-
-    Raises
-    ------
-    UnknownNameError
-        If a certificate is missing.
+    There is one for each input that is not a plain voltage; raise UnknownNameError if one is
+    missing.
     """
 
     def __init__(self, certificates: Mapping[str, Certificate]) -> None:
@@ -44,18 +37,10 @@ class AnalogDigitalConverter:
         self._certificates = dict(certificates)
 
     def volts(self, instruments: Mapping[str, FloatArray]) -> FloatArray:
-        """Return the converted volts of all inputs.
+        """Return the converted volts, shape (n, 20), of all inputs, by `calibration.adc.quantize`.
 
-        Parameters
-        ----------
-        instruments : mapping of str to ndarray, shape (n,)
-            What each instrument shows, SI; all of `DAQ_CHANNELS`. NaN is an open input, which the
-            converter reads as nothing.
-
-        Returns
-        -------
-        ndarray, shape (n, 20)
-            As `calibration.adc.quantize` gives them.
+        What each instrument shows, of all `DAQ_CHANNELS`, is in SI, shape (n,). NaN is an open
+        input, which the converter reads as nothing.
         """
         excitation = instruments["excitation"]
         columns = []

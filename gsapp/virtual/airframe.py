@@ -53,13 +53,7 @@ class Wheel:
 
 
 class LandingGear:
-    """Forces of the wheels on the aircraft.
-
-    Parameters
-    ----------
-    aircraft : Aircraft
-        Its length, span and mass give the size of the gear.
-    """
+    """Forces of the wheels; length, span and mass of the aircraft give the size of the gear."""
 
     ROLLING_FRICTION = 0.03
     BRAKE_FRICTION = 0.9
@@ -94,20 +88,9 @@ class LandingGear:
     ) -> tuple[Loads, bool]:
         """Return the loads of the ground, and whether a main wheel carries weight.
 
-        Parameters
-        ----------
-        down : float
-            Of the CG below the runway (negative above it), m.
-        velocity : tuple of float
-            Over the ground along the body axes, m/s.
-        rates : tuple of float
-            p, q, r, rad/s.
-        matrix : tuple of float
-            Body to Earth, row by row.
-        steer : float
-            -1 to 1, positive right.
-        brake : float
-            0 to 1.
+        `down` is the CG's depth below the runway (negative above it), m; `velocity` is over the
+        ground along the body axes, m/s; `rates` p, q, r, rad/s; `matrix` body to Earth, row by row;
+        `steer` -1 to 1, positive right; `brake` 0 to 1.
         """
         u, v, w = velocity
         p, q, r = rates
@@ -172,12 +155,7 @@ ONBOARD_CHANNELS = (
 class Airframe:
     """One aircraft, from standing on the runway to standing on it again.
 
-    Parameters
-    ----------
-    turbulence : float
-        Standard deviation of the gusts, m/s.
-    dt : float
-        Step, s.
+    `turbulence` is the standard deviation of the gusts, m/s; `dt` the step, s.
     """
 
     def __init__(

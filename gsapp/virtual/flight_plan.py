@@ -185,18 +185,9 @@ SHIPPED_PLANS = ShippedFiles(folder=Path(__file__).parent / "plans", kind="fligh
 
 
 def load_flight_plan(name_or_path: str | Path) -> FlightPlan:
-    """Read a flight plan.
+    """Read a flight plan: a path, or the name of a shipped one, ``default`` or ``short``.
 
-    Parameters
-    ----------
-    name_or_path : str or Path
-        A path, or the name of a shipped plan: ``default`` or ``short``.
-
-    Raises
-    ------
-    FileProblemsError
-        If the file holds mistakes; all are named.
-    UnknownNameError
-        If there is neither such a file nor such a shipped plan.
+    Raise FileProblemsError if the file holds mistakes; all are named. Raise UnknownNameError if
+    there is neither such a file nor such a shipped plan.
     """
     return read_toml(SHIPPED_PLANS.find(name_or_path), FlightPlan)

@@ -45,12 +45,8 @@ class AircraftHandling:
 class PitchController:
     """Keeps the flight path through the attitude, and the attitude through the stick.
 
-    Parameters
-    ----------
-    trim_error : float
-        Stick by which the trim lever is off at the start.
-    dt : float
-        Time between two calls, s.
+    `trim_error` is the stick by which the trim lever is off at the start; `dt` the time between two
+    calls, s.
     """
 
     def __init__(self, feel: AircraftHandling, trim_error: float, dt: float) -> None:

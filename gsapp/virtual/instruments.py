@@ -29,18 +29,8 @@ class EngineVibration:
     """Rates shaken by two or more engines out of balance.
 
     Imbalance pushes with the square of the speed; the rate that it shakes up grows with the
-    speed itself.
-
-    Parameters
-    ----------
-    amplitude : float
-        Of all engines together at `full_speed`, on each axis, rad/s.
-    full_speed : float
-        Of the engines, rad/s.
-    engines : int
-        How many.
-    random : numpy.random.Generator
-        For the phases at the start and the directions in which each engine shakes.
+    speed itself. `amplitude` is that of all engines together at `full_speed` (rad/s), on each axis,
+    rad/s; random are the phases at the start and the directions in which each engine shakes.
     """
 
     def __init__(
@@ -54,19 +44,9 @@ class EngineVibration:
         self._speed: FloatArray | None = None
 
     def vibration_rates(self, speeds: FloatArray, dt: float) -> FloatArray:
-        """Return the rates at the next samples.
+        """Return p, q, r (rad/s), shape (n, 3), at the next samples, `dt` s apart.
 
-        Parameters
-        ----------
-        speeds : ndarray, shape (n, engines)
-            Of the engines at these samples, rad/s.
-        dt : float
-            Between samples, s.
-
-        Returns
-        -------
-        ndarray, shape (n, 3)
-            p, q, r; rad/s.
+        The speeds of the engines at these samples are in rad/s, shape (n, engines).
         """
         if not len(speeds):
             return np.empty((0, 3))
@@ -237,14 +217,8 @@ class _Chain:
 class Instruments:
     """All instruments on the recorder of one aircraft, on one day.
 
-    Parameters
-    ----------
-    aircraft : Aircraft
-        Noise, bias, range, lag and delay of each.
-    dt : float
-        Between samples, s.
-    faults : sequence of SensorFault
-        What goes wrong, in the order in which it acts on the same instrument.
+    The aircraft file has noise, bias, range, lag and delay of each; samples are `dt` s apart.
+    Faults act in their order on the same instrument.
     """
 
     def __init__(
@@ -270,19 +244,10 @@ class Instruments:
     def read(
         self, exposed: Mapping[str, FloatArray], engine_speeds: FloatArray
     ) -> dict[str, FloatArray]:
-        """Return what the instruments show.
+        """Return what the instruments show before the converter, SI, shape (n,); NaN for nothing.
 
-        Parameters
-        ----------
-        exposed : mapping of str to ndarray, shape (n,)
-            What each instrument is exposed to, where it is; SI.
-        engine_speeds : ndarray, shape (n, 2)
-            Left and right, rad/s.
-
-        Returns
-        -------
-        dict of str to ndarray, shape (n,)
-            Before the converter; NaN where an instrument gives nothing.
+        What each is exposed to where it is has the shape (n,), SI; the speeds of the left and right
+        engine (n, 2), rad/s.
         """
         shaken = dict(
             zip(

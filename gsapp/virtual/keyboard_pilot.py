@@ -29,12 +29,7 @@ from gsapp.virtual.sticks import (
 class TrainingMission(Mission):
     """The pattern, again and again, until the trainee has had enough.
 
-    Parameters
-    ----------
-    plan : FlightPlan
-        Field, pattern and landing; its maneuvers are the trainee's to fly.
-    airborne : bool
-        Begin on the upwind leg of the pattern.
+    The maneuvers of the plan are the trainee's to fly. `airborne` begins on the upwind leg.
     """
 
     def __init__(self, plan: FlightPlan, random: np.random.Generator, *, airborne: bool) -> None:
@@ -130,16 +125,8 @@ def _joining_bank(leg: Leg, view: PilotView) -> float:
 class KeyboardPilot:
     """The `StickSource` of a training flight.
 
-    Parameters
-    ----------
-    plan : FlightPlan
-        Where the pattern lies; its maneuvers are left to the trainee.
-    feel : AircraftHandling
-        What the built-in pilot knows of the aircraft.
-    dt : float
-        Time between two moves, s.
-    airborne : bool
-        Whether the flight begins in the pattern.
+    The maneuvers of the plan are left to the trainee. `feel` is what the built-in pilot knows of
+    the aircraft, `dt` the time between two moves, s; `airborne` flights begin in the pattern.
     """
 
     def __init__(

@@ -85,13 +85,7 @@ def upwind_start(pattern: Pattern) -> tuple[float, float]:
 
 
 class Mission:
-    """The stages of one plan.
-
-    Parameters
-    ----------
-    random : numpy.random.Generator
-        For how each maneuver turns out.
-    """
+    """The stages of one plan; how each maneuver turns out is random."""
 
     def __init__(self, plan: FlightPlan, random: np.random.Generator) -> None:
         self._plan = plan

@@ -67,13 +67,7 @@ class PilotView:
 
 
 class RunwayFrame:
-    """The pilot's frame on the field.
-
-    Parameters
-    ----------
-    side : {"left", "right"}
-        Of the pattern.
-    """
+    """The pilot's frame on the field; the side of the pattern is ``left`` or ``right``."""
 
     def __init__(self, conditions: FieldConditions, side: str) -> None:
         self.heading = conditions.runway_heading
@@ -120,15 +114,7 @@ class _PerceptionError:
 
 
 class PilotPerception:
-    """Turns the situation into the pilot's view: late, drifting, worse with distance.
-
-    Parameters
-    ----------
-    plan : FlightPlan
-        The pilot's limits and the side of the pattern.
-    dt : float
-        Time between two looks, s.
-    """
+    """Turns the situation into the pilot's view every `dt` s: late, drifting, worse far away."""
 
     def __init__(
         self, plan: FlightPlan, runway: RunwayFrame, random: np.random.Generator, dt: float

@@ -96,13 +96,7 @@ def parse_sensor_fault(text: str) -> SensorFault:
 
 
 class SensorFaultInjector:
-    """A fault at work, stretch after stretch.
-
-    Parameters
-    ----------
-    dt : float
-        Between samples, s.
-    """
+    """A fault at work, stretch after stretch, on samples `dt` s apart."""
 
     def __init__(self, fault: SensorFault, dt: float, random: np.random.Generator) -> None:
         self.fault = fault

@@ -106,12 +106,8 @@ def _random_factor(error: float, random: np.random.Generator) -> float:
 class StickMotionModel:
     """One axis of one stick: second-order lag of the arm, and a hand that is never quite still.
 
-    Parameters
-    ----------
-    human : PilotLimits
-        `hand` is the whole lag, `residual` the size of the unrest.
-    dt : float
-        Time between two moves, s.
+    `human.hand` is the whole lag, `human.residual` the size of the unrest; `dt` the time between
+    two moves, s.
     """
 
     def __init__(self, human: PilotLimits, random: np.random.Generator, dt: float) -> None:
@@ -152,13 +148,7 @@ class KeyPositions:
 
 
 class KeyboardSticks:
-    """The transmitter in the trainee's hands.
-
-    Parameters
-    ----------
-    dt : float
-        Time between two moves, s.
-    """
+    """The transmitter in the trainee's hands, moved every `dt` s."""
 
     def __init__(self, dt: float) -> None:
         self._dt = dt

@@ -38,19 +38,10 @@ from gsapp.virtual.sticks import StickSource
 
 
 def add_hidden_effects(aircraft: Aircraft, model: Model, hide: Sequence[str] = ()) -> Model:
-    """Return the model that the virtual aircraft really follows.
+    """Return the model that the virtual aircraft really follows: with ``ID[:PARAM=VALUE,..]``.
 
-    Parameters
-    ----------
-    hide : sequence of str
-        Effects beyond it; values in SI and radians.
-
-    Raises
-    ------
-    UnknownNameError
-        If an effect or one of its parameters is unknown.
-    FlightError
-        If a value is not a number.
+    Values are in SI and radians. Raise UnknownNameError if an effect or one of its parameters is
+    unknown, FlightError if a value is not a number.
     """
     for text in hide:
         effect_id, parameters = parse_effect(text)
@@ -82,22 +73,10 @@ def parse_effect(text: str) -> tuple[str, dict[str, float]]:
 
 
 def compute_handling(model: FlightModel, speed: float, density: float) -> AircraftHandling:
-    """Return what a pilot knows.
+    """Return what a pilot knows of an aircraft, hidden effects included, who has flown this one.
 
-    Parameters
-    ----------
-    model : FlightModel
-        The aircraft, hidden effects included: it is this one that the pilot has flown.
-    speed : float
-        Airspeed at which it is flown, m/s.
-    density : float
-        Of the air, kg/m^3.
-
-    Raises
-    ------
-    FlightError
-        If the aircraft cannot fly level or turn at that speed, or answers the sticks the wrong
-        way round.
+    At an airspeed (m/s), in air of a density (kg/m^3). Raise FlightError if the aircraft cannot fly
+    level or turn at that speed, or answers the sticks the wrong way round.
     """
     level = trim(model, V=speed, rho=density)
     slower = trim(model, V=0.95 * speed, rho=density)
@@ -352,35 +331,11 @@ def simulate_flight(
     rate: float = 100.0,
     certificates: str | Path = "b777",
 ) -> VirtualFlight:
-    """Fly a plan from switching the box on to engines off.
+    """Fly a plan from switching the box on to engines off; return truth and measurement.
 
-    Parameters
-    ----------
-    plan, aircraft, model
-        The things themselves, files, or names of shipped ones.
-    seed : int
-        Same seed, same flight.
-    hide : sequence of str
-        Effects that the aircraft has beyond the model, each ``ID[:PARAM=VALUE,..]``.
-    faults : sequence of str
-        What goes wrong with the instruments besides what the plan says, each
-        ``CHANNEL:KIND[:PARAM=VALUE,..]``.
-    turbulence : float, optional
-        Standard deviation of the gusts, m/s; the plan's if left out.
-    rate : float
-        Samples a second, Hz.
-    certificates : str or Path
-        Folder or shipped set of calibration certificates.
-
-    Returns
-    -------
-    VirtualFlight
-        Truth and measurement at the same times.
-
-    Raises
-    ------
-    GroundStationError
-        If a file holds mistakes, an effect is unknown, or the aircraft cannot fly.
+    Plan, aircraft and model are the things themselves, files, or names of shipped ones; the rest is
+    as in `FlightSimulation`. Raise GroundStationError if a file holds mistakes, an effect is
+    unknown, or the aircraft cannot fly.
     """
     flight = FlightSimulation(
         plan if isinstance(plan, FlightPlan) else load_flight_plan(plan),

@@ -39,14 +39,9 @@ LINK_FOLDER: Final = "line"
 
 
 class RecorderLink:
-    """Hear what a recorder records from now on, and ask it to send.
+    """Hear what a running recorder records from now on, and ask it to send.
 
-    Parameters
-    ----------
-    handle : RecorderHandle
-        It runs.
-    own : bool
-        Whether it was started for this alone: it is then stopped, and its record thrown away.
+    One's `own` was started for this alone: it is then stopped, and its record thrown away.
     """
 
     def __init__(self, handle: RecorderHandle, *, own: bool) -> None:
@@ -99,18 +94,7 @@ class RecorderLink:
 
 
 def parse_log_link(text: str) -> LinkAddress:
-    """Read a LINK over which an autopilot can be asked for its logs.
-
-    Parameters
-    ----------
-    text : str
-        As typed.
-
-    Raises
-    ------
-    LinkError
-        If it is none, or one over which no such messages go.
-    """
+    """Read a LINK over which an autopilot can be asked for its logs; raise LinkError for others."""
     address = parse_link(text)
     if not kind_of(address).accepts_commands:
         raise LinkError(
@@ -131,21 +115,9 @@ def _is_orphaned(place: Path, ours: Path) -> bool:
 def open_recorder_link(link: str, flight: Path, folder: Path) -> RecorderLink:
     """Find the recorder that owns a link, or start one for as long as it is needed.
 
-    Parameters
-    ----------
-    link : str
-        The LINK; empty for that of the recorder at work on the flight.
-    flight : Path
-        The flight folder.
-    folder : Path
-        Of the download, whose lock is held; a recorder that is started records inside.
-
-    Raises
-    ------
-    FlightError
-        If no link is given and nothing records into the flight.
-    LinkError
-        If the link cannot be opened.
+    An empty link is that of the recorder at work on the flight. A recorder that is started records
+    inside the folder of the download, whose lock is held. Raise FlightError if no link is given and
+    nothing records into the flight, LinkError if the link cannot be opened.
     """
     at_work = find_recorder(flight)
     if at_work is not None:
@@ -190,24 +162,18 @@ class LogFetcher:
     """Fetches logs of the autopilot into the cache of a flight.
 
     A context: on leaving, the conversation is ended and a recorder started for it is stopped.
-    What came of a log that is not whole stays in the cache, so that the next one goes on.
+    What came of a log that is not whole stays in the cache, so that the next one goes on. Raise
+    FlightError or LinkError if there is no such flight, the link cannot be opened, or another
+    download is at work on this flight.
 
     Parameters
     ----------
-    flight : Path or str
-        The flight folder.
     link : str
         The LINK; empty for that of the recorder at work on the flight.
     stop : threading.Event, optional
         Set it, from any thread, to end what is going on.
     tell : callable
         Called a few times a second with a `DownloadState`.
-
-    Raises
-    ------
-    FlightError, LinkError
-        If there is no such flight, the link cannot be opened, or another download is at work on
-        this flight.
     """
 
     def __init__(
@@ -270,17 +236,8 @@ class LogFetcher:
     def select(self, number: int | None = None) -> LogEntry | None:
         """Return the log to fetch: that of a number, else the one begun nearest the flight.
 
-        Autopilots that do not know the time have it on none of their logs; their last one counts.
-
-        Returns
-        -------
-        LogEntry or None
-            None if stopped.
-
-        Raises
-        ------
-        LinkError
-            If there is no such log, or none at all.
+        None if stopped. Autopilots that do not know the time have it on none of their logs; their
+        last one counts. Raise LinkError if there is no such log, or none at all.
         """
         entries = self.list_logs()
         if self.stopped:
@@ -303,19 +260,10 @@ class LogFetcher:
         return min(dated, key=lambda entry: (abs(entry.time_utc - began), -entry.id))
 
     def fetch(self, entry: LogEntry) -> DownloadedLog | None:
-        """Fetch a log as far as it is not there yet.
+        """Fetch a log as far as it is not there yet; None if stopped.
 
-        Returns
-        -------
-        Fetched or None
-            None if stopped; what came is kept.
-
-        Raises
-        ------
-        LinkError
-            If nothing comes any more, or the recorder ends; what came is kept.
-        FlightError
-            If the disk refuses.
+        What came is always kept. Raise LinkError if nothing comes any more, or the recorder ends,
+        FlightError if the disk refuses.
         """
         self._part = PartialLog(self._scratch, entry)
         self._conversation.fetch(entry, self._part.missing)

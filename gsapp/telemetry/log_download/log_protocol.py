@@ -55,19 +55,10 @@ class DownloadState:
 
 
 class MissingRanges:
-    """Stretches of bytes that have not come, in order.
+    """Stretches of bytes of a file that have not come, in order; at first all, or those given.
 
-    Parameters
-    ----------
-    size : int
-        Of the whole file.
-    ranges : iterable of (int, int), optional
-        First byte and the one after the last, as `ranges` gave them; all if left out.
-
-    Raises
-    ------
-    ValueError
-        If they lie outside the file or over each other.
+    A stretch is its first byte and the one after the last. Raise ValueError if they lie outside the
+    file or over each other.
     """
 
     def __init__(self, size: int, stretches: Iterable[tuple[int, int]] | None = None) -> None:
@@ -110,21 +101,10 @@ class MissingRanges:
         return start < stop and bisect_right(self._stops, start) < bisect_left(self._starts, stop)
 
     def next_range(self, position: int, most: int, join: int) -> tuple[int, int] | None:
-        """Return what to ask for next: the first missing stretch at or after a position.
+        """Return what to ask for next: the first missing stretch at or after a position, or None.
 
-        Parameters
-        ----------
-        position : int
-            From here on; from the beginning where nothing is missing beyond.
-        most : int
-            Bytes at once.
-        join : int
-            Missing stretches no farther apart than this are asked for as one.
-
-        Returns
-        -------
-        tuple of int or None
-            First byte and the one after the last; None where nothing is missing.
+        It begins anew where nothing is missing beyond, and is at most `most` bytes long. Missing
+        stretches no farther apart than `join` are asked for as one.
         """
         if not self._starts:
             return None
@@ -140,22 +120,10 @@ class MissingRanges:
 
 
 class LogDownloadProtocol:
-    """Asks for the list of logs, then for one of them.
+    """Asks for the list of logs (`entries`, by number), then for one of them.
 
     Nothing happens by itself: `receive_frame` is given what comes, `pending_requests` returns what
-    is to be sent.
-
-    Parameters
-    ----------
-    keep : callable
-        Called with offset and bytes of what came new.
-
-    Attributes
-    ----------
-    phase : str
-        See `DownloadState`.
-    entries : dict of int to LogEntry
-        The logs, by number.
+    is to be sent. `keep` is called with offset and bytes of what came new.
     """
 
     def __init__(self, keep: Callable[[int, bytes], None]) -> None:

@@ -19,19 +19,8 @@ class PartialLog:
     """The bytes that have come, and a note of those that have not.
 
     The note is never ahead of the bytes: it is written after they are on the disk. Whatever kills
-    the program, at most the last seconds are asked for again.
-
-    Parameters
-    ----------
-    folder : Path
-        Where it lies; made if missing.
-    entry : LogEntry
-        The log. What lies there of the very same one is gone on with.
-
-    Raises
-    ------
-    FlightError
-        If the folder cannot be written to.
+    the program, at most the last seconds are asked for again. What lies in the folder of the very
+    same log is gone on with. Raise FlightError if the folder cannot be written to.
     """
 
     def __init__(self, folder: Path, entry: LogEntry) -> None:
@@ -77,17 +66,9 @@ class PartialLog:
         self._stream.close()
 
     def finish(self) -> Path:
-        """Give the whole log its name, and forget the note.
+        """Give the whole log its name, with the ending that its first bytes call for.
 
-        Returns
-        -------
-        Path
-            With the ending that its first bytes call for.
-
-        Raises
-        ------
-        FlightError
-            If it is of no kind that can be read, or the disk refuses.
+        Raise FlightError if it is of no kind that can be read, or the disk refuses.
         """
         self.save()
         self.close()

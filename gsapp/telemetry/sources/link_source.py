@@ -37,13 +37,6 @@ class Chunk(NamedTuple):
 class LinkSource(ABC):
     """A source of bytes.
 
-    Parameters
-    ----------
-    address : LinkAddress
-        The link.
-    clock : Clock
-        Stamps and waits.
-
     Attributes
     ----------
     framing : {"mavlink", "text"}
@@ -215,17 +208,9 @@ class ReconnectingSource(LinkSource):
 
 
 def send_to_each(peers: Iterable[tuple[str, Callable[[], object]]]) -> None:
-    """Send to several peers; one that cannot be reached does not keep it from the others.
+    """Send to several peers, each a name and what sends to it.
 
-    Parameters
-    ----------
-    peers : iterable of (str, callable)
-        The name of each, and what sends to it.
-
-    Raises
-    ------
-    LinkError
-        If some could not be reached; names them.
+    One that cannot be reached does not keep it from the others; raise LinkError that names them.
     """
     refused = []
     for name, send in peers:

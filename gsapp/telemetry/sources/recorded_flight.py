@@ -21,15 +21,8 @@ _MOST_AT_ONCE = 256
 class RecordedSource(LinkSource):
     """Play the raw files of a flight folder, or a ``.tlog``.
 
-    Parameters
-    ----------
-    address : LinkAddress
-        With the path.
-    clock : Clock
-        Stamps and waits.
-    speed : float
-        1 is the pace of the flight; infinite is as fast as it is read. Pauses in the record of
-        more than ten seconds are cut to ten.
+    A speed of 1 is the pace of the flight; infinite is as fast as it is read. Pauses in the record
+    of more than ten seconds are cut to ten.
     """
 
     def __init__(self, address: LinkAddress, *, clock: Clock, speed: float = 1.0) -> None:

@@ -61,18 +61,8 @@ class SerialSource(ReconnectingSource):
     """Read a serial port.
 
     Once opened, its USB vendor, product and serial number are kept: when it is unplugged, it is
-    looked for by these, since it often comes back as another device.
-
-    Parameters
-    ----------
-    address : LinkAddress
-        With path and baud rate.
-    clock : Clock
-        Stamps and waits.
-    ports : callable
-        Gives the ports that are plugged in.
-    opener : callable
-        Opens path and baud rate.
+    looked for by these, since it often comes back as another device. `ports` gives the ports that
+    are plugged in, `opener` opens path and baud rate.
     """
 
     longest_wait = 1.0  # somebody stands there with the plug in the hand

@@ -89,15 +89,7 @@ class Potentiometer:
 
 
 class Linkage:
-    """The play between a surface and the shaft of its potentiometer.
-
-    Parameters
-    ----------
-    play : float
-        deg.
-    shaft : float
-        Where the shaft stands, deg.
-    """
+    """The play (deg) between a surface and the shaft of its potentiometer, which stands somewhere."""
 
     def __init__(self, play: float, shaft: float) -> None:
         self._half = 0.5 * play

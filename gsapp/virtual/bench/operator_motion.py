@@ -184,10 +184,7 @@ Direction = tuple[float, float, float]
 class BenchAttitude:
     """The aircraft between the hands that lay and turn it, one movement after the other.
 
-    Parameters
-    ----------
-    hands : numpy.random.Generator
-        How exactly they do it.
+    How exactly they do it comes from the random numbers of `hands`.
     """
 
     def __init__(self, hands: np.random.Generator) -> None:
@@ -246,19 +243,9 @@ class BenchAttitude:
         return turning.end
 
     def motion(self, times: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return what happens at successive samples.
+        """Return specific force ax, ay, an (g) and rates p, q, r (deg/s), shape (n, 3) each.
 
-        Parameters
-        ----------
-        times : ndarray, shape (n,)
-            s, after those of the call before.
-
-        Returns
-        -------
-        force : ndarray, shape (n, 3)
-            Specific force ax, ay, an, g.
-        rates : ndarray, shape (n, 3)
-            p, q, r, deg/s.
+        Times (s), shape (n,), come after those of the call before.
         """
         up = np.tile(self._up, (times.size, 1))
         rates = np.zeros((times.size, 3))

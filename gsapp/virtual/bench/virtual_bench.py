@@ -110,10 +110,7 @@ class BenchWeather:
 class Pitot:
     """What the pitot feels: a light gusty wind, nothing under its cover, or a breath.
 
-    Parameters
-    ----------
-    gust_phases : ndarray, shape (3,)
-        Of the gusts, rad.
+    The phases of the gusts have the shape (3,), rad.
     """
 
     def __init__(self, gust_phases: FloatArray) -> None:
@@ -148,6 +145,9 @@ class Pitot:
 class VirtualBench:
     """An aircraft on the ground whose surfaces are moved by hand.
 
+    `potentiometers` (by channel), `gyros` (deg/s), `accelerometers` (g) and `pressures` (by
+    channel, Pa) are as they really are, reversed ones included.
+
     Parameters
     ----------
     seed : int
@@ -156,15 +156,6 @@ class VirtualBench:
         Whose gyros and accelerometers; a file, or the name of a shipped one.
     setting_error : float
         Standard deviation with which the protractor is set, deg.
-
-    Attributes
-    ----------
-    potentiometers : dict of str to Potentiometer
-        As they really are, by channel, reversed ones included.
-    gyros, accelerometers : SensorTriad
-        As they really are; deg/s and g.
-    pressures : dict of str to Transducer
-        As they really are; Pa.
     """
 
     def __init__(
@@ -272,26 +263,11 @@ class VirtualBench:
     # --- what hands do --------------------------------------------------------------------------
 
     def set_angle(self, channel: str, angle: float, *, hold: bool = False) -> float:
-        """Set a surface or vane to an angle by hand.
+        """Set one of the `POTENTIOMETERS` to an angle by hand; return how long it takes, s.
 
-        Parameters
-        ----------
-        channel : str
-            One of `POTENTIOMETERS`.
-        angle : float
-            As read off the protractor, deg. The stops end it.
-        hold : bool
-            Keep it in the hand, which trembles, until `release`; otherwise it is let go there.
-
-        Returns
-        -------
-        float
-            How long it takes, s.
-
-        Raises
-        ------
-        FlightError
-            If it is no surface.
+        The angle is as read off the protractor, deg; the stops end it. With `hold` it is kept in
+        the hand, which trembles, until `release`; otherwise it is let go there. Raise FlightError
+        if it is no surface.
         """
         name = _surface(channel)
         here = float(self._settings[name].angles(np.array([self.time]))[0])
@@ -312,26 +288,12 @@ class VirtualBench:
         return self._attitude.move_to_position(position, self.time) - self.time
 
     def rotate(self, channel: str, angle: float, *, seconds: float | None = None) -> float:
-        """Turn the aircraft on its table.
+        """Turn the aircraft on its table; return how long it takes with all that goes before, s.
 
-        Parameters
-        ----------
-        channel : str
-            ``p``, ``q`` or ``r``: the axis, which is brought upright first where it is not.
-        angle : float
-            deg, right-handed about the body axis: right wing down, nose up, nose right.
-        seconds : float, optional
-            For the turn itself; about 30 deg/s by default.
-
-        Returns
-        -------
-        float
-            How long it takes with all that goes before, s.
-
-        Raises
-        ------
-        FlightError
-            If it is no axis, or the turn takes no time.
+        The axis of ``p``, ``q`` or ``r`` is brought upright first where it is not. The angle is in
+        deg, right-handed about the body axis: right wing down, nose up, nose right. The turn itself
+        takes `seconds`, at about 30 deg/s by default. Raise FlightError if it is no axis, or the
+        turn takes no time.
         """
         self._held = ""
         return self._attitude.rotate(channel, angle, seconds, self.time) - self.time
@@ -350,17 +312,9 @@ class VirtualBench:
     # --- what the box converts ------------------------------------------------------------------
 
     def advance(self, ticks: int) -> FloatArray:
-        """Go on and return the converter's volts.
+        """Go on for ticks, a hundred a second; return the converter's volts, shape (ticks, 20).
 
-        Parameters
-        ----------
-        ticks : int
-            A hundred a second.
-
-        Returns
-        -------
-        ndarray, shape (ticks, 20)
-            V, in the order of `gsapp.virtual.ad_converter.DAQ_CHANNELS`.
+        V, in the order of `gsapp.virtual.ad_converter.DAQ_CHANNELS`.
         """
         times = (self._ticks + np.arange(ticks)) / VIRTUAL.bench_rate
         # Row by row, so that the numbers do not depend on how far it goes at a time.
@@ -383,12 +337,9 @@ class VirtualBench:
         return quantize(volts)
 
     def step(self, seconds: float) -> Block:
-        """Go on for some time; return what a session's history would hold of it.
+        """Go on for some time (s); return what a session's history would hold of it.
 
-        Returns
-        -------
-        Block
-            ``<instrument>_volts`` of all instruments and ``excitation``, V.
+        ``<instrument>_volts`` of all instruments and ``excitation``, V.
         """
         first = self._ticks
         volts = self.advance(round(seconds * VIRTUAL.bench_rate))

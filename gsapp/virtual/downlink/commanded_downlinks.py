@@ -40,18 +40,9 @@ help"""
 
 
 def execute_bench_command(bench: VirtualBench, line: str) -> str:
-    """Do what a line says, and return what is answered.
+    """Do what one of the lines of `BENCH_HELP` says, and return what is answered.
 
-    Parameters
-    ----------
-    bench : VirtualBench
-    line : str
-        One of `BENCH_HELP`.
-
-    Raises
-    ------
-    FlightError
-        If it is none of them; says what to write instead.
+    Raise FlightError if it is none of them; says what to write instead.
     """
     words = line.replace("deg", " ").split()
     if not words:
@@ -120,16 +111,7 @@ class CommandConsole(Protocol):
 class UdpConsole:
     """Lines over UDP: each datagram holds one or more.
 
-    Parameters
-    ----------
-    link : str
-        ``udpin:HOST:PORT``.
-    clock : Clock
-
-    Raises
-    ------
-    LinkError
-        If it is another link, or the port is taken.
+    Raise LinkError if the link is not ``udpin:HOST:PORT``, or the port is taken.
     """
 
     ended = False
@@ -159,17 +141,10 @@ class UdpConsole:
 
 
 class StdinConsole:
-    """Lines that are typed, or written by the program that started this one.
+    """Lines that are typed, or written by the program that started this one, which end the bench.
 
     To be made after NumPy and SciPy were imported: on Windows their libraries look at the
     standard input when they are loaded, which waits there until who reads from a pipe has a line.
-
-    Parameters
-    ----------
-    stream : text file
-        Read until its end, which ends the bench.
-    reply : callable
-        Shows an answer.
     """
 
     def __init__(self, stream: IO[str], answer: Callable[[str], None]) -> None:
@@ -209,17 +184,10 @@ class StdinConsole:
 
 
 class BenchDownlink:
-    """Packs the volts of a bench for a link, and obeys between the ticks.
+    """Packs the volts of a bench for a link, and obeys lines of a console between the ticks.
 
-    Parameters
-    ----------
-    bench : VirtualBench
-    control : CommandConsole or None
-        Where lines to obey come from.
-    thin : bool
-        For a 57,600-baud radio.
-    unix_us : int
-        Time of day at which the box is switched on, microseconds since 1970.
+    `thin` is for a 57,600-baud radio; `unix_us` the time of day at which the box is switched on,
+    microseconds since 1970.
     """
 
     def __init__(
@@ -320,18 +288,9 @@ _EXAMPLES: Final = "'take', 'sticks 0 -1 0', 'size 0.5', 'click throttle 0.05', 
 
 
 def execute_training_command(pilot: KeyboardPilot, line: str) -> str:
-    """Do what a line says, and return what is answered; empty for sticks.
+    """Do what one of the lines of `TRAINING_HELP` says; return the answer, empty for sticks.
 
-    Parameters
-    ----------
-    pilot : KeyboardPilot
-    line : str
-        One of `TRAINING_HELP`.
-
-    Raises
-    ------
-    FlightError
-        If it is none of them, or cannot be done; says what to do instead.
+    Raise FlightError if it is none of them, or cannot be done; says what to do instead.
     """
     verb, *rest = line.split() or [""]
     if verb == "sticks" and len(rest) in (3, 4):
@@ -382,15 +341,9 @@ def _number(word: str, line: str) -> float:
 
 
 class TrainingDownlink:
-    """Packs a training flight for a link, and obeys between the ticks.
+    """Packs the training flight of a pilot for a link, and obeys between the ticks.
 
-    Parameters
-    ----------
-    downlink : FlightDownlink
-        Of the flight that `pilot` flies.
-    pilot : KeyboardPilot
-    control : CommandConsole
-        Where lines to obey come from; when it ends, the flight does.
+    When the lines of its console end, the flight does.
     """
 
     def __init__(

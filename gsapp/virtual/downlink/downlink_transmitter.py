@@ -65,12 +65,6 @@ class DownlinkTransmitter:
 
     Parameters
     ----------
-    stream : PacketStream
-        What to send.
-    line : TransmitLink
-        Over what.
-    clock : Clock
-        For the pace.
     speed : float
         Times real time; infinite sends as fast as it can.
     thin : bool
@@ -103,13 +97,7 @@ class DownlinkTransmitter:
         self.sent_bytes = 0
 
     def transmit(self, progress: Callable[[TransmitProgress], None] = lambda _: None) -> None:
-        """Send the whole flight.
-
-        Parameters
-        ----------
-        progress : callable
-            Told every half second of flight.
-        """
+        """Send the whole flight; `progress` is told every half second of flight."""
         start = self._clock.monotonic()
         # Flown a little ahead of what is sent: a few samples together cost half as much.
         ticks = VIRTUAL.ticks_ahead if self._speed <= 2.0 else VIRTUAL.fast_ticks_ahead

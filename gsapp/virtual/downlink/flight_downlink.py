@@ -54,12 +54,10 @@ def phase_announcement(phase: str) -> str:
 
 
 class FlightDownlink:
-    """Packs a flight as it goes on.
+    """Packs a flight of 100 samples a second as it goes on.
 
     Parameters
     ----------
-    flight : FlightSimulation
-        What is flown; 100 samples a second.
     thin : bool
         Send what a 57,600-baud radio carries, and keep the full record on board.
     attitude, position : bool
@@ -159,19 +157,9 @@ def write_record(
 ) -> None:
     """Fly as fast as it goes and write what the ground and the box would have kept.
 
-    Parameters
-    ----------
-    downlink : FlightDownlink
-        The flight.
-    tlog : Path
-        Frames with the time at which they would have arrived: a link takes some milliseconds,
-        now and then more, and frames never overtake each other.
-    kept : Path or None
-        Where the on-board log goes.
-    seed : int
-        Of the link's delays.
-    progress : callable
-        Told every few seconds of flight.
+    The frames in `tlog` have the time at which they would have arrived: a link takes some
+    milliseconds, now and then more, by the seed, and frames never overtake each other. The on-board
+    log, if any, goes to `kept`. `progress` is told every few seconds of flight.
     """
     random = np.random.default_rng([seed, 0x11])
     last = 0

@@ -42,11 +42,6 @@ class FrameScheduler:
     """Turns ticks into the frames of one link.
 
     Two boxes with different layouts make the live link and the on-board log of one flight.
-
-    Parameters
-    ----------
-    slots : sequence of MessageSlot
-        What is sent when.
     """
 
     def __init__(self, slots: Sequence[MessageSlot]) -> None:

@@ -23,14 +23,9 @@ def pack_tlog_record(stamp_us: int, frame: bytes) -> bytes:
 
 
 class OnboardLog:
-    """A growing .tlog.
+    """A growing .tlog; one that exists is replaced.
 
     Only whole frames reach the file, so that it can be read at any moment, also after Ctrl-C.
-
-    Parameters
-    ----------
-    path : Path
-        Replaced if it exists.
     """
 
     FLUSH_BYTES = 4096
@@ -65,15 +60,7 @@ LOG_DATA_BYTES = 90
 
 
 class LogServer:
-    """Answers requests for one log file.
-
-    Parameters
-    ----------
-    path : Path
-        The log; it may still grow.
-    started : int
-        When it was begun, seconds since 1970.
-    """
+    """Answers requests for one log file, which may still grow; begun at a second since 1970."""
 
     def __init__(self, path: Path, *, started: int) -> None:
         self._path = path

@@ -225,20 +225,10 @@ class MessageSlot:
 def telemetry_layout(
     *, thin: bool, attitude_sent: bool, position_sent: bool
 ) -> tuple[MessageSlot, ...]:
-    """Return what is sent when.
+    """Return what is sent when, the converter's volts first.
 
-    Parameters
-    ----------
-    thin : bool
-        For a 57,600-baud radio, instead of 460,800 baud or a network.
-    attitude_sent, position_sent : bool
-        Whether the board knows its attitude, and its position. The source's aircraft knew
-        neither.
-
-    Returns
-    -------
-    tuple of Slot
-        The converter's volts first.
+    `thin` is for a 57,600-baud radio, instead of 460,800 baud or a network. Attitude and position
+    are sent where the board knows them; the source's aircraft knew neither.
     """
     rates: list[tuple[Callable[[OnboardSample], Message], float]]
     if thin:

@@ -28,18 +28,9 @@ _MOST_AT_ONCE = 256
 
 
 class VirtualSource(LinkSource):
-    """Fly the virtual aircraft and receive what its box sends.
+    """Fly the virtual aircraft and receive what its box sends, `speed` times real time.
 
-    Parameters
-    ----------
-    address : LinkAddress
-        ``virtual``.
-    clock : Clock
-        Stamps and waits.
-    settings : FlightSettings
-        What is flown; the default plan if left out.
-    speed : float
-        Times real time.
+    The default plan is flown where no settings are given.
     """
 
     def __init__(
