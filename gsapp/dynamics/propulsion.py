@@ -61,7 +61,7 @@ class EngineState(NamedTuple):
 
 
 class Engines:
-    """The engines of one aircraft, stepped every `dt` s; at first they run settled at `throttle`."""
+    """The engines of one aircraft, stepped every `dt` s; first settled at `throttle`."""
 
     def __init__(
         self, aircraft: Aircraft, dt: float, *, throttle: float = 0.0, running: bool = True

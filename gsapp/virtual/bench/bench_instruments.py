@@ -89,7 +89,7 @@ class Potentiometer:
 
 
 class Linkage:
-    """The play (deg) between a surface and the shaft of its potentiometer, which stands somewhere."""
+    """The play (deg) between a surface and the shaft of its potentiometer."""
 
     def __init__(self, play: float, shaft: float) -> None:
         self._half = 0.5 * play

@@ -195,7 +195,7 @@ class TrainingProcess(BackgroundCommand):
         return self.send_line(f"rate {'high' if high else 'low'}")
 
     def move_lever(self, axis: str, by: float) -> bool:
-        """Move the ``throttle``, or a trim lever (``pitch``, ``roll``, ``yaw``) by a share of its travel.
+        """Move the ``throttle``, or the trim lever of an axis, by a share of its travel.
 
         Positive is more throttle, nose up, right. Return whether it could hear.
         """
