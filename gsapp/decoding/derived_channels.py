@@ -24,18 +24,17 @@ from gsapp.quantities import FloatArray
 DeriveFunction = Callable[..., Any]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True)
 class Derivation:
-    """How one channel is computed from others."""
+    """How one channel is computed from others, in the order in which `compute` takes them."""
 
     output: str
     fast_inputs: tuple[str, ...]
-    slow_inputs: tuple[str, ...] = ()
-    """Its inputs, in the order in which `compute` takes them."""
     compute: DeriveFunction  # From arrays of shape (n,) to one, or from numbers to a number.
+    source: str  # The formula, or where it stands.
+    slow_inputs: tuple[str, ...] = ()
     density: DeriveFunction | None = None
     """From the slow inputs to the density of the air, which `compute` takes in their place."""
-    source: str  # The formula, or where it stands.
     assumed: str = ""  # What is assumed for want of a sensor; empty for nothing.
 
     @property
@@ -64,91 +63,32 @@ def _identity(value: Number) -> Number:
 
 _STANDARD_DAY = "temperature of the standard day"
 
+_AIR = ("static_pressure", "temperature")
+_PRESSURE = ("static_pressure",)
+_V, _QBAR = air_data.true_airspeed, air_data.dynamic_pressure
 DERIVATIONS: tuple[Derivation, ...] = (
-    Derivation(
-        output="de",
-        fast_inputs=("elevator_left", "elevator_right"),
-        compute=_mean,
-        source="(6.1.1)",
-    ),
-    Derivation(
-        output="da", fast_inputs=("aileron_left", "aileron_right"), compute=_mean, source="(6.1.2)"
-    ),
-    Derivation(output="dr", fast_inputs=("rudder",), compute=_identity, source="(6.1.3)"),
+    Derivation("de", ("elevator_left", "elevator_right"), _mean, "(6.1.1)"),
+    Derivation("da", ("aileron_left", "aileron_right"), _mean, "(6.1.2)"),
+    Derivation("dr", ("rudder",), _identity, "(6.1.3)"),
     # What the vehicle corrected itself goes before the raw difference of pressures.
+    Derivation("qbar", ("Vc",), air_data.sea_level_dynamic_pressure, "rho0 Vc^2 / 2"),
+    Derivation("qbar", ("V",), _QBAR, "rho V^2 / 2", _AIR, air_data.density),
     Derivation(
-        output="qbar",
-        fast_inputs=("Vc",),
-        compute=air_data.sea_level_dynamic_pressure,
-        source="rho0 Vc^2 / 2",
+        "qbar", ("V",), _QBAR, "rho V^2 / 2", _PRESSURE, air_data.standard_density, _STANDARD_DAY
     ),
+    Derivation("qbar", ("dynamic_pressure",), _identity, "incompressible flow"),
+    Derivation("Vc", ("qbar",), air_data.calibrated_airspeed, "sqrt(2 qbar / rho0)"),
+    Derivation("V", ("qbar",), _V, "sqrt(2 qbar / rho)", _AIR, air_data.density),
     Derivation(
-        output="qbar",
-        fast_inputs=("V",),
-        slow_inputs=("static_pressure", "temperature"),
-        compute=air_data.dynamic_pressure,
-        density=air_data.density,
-        source="rho V^2 / 2",
+        "V", ("qbar",), _V, "sqrt(2 qbar / rho)", _PRESSURE, air_data.standard_density,
+        _STANDARD_DAY,
     ),
+    Derivation("density", _PRESSURE, air_data.density, "ideal gas", ("temperature",)),
     Derivation(
-        output="qbar",
-        fast_inputs=("V",),
-        slow_inputs=("static_pressure",),
-        compute=air_data.dynamic_pressure,
-        density=air_data.standard_density,
-        source="rho V^2 / 2",
-        assumed=_STANDARD_DAY,
+        "density", _PRESSURE, air_data.standard_density, "ideal gas", assumed=_STANDARD_DAY
     ),
-    Derivation(
-        output="qbar",
-        fast_inputs=("dynamic_pressure",),
-        compute=_identity,
-        source="incompressible flow",
-    ),
-    Derivation(
-        output="Vc",
-        fast_inputs=("qbar",),
-        compute=air_data.calibrated_airspeed,
-        source="sqrt(2 qbar / rho0)",
-    ),
-    Derivation(
-        output="V",
-        fast_inputs=("qbar",),
-        slow_inputs=("static_pressure", "temperature"),
-        compute=air_data.true_airspeed,
-        density=air_data.density,
-        source="sqrt(2 qbar / rho)",
-    ),
-    Derivation(
-        output="V",
-        fast_inputs=("qbar",),
-        slow_inputs=("static_pressure",),
-        compute=air_data.true_airspeed,
-        density=air_data.standard_density,
-        source="sqrt(2 qbar / rho)",
-        assumed=_STANDARD_DAY,
-    ),
-    Derivation(
-        output="density",
-        fast_inputs=("static_pressure",),
-        slow_inputs=("temperature",),
-        compute=air_data.density,
-        source="ideal gas",
-    ),
-    Derivation(
-        output="density",
-        fast_inputs=("static_pressure",),
-        compute=air_data.standard_density,
-        source="ideal gas",
-        assumed=_STANDARD_DAY,
-    ),
-    Derivation(
-        output="altitude",
-        fast_inputs=("static_pressure",),
-        compute=air_data.altitude,
-        source="standard atmosphere",
-    ),
-)
+    Derivation("altitude", _PRESSURE, air_data.altitude, "standard atmosphere"),
+)  # fmt: skip
 """All that can be derived. Of several for one channel the first whose inputs exist is taken."""
 
 

@@ -48,7 +48,7 @@ from gsapp.dynamics.model import Model
 from gsapp.dynamics.terms import create_term
 from gsapp.foundation import FlightError
 from gsapp.identification.filter_error.filter_error_fit import FilterErrorFit
-from gsapp.identification.filter_error.maneuver_record import ManeuverRecord, create_maneuver_record
+from gsapp.identification.filter_error.maneuver_record import create_maneuver_record
 from gsapp.identification.filter_error.noise_tuning import ActivityCallback, fit_to_convergence
 from gsapp.identification.maneuver import Maneuver
 
@@ -66,10 +66,10 @@ class Investigation:
         check_maneuvers(maneuvers, aircraft)
         if model is not None:
             check_model_match(model, maneuvers)
-        self._maneuvers = tuple(maneuvers)
-        self._aircraft = aircraft
-        self._model = model
-        self._records = tuple(create_maneuver_record(one) for one in maneuvers)
+        self.maneuvers = tuple(maneuvers)
+        self.aircraft = aircraft
+        self.model = model
+        self.records = tuple(create_maneuver_record(one) for one in maneuvers)
         self._baselines: dict[tuple[str, ...], FilterErrorFit] = {}
         self._instruments: dict[bool, tuple[InstrumentRemark, ...]] = {}
 
@@ -81,13 +81,13 @@ class Investigation:
         """
         seen: dict[tuple[str, ...], int] = {}
         kept = []
-        for one in self._maneuvers:
+        for one in self.maneuvers:
             number = seen.get(one.inputs, 0)
             seen[one.inputs] = number + 1
             if number % 4 == 1:
                 kept.append(one.id)
         if not kept:
-            kept = [self._maneuvers[len(self._maneuvers) // 2].id]
+            kept = [self.maneuvers[len(self.maneuvers) // 2].id]
         return tuple(kept)
 
     def run(
@@ -103,8 +103,8 @@ class Investigation:
     def baseline(self, held_out: tuple[str, ...], tick: ActivityCallback) -> FilterErrorFit:
         """Return the baseline fitted without the maneuvers kept out; fitted once."""
         if held_out not in self._baselines:
-            records = [one for one in self._records if one.id not in held_out]
-            self._baselines[held_out] = fit_baseline(records, self._model, tick)
+            records = [one for one in self.records if one.id not in held_out]
+            self._baselines[held_out] = fit_baseline(records, self.model, tick)
         return self._baselines[held_out]
 
     def instruments(
@@ -113,24 +113,8 @@ class Investigation:
         """Return what kinematics alone say of the instruments; looked at once."""
         if try_signs not in self._instruments:
             tick("comparing the instruments with one another")
-            self._instruments[try_signs] = check_instruments(self._maneuvers, try_signs=try_signs)
+            self._instruments[try_signs] = check_instruments(self.maneuvers, try_signs=try_signs)
         return self._instruments[try_signs]
-
-    @property
-    def records(self) -> tuple[ManeuverRecord, ...]:
-        return self._records
-
-    @property
-    def maneuvers(self) -> tuple[Maneuver, ...]:
-        return self._maneuvers
-
-    @property
-    def aircraft(self) -> Aircraft:
-        return self._aircraft
-
-    @property
-    def model(self) -> Model | None:
-        return self._model
 
 
 class _Search:

@@ -31,6 +31,7 @@ import math
 from abc import abstractmethod
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Protocol
 
 import numpy as np
@@ -215,17 +216,22 @@ class Saturation(MemorylessTerm):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Lag(SignalTerm):
-    """First-order lag."""
+class FollowingTerm(SignalTerm):
+    """Base of paths whose only state is what comes out, and follows the signal."""
 
     def value(self, reads: Values, states: Values, parameters: Values) -> Value:
         return states[0]
 
-    def rates(self, reads: Values, states: Values, parameters: Values) -> tuple[Value, ...]:
-        return ((reads[0] - states[0]) / _limit_time_constant(parameters[0]),)
-
     def steady_state(self, reads: Values, parameters: Values) -> tuple[Value, ...]:
         return (reads[0],)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Lag(FollowingTerm):
+    """First-order lag."""
+
+    def rates(self, reads: Values, states: Values, parameters: Values) -> tuple[Value, ...]:
+        return ((reads[0] - states[0]) / _limit_time_constant(parameters[0]),)
 
     def jacobian(self, reads: Values, states: Values, parameters: Values) -> TermJacobian:
         tau = _limit_time_constant(parameters[0])
@@ -372,19 +378,13 @@ def _shift(signal: FloatArray, steps: float, dt: float) -> PathResponse:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class RateLimit(SignalTerm):
+class RateLimit(FollowingTerm):
     """Signal that follows no faster than a limit."""
-
-    def value(self, reads: Values, states: Values, parameters: Values) -> Value:
-        return states[0]
 
     def rates(self, reads: Values, states: Values, parameters: Values) -> tuple[Value, ...]:
         return (
             clip((reads[0] - states[0]) / SIMULATION.edge_rounding, -parameters[0], parameters[0]),
         )
-
-    def steady_state(self, reads: Values, parameters: Values) -> tuple[Value, ...]:
-        return (reads[0],)
 
     def jacobian(self, reads: Values, states: Values, parameters: Values) -> TermJacobian:
         wanted = (reads[0] - states[0]) / SIMULATION.edge_rounding
@@ -430,19 +430,13 @@ class RateLimit(SignalTerm):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Backlash(SignalTerm):
+class Backlash(FollowingTerm):
     """Free play: what comes out moves only when the play is used up."""
-
-    def value(self, reads: Values, states: Values, parameters: Values) -> Value:
-        return states[0]
 
     def rates(self, reads: Values, states: Values, parameters: Values) -> tuple[Value, ...]:
         half = 0.5 * parameters[0]
         inside = clip(states[0], reads[0] - half, reads[0] + half)
         return ((inside - states[0]) / SIMULATION.edge_rounding,)
-
-    def steady_state(self, reads: Values, parameters: Values) -> tuple[Value, ...]:
-        return (reads[0],)
 
     def jacobian(self, reads: Values, states: Values, parameters: Values) -> TermJacobian:
         half = 0.5 * parameters[0]
@@ -558,6 +552,14 @@ class SupportsRespond(Protocol):
     ) -> PathResponse: ...
 
 
+def _apply_all(
+    tangents: Sequence[Callable[[FloatArray], FloatArray]], change: FloatArray
+) -> FloatArray:
+    for tangent in tangents:
+        change = tangent(change)
+    return change
+
+
 def path_response(
     terms: Sequence[tuple[SupportsRespond, tuple[float, ...]]], signal: FloatArray, dt: float
 ) -> PathResponse:
@@ -574,12 +576,7 @@ def path_response(
         values = one.values
         tangents.append(one.tangent)
 
-    def through(change: FloatArray) -> FloatArray:
-        for tangent in tangents:
-            change = tangent(change)
-        return change
-
-    return PathResponse(values=values, parameters=columns, tangent=through)
+    return PathResponse(values=values, parameters=columns, tangent=partial(_apply_all, tangents))
 
 
 def invert_path(terms: PathTerms, signal: FloatArray, dt: float) -> PathResponse:
@@ -600,12 +597,7 @@ def invert_path(terms: PathTerms, signal: FloatArray, dt: float) -> PathResponse
         values = one.values
         tangents.append(one.tangent)
 
-    def through(change: FloatArray) -> FloatArray:
-        for tangent in tangents:
-            change = tangent(change)
-        return change
-
-    return PathResponse(values=values, parameters=columns, tangent=through)
+    return PathResponse(values=values, parameters=columns, tangent=partial(_apply_all, tangents))
 
 
 def channels_of_target(name: str) -> tuple[str, ...]:

@@ -110,33 +110,22 @@ def stall_terms(aircraft: Aircraft, model: Model) -> tuple[Term, ...]:
 class _Excitation:
     """What acts on the aircraft at one instant beside its own motion."""
 
-    surfaces: tuple[float, float, float, float]
+    surfaces: tuple[float, ...]
     throttle: float
     difference: float
-    gust: tuple[float, float, float]
+    gust: tuple[float, ...]
 
     def halfway(self, other: _Excitation) -> _Excitation:
         return _Excitation(
-            _mean4(self.surfaces, other.surfaces),
+            _mean(self.surfaces, other.surfaces),
             0.5 * (self.throttle + other.throttle),
             0.5 * (self.difference + other.difference),
-            (
-                0.5 * (self.gust[0] + other.gust[0]),
-                0.5 * (self.gust[1] + other.gust[1]),
-                0.5 * (self.gust[2] + other.gust[2]),
-            ),
+            _mean(self.gust, other.gust),
         )
 
 
-def _mean4(
-    one: tuple[float, float, float, float], two: tuple[float, float, float, float]
-) -> tuple[float, float, float, float]:
-    return (
-        0.5 * (one[0] + two[0]),
-        0.5 * (one[1] + two[1]),
-        0.5 * (one[2] + two[2]),
-        0.5 * (one[3] + two[3]),
-    )
+def _mean(one: tuple[float, ...], two: tuple[float, ...]) -> tuple[float, ...]:
+    return tuple([0.5 * (x + y) for x, y in zip(one, two, strict=True)])
 
 
 @dataclass(slots=True)
@@ -313,21 +302,13 @@ class Simulator:
 
     def _move(self, commands: ControlCommands) -> dict[str, ControlPosition]:
         return {
-            "de": self._actuators["de"].step(commands.de),
-            "da": self._actuators["da"].step(commands.da),
-            "dr": self._actuators["dr"].step(commands.dr),
-            "flap": self._actuators["flap"].step(commands.flap),
+            name: actuator.step(getattr(commands, name))
+            for name, actuator in self._actuators.items()
         }
 
     def _driven(self, gust: tuple[float, float, float]) -> _Excitation:
-        controls = self._controls
         return _Excitation(
-            (
-                controls["de"].surface,
-                controls["da"].surface,
-                controls["dr"].surface,
-                controls["flap"].surface,
-            ),
+            tuple(position.surface for position in self._controls.values()),
             self._engine.throttle,
             self._engine.difference,
             gust,

@@ -14,7 +14,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import signal
 
-from gsapp.aircraft import Aircraft
+from gsapp.aircraft import Accelerometer, Aircraft, AirData, AlphaVane, Gyro
+from gsapp.aircraft.config import SurfaceSensors
 from gsapp.quantities import FloatArray
 from gsapp.virtual.sensor_faults import SensorFault, SensorFaultInjector
 from gsapp.virtual.settings import VIRTUAL
@@ -80,80 +81,59 @@ class Instrument:
     range: tuple[float, float] = _NO_RANGE  # Lowest and highest value that it can show, SI.
 
 
+def _instrument(
+    name: str,
+    sensor: SurfaceSensors | AlphaVane | Gyro | Accelerometer | AirData,
+    noise: float,
+    limits: tuple[float, float] = _NO_RANGE,
+    bias: float = 0.0,
+) -> Instrument:
+    return Instrument(
+        name=name,
+        low_pass=sensor.low_pass,
+        lag=sensor.lag,
+        delay=sensor.delay,
+        bias=bias,
+        noise=noise,
+        range=limits,
+    )
+
+
 def create_instruments(aircraft: Aircraft) -> tuple[Instrument, ...]:
     """Return the instruments on the recorder, as the aircraft file describes them."""
     sensors = aircraft.sensors
-    found = []
-    for name in ("elevator_left", "elevator_right", "aileron_left", "aileron_right", "rudder"):
-        surface = sensors.surfaces
-        found.append(
-            Instrument(
-                name=name,
-                low_pass=surface.low_pass,
-                lag=surface.lag,
-                delay=surface.delay,
-                noise=surface.noise,
+    surfaces, air = sensors.surfaces, sensors.air_data
+    alpha, beta = sensors.alpha_vane, sensors.beta_vane
+    gyro, accelerometer = sensors.gyro, sensors.accelerometer
+    return (
+        *(
+            _instrument(name, surfaces, surfaces.noise)
+            for name in (
+                "elevator_left",
+                "elevator_right",
+                "aileron_left",
+                "aileron_right",
+                "rudder",
             )
-        )
-    for name, vane in (("alpha", sensors.alpha_vane), ("beta", sensors.beta_vane)):
-        found.append(
-            Instrument(
-                name=name,
-                low_pass=vane.low_pass,
-                lag=vane.lag,
-                delay=vane.delay,
-                bias=vane.bias,
-                noise=vane.noise,
-                range=vane.range,
-            )
-        )
-    gyro, accelerometer, air = sensors.gyro, sensors.accelerometer, sensors.air_data
-    found += [
-        Instrument(
-            name=name,
-            low_pass=gyro.low_pass,
-            lag=gyro.lag,
-            delay=gyro.delay,
-            bias=bias,
-            noise=gyro.noise,
-            range=gyro.range,
-        )
-        for name, bias in zip(GYRO_CHANNELS, gyro.bias, strict=True)
-    ]
-    found += [
-        Instrument(
-            name=name,
-            low_pass=accelerometer.low_pass,
-            lag=accelerometer.lag,
-            delay=accelerometer.delay,
-            bias=bias,
-            noise=accelerometer.noise,
-            range=accelerometer.range,
-        )
-        for name, bias in zip(("ax", "ay", "an"), accelerometer.bias, strict=True)
-    ]
-    for name, noise, limits in (
-        ("static_pressure", air.static_noise, air.static_range),
-        ("dynamic_pressure", air.noise, air.range),
-    ):
-        found.append(
-            Instrument(
-                name=name,
-                low_pass=air.low_pass,
-                lag=air.lag,
-                delay=air.delay,
-                noise=noise,
-                range=limits,
-            )
-        )
-    found += [
+        ),
+        _instrument("alpha", alpha, alpha.noise, alpha.range, alpha.bias),
+        _instrument("beta", beta, beta.noise, beta.range, beta.bias),
+        *(
+            _instrument(name, gyro, gyro.noise, gyro.range, bias)
+            for name, bias in zip(GYRO_CHANNELS, gyro.bias, strict=True)
+        ),
+        *(
+            _instrument(name, accelerometer, accelerometer.noise, accelerometer.range, bias)
+            for name, bias in zip(("ax", "ay", "an"), accelerometer.bias, strict=True)
+        ),
+        _instrument("static_pressure", air, air.static_noise, air.static_range),
+        _instrument("dynamic_pressure", air, air.noise, air.range),
         Instrument(name="temperature", lag=5.0, noise=0.05),
         Instrument(name="throttle", noise=0.001),
-        Instrument(name="flap", noise=aircraft.sensors.surfaces.noise),
+        Instrument(name="flap", noise=surfaces.noise),
         Instrument(name="excitation", noise=0.0005),
         Instrument(name="battery", noise=0.003),
-    ]
-    return tuple(found)
+    )
 
 
 class _Filter:

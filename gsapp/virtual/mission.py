@@ -201,13 +201,10 @@ class Mission:
                 return
             view = yield GuidanceCommand(
                 phase="pattern",
-                path_angle=self._turning_path(view),
+                path_angle=self._level(view),
                 bank=self._turning_bank(view, leg, left),
                 speed=pattern.speed,
             )
-
-    def _turning_path(self, view: PilotView) -> float:
-        return self._level(view)
 
     def _turning_bank(self, view: PilotView, leg: Leg, left: float) -> float:
         """Return the bank whose radius ends on the line of the leg."""

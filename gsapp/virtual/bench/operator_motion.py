@@ -31,12 +31,20 @@ def _smooth_rate(share: FloatArray) -> FloatArray:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class SurfaceMovement:
-    """A surface brought to an angle, always from the side it comes from."""
-
+class _Movement:
     begin: float
     seconds: float
     """s."""
+
+    @property
+    def end(self) -> float:
+        return self.begin + self.seconds
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SurfaceMovement(_Movement):
+    """A surface brought to an angle, always from the side it comes from."""
+
     start: float
     target: float
     """deg."""
@@ -46,10 +54,6 @@ class SurfaceMovement:
         """Return a movement that takes as long as a hand needs."""
         seconds = math.ceil(100.0 * (1.2 + abs(target - start) / VIRTUAL.surface_rate)) / 100.0
         return cls(begin=begin, seconds=seconds, start=start, target=target)
-
-    @property
-    def end(self) -> float:
-        return self.begin + self.seconds
 
     @property
     def final_angle(self) -> float:
@@ -100,19 +104,12 @@ class OperatorTremor:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class AttitudeMovement:
+class AttitudeMovement(_Movement):
     """The aircraft brought from one attitude to another."""
 
-    begin: float
-    seconds: float
-    """s."""
     start: tuple[float, float, float]
     target: tuple[float, float, float]
     """Unit vector that points up, in body axes (x forward, y right, z down)."""
-
-    @property
-    def end(self) -> float:
-        return self.begin + self.seconds
 
     def motion(self, times: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return the upward direction (n, 3) and the body rates (n, 3), deg/s."""
@@ -133,19 +130,12 @@ class AttitudeMovement:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class TableRotation:
+class TableRotation(_Movement):
     """The table turned through an angle."""
 
-    begin: float
-    seconds: float
-    """s."""
     angle: float  # deg, right-handed about the body axis that is upright.
     axis: int  # That axis: 0, 1, 2 for x, y, z.
     ripple: float  # Share by which the rate of the hand goes up and down.
-
-    @property
-    def end(self) -> float:
-        return self.begin + self.seconds
 
     def rates(self, times: FloatArray) -> FloatArray:
         """Return the rate of the table, deg/s, shape (n,); it adds up to the angle exactly."""
@@ -157,17 +147,10 @@ class TableRotation:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class PitotBreath:
+class PitotBreath(_Movement):
     """A breath into the pitot."""
 
-    begin: float
-    seconds: float
-    """s."""
     peak: float  # Pa.
-
-    @property
-    def end(self) -> float:
-        return self.begin + self.seconds
 
     def pressure(self, times: FloatArray) -> FloatArray:
         """Return the pressure, Pa, shape (n,)."""

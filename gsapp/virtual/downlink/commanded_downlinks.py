@@ -49,11 +49,11 @@ def execute_bench_command(bench: VirtualBench, line: str) -> str:
         return ""
     verb, rest = words[0], words[1:]
     if verb in POTENTIOMETERS and len(rest) == 1 + ("hold" in rest[1:]):
-        angle = _number(rest[0], line)
+        angle = _number(rest[0], line, _BENCH_EXAMPLES)
         seconds_needed = bench.set_angle(verb, angle, hold="hold" in rest)
         return f"{verb} goes to {angle:g} deg in {seconds_needed:.1f} s"
     if verb == "turn" and len(rest) in (2, 3):
-        angle, *seconds = (_number(word, line) for word in rest[1:])
+        angle, *seconds = (_number(word, line, _BENCH_EXAMPLES) for word in rest[1:])
         whole = bench.rotate(rest[0], angle, seconds=seconds[0] if seconds else None)
         return f"turns {angle:g} deg about the axis of {rest[0]}, over in {whole:.1f} s"
     if verb == "lie" and len(rest) == 1 and rest[0] in _POSITIONS:
@@ -71,19 +71,21 @@ def execute_bench_command(bench: VirtualBench, line: str) -> str:
         return " ".join(words)
     if words == ["help"]:
         return BENCH_HELP
-    raise FlightError(f"'{line.strip()}' is unknown; write for example {_EXAMPLES}")
+    raise FlightError(f"'{line.strip()}' is unknown; write for example {_BENCH_EXAMPLES}")
 
 
-_EXAMPLES = "'elevator_left 10', 'turn r 360', 'lie z_down', 'pitot covered', or 'help'"
+_BENCH_EXAMPLES: Final = (
+    "'elevator_left 10', 'turn r 360', 'lie z_down', 'pitot covered', or 'help'"
+)
 
 
-def _number(word: str, line: str) -> float:
+def _number(word: str, line: str, examples: str) -> float:
     try:
         value = float(word)
     except ValueError:
         value = math.nan
     if not math.isfinite(value):
-        raise FlightError(f"'{word}' in '{line.strip()}' is not a number; write {_EXAMPLES}")
+        raise FlightError(f"'{word}' in '{line.strip()}' is not a number; write {examples}")
     return value
 
 
@@ -284,7 +286,9 @@ land                              the built-in pilot lands, and the flight is ov
 help"""
 """The lines that are obeyed."""
 
-_EXAMPLES: Final = "'take', 'sticks 0 -1 0', 'size 0.5', 'click throttle 0.05', or 'help'"
+_TRAINING_EXAMPLES: Final = (
+    "for example 'take', 'sticks 0 -1 0', 'size 0.5', 'click throttle 0.05', or 'help'"
+)
 
 
 def execute_training_command(pilot: KeyboardPilot, line: str) -> str:
@@ -294,7 +298,7 @@ def execute_training_command(pilot: KeyboardPilot, line: str) -> str:
     """
     verb, *rest = line.split() or [""]
     if verb == "sticks" and len(rest) in (3, 4):
-        pitch, roll, yaw, *throttle = (_number(word, line) for word in rest)
+        pitch, roll, yaw, *throttle = (_number(word, line, _TRAINING_EXAMPLES) for word in rest)
         pilot.set_keys(
             KeyPositions(
                 pitch=pitch, roll=roll, yaw=yaw, throttle=throttle[0] if throttle else None
@@ -302,10 +306,10 @@ def execute_training_command(pilot: KeyboardPilot, line: str) -> str:
         )
         return ""
     if verb == "click" and len(rest) == 2:
-        pilot.step_lever(rest[0], _number(rest[1], line))
+        pilot.step_lever(rest[0], _number(rest[1], line, _TRAINING_EXAMPLES))
         return ""
     if verb == "size" and len(rest) == 1:
-        share = _number(rest[0], line)
+        share = _number(rest[0], line, _TRAINING_EXAMPLES)
         pilot.set_key_travel(share)
         return f"a key gives {100.0 * share:.0f} % of full stick"
     if verb == "rate" and rest in (["low"], ["high"]):
@@ -325,19 +329,7 @@ def execute_training_command(pilot: KeyboardPilot, line: str) -> str:
         act, answer = plain[verb]
         act()
         return answer
-    raise FlightError(f"'{line.strip()}' is unknown; write for example {_EXAMPLES}")
-
-
-def _number(word: str, line: str) -> float:
-    try:
-        value = float(word)
-    except ValueError:
-        value = math.nan
-    if not math.isfinite(value):
-        raise FlightError(
-            f"'{word}' in '{line.strip()}' is not a number; write for example {_EXAMPLES}"
-        )
-    return value
+    raise FlightError(f"'{line.strip()}' is unknown; write {_TRAINING_EXAMPLES}")
 
 
 class TrainingDownlink:
