@@ -89,7 +89,6 @@ class GroundContact(Protocol):
         the ground along the body axes, m/s; `rates` p, q, r, rad/s; `matrix` body to Earth, row by
         row; `steer` and `brake` as commanded.
         """
-        ...
 
 
 def stall_terms(aircraft: Aircraft, model: Model) -> tuple[Term, ...]:

@@ -47,16 +47,13 @@ class StickSource(Protocol):
     @property
     def phase(self) -> str:
         """Name of what is being done, for the crew."""
-        ...
 
     @property
     def finished(self) -> bool:
         """Whether the flight is over."""
-        ...
 
     def move(self, situation: AircraftState) -> StickPositions:
         """Return the sticks at this moment; called once for every sample."""
-        ...
 
 
 class StickInput:

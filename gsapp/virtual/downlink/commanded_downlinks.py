@@ -95,19 +95,15 @@ class CommandConsole(Protocol):
     @property
     def ended(self) -> bool:
         """Whether nobody can say anything any more, and the bench is to end with that."""
-        ...
 
     def read_lines(self) -> list[str]:
         """Return the lines that have come; never waits."""
-        ...
 
     def reply(self, text: str) -> None:
         """Send an answer."""
-        ...
 
     def close(self) -> None:
         """Hear no more."""
-        ...
 
 
 class UdpConsole:

@@ -40,15 +40,12 @@ class PacketStream(Protocol):
     @property
     def finished(self) -> bool:
         """Whether there is nothing more to send."""
-        ...
 
     def advance(self, ticks: int) -> Iterator[Packet]:
         """Go on and yield one packet for each tick."""
-        ...
 
     def pack_reply(self, message: Message) -> bytes:
         """Return the frame of an answer to the ground."""
-        ...
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
