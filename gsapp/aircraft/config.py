@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from typing import Annotated, Any, Literal
 
-from pydantic import BeforeValidator, Field, field_validator, model_validator
+from pydantic import AfterValidator, BeforeValidator, Field, field_validator, model_validator
 
 from gsapp.foundation import StrictModel
 from gsapp.quantities.constants import DEGREE, GRAVITY
@@ -36,10 +36,13 @@ from gsapp.quantities.fields import (
 AT_CG: Position = (0.0, 0.0, 0.0)
 
 
-def _positive(value: float, what: str) -> float:
+def _check_positive(value: float) -> float:
     if not value > 0.0:
-        raise ValueError(f"{what} must be greater than zero; measure it and write it here")
+        raise ValueError("it must be greater than zero; measure it and write it here")
     return value
+
+
+_POSITIVE = AfterValidator(_check_positive)
 
 
 def _several_positions(value: Any) -> Any:
@@ -51,24 +54,19 @@ def _several_positions(value: Any) -> Any:
 class Geometry(StrictModel):
     """Reference geometry."""
 
-    wing_area: Area  # S, m^2.
-    span: Length  # b, m.
-    chord: Length  # Mean aerodynamic chord c, m.
+    wing_area: Annotated[Area, _POSITIVE]  # S, m^2.
+    span: Annotated[Length, _POSITIVE]  # b, m.
+    chord: Annotated[Length, _POSITIVE]  # Mean aerodynamic chord c, m.
     length: Length | None = None  # Over all, m.
-
-    @field_validator("wing_area", "span", "chord")
-    @classmethod
-    def _must_be_positive(cls, value: float) -> float:
-        return _positive(value, "it")
 
 
 class MassProperties(StrictModel):
     """Mass and inertia at take-off, about the center of gravity in body axes."""
 
-    mass: Mass  # With payload and full fuel, kg.
-    ixx: Inertia
-    iyy: Inertia
-    izz: Inertia
+    mass: Annotated[Mass, _POSITIVE]  # With payload and full fuel, kg.
+    ixx: Annotated[Inertia, _POSITIVE]
+    iyy: Annotated[Inertia, _POSITIVE]
+    izz: Annotated[Inertia, _POSITIVE]
     ixz: Inertia = 0.0
     """kg m^2; Ixy = Iyz = 0 by symmetry."""
     fuel: Mass = 0.0  # The part of `mass` that is fuel at take-off, kg.
@@ -76,11 +74,6 @@ class MassProperties(StrictModel):
     fuel_flow_idle: MassFlow = 0.0
     fuel_flow_full: MassFlow = 0.0
     """All engines, kg/s."""
-
-    @field_validator("mass", "ixx", "iyy", "izz")
-    @classmethod
-    def _must_be_positive(cls, value: float) -> float:
-        return _positive(value, "it")
 
     @model_validator(mode="after")
     def _must_be_a_body(self) -> MassProperties:
@@ -110,18 +103,13 @@ class Propulsion(StrictModel):
     """Engines: thrust = max_thrust * throttle * rho/rho0 * (1 - V/zero_thrust_speed) along x."""
 
     max_thrust: Force = 0.0  # Static, all engines, sea level, N.
-    zero_thrust_speed: Speed = 1e9  # m/s.
+    zero_thrust_speed: Annotated[Speed, _POSITIVE] = 1e9  # m/s.
     lag: Time = 0.0  # Time constant from throttle to thrust, s.
     position: Annotated[tuple[Position, ...], BeforeValidator(_several_positions)] = (AT_CG,)
     """One for each engine, from the CG, m."""
     rpm_idle: RotationSpeed = 0.0
     rpm_full: RotationSpeed = 0.0
     """Fan speed at closed and full throttle, rad/s."""
-
-    @field_validator("zero_thrust_speed")
-    @classmethod
-    def _must_be_positive(cls, value: float) -> float:
-        return _positive(value, "it")
 
 
 class _Sensor(StrictModel):
@@ -262,14 +250,10 @@ class Limits(StrictModel):
     maximum_speed: Speed = 1e9
     """Calibrated airspeed, m/s."""
     bank: Angle = 75 * DEGREE  # rad.
-    flight_time: Time | None = None  # From take-off to landing, s; None where no time is agreed on.
+    flight_time: Annotated[Time, _POSITIVE] | None = None
+    """From take-off to landing, s; None where no time is agreed on."""
     battery_empty: Voltage | None = None
     """Where the recorder or the aircraft stops for want of it, V; None where that is not known."""
-
-    @field_validator("flight_time")
-    @classmethod
-    def _must_be_positive(cls, value: float | None) -> float | None:
-        return None if value is None else _positive(value, "it")
 
 
 class Controls(StrictModel):

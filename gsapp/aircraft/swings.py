@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from pydantic import field_validator, model_validator
+from pydantic import ValidationInfo, field_validator, model_validator
 
 from gsapp.aircraft.ground_tests import (
     GROUND_TESTS,
@@ -53,17 +53,10 @@ class _Timing(StrictModel):
     damping: Ratio = 0.0
     cradle_damping: Ratio = 0.0
 
-    @field_validator("times")
+    @field_validator("times", "cradle_times")
     @classmethod
-    def _some(cls, value: tuple[float, ...]) -> tuple[float, ...]:
-        if not value or min(value) <= 0.0:
-            raise ValueError('must hold times greater than zero; write ["22.31 s", "22.28 s"]')
-        return value
-
-    @field_validator("cradle_times")
-    @classmethod
-    def _positive(cls, value: tuple[float, ...]) -> tuple[float, ...]:
-        if value and min(value) <= 0.0:
+    def _positive(cls, value: tuple[float, ...], info: ValidationInfo) -> tuple[float, ...]:
+        if (not value and info.field_name == "times") or any(one <= 0.0 for one in value):
             raise ValueError('must hold times greater than zero; write ["22.31 s", "22.28 s"]')
         return value
 

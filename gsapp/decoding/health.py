@@ -216,6 +216,9 @@ class _Sender:
         return max(own, default=0)
 
 
+_COUNTS = ("good", "unknown", "lost", "duplicates", "reordered")
+
+
 class LinkHealth:
     """Count what a link carries.
 
@@ -485,11 +488,7 @@ class LinkHealth:
         return SenderHealth(
             system=key >> 8,
             component=key & 0xFF,
-            good=sender.good,
-            unknown=sender.unknown,
-            lost=sender.lost,
-            duplicates=sender.duplicates,
-            reordered=sender.reordered,
+            **{name: getattr(sender, name) for name in _COUNTS},
             rate=sender.rate.at(now, sender.heard),
             age=max(0.0, (now - (sender.heard or sender.last)) / 1e6),
             is_vehicle=sender.aircraft,

@@ -40,7 +40,7 @@ class EffectRecord(EffectGuidance):
     target: str  # What its term adds to (`gsapp.dynamics.terms`); empty for the atmosphere.
     parameters: tuple[Parameter, ...]
     """Name, unit, bounds, plausible size (`Parameter.default`), of the shipped aircraft;
-    `plausible_sizes` gives those of another one."""
+    `Term.defaults` gives those of another one."""
     disturbance: bool = False  # Whether it is no effect of the aircraft at all and is never named.
 
     @property
@@ -85,8 +85,7 @@ TURBULENCE = EffectRecord(
 def all_effects() -> tuple[EffectRecord, ...]:
     """Return all records: registered effects in the order of their ids, then disturbances.
 
-    Parameters are those of the shipped aircraft; `plausible_sizes` gives the
-    sizes of another one.
+    Parameters are those of the shipped aircraft; `Term.defaults` gives the sizes of another one.
     """
     aircraft = load_aircraft("b777")
     records = [_create_record(effect_id, aircraft) for effect_id in effect_ids()]
@@ -185,17 +184,6 @@ def excluded_effects(
         if why:
             found[one.id] = why
     return found
-
-
-def plausible_sizes(effect_id: str, aircraft: Aircraft) -> dict[str, float]:
-    """Return the plausible size of every parameter of an effect, by name, for an aircraft.
-
-    Raise UnknownNameError if the catalog has no such effect.
-    """
-    one = find_effect(effect_id)
-    if one.disturbance:
-        return {item.name: item.default for item in one.parameters}
-    return create_term(effect_id, aircraft).defaults
 
 
 def _exclusion_reason(

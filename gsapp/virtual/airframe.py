@@ -152,6 +152,9 @@ ONBOARD_CHANNELS = (
 """What the autopilot-like board in the box knows."""
 
 
+_STATE_CHANNELS = ("phi", "theta", "psi", "p", "q", "r", "north", "east", "climb_rate")
+
+
 class Airframe:
     """One aircraft, from standing on the runway to standing on it again.
 
@@ -229,18 +232,10 @@ class Airframe:
         now = self._now
         return AircraftState(
             time=self._time,
-            phi=now["phi"],
-            theta=now["theta"],
-            psi=now["psi"],
-            p=now["p"],
-            q=now["q"],
-            r=now["r"],
-            north=now["north"],
-            east=now["east"],
+            **{name: now[name] for name in _STATE_CHANNELS},
             height=now["height"] - self._resting_height,
             velocity_north=now["ground_speed"] * math.cos(now["track"]),
             velocity_east=now["ground_speed"] * math.sin(now["track"]),
-            climb_rate=now["climb_rate"],
             airspeed=now["V"],
             on_ground=now["on_ground"] > 0.5,
         )

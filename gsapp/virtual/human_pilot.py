@@ -255,16 +255,15 @@ class HumanPilot:
         high_rate = intent.stick_input is None or intent.stick_input.high_rate
         scale = (1.0, 1.0, 1.0) if high_rate else self._feel.low_rate
         sign = self._runway.sign
+        wanted = zip((pitch, sign * roll, sign * yaw), scale, ("de", "da", "dr"), strict=True)
+        sticks = {
+            name: hand.move(stick / share + inputs[surface], resting=intent.hands_off)
+            for (name, hand), (stick, share, surface) in zip(
+                self._hands.items(), wanted, strict=True
+            )
+        }
         return StickPositions(
-            pitch=self._hands["pitch"].move(
-                pitch / scale[0] + inputs["de"], resting=intent.hands_off
-            ),
-            roll=self._hands["roll"].move(
-                sign * roll / scale[1] + inputs["da"], resting=intent.hands_off
-            ),
-            yaw=self._hands["yaw"].move(
-                sign * yaw / scale[2] + inputs["dr"], resting=intent.hands_off
-            ),
+            **sticks,
             throttle=self._speed.throttle(view, intent),
             flap=intent.flap / self._flap_travel,
             high_rate=high_rate,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 
@@ -225,23 +226,9 @@ class KeyboardPilot:
     def _blended(self, own: StickPositions) -> StickPositions:
         """Return the sticks on their way from the trainee's positions to the pilot's own."""
         step, held = VIRTUAL.handover_rate * self._dt, self._sticks
-        pitch, roll, yaw, throttle = (
-            step_toward(getattr(held, name), getattr(own, name), step)
+        moved = {
+            name: step_toward(getattr(held, name), getattr(own, name), step)
             for name in ("pitch", "roll", "yaw", "throttle")
-        )
-        self._blending = (pitch, roll, yaw, throttle) != (
-            own.pitch,
-            own.roll,
-            own.yaw,
-            own.throttle,
-        )
-        return StickPositions(
-            pitch=pitch,
-            roll=roll,
-            yaw=yaw,
-            throttle=throttle,
-            flap=own.flap,
-            high_rate=own.high_rate,
-            brake=own.brake,
-            engines=own.engines,
-        )
+        }
+        self._blending = any(value != getattr(own, name) for name, value in moved.items())
+        return replace(own, **moved)

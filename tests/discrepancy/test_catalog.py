@@ -17,7 +17,6 @@ from gsapp.discrepancy.effect_catalog import (
     eligible_effects,
     excluded_effects,
     find_effect,
-    plausible_sizes,
 )
 from gsapp.dynamics.buildup import derivative_names
 from gsapp.dynamics.flight_model import MODEL_INPUTS, FlightModel
@@ -142,14 +141,11 @@ def test_gusts_are_a_disturbance_and_never_compete() -> None:
         found = eligible_effects(B777, RECORDED, variants=variants)
         assert TURBULENCE not in found
     assert "disturbance" in excluded_effects(B777, RECORDED)[TURBULENCE.id]
-    assert plausible_sizes(TURBULENCE.id, B777) == {"gust": 0.3}
 
 
 def test_an_unknown_effect_is_named_with_its_neighbors() -> None:
     with pytest.raises(UnknownNameError, match=r"aero\.Cm\.alpha2"):
         find_effect("aero.Cm.alfa2")
-    with pytest.raises(UnknownNameError, match="no effect"):
-        plausible_sizes("nothing.like.it", B777)
 
 
 # --- sizes --------------------------------------------------------------------------------------
@@ -159,20 +155,19 @@ def test_plausible_sizes_go_with_the_aircraft() -> None:
     heavy = B777.model_copy(
         update={"mass": B777.mass.model_copy(update={"mass": 2.0 * B777.mass.mass})}
     )
-    small, large = (plausible_sizes("mass.mass.error", one)["error"] for one in (B777, heavy))
+    small, large = (create_term("mass.mass.error", one).defaults["error"] for one in (B777, heavy))
     assert large == pytest.approx(2.0 * small)
     assert abs(small) == pytest.approx(0.05 * B777.mass.mass)
-    one, other = (plausible_sizes("control.elevator.backlash", plane) for plane in (B777, heavy))
+    slop = "control.elevator.backlash"
+    one, other = (create_term(slop, plane).defaults for plane in (B777, heavy))
     assert one == other == {"slop": 0.02}
-    assert set(plausible_sizes("aero.Cm.speed", B777)) == {"Cm_V", "V_ref"}
+    assert set(create_term("aero.Cm.speed", B777).defaults) == {"Cm_V", "V_ref"}
 
 
 def test_a_plausible_size_differs_from_none() -> None:
     for one in EFFECTS:
-        sizes = plausible_sizes(one.id, B777)
-        assert set(sizes) == {item.name for item in one.parameters}
         free = [item for item in one.parameters if item.free]
-        assert not free or sizes[free[0].name] != free[0].neutral, one.id
+        assert not free or free[0].default != free[0].neutral, one.id
 
 
 # --- who competes -------------------------------------------------------------------------------

@@ -16,11 +16,12 @@ from gsapp.telemetry.link_registry import parse_link
 from gsapp.telemetry.sources import LinkSource, open_source
 from gsapp.virtual.bench import POTENTIOMETERS, VirtualBench
 from gsapp.virtual.downlink.flight_downlink import FlightDownlink
-from gsapp.virtual.downlink.frame_scheduler import FrameScheduler, Packet
 from gsapp.virtual.downlink.onboard_messages import (
     TICK_RATE,
+    FrameScheduler,
     Message,
     OnboardSample,
+    Packet,
     telemetry_layout,
 )
 from gsapp.virtual.keyboard_pilot import KeyboardPilot

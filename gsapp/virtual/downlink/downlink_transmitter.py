@@ -13,11 +13,11 @@ from typing import Protocol
 
 from gsapp.decoding.framing import Framer, MavlinkFrame
 from gsapp.telemetry.clock import Clock
-from gsapp.virtual.downlink.frame_scheduler import Packet
 from gsapp.virtual.downlink.onboard_log import LogServer, OnboardLog
 from gsapp.virtual.downlink.onboard_messages import (
     TICK_RATE,
     Message,
+    Packet,
     dialect,
     landed_heartbeat,
 )

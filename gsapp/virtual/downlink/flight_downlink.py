@@ -11,12 +11,13 @@ import numpy as np
 
 from gsapp.quantities import Block
 from gsapp.virtual.downlink.downlink_transmitter import TransmitProgress
-from gsapp.virtual.downlink.frame_scheduler import FrameScheduler, Packet
 from gsapp.virtual.downlink.onboard_log import OnboardLog
 from gsapp.virtual.downlink.onboard_messages import (
     TICK_RATE,
+    FrameScheduler,
     Message,
     OnboardSample,
+    Packet,
     telemetry_layout,
 )
 from gsapp.virtual.mission import RECOVERY_PHASE, TRAINEE_PHASE
