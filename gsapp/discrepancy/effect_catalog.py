@@ -13,13 +13,7 @@ from typing import Any, Literal
 
 from gsapp.aircraft import Aircraft, load_aircraft
 from gsapp.dynamics.signal_terms import SURFACE_CHANNELS
-from gsapp.dynamics.terms import (
-    EffectGuidance,
-    Parameter,
-    create_term,
-    effect_guidance,
-    effect_ids,
-)
+from gsapp.dynamics.terms import EffectGuidance, Parameter, create_term, effect_guidance, effect_ids
 from gsapp.foundation import UnknownNameError
 from gsapp.foundation.name_suggestions import did_you_mean
 

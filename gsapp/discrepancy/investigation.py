@@ -20,10 +20,7 @@ from gsapp.discrepancy.effect_selection import (
 )
 from gsapp.discrepancy.held_out_maneuvers import HeldOutManeuvers
 from gsapp.discrepancy.result_builder import build_result, validate_on_held_out
-from gsapp.discrepancy.results import (
-    DiscrepancyResult,
-    InstrumentRemark,
-)
+from gsapp.discrepancy.results import DiscrepancyResult, InstrumentRemark
 from gsapp.discrepancy.search_checks import (
     check_forced_effects,
     check_instruments,

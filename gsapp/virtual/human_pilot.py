@@ -11,12 +11,7 @@ import numpy as np
 from gsapp.quantities.constants import DEGREE
 from gsapp.virtual.flight_plan import ControlSurface, FlightPlan, PlannedManeuver
 from gsapp.virtual.mission import GuidanceCommand, Mission
-from gsapp.virtual.pilot_perception import (
-    AircraftState,
-    PilotPerception,
-    PilotView,
-    RunwayFrame,
-)
+from gsapp.virtual.pilot_perception import AircraftState, PilotPerception, PilotView, RunwayFrame
 from gsapp.virtual.sticks import StickMotionModel, StickPositions
 
 

@@ -19,12 +19,7 @@ from gsapp.virtual.mission import (
 )
 from gsapp.virtual.pilot_perception import AircraftState, PilotView
 from gsapp.virtual.settings import VIRTUAL
-from gsapp.virtual.sticks import (
-    KeyboardSticks,
-    KeyPositions,
-    StickPositions,
-    step_toward,
-)
+from gsapp.virtual.sticks import KeyboardSticks, KeyPositions, StickPositions, step_toward
 
 
 class TrainingMission(Mission):

@@ -15,13 +15,7 @@ from typing import Final
 import numpy as np
 
 from gsapp.quantities.constants import DEGREE, GRAVITY
-from gsapp.virtual.flight_plan import (
-    FlightPlan,
-    Pattern,
-    PilotLimits,
-    PlannedManeuver,
-    RangeCheck,
-)
+from gsapp.virtual.flight_plan import FlightPlan, Pattern, PilotLimits, PlannedManeuver, RangeCheck
 from gsapp.virtual.pilot_perception import PilotView
 from gsapp.virtual.settings import VIRTUAL
 from gsapp.virtual.sticks import StickInput

@@ -16,12 +16,7 @@ import numpy as np
 
 from gsapp.foundation import FlightError
 from gsapp.foundation.name_suggestions import did_you_mean
-from gsapp.virtual.flight_plan import (
-    INPUT_SHAPES,
-    ControlSurface,
-    PilotLimits,
-    PlannedManeuver,
-)
+from gsapp.virtual.flight_plan import INPUT_SHAPES, ControlSurface, PilotLimits, PlannedManeuver
 from gsapp.virtual.pilot_perception import AircraftState
 from gsapp.virtual.settings import VIRTUAL
 

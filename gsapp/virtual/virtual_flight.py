@@ -25,11 +25,7 @@ from gsapp.virtual.airframe import (
     TRUTH_CHANNELS,
     Airframe,
 )
-from gsapp.virtual.flight_plan import (
-    FlightPlan,
-    PlannedManeuver,
-    load_flight_plan,
-)
+from gsapp.virtual.flight_plan import FlightPlan, PlannedManeuver, load_flight_plan
 from gsapp.virtual.human_pilot import AircraftHandling, HumanPilot
 from gsapp.virtual.instruments import Instruments
 from gsapp.virtual.sensor_faults import parse_sensor_fault

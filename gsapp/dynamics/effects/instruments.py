@@ -5,12 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from gsapp.aircraft import Aircraft
-from gsapp.dynamics.effects.effect_registration import (
-    DELAY,
-    TAU,
-    register_offset,
-    register_term,
-)
+from gsapp.dynamics.effects.effect_registration import DELAY, TAU, register_offset, register_term
 from gsapp.dynamics.signal_terms import (
     INPUT_CHANNELS,
     INSTRUMENT_BOXES,

@@ -22,11 +22,7 @@ from gsapp.virtual.downlink.onboard_messages import (
 )
 from gsapp.virtual.mission import RECOVERY_PHASE, TRAINEE_PHASE
 from gsapp.virtual.settings import VIRTUAL
-from gsapp.virtual.virtual_flight import (
-    FlightSegment,
-    FlightSimulation,
-    truth_block,
-)
+from gsapp.virtual.virtual_flight import FlightSegment, FlightSimulation, truth_block
 
 _ANNOUNCEMENTS: Final = {
     "preflight": "Telemetry on, recording",
