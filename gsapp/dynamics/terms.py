@@ -235,7 +235,7 @@ class EffectGuidance:
     mistaken_for: tuple[str, ...]
     """Effects that look alike in ordinary maneuvers, most alike first."""
     separated_by: str  # The maneuver or record that tells them apart.
-    effect_class: EffectClass
+    effect_class: EffectClass = "A"
     remedy: str = ""  # Class C: the measurement on the ground that settles it. Else empty.
     needs: tuple[str, ...] = ()
     """Channels that must be recorded (and, of inputs, must move) before it can be seen."""

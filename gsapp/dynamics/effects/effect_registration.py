@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from gsapp.aircraft import Aircraft
 from gsapp.dynamics.buildup import COEFFICIENT_TITLES
 from gsapp.dynamics.effect_terms import OffsetTerm
-from gsapp.dynamics.signal_terms import SURFACE_CHANNELS
+from gsapp.dynamics.signal_terms import SURFACE_CHANNELS, SignalTerm
 from gsapp.dynamics.terms import EffectGuidance, Monomial, Parameter, Term, register_effect
 
 LONGITUDINAL = ("CN", "CA", "Cm")
@@ -44,6 +44,29 @@ def coefficient_title(target: str) -> str:
 def register_term(term: Term, guidance: EffectGuidance) -> None:
     """Enter an effect that is the same for every aircraft."""
     register_effect(term.id, lambda _: term, guidance)
+
+
+def register_signal_term(
+    kind: type[SignalTerm],
+    term_id: str,
+    channel: str,
+    title: str,
+    equation: str,
+    guidance: EffectGuidance,
+    parameters: tuple[Parameter, ...] = (),
+    states: tuple[str, ...] = (),
+) -> None:
+    """Enter an effect on the path of a signal."""
+    term = kind(
+        id=term_id,
+        title=title,
+        equation=equation,
+        target=term_id.rpartition(".")[0],
+        reads=(channel,),
+        parameters=parameters,
+        states=states,
+    )
+    register_term(term, guidance)
 
 
 def register_monomial(

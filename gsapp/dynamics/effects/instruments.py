@@ -5,7 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from gsapp.aircraft import Aircraft
-from gsapp.dynamics.effects.effect_registration import DELAY, TAU, register_offset, register_term
+from gsapp.dynamics.effects.effect_registration import (
+    DELAY,
+    TAU,
+    register_offset,
+    register_signal_term,
+    register_term,
+)
 from gsapp.dynamics.signal_terms import (
     INPUT_CHANNELS,
     INSTRUMENT_BOXES,
@@ -16,11 +22,10 @@ from gsapp.dynamics.signal_terms import (
     Lag,
     Saturation,
     ScaleFactor,
-    SignalTerm,
     SignReversal,
     SwappedChannels,
 )
-from gsapp.dynamics.terms import EffectClass, EffectGuidance, Parameter
+from gsapp.dynamics.terms import EffectGuidance, Parameter
 
 _UNITS = {
     "V": "m/s", "qbar": "Pa",
@@ -97,73 +102,119 @@ _LIKE_CLIPPING = {
 _KINEMATICS = "data compatibility: kinematics without aerodynamics"
 
 
-def _channel_guidance(channel: str) -> dict[str, EffectGuidance]:
-    sensor = f"sensor.{channel}"
-    surface = channel in INPUT_CHANNELS
-    alike = _COEFFICIENT[channel]
-    static: EffectClass = "C" if surface else "B"
+def _register_channel(channel: str) -> None:
+    path, name, surface = (
+        f"sensor.{channel}",
+        _INSTRUMENT_TITLES[channel],
+        channel in INPUT_CHANNELS,
+    )
+    unit, bias = _UNITS.get(channel, "rad"), _BIASES.get(channel, 0.015)
+    clip_at = 0.1 if surface else _CLIPS.get(channel, _CLIP)
+    alike, exciting = _COEFFICIENT[channel], _EXCITING[channel]
     protractor = "move the surface on the ground and read a protractor against the record"
-    exciting = _EXCITING[channel]
     others = (
         f"{exciting}; surface and motion of the aircraft must agree in time"
         if surface
         else f"{exciting}, with the other instruments of the same motion recorded: the "
         "compatibility check needs no aerodynamics"
     )
-    return {
-        "scale": EffectGuidance(
-            mistaken_for=(alike, f"{sensor}.bias"),
-            separated_by="nothing in flight: it multiplies every derivative of the surface"
-            if surface
-            else others,
-            effect_class=static,
-            remedy=f"{protractor}, from stop to stop" if surface else "",
+
+    def guide(
+        mistaken_for: tuple[str, ...],
+        separated_by: str,
+        source: str = _KINEMATICS,
+        remedy: str = "",
+    ) -> EffectGuidance:
+        """Return the guidance for what is seen in flight; a remedy is for a surface alone."""
+        return EffectGuidance(
+            mistaken_for=mistaken_for,
+            separated_by=separated_by if surface or not remedy else others,
+            effect_class=("C" if remedy else "A") if surface else "B",
+            remedy=remedy if surface else "",
             needs=(channel,),
-            source=_KINEMATICS,
+            source=source,
+        )
+
+    register_signal_term(
+        ScaleFactor,
+        f"{path}.scale",
+        channel,
+        f"{name} has a scale error",
+        f"{channel} recorded = scale * {channel}",
+        guide(
+            (alike, f"{path}.bias"),
+            "nothing in flight: it multiplies every derivative of the surface",
+            remedy=f"{protractor}, from stop to stop",
         ),
-        "bias": EffectGuidance(
-            mistaken_for=(f"{sensor}.scale", alike),
-            separated_by="nothing in flight: it hides in the constant terms" if surface else others,
-            effect_class=static,
-            remedy=f"{protractor}, at neutral" if surface else "",
-            needs=(channel,),
-            source=_KINEMATICS,
+        (Parameter("scale", "", 1.1, (-3.0, 3.0), "recorded over true", 1.0),),
+    )
+    register_signal_term(
+        Bias,
+        f"{path}.bias",
+        channel,
+        f"{name} has an offset",
+        f"{channel} recorded = {channel} + bias",
+        guide(
+            (f"{path}.scale", alike),
+            "nothing in flight: it hides in the constant terms",
+            remedy=f"{protractor}, at neutral",
         ),
-        "delay": EffectGuidance(
-            mistaken_for=(f"{sensor}.lag", _sensor_unit(channel)),
-            separated_by=f"{others}; quick doublets (steps of 0.2 s) show delays best",
-            effect_class="A" if surface else "B",
-            needs=(channel,),
-            source=_KINEMATICS,
+        (Parameter("bias", unit, bias, (-30.0 * bias, 30.0 * bias), "recorded minus true"),),
+    )
+    register_signal_term(
+        Delay,
+        f"{path}.delay",
+        channel,
+        f"{name} is late",
+        f"{channel} recorded(t) = {channel}(t - delay)",
+        guide(
+            (f"{path}.lag", _sensor_unit(channel)),
+            f"{others}; quick doublets (steps of 0.2 s) show delays best",
         ),
-        "lag": EffectGuidance(
-            mistaken_for=(f"{sensor}.delay", _sensor_unit(channel)),
-            separated_by=(
-                f"{others}; doublets of different step times separate a filter from a delay"
-            ),
-            effect_class="A" if surface else "B",
-            needs=(channel,),
-            source=_KINEMATICS,
+        DELAY,
+        ("x1", "x2"),
+    )
+    register_signal_term(
+        Lag,
+        f"{path}.lag",
+        channel,
+        f"{name} is filtered",
+        f"recorded' = ({channel} - recorded)/tau",
+        guide(
+            (f"{path}.delay", _sensor_unit(channel)),
+            f"{others}; doublets of different step times separate a filter from a delay",
         ),
-        "clipping": EffectGuidance(
-            mistaken_for=(f"{sensor}.scale", *_LIKE_CLIPPING.get(channel, ())),
-            separated_by=f"{exciting}, small and large: only the large ones reach the end, and "
-            "the record shows a flat top",
-            effect_class="A" if surface else "B",
-            needs=(channel,),
-            source="Seanor, section 3.5: some early maneuvers went past the range of the gyros",
+        TAU,
+        ("recorded",),
+    )
+    limits = (0.0, 100.0 * clip_at)
+    register_signal_term(
+        Saturation,
+        f"{path}.clipping",
+        channel,
+        f"{name} reaches the end of its range",
+        f"{channel} recorded = limit({channel}, -limit, limit)",
+        guide(
+            (f"{path}.scale", *_LIKE_CLIPPING.get(channel, ())),
+            f"{exciting}, small and large: only the large ones reach the end, and the record shows "
+            "a flat top",
+            "Seanor, section 3.5: some early maneuvers went past the range of the gyros",
         ),
-        "reversed": EffectGuidance(
-            mistaken_for=(alike,),
-            separated_by="nothing in flight: all derivatives of the surface change sign"
-            if surface
-            else others,
-            effect_class=static,
-            remedy="move the stick on the ground and look at the chart" if surface else "",
-            needs=(channel,),
-            source="Seanor, (7.3.13): the side-force row carries the wrong sign",
+        (Parameter("limit", unit, clip_at, limits, "largest size recorded", 100.0 * clip_at),),
+    )
+    register_signal_term(
+        SignReversal,
+        f"{path}.reversed",
+        channel,
+        f"{name} has the wrong sign",
+        f"{channel} recorded = -{channel}",
+        guide(
+            (alike,),
+            "nothing in flight: all derivatives of the surface change sign",
+            "Seanor, (7.3.13): the side-force row carries the wrong sign",
+            "move the stick on the ground and look at the chart",
         ),
-    }
+    )
 
 
 def _sensor_unit(channel: str) -> str:
@@ -188,82 +239,6 @@ def _box_guidance(box: str) -> EffectGuidance:
         needs=channels[:2] if not surfaces else (),
         source="two recorders, two clocks",
     )
-
-
-def _register_sensors() -> None:
-    for channel in SENSOR_CHANNELS:
-        unit = _UNITS.get(channel, "rad")
-        bias, clip_at = _BIASES.get(channel, 0.015), _CLIPS.get(channel, _CLIP)
-        if channel in INPUT_CHANNELS:
-            clip_at = 0.1
-        target, reads, name = f"sensor.{channel}", (channel,), _INSTRUMENT_TITLES[channel]
-        rows: tuple[SignalTerm, ...] = (
-            ScaleFactor(
-                id=f"sensor.{channel}.scale",
-                title=f"{name} has a scale error",
-                equation=f"{channel} recorded = scale * {channel}",
-                parameters=(Parameter("scale", "", 1.1, (-3.0, 3.0), "recorded over true", 1.0),),
-                target=target,
-                reads=reads,
-            ),
-            Bias(
-                id=f"sensor.{channel}.bias",
-                title=f"{name} has an offset",
-                equation=f"{channel} recorded = {channel} + bias",
-                parameters=(
-                    Parameter(
-                        "bias", unit, bias, (-30.0 * bias, 30.0 * bias), "recorded minus true"
-                    ),
-                ),
-                target=target,
-                reads=reads,
-            ),
-            Delay(
-                id=f"sensor.{channel}.delay",
-                title=f"{name} is late",
-                equation=f"{channel} recorded(t) = {channel}(t - delay)",
-                states=("x1", "x2"),
-                parameters=DELAY,
-                target=target,
-                reads=reads,
-            ),
-            Lag(
-                id=f"sensor.{channel}.lag",
-                title=f"{name} is filtered",
-                equation=f"recorded' = ({channel} - recorded)/tau",
-                states=("recorded",),
-                parameters=TAU,
-                target=target,
-                reads=reads,
-            ),
-            Saturation(
-                id=f"sensor.{channel}.clipping",
-                title=f"{name} reaches the end of its range",
-                equation=f"{channel} recorded = limit({channel}, -limit, limit)",
-                parameters=(
-                    Parameter(
-                        "limit",
-                        unit,
-                        clip_at,
-                        (0.0, 100.0 * clip_at),
-                        "largest size recorded",
-                        100.0 * clip_at,
-                    ),
-                ),
-                target=target,
-                reads=reads,
-            ),
-            SignReversal(
-                id=f"sensor.{channel}.reversed",
-                title=f"{name} has the wrong sign",
-                equation=f"{channel} recorded = -{channel}",
-                target=target,
-                reads=reads,
-            ),
-        )
-        guidance = _channel_guidance(channel)
-        for term in rows:
-            register_term(term, guidance[term.id.rpartition(".")[2]])
 
 
 _BOX_TITLES = {
@@ -380,7 +355,8 @@ def _register_positions() -> None:
         )
 
 
-_register_sensors()
+for _channel in SENSOR_CHANNELS:
+    _register_channel(_channel)
 _register_boxes()
 _register_pairs()
 _register_positions()

@@ -21,7 +21,6 @@ def _guidance(
     return EffectGuidance(
         mistaken_for=mistaken_for,
         separated_by=separated_by,
-        effect_class="A",
         needs=needs,
         source=source,
         variant_of=variant_of,

@@ -68,7 +68,6 @@ for _target, _word, _size, _alike, _maneuver, _source in (
         EffectGuidance(
             mistaken_for=_alike,
             separated_by=_maneuver,
-            effect_class="A",
             needs=("V",),
             source=_source,
         ),
@@ -88,7 +87,6 @@ for _target, _size, _like in (
             mistaken_for=(_like, f"aero.{_target}.alpha2"),
             separated_by="flap down and up again at constant speed and throttle, wings level, "
             "between doublets of the same kind with either setting",
-            effect_class="A",
             needs=("flap",),
             source="Seanor, flight tests: flaps change trim",
         ),
@@ -107,7 +105,6 @@ register_monomial(
         separated_by="maneuvers in which q and alpha' differ: slow and quick doublets, and "
         "rolls with elevator held; short doublets about level flight hardly "
         "separate them",
-        effect_class="A",
         source="Seanor, appendix A: M_adot; downwash lag at the tail",
     ),
 )
@@ -137,7 +134,6 @@ for _target, _size, _alike in (
         EffectGuidance(
             mistaken_for=_alike,
             separated_by="doublets of very different step times (0.15 to 1 s)",
-            effect_class="A",
             source="indicial lift: one lag of the flow",
             decoy=True,
         ),
@@ -207,7 +203,6 @@ for _target, _size, _even, _words in (
             mistaken_for=(f"aero.{_target}.alpha2", "sensor.alpha.clipping"),
             separated_by="a slow deceleration with the wings level until the break, with height "
             "to spare, and doublets that stay within the linear range",
-            effect_class="A",
             source="departure beyond the linear range of the aircraft file",
             variant_of=f"aero.{_target}.alpha2",
         ),
