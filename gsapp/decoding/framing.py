@@ -120,7 +120,27 @@ def _byte_set(values: set[int]) -> bytes:
     return b"[" + b"".join(b"\\x%02x" % value for value in sorted(values)) + b"]"
 
 
-class Framer:
+FramedItem = MavlinkFrame | Residue
+
+
+class _BufferedFramer:
+    """What framers have in common: bytes that wait, and their place in the stream."""
+
+    _buffer = b""
+    _offset = 0
+
+    @property
+    def pending(self) -> int:
+        """Return how many bytes wait for a decision."""
+        return len(self._buffer)
+
+    @property
+    def offset(self) -> int:
+        """Return the stream offset of the first byte that has not come out yet."""
+        return self._offset
+
+
+class Framer(_BufferedFramer):
     """Split a byte stream into MAVLink 1 and 2 frames (signed ones too) and residue.
 
     Every byte fed comes out exactly once, in order, in a `MavlinkFrame` or a `Residue`. Frames do
@@ -138,21 +158,12 @@ class Framer:
         # By system, component and message as they stand in the header of such a frame.
         self._heard: dict[bytes, _KnownHeader] = {}
 
-    @property
-    def pending(self) -> int:
-        """Return how many bytes wait for a decision."""
-        return len(self._buffer)
-
-    @property
-    def offset(self) -> int:
-        return self._offset
-
-    def feed(self, data: bytes) -> list[MavlinkFrame | Residue]:
+    def feed(self, data: bytes) -> list[FramedItem]:
         """Take the next bytes; return all that is decided so far, in the order of the stream."""
         self._buffer = self._buffer + data if self._buffer else bytes(data)
         return self._take(*self._scan(final=False))
 
-    def flush_complete(self) -> list[MavlinkFrame | Residue]:
+    def flush_complete(self) -> list[FramedItem]:
         """Tell that the link pauses: bring out every frame that is whole by now.
 
         A frame at the end of which only the beginning has arrived stays pending, since a stalled
@@ -165,16 +176,14 @@ class Framer:
             return []
         return self._take(items, items[-1].offset + len(items[-1].data) - self._offset)
 
-    def flush(self) -> list[MavlinkFrame | Residue]:
+    def flush(self) -> list[FramedItem]:
         """Tell that the stream ended here: bring out all that is pending."""
         items, _ = self._scan(final=True)
         taken = self._take(items, len(self._buffer))
         self._synchronous = True
         return taken
 
-    def _take(
-        self, items: list[MavlinkFrame | Residue], position: int
-    ) -> list[MavlinkFrame | Residue]:
+    def _take(self, items: list[FramedItem], position: int) -> list[FramedItem]:
         if items:
             self._synchronous = isinstance(items[-1], MavlinkFrame)
         self._buffer = self._buffer[position:]
@@ -183,13 +192,13 @@ class Framer:
 
     def _scan(  # noqa: C901 - the hot loop stays in one piece
         self, *, final: bool
-    ) -> tuple[list[MavlinkFrame | Residue], int]:
+    ) -> tuple[list[FramedItem], int]:
         """Return what is decided, and the position in the buffer up to which it is."""
         buffer, size, base = self._buffer, len(self._buffer), self._offset
         heard, accept = self._heard, _Decision.ACCEPT
         checksum, find, make = crc16.mcrf4xx, buffer.find, tuple.__new__
         suspect = self._suspect
-        items: list[MavlinkFrame | Residue] = []
+        items: list[FramedItem] = []
         append = items.append
         position = done = 0  # of the candidate; of the first byte that has not come out
         while position < size:
@@ -425,7 +434,7 @@ class TextLine(NamedTuple):
     end: bytes  # What ended it: CR, LF, CR LF, or nothing at the end of the stream.
 
 
-class LineFramer:
+class LineFramer(_BufferedFramer):
     r"""Split a byte stream into text lines and residue.
 
     A line ends with LF, CR or CR LF. Lines that are not UTF-8, hold a NUL, or have more than
@@ -438,15 +447,6 @@ class LineFramer:
         self._buffer = b""
         self._offset = 0
         self._overlong = False  # the line at hand has been cut already
-
-    @property
-    def pending(self) -> int:
-        """Return how many bytes wait for the end of their line."""
-        return len(self._buffer)
-
-    @property
-    def offset(self) -> int:
-        return self._offset
 
     def feed(self, data: bytes) -> list[TextLine | Residue]:
         self._buffer += data

@@ -33,7 +33,14 @@ from gsapp.dynamics.equations import (
 )
 from gsapp.dynamics.model import Model
 from gsapp.dynamics.signal_terms import PathTerms, SignalTerm, SwappedChannels, channels_of_target
-from gsapp.dynamics.terms import POSITIONED_INSTRUMENTS, TARGETS, VARIABLES, Term, TermJacobian
+from gsapp.dynamics.terms import (
+    POSITIONED_INSTRUMENTS,
+    TARGETS,
+    VARIABLES,
+    Term,
+    TermJacobian,
+    Values,
+)
 from gsapp.foundation import FlightError, UnknownNameError
 from gsapp.quantities import FloatArray
 
@@ -245,7 +252,7 @@ class FlightModel:
             values[self.parameter_names.index(name)] = value
         return tuple(values)
 
-    def steady_states(self, state: Sequence[Value], inputs: Sequence[Value]) -> tuple[Value, ...]:
+    def steady_states(self, state: Values, inputs: Values) -> tuple[Value, ...]:
         """Return the terms' own states that have settled at the polar state and inputs."""
         variables = self._variables(state, inputs)
         sums: list[Value] = [0.0] * len(TARGETS)
@@ -260,7 +267,7 @@ class FlightModel:
 
     # --- values ---------------------------------------------------------------------------------
 
-    def _variables(self, state: Sequence[Value], inputs: Sequence[Value]) -> list[Value]:
+    def _variables(self, state: Values, inputs: Values) -> list[Value]:
         V, alpha, beta, p, q, r = state[:6]
         de, da, dr, flap, throttle, difference, rho, _ = inputs
         half = 0.5 / V
@@ -270,7 +277,7 @@ class FlightModel:
             de, da, dr, flap, throttle, difference, rho, 0.5 * rho * V * V, 0.0, 0.0, 0.0,
         ]  # fmt: skip
 
-    def _thrust(self, variables: Sequence[Value], sums: Sequence[Value]) -> Value:
+    def _thrust(self, variables: Values, sums: Values) -> Value:
         """Return the thrust (N), what terms add to it included."""
         V, throttle, rho = variables[0], variables[13], variables[15]
         return (
@@ -280,9 +287,9 @@ class FlightModel:
 
     def evaluate(
         self,
-        state: Sequence[Value],
-        inputs: Sequence[Value],
-        parameters: Sequence[Value] | None = None,
+        state: Values,
+        inputs: Values,
+        parameters: Values | None = None,
     ) -> ModelEvaluation:
         """Return coefficients, loads and all else between states and rates.
 
@@ -345,9 +352,9 @@ class FlightModel:
 
     def rates(
         self,
-        state: Sequence[Value],
-        inputs: Sequence[Value],
-        parameters: Sequence[Value] | None = None,
+        state: Values,
+        inputs: Values,
+        parameters: Values | None = None,
     ) -> tuple[Value, ...]:
         """Return the rates of all states, in the order of `state_names`; see `evaluate`."""
         totals = self.evaluate(state, inputs, parameters)
@@ -358,9 +365,9 @@ class FlightModel:
 
     def differentiate(
         self,
-        state: Sequence[Value],
-        inputs: Sequence[Value],
-        parameters: Sequence[Value] | None = None,
+        state: Values,
+        inputs: Values,
+        parameters: Values | None = None,
         *,
         free: Sequence[str] | None = None,
     ) -> ModelJacobian:
@@ -451,9 +458,9 @@ class _Chain:
         self,
         model: FlightModel,
         totals: ModelEvaluation,
-        state: Sequence[Value],
-        inputs: Sequence[Value],
-        parameters: Sequence[Value],
+        state: Values,
+        inputs: Values,
+        parameters: Values,
         free: Sequence[str] | None,
     ) -> None:
         self._n_states = len(model.state_names)
@@ -566,9 +573,9 @@ class _Chain:
         self,
         entry: _Entry,
         out: FloatArray,
-        by_reads: Sequence[Value],
-        by_states: Sequence[Value],
-        by_parameters: Sequence[Value],
+        by_reads: Values,
+        by_states: Values,
+        by_parameters: Values,
     ) -> None:
         for index, slope in zip(entry.reads, by_reads, strict=True):
             if index in self._dense:
@@ -595,7 +602,7 @@ def _cross(
     return _as_column(a) * db + _as_column(b) * da - _as_column(c) * dd - _as_column(d) * dc
 
 
-def _position_offset(name: str, sums: Sequence[Value]) -> tuple[Value, Value, Value]:
+def _position_offset(name: str, sums: Values) -> tuple[Value, Value, Value]:
     x, y, z = (sums[_TARGET_INDEX[target]] for target in _POSITION_TARGETS[name])
     return x, y, z
 
@@ -633,8 +640,8 @@ def _entry(term: Term, states: slice, parameters: slice) -> _Entry:
 def _add(
     entries: Sequence[_Entry],
     variables: list[Value],
-    state: Sequence[Value],
-    parameters: Sequence[Value],
+    state: Values,
+    parameters: Values,
     sums: list[Value],
 ) -> None:
     for term, target, read, _, states, own in entries:

@@ -22,6 +22,7 @@ from gsapp.dynamics.arithmetic import Dual, Value, array_namespace, clip
 from gsapp.dynamics.equations import POLAR_STATES, angular_accelerations
 from gsapp.dynamics.flight_model import MODEL_INPUTS, FlightModel, ModelEvaluation, ModelJacobian
 from gsapp.dynamics.settings import SIMULATION
+from gsapp.dynamics.terms import Values
 from gsapp.foundation import UnknownNameError
 from gsapp.quantities import FloatArray
 
@@ -134,7 +135,7 @@ def flow_at_cg(
     return speed, m.atan2(w, u), m.atan2(v, m.sqrt(u * u + w * w))
 
 
-def _spin(state: Sequence[Value], totals: ModelEvaluation) -> tuple[Value, Value, Value]:
+def _spin(state: Values, totals: ModelEvaluation) -> tuple[Value, Value, Value]:
     p, q, r = state[3:6]
     return angular_accelerations(p, q, r, *totals.loads[3:], totals.body)
 
@@ -161,9 +162,9 @@ class OutputModel:
 
     def values(
         self,
-        state: Sequence[Value],
-        inputs: Sequence[Value],
-        parameters: Sequence[Value] | None = None,
+        state: Values,
+        inputs: Values,
+        parameters: Values | None = None,
     ) -> tuple[Value, ...]:
         """Return the channels in order; arguments as in `FlightModel.totals`."""
         totals = self.model.evaluate(state, inputs, parameters)
@@ -181,9 +182,9 @@ class OutputModel:
 
     def jacobian(
         self,
-        state: Sequence[Value],
-        inputs: Sequence[Value],
-        parameters: Sequence[Value] | None = None,
+        state: Values,
+        inputs: Values,
+        parameters: Values | None = None,
         *,
         free: Sequence[str] | None = None,
     ) -> tuple[FloatArray, FloatArray, ModelJacobian]:

@@ -63,6 +63,10 @@ SWAPPABLE_PAIRS = (
 """Channels of one kind, whose plugs fit each other's sockets."""
 
 
+Sizes = tuple[float, ...]
+"""Parameters of a term, in its order."""
+
+
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class PathResponse:
     """A signal after its path."""
@@ -79,21 +83,19 @@ class PathResponse:
 class SignalTerm(Term):
     """Base of the terms on a signal's path."""
 
-    def begin(self, signal: float, dt: float, parameters: tuple[float, ...]) -> list[float]:
+    def begin(self, signal: float, dt: float, parameters: Sizes) -> list[float]:
         """Return the memory of a path on which the signal was constant so far."""
         return [signal]
 
     @abstractmethod
-    def step(
-        self, memory: list[float], signal: float, dt: float, parameters: tuple[float, ...]
-    ) -> float:
+    def step(self, memory: list[float], signal: float, dt: float, parameters: Sizes) -> float:
         """Take the signal's next sample, update the memory, return what comes out."""
 
     @abstractmethod
-    def respond(self, signal: FloatArray, dt: float, parameters: tuple[float, ...]) -> PathResponse:
+    def respond(self, signal: FloatArray, dt: float, parameters: Sizes) -> PathResponse:
         """Return the whole history after the path, shape (n,), sampled every `dt` s."""
 
-    def invert(self, signal: FloatArray, dt: float, parameters: tuple[float, ...]) -> PathResponse:
+    def invert(self, signal: FloatArray, dt: float, parameters: Sizes) -> PathResponse:
         """Return the history, shape (n,), that came out as `signal`.
 
         Where the path lost it (clipping, play), the signal stands for it.
@@ -126,12 +128,10 @@ class SwappedChannels(Term):
 class MemorylessTerm(SignalTerm):
     """Base of paths without memory."""
 
-    def step(
-        self, memory: list[float], signal: float, dt: float, parameters: tuple[float, ...]
-    ) -> float:
+    def step(self, memory: list[float], signal: float, dt: float, parameters: Sizes) -> float:
         return float(self.value((signal,), (), parameters))
 
-    def respond(self, signal: FloatArray, dt: float, parameters: tuple[float, ...]) -> PathResponse:
+    def respond(self, signal: FloatArray, dt: float, parameters: Sizes) -> PathResponse:
         jacobian = self.jacobian((signal,), (), parameters)
         slope = np.broadcast_to(jacobian.reads[0], signal.shape)
         columns = [np.broadcast_to(column, signal.shape) for column in jacobian.parameters]
@@ -153,7 +153,7 @@ class ScaleFactor(MemorylessTerm):
     def jacobian(self, reads: Values, states: Values, parameters: Values) -> TermJacobian:
         return TermJacobian(reads=(parameters[0],), parameters=(reads[0],))
 
-    def invert(self, signal: FloatArray, dt: float, parameters: tuple[float, ...]) -> PathResponse:
+    def invert(self, signal: FloatArray, dt: float, parameters: Sizes) -> PathResponse:
         (factor,) = parameters
         if factor == 0.0:
             return _identity_response(signal, 1)
@@ -175,7 +175,7 @@ class SignReversal(MemorylessTerm):
     def jacobian(self, reads: Values, states: Values, parameters: Values) -> TermJacobian:
         return TermJacobian(reads=(-1.0,))
 
-    def invert(self, signal: FloatArray, dt: float, parameters: tuple[float, ...]) -> PathResponse:
+    def invert(self, signal: FloatArray, dt: float, parameters: Sizes) -> PathResponse:
         return PathResponse(
             values=-signal,
             parameters=np.empty((signal.size, 0)),
@@ -193,7 +193,7 @@ class Bias(MemorylessTerm):
     def jacobian(self, reads: Values, states: Values, parameters: Values) -> TermJacobian:
         return TermJacobian(reads=(1.0,), parameters=(1.0,))
 
-    def invert(self, signal: FloatArray, dt: float, parameters: tuple[float, ...]) -> PathResponse:
+    def invert(self, signal: FloatArray, dt: float, parameters: Sizes) -> PathResponse:
         return PathResponse(
             values=signal - parameters[0],
             parameters=np.full((signal.size, 1), -1.0),
@@ -247,18 +247,16 @@ class Lag(FollowingTerm):
             rate_parameters=((by_tau,),),
         )
 
-    def begin(self, signal: float, dt: float, parameters: tuple[float, ...]) -> list[float]:
+    def begin(self, signal: float, dt: float, parameters: Sizes) -> list[float]:
         return [signal, signal]
 
-    def step(
-        self, memory: list[float], signal: float, dt: float, parameters: tuple[float, ...]
-    ) -> float:
+    def step(self, memory: list[float], signal: float, dt: float, parameters: Sizes) -> float:
         decay, old, new = lag_weights(parameters[0], dt)
         out = decay * memory[0] + old * memory[1] + new * signal
         memory[0], memory[1] = out, signal
         return out
 
-    def respond(self, signal: FloatArray, dt: float, parameters: tuple[float, ...]) -> PathResponse:
+    def respond(self, signal: FloatArray, dt: float, parameters: Sizes) -> PathResponse:
         tau = parameters[0]
         decay, _, _ = lag_weights(tau, dt)
 
@@ -282,7 +280,7 @@ class Lag(FollowingTerm):
             by_tau = np.asarray(lfilter([1.0], [1.0, -decay], drive))
         return PathResponse(values=values, parameters=by_tau[:, None], tangent=run)
 
-    def invert(self, signal: FloatArray, dt: float, parameters: tuple[float, ...]) -> PathResponse:
+    def invert(self, signal: FloatArray, dt: float, parameters: Sizes) -> PathResponse:
         if signal.size < 2:
             return _identity_response(signal, 1)
         tau = parameters[0]
@@ -331,7 +329,7 @@ class Delay(SignalTerm):
             rate_parameters=((0.0,), (moves * by_delay,)),
         )
 
-    def begin(self, signal: float, dt: float, parameters: tuple[float, ...]) -> list[float]:
+    def begin(self, signal: float, dt: float, parameters: Sizes) -> list[float]:
         if parameters[0] < 0.0:
             raise FlightError(
                 f"the effect '{self.id}' has a delay of {parameters[0]:g} s, which must not be "
@@ -339,9 +337,7 @@ class Delay(SignalTerm):
             )
         return [signal] * (math.ceil(parameters[0] / dt) + 2)
 
-    def step(
-        self, memory: list[float], signal: float, dt: float, parameters: tuple[float, ...]
-    ) -> float:
+    def step(self, memory: list[float], signal: float, dt: float, parameters: Sizes) -> float:
         memory.insert(0, signal)
         memory.pop()
         place = parameters[0] / dt
@@ -349,10 +345,10 @@ class Delay(SignalTerm):
         part = place - index
         return (1.0 - part) * memory[index] + part * memory[index + 1]
 
-    def respond(self, signal: FloatArray, dt: float, parameters: tuple[float, ...]) -> PathResponse:
+    def respond(self, signal: FloatArray, dt: float, parameters: Sizes) -> PathResponse:
         return _shift(signal, parameters[0] / dt, dt)
 
-    def invert(self, signal: FloatArray, dt: float, parameters: tuple[float, ...]) -> PathResponse:
+    def invert(self, signal: FloatArray, dt: float, parameters: Sizes) -> PathResponse:
         found = _shift(signal, -parameters[0] / dt, dt)
         return PathResponse(
             values=found.values, parameters=-found.parameters, tangent=found.tangent
@@ -400,14 +396,12 @@ class RateLimit(FollowingTerm):
             rate_parameters=((above - below,),),
         )
 
-    def step(
-        self, memory: list[float], signal: float, dt: float, parameters: tuple[float, ...]
-    ) -> float:
+    def step(self, memory: list[float], signal: float, dt: float, parameters: Sizes) -> float:
         reach = parameters[0] * dt
         memory[0] += min(max(signal - memory[0], -reach), reach)
         return memory[0]
 
-    def respond(self, signal: FloatArray, dt: float, parameters: tuple[float, ...]) -> PathResponse:
+    def respond(self, signal: FloatArray, dt: float, parameters: Sizes) -> PathResponse:
         reach = parameters[0] * dt
         values = np.empty(signal.size)
         moved = np.zeros(signal.size)
@@ -452,14 +446,12 @@ class Backlash(FollowingTerm):
             rate_parameters=((0.5 * (pulled - pushed) / SIMULATION.edge_rounding,),),
         )
 
-    def step(
-        self, memory: list[float], signal: float, dt: float, parameters: tuple[float, ...]
-    ) -> float:
+    def step(self, memory: list[float], signal: float, dt: float, parameters: Sizes) -> float:
         half = 0.5 * parameters[0]
         memory[0] = min(max(memory[0], signal - half), signal + half)
         return memory[0]
 
-    def respond(self, signal: FloatArray, dt: float, parameters: tuple[float, ...]) -> PathResponse:
+    def respond(self, signal: FloatArray, dt: float, parameters: Sizes) -> PathResponse:
         half = 0.5 * parameters[0]
         values = np.empty(signal.size)
         side = np.zeros(signal.size)
@@ -547,9 +539,7 @@ class SignalPath:
 class SupportsRespond(Protocol):
     """What gives a whole history after one part of a path, as `SignalTerm.respond`."""
 
-    def respond(
-        self, signal: FloatArray, dt: float, parameters: tuple[float, ...]
-    ) -> PathResponse: ...
+    def respond(self, signal: FloatArray, dt: float, parameters: Sizes) -> PathResponse: ...
 
 
 def _apply_all(

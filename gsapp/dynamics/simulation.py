@@ -49,6 +49,7 @@ from gsapp.foundation import FlightError
 from gsapp.quantities import FloatArray
 from gsapp.quantities.constants import GRAVITY
 
+Vector3 = tuple[float, float, float]
 _NO_LOADS = Loads(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 
@@ -76,8 +77,8 @@ class GroundContact(Protocol):
     def loads(
         self,
         down: float,
-        velocity: tuple[float, float, float],
-        rates: tuple[float, float, float],
+        velocity: Vector3,
+        rates: Vector3,
         matrix: Matrix,
         *,
         steer: float,
@@ -133,10 +134,10 @@ class _Instant:
 
     slope: list[float]
     totals: ModelEvaluation
-    air: tuple[float, float, float]
+    air: Vector3
     polar: tuple[float, ...]
     matrix: Matrix
-    force: tuple[float, float, float]
+    force: Vector3
     ground: Loads
     on_ground: bool
     scale: float
@@ -198,8 +199,8 @@ class Simulator:
         V: float,
         alpha: float = 0.0,
         beta: float = 0.0,
-        rates: tuple[float, float, float] = (0.0, 0.0, 0.0),
-        attitude: tuple[float, float, float] = (0.0, 0.0, 0.0),
+        rates: Vector3 = (0.0, 0.0, 0.0),
+        attitude: Vector3 = (0.0, 0.0, 0.0),
         height: float = 100.0,
         position: tuple[float, float] = (0.0, 0.0),
         commands: ControlCommands | None = None,
@@ -232,10 +233,10 @@ class Simulator:
 
     def _begin(
         self,
-        velocity: tuple[float, float, float],
-        rates: tuple[float, float, float],
+        velocity: Vector3,
+        rates: Vector3,
         quaternion: tuple[float, float, float, float],
-        position: tuple[float, float, float],
+        position: Vector3,
         commands: ControlCommands | None,
         fuel: float | None,
     ) -> None:
@@ -305,7 +306,7 @@ class Simulator:
             for name, actuator in self._actuators.items()
         }
 
-    def _driven(self, gust: tuple[float, float, float]) -> _Excitation:
+    def _driven(self, gust: Vector3) -> _Excitation:
         return _Excitation(
             tuple(position.surface for position in self._controls.values()),
             self._engine.throttle,
@@ -501,7 +502,7 @@ def _throttle_levers(commands: ControlCommands) -> tuple[float, float]:
     )
 
 
-def _to_body(matrix: Matrix, earth: tuple[float, float, float]) -> tuple[float, float, float]:
+def _to_body(matrix: Matrix, earth: Vector3) -> Vector3:
     north, east, down = earth
     return (
         matrix[0] * north + matrix[3] * east + matrix[6] * down,
@@ -522,7 +523,7 @@ def _fade_loads(loads: Loads, thrust: Value, scale: float) -> Loads:
     )
 
 
-def _air_acceleration(now: _Instant, state: Sequence[float]) -> tuple[float, float, float]:
+def _air_acceleration(now: _Instant, state: Sequence[float]) -> Vector3:
     """Return the rates of u, v, w relative to air that moves steadily."""
     u, v, w = now.air
     ground = state[:3]

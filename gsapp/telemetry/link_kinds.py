@@ -171,6 +171,8 @@ def parse_fields(kind: str, fields: Sequence[AddressField], text: str) -> LinkAd
 
 
 Framing = Literal["mavlink", "text"]
+PortLister = Callable[[], Iterable[object]]
+"""Gives the serial ports of this computer."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -222,11 +224,7 @@ class LinkKind:
         """Return the port in words."""
         return str(address)
 
-    def no_data_remedy(
-        self,
-        address: LinkAddress,
-        list_ports: Callable[[], Iterable[object]],
-    ) -> str:
+    def no_data_remedy(self, address: LinkAddress, list_ports: PortLister) -> str:
         """Return what to try where nothing comes at all."""
         return "Check that the sender is switched on and connected."
 
@@ -264,9 +262,7 @@ class NetworkLink(LinkKind):
             return f"{self.protocol} port {address.port} of {address.host}"
         return f"{self.protocol} {address.host} port {address.port}"
 
-    def no_data_remedy(
-        self, address: LinkAddress, list_ports: Callable[[], Iterable[object]]
-    ) -> str:
+    def no_data_remedy(self, address: LinkAddress, list_ports: PortLister) -> str:
         if not self.listens:
             return (
                 f"Check that the aircraft is on the network, and that it uses port {address.port}."
@@ -317,9 +313,7 @@ class SerialLink(LinkKind):
     def location(self, address: LinkAddress) -> str:
         return f"{address.path} ({address.baud:,} baud)"
 
-    def no_data_remedy(
-        self, address: LinkAddress, list_ports: Callable[[], Iterable[object]]
-    ) -> str:
+    def no_data_remedy(self, address: LinkAddress, list_ports: PortLister) -> str:
         try:
             others = [
                 describe_port(port)

@@ -30,6 +30,8 @@ from gsapp.telemetry.send_queue import GroundHeartbeat, SendQueue
 from gsapp.telemetry.settings import TELEMETRY
 from gsapp.telemetry.sources import Chunk, LinkSource
 
+StreamItem = MavlinkFrame | Residue | TextLine
+
 
 class PeerStream:
     """The framing of one peer of a link.
@@ -49,7 +51,7 @@ class PeerStream:
     def pending(self) -> int:
         return self._framer.pending
 
-    def feed(self, data: bytes, offset: int) -> list[MavlinkFrame | Residue | TextLine]:
+    def feed(self, data: bytes, offset: int) -> list[StreamItem]:
         """Take bytes that lie at an offset of the link; return what is decided."""
         last = self._starts[-1] if self._starts else None
         if last is None or offset - last[1] != self._fed - last[0]:
@@ -57,16 +59,14 @@ class PeerStream:
         self._fed += len(data)
         return self._placed(self._framer.feed(data))
 
-    def flush_complete(self) -> list[MavlinkFrame | Residue | TextLine]:
+    def flush_complete(self) -> list[StreamItem]:
         return self._placed(self._framer.flush_complete())
 
-    def flush(self) -> list[MavlinkFrame | Residue | TextLine]:
+    def flush(self) -> list[StreamItem]:
         return self._placed(self._framer.flush())
 
-    def _placed(
-        self, items: Sequence[MavlinkFrame | Residue | TextLine]
-    ) -> list[MavlinkFrame | Residue | TextLine]:
-        placed: list[MavlinkFrame | Residue | TextLine] = []
+    def _placed(self, items: Sequence[StreamItem]) -> list[StreamItem]:
+        placed: list[StreamItem] = []
         for item in items:
             self._forget(item.offset)
             if not isinstance(item, Residue):
@@ -356,7 +356,7 @@ class Recorder:
         self._streams[peer] = stream
         return stream
 
-    def _write(self, stamp: int, items: Sequence[MavlinkFrame | Residue | TextLine]) -> None:
+    def _write(self, stamp: int, items: Sequence[StreamItem]) -> None:
         """Write what came at one time, in batches whose stamps rise.
 
         In a batch the residue comes first; where it came later, another batch begins.

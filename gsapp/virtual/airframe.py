@@ -25,7 +25,7 @@ from gsapp.dynamics.sensors import (
     velocity_at,
 )
 from gsapp.dynamics.signal_terms import SignalPath, SignalTerm, channels_of_target
-from gsapp.dynamics.simulation import ControlCommands, Simulator
+from gsapp.dynamics.simulation import ControlCommands, Simulator, Vector3
 from gsapp.dynamics.terms import POSITIONED_INSTRUMENTS
 from gsapp.quantities.constants import EARTH_RADIUS, GRAVITY
 from gsapp.virtual.flight_plan import FlightPlan
@@ -45,7 +45,7 @@ from gsapp.virtual.sticks import StickPositions
 class Wheel:
     """One wheel."""
 
-    position: tuple[float, float, float]
+    position: Vector3
     """Of the unloaded tire's lowest point from the CG, body axes, m."""
     steers: bool
     brakes: bool
@@ -79,8 +79,8 @@ class LandingGear:
     def loads(
         self,
         down: float,
-        velocity: tuple[float, float, float],
-        rates: tuple[float, float, float],
+        velocity: Vector3,
+        rates: Vector3,
         matrix: Matrix,
         *,
         steer: float,

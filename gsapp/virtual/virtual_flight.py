@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -319,30 +320,18 @@ def simulate_flight(
     plan: FlightPlan | str | Path = "default",
     *,
     aircraft: Aircraft | str | Path = "b777",
-    model: Model | str = "b777",
-    seed: int = 0,
-    hide: Sequence[str] = (),
-    faults: Sequence[str] = (),
-    turbulence: float | None = None,
-    rate: float = 100.0,
-    certificates: str | Path = "b777",
+    **options: Any,
 ) -> VirtualFlight:
     """Fly a plan from switching the box on to engines off; return truth and measurement.
 
-    Plan, aircraft and model are the things themselves, files, or names of shipped ones; the rest is
-    as in `FlightSimulation`. Raise GroundStationError if a file holds mistakes, an effect is
+    Plan and aircraft are the things themselves, files, or names of shipped ones; the options are
+    those of `FlightSimulation`. Raise GroundStationError if a file holds mistakes, an effect is
     unknown, or the aircraft cannot fly.
     """
     flight = FlightSimulation(
         plan if isinstance(plan, FlightPlan) else load_flight_plan(plan),
         aircraft=aircraft if isinstance(aircraft, Aircraft) else load_aircraft(aircraft),
-        model=model,
-        seed=seed,
-        hide=hide,
-        faults=faults,
-        turbulence=turbulence,
-        rate=rate,
-        certificates=certificates,
+        **options,
     )
     stretches = []
     while not flight.finished:
