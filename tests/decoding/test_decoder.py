@@ -155,7 +155,7 @@ def troubled(cases: SimpleNamespace, tmp_path_factory: pytest.TempPathFactory) -
     seed=st.integers(0, 3),
     sizes=st.lists(st.one_of(st.integers(1, 3), st.integers(1, 400)), min_size=1, max_size=20),
 )
-@settings(max_examples=12, deadline=None)
+@settings(max_examples=5, deadline=None)
 def test_chunking_changes_nothing(
     cases: SimpleNamespace, troubled: SimpleNamespace, seed: int, sizes: list[int]
 ) -> None:
@@ -272,7 +272,7 @@ def test_without_certificates_there_are_volts_only(cases: SimpleNamespace) -> No
     assert found["alpha_volts"][1].tolist() == [1.25, 1.25]
 
 
-@settings(max_examples=60)
+@settings(max_examples=12)
 @given(kept=st.sets(st.sampled_from(sorted(load_certificates("b777")))))
 @example(kept={"rudder"})
 @example(kept={"dynamic_pressure"})

@@ -206,6 +206,7 @@ def test_the_recorder_adds_its_noise_and_no_more() -> None:
     assert "alpha" in bare
 
 
+@pytest.mark.long
 def test_a_flown_case_is_what_the_program_gets() -> None:
     case = hidden("aero.Cm.alpha2", rate=50, gust=0.3, seed=3)
     one, again = flying.fly_case(case), flying.fly_case(case, PLAN[:2])
@@ -287,6 +288,7 @@ def shows(
     return sensitivity.remaining(sensitivity.gram(parts), names, maneuvers=PAIR)
 
 
+@pytest.mark.long
 def test_sigmas_are_true_by_monte_carlo(baseline: tuple[FloatArray, ...]) -> None:
     """An effect of ten sigma, estimated from 4 noisy records, is found as ten with spread one.
 

@@ -68,6 +68,7 @@ def test_the_catalog_lists_the_example(site: Path, tmp_path: Path) -> None:
     assert effects[EFFECT]["parameters"]["Cl_da_abs_beta"]["plausible"] == -0.8
 
 
+@pytest.mark.long
 def test_a_search_finds_the_example(site: Path) -> None:
     """What has no name without the package (`test_hidden_effects`) has one with it."""
     pytest.importorskip("jsbsim", reason="truth is flown by JSBSim, which is not installed")

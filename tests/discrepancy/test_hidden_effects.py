@@ -21,6 +21,8 @@ from tests.discrepancy.blind.instruments import NOISE
 from tests.discrepancy.blind.judging import is_named
 from tests.discrepancy.blind.plan import PLAN
 
+pytestmark = pytest.mark.long
+
 SEED = 70
 MANEUVERS = ("1", "3", "4", "5", "7", "8", "9", "10", "12", "13", "14", "16")
 

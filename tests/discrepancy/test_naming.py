@@ -180,6 +180,7 @@ def test_no_candidates_decide_nothing() -> None:
 # --- with nothing hidden -------------------------------------------------------------------------
 
 
+@pytest.mark.long
 def test_scores_of_nothing_hidden_are_chi_square() -> None:
     """Toys in gusts, the filter knows the noise: gains of candidates are chi-square of 1.
 

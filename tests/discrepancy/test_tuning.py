@@ -102,6 +102,7 @@ def fitted() -> dict[str, FilterErrorFit]:
     return fits
 
 
+@pytest.mark.long
 def test_instrument_noise_is_recovered_from_maneuvers(fitted: dict[str, FilterErrorFit]) -> None:
     for name, fit in fitted.items():
         for channel, size in NOISE.items():

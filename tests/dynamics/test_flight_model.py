@@ -47,7 +47,7 @@ def split(x: list) -> tuple[list, list, list]:
 
 
 @given(st.integers(0, 2**31))
-@settings(deadline=None, max_examples=3)
+@settings(deadline=None, max_examples=2)
 def test_jacobians_equal_differences(seed: int) -> None:
     x = point(seed, 3)
     outputs = OutputModel(FULL, OUTPUTS)

@@ -5,6 +5,8 @@ import sys
 import tomllib
 from pathlib import Path
 
+import pytest
+
 PROJECT = Path(__file__).parents[2]
 
 
@@ -23,6 +25,7 @@ def test_every_part_of_gsapp_stands_in_the_contract() -> None:
     assert outside == {"__init__.py", "__main__.py"}
 
 
+@pytest.mark.long
 def test_every_core_module_imports_with_graphics_blocked() -> None:
     program = """
 import importlib, pkgutil, sys

@@ -140,6 +140,7 @@ def test_a_port_tells_what_its_usb_device_is() -> None:
     assert describe_port(SimpleNamespace(device="/dev/ttyS0", description="n/a")) == "/dev/ttyS0"
 
 
+@pytest.mark.long
 def test_recording_without_a_window_says_what_is_wrong(
     port: tuple[int, str],
     tmp_path: Path,

@@ -279,6 +279,7 @@ def test_a_log_is_fetched_while_the_recorder_owns_the_link(autopilot, tmp_path, 
     assert sum(1 for _ in read_tlog(folder.tlog_file)) > 200_000 / LOG_DATA_BYTES
 
 
+@pytest.mark.long
 @pytest.mark.usefixtures("own_runtime")
 def test_a_killed_fetch_goes_on_and_leaves_no_recorder(autopilot, tmp_path, patience):
     """Both sides killed in the midst; the next one asks for the rest, and takes all away."""

@@ -14,7 +14,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from gsapp.decoding.framing import Framer, LineFramer, MavlinkFrame
+from gsapp.decoding.framing import Framer, LineFramer
 from gsapp.flight.raw_files import RawWriter
 from gsapp.foundation import LinkError
 from gsapp.telemetry.clock import HostClock
@@ -848,7 +848,7 @@ def test_a_host_clock_with_coarse_ticks_is_not_pushed_ahead() -> None:
     true = [start]
     clock = HostClock(wall_us=lambda: true[0] // tick * tick)
     stamps = []
-    for _ in range(600_000):
+    for _ in range(200_000):
         true[0] += 100
         stamps.append(clock.now_us())
     assert all(one < two for one, two in itertools.pairwise(stamps))
@@ -862,20 +862,3 @@ def test_a_flight_continued_after_the_clock_was_set_back_goes_on_from_its_last_s
     assert clock.now_us() == STAMP + 3_600_000_001
     wall[0] += 10_000
     assert clock.now_us() == STAMP + 3_600_010_000
-
-
-def test_the_virtual_aircraft_is_a_source_like_any_other() -> None:
-    source = open_source("virtual", speed=10.0)
-    source.open()
-    # On a busy machine its process takes long to begin.
-    chunks = collect(source, 5000, 120.0)
-    framer = Framer()
-    items = [item for chunk in chunks for item in framer.feed(chunk.data)] + framer.flush_complete()
-    assert all(isinstance(item, MavlinkFrame) and item.known for item in items)
-    assert {0, 350} <= {item.message_id for item in items}
-    assert all(first.stamp_us < second.stamp_us for first, second in itertools.pairwise(chunks))
-    source.write(b"it need not listen")
-    source.close()
-    source.close()
-    assert source.read(0.0) == []
-    assert not source.connected

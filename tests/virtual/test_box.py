@@ -148,8 +148,10 @@ def test_the_virtual_link_is_a_source_like_any_other() -> None:
                 names[dialect.mavlink_map[piece.message_id].msgname] += 1
     assert names["DEBUG_FLOAT_ARRAY"] > 500
     assert source.connected
+    source.write(b"it need not listen")
     source.close()
     source.close()
+    assert not source.connected
     assert source.read(0.0) == []
     assert "closed" in source.state
 

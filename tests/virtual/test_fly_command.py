@@ -84,7 +84,7 @@ def test_an_interrupted_flight_leaves_nothing(
 
 
 @pytest.mark.skipif(os.name == "nt", reason="no such signals on Windows")
-@pytest.mark.parametrize("name", ["SIGTERM", "SIGHUP"])
+@pytest.mark.parametrize("name", ["SIGTERM", pytest.param("SIGHUP", marks=pytest.mark.long)])
 def test_a_flight_that_is_asked_to_end_leaves_nothing(name: str, tmp_path: Path) -> None:
     command = [sys.executable, "-m", "gsapp.cli", "fly", "--out", str(tmp_path / "flight")]
     number = getattr(signal, name)

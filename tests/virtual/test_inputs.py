@@ -8,6 +8,7 @@ from tests.virtual.input_plan import Meddling
 from tests.virtual.inputs import fly_input
 
 
+@pytest.mark.long
 def test_same_seed_same_flight_and_what_is_given_is_flown() -> None:
     one, again = (fly_input(5001, surfaces=("de",), turbulence=0.4) for _ in range(2))
     np.testing.assert_array_equal(one.measured.values, again.measured.values)

@@ -142,6 +142,7 @@ def test_what_is_no_fault_gets_one_sentence(text: str, words: str) -> None:
     assert "\n" not in str(caught.value)
 
 
+@pytest.mark.long
 def test_a_broken_vane_goes_all_the_way_into_the_flight(tmp_path: Path) -> None:
     fly_command.run(out=tmp_path / "flight", plan="short", seed=3, faults=("alpha:stuck",))
     block = load_flight(tmp_path / "flight").block

@@ -177,6 +177,7 @@ def test_the_end_of_the_lines_ends_the_flight() -> None:
     assert "is unknown" in said[2]
 
 
+@pytest.mark.long
 def test_a_trainee_over_a_real_link_is_in_the_record(tmp_path: Path) -> None:
     """A process, a link, a recorder: within five seconds keys fly a doublet that is recorded."""
     folder = tmp_path / "flight"
