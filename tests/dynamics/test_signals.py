@@ -1,4 +1,4 @@
-"""Paths of signals: sampled form against the continuous one, steps against histories."""
+"""Paths of signals: sampled against continuous, steps against histories, play in linkages."""
 
 import numpy as np
 import pytest
@@ -7,7 +7,8 @@ from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
 from gsapp.aircraft import load_aircraft
-from gsapp.dynamics.signal_terms import SignalPath, SignalTerm, path_response
+from gsapp.dynamics.actuators import simulate_control_path
+from gsapp.dynamics.signal_terms import PathTerms, SignalPath, SignalTerm, path_response
 from gsapp.dynamics.terms import create_term, effect_ids
 
 B777 = load_aircraft("b777")
@@ -153,3 +154,49 @@ def test_lag_of_zero_still_has_its_derivative(name: str) -> None:
     small = 1e-4
     numeric = (term.respond(WAVE, DT, (small,)).values - WAVE) / small
     assert np.allclose(at_zero.parameters[2:-1, 0], numeric[2:-1], atol=0.05)
+
+
+LONG_TIMES = np.arange(1000) * DT
+HANDS = 0.02 * np.sin(2.0 * LONG_TIMES) * np.exp(-0.2 * LONG_TIMES)
+WIDTH = 0.001
+
+
+def path(effect: str, value: float) -> PathTerms:
+    term = create_term(effect, load_aircraft("b777"))
+    assert isinstance(term, SignalTerm)
+    return ((term, (value,)),)
+
+
+def test_noise_as_large_as_the_play_does_not_turn_it_over() -> None:
+    play = path("control.elevator.backlash", WIDTH)
+    ((term, values),) = play
+    true = term.respond(HANDS, DT, values).values - HANDS
+    record = HANDS + WIDTH * np.random.default_rng(0).standard_normal(HANDS.size)
+    found = simulate_control_path(play, record, DT).values - record
+    plain = term.respond(record, DT, values).values - record
+    assert np.std(found - true) < WIDTH / 3.0
+    assert np.std(plain - true) > WIDTH / 2.0
+
+
+def test_without_noise_it_is_the_play_itself() -> None:
+    play = path("control.elevator.backlash", WIDTH)
+    ((term, values),) = play
+    expected = term.respond(HANDS, DT, values).values
+    assert np.mean(np.abs(simulate_control_path(play, HANDS, DT).values - expected)) < 0.05 * WIDTH
+
+
+def test_the_tangent_is_the_change_of_the_answer() -> None:
+    play = path("control.elevator.backlash", WIDTH)
+    change = 1e-9 * np.cos(3.0 * LONG_TIMES)
+    here = simulate_control_path(play, HANDS, DT)
+    there = simulate_control_path(play, HANDS + change, DT).values
+    assert here.tangent(change[:, None])[:, 0] == pytest.approx(there - here.values, abs=1e-12)
+
+
+def test_other_paths_are_walked_as_they_are() -> None:
+    lag = path("control.elevator.lag", 0.08)
+    ((term, values),) = lag
+    expected = term.respond(HANDS, DT, values)
+    found = simulate_control_path(lag, HANDS, DT)
+    assert np.array_equal(found.values, expected.values)
+    assert np.array_equal(found.parameters, expected.parameters)
