@@ -8,7 +8,6 @@ from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -35,6 +34,7 @@ from gsapp.decoding.pipeline import Pipeline
 from gsapp.flight.raw_record import RawRecord
 from gsapp.foundation import UnknownNameError
 from gsapp.quantities import CHANNELS, Block, channel, to_si
+from tests.decoding.decoding_kit import HOST, assert_same, decode_in_chunks, gather
 
 MAPS = ("b777", "b777-thin", "ardupilot-plane", "px4")
 SPECIAL = (0.0, -0.0, 1.0, -1.0, math.pi, -math.pi, math.nan, 1e-320, -1e-320, 1e300, -1e300)
@@ -270,7 +270,7 @@ def test_channels_are_derived_alike(names: tuple[str, ...], rows: list[list[floa
 
 @pytest.mark.filterwarnings("ignore:invalid value|overflow|divide by zero")
 @pytest.mark.parametrize("name", MAPS)
-def test_every_shipped_map_decodes_alike_in_any_pieces(cases: SimpleNamespace, name: str) -> None:
+def test_every_shipped_map_decodes_alike_in_any_pieces(name: str) -> None:
     """All messages of a map at 100 to 5 Hz: one by one, as a window polls, and as a file."""
     chosen = load_channel_map(name)
     generator = random.Random(7)
@@ -296,16 +296,16 @@ def test_every_shipped_map_decodes_alike_in_any_pieces(cases: SimpleNamespace, n
             message_class = kind(*[as_field(row[field][0]) for field in kind.fieldnames])
             data = bytes(message_class.pack(packer))
             packer.seq = (packer.seq + 1) % 256
-            records.append(RawRecord(cases.HOST + tick * 10_000 + order, "frame", data))
+            records.append(RawRecord(HOST + tick * 10_000 + order, "frame", data))
 
     def make() -> Decoder:
         return Decoder(replace(chosen, system=1, component=1), aircraft=parts(name)[2])
 
-    whole, first = cases.decode_in_chunks(make, records, [len(records)])
+    whole, first = decode_in_chunks(make, records, [len(records)])
     assert len(whole) > len(chosen.channels) // 3
     for sizes in ([1], [2, 3], [10], [40, 1]):
-        found, decoder = cases.decode_in_chunks(make, records, sizes)
-        cases.assert_same(whole, found)
+        found, decoder = decode_in_chunks(make, records, sizes)
+        assert_same(whole, found)
         assert decoder.clipped == first.clipped
         assert decoder.counted_sources() == first.counted_sources()
 
@@ -430,10 +430,10 @@ def records(shared_data: Path) -> list[RawRecord]:
     return found
 
 
-def test_every_frame_and_the_airspeed(records: list[RawRecord], cases: SimpleNamespace) -> None:
+def test_every_frame_and_the_airspeed(records: list[RawRecord]) -> None:
     """26,183 frames, airspeed 9.7 to 20 m/s, 132 s, and the engine cut at +116.3 s."""
     decoder = Decoder(load_channel_map("ardupilot-plane"))
-    found = cases.gather(decoder.feed(records) + decoder.finish())
+    found = gather(decoder.feed(records) + decoder.finish())
     assert len(records) == 26_183
     assert decoder.health.good == 26_183
     assert decoder.notices == []
@@ -450,10 +450,10 @@ def test_every_frame_and_the_airspeed(records: list[RawRecord], cases: SimpleNam
     assert np.nanmean(throttle) > 0.2
 
 
-def test_it_is_consistent_with_itself(records: list[RawRecord], cases: SimpleNamespace) -> None:
+def test_it_is_consistent_with_itself(records: list[RawRecord]) -> None:
     """Signs and units: a_n about 1 g, gyro and attitude filter agree, pitch rate turns pitch."""
     decoder = Decoder(load_channel_map("ardupilot-plane"))
-    found = cases.gather(decoder.feed(records) + decoder.finish())
+    found = gather(decoder.feed(records) + decoder.finish())
     assert 0.9 * G < np.nanmean(found["an"][1]) < 1.6 * G
     assert np.nanmean(found["an.2"][1]) == pytest.approx(np.nanmean(found["an"][1]), rel=0.05)
 
@@ -478,11 +478,11 @@ def test_it_is_consistent_with_itself(records: list[RawRecord], cases: SimpleNam
     assert np.corrcoef(altitude, height)[0, 1] > 0.95
 
 
-def test_it_may_be_cut_anywhere(records: list[RawRecord], cases: SimpleNamespace) -> None:
+def test_it_may_be_cut_anywhere(records: list[RawRecord]) -> None:
     def make() -> Decoder:
         return Decoder(load_channel_map("ardupilot-plane"))
 
     some = records[:6000]
-    whole, _ = cases.decode_in_chunks(make, some, [6000])
-    pieces, _ = cases.decode_in_chunks(make, some, [1, 7, 50, 333])
-    cases.assert_same(whole, pieces)
+    whole, _ = decode_in_chunks(make, some, [6000])
+    pieces, _ = decode_in_chunks(make, some, [1, 7, 50, 333])
+    assert_same(whole, pieces)
