@@ -65,7 +65,7 @@ def run(
     from gsapp.cli._usage_errors import CommandUsageError, as_usage_error, check_speed
     from gsapp.dynamics.model import load_model
     from gsapp.virtual.downlink.flight_settings import FlightSettings
-    from gsapp.virtual.sensor_faults import parse_sensor_fault
+    from gsapp.virtual.instruments import parse_sensor_fault
     from gsapp.virtual.virtual_flight import add_hidden_effects
 
     console = PlainConsole(stderr=True)

@@ -19,12 +19,6 @@ from gsapp.decoding.channel_map import LINE, ChannelMap
 from gsapp.decoding.flight_clock import FlightClock
 from gsapp.decoding.grid import Numbers
 from gsapp.decoding.health import LinkHealth
-from gsapp.decoding.message_routes import (
-    MessageRoute,
-    TextLineParser,
-    has_vehicle_time,
-    routes_by_message,
-)
 from gsapp.decoding.message_stream import MessageColumns, MessageStream
 from gsapp.decoding.messages import (
     decode_columns,
@@ -36,7 +30,15 @@ from gsapp.decoding.messages import (
 from gsapp.decoding.notices import NOTICE_KINDS, STATUSTEXT_ID, Notice, NoticeLog
 from gsapp.decoding.pipeline import ChannelSource, Pipeline
 from gsapp.decoding.settings import DECODING
-from gsapp.decoding.vehicle_selection import STATE_MESSAGES, LandedState, VehicleSelector
+from gsapp.decoding.vehicle_selection import (
+    STATE_MESSAGES,
+    LandedState,
+    MessageRoute,
+    TextLineParser,
+    VehicleSelector,
+    has_vehicle_time,
+    routes_by_message,
+)
 from gsapp.foundation import FlightError
 from gsapp.quantities import Block
 

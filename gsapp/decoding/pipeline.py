@@ -19,10 +19,9 @@ from gsapp.aircraft import Aircraft
 from gsapp.decoding.channel_map import ChannelMap, MapEntry
 from gsapp.decoding.derived_channels import DeriveFunction, SlowInput, select_derivations
 from gsapp.decoding.grid import ColumnIndex, Grid, GridRows, Numbers, RowBatch, column_index
-from gsapp.decoding.gridder import Gridder
+from gsapp.decoding.gridder import Gridder, SourceSelector
 from gsapp.decoding.message_stream import MessageColumns, MessageStream
 from gsapp.decoding.settings import DECODING
-from gsapp.decoding.source_selection import SourceSelector
 from gsapp.quantities import Block, FloatArray
 
 _FORGET = 4 * DECODING.max_hold

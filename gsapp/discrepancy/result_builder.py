@@ -34,11 +34,12 @@ from gsapp.discrepancy.results import (
     ModelStep,
     Observability,
     RankedCandidate,
+    explain_verdict,
+    find_alternatives,
 )
 from gsapp.discrepancy.search_checks import record_remarks
 from gsapp.discrepancy.search_stages import SearchStage
 from gsapp.discrepancy.settings import SEARCH
-from gsapp.discrepancy.verdict_text import explain_verdict, find_alternatives
 from gsapp.dynamics.buildup import derivative_names
 from gsapp.dynamics.model import Model
 from gsapp.dynamics.terms import create_term

@@ -16,7 +16,7 @@ from gsapp.foundation import StrictModel, read_toml
 from gsapp.foundation.files import ShippedFiles
 from gsapp.quantities.constants import DEGREE, FOOT
 from gsapp.quantities.fields import Angle, Length, Ratio, Speed, Temperature, Time
-from gsapp.virtual.sensor_faults import SensorFault
+from gsapp.virtual.instruments import SensorFault
 
 ControlSurface = Literal["de", "da", "dr"]
 

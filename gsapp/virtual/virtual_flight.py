@@ -19,7 +19,6 @@ from gsapp.dynamics.terms import create_term
 from gsapp.dynamics.trim import Trim, trim
 from gsapp.foundation import FlightError
 from gsapp.quantities import Block, FloatArray
-from gsapp.virtual.ad_converter import DAQ_CHANNELS, AnalogDigitalConverter
 from gsapp.virtual.airframe import (
     INSTRUMENT_INPUT_CHANNELS,
     ONBOARD_CHANNELS,
@@ -28,8 +27,12 @@ from gsapp.virtual.airframe import (
 )
 from gsapp.virtual.flight_plan import FlightPlan, PlannedManeuver, load_flight_plan
 from gsapp.virtual.human_pilot import AircraftHandling, HumanPilot
-from gsapp.virtual.instruments import Instruments
-from gsapp.virtual.sensor_faults import parse_sensor_fault
+from gsapp.virtual.instruments import (
+    DAQ_CHANNELS,
+    AnalogDigitalConverter,
+    Instruments,
+    parse_sensor_fault,
+)
 from gsapp.virtual.settings import VIRTUAL
 from gsapp.virtual.sticks import StickSource
 
@@ -153,7 +156,7 @@ class VirtualFlight:
 
     truth: Block  # What really happened: `gsapp.virtual.airframe.TRUTH_CHANNELS`, at the CG.
     measured: Block
-    """What the ground makes of the converter's volts: `gsapp.virtual.ad_converter.DAQ_CHANNELS` and
+    """What the ground makes of the converter's volts: `gsapp.virtual.instruments.DAQ_CHANNELS` and
     the combined surfaces (6.1.1)-(6.1.3)."""
     volts: FloatArray  # Shape (n, 20). V.
     phases: tuple[tuple[str, float], ...]  # Each phase with the time at which it began, s.

@@ -10,17 +10,18 @@ from scipy.integrate import solve_ivp
 
 from gsapp.aircraft import load_aircraft
 from gsapp.aircraft.ground_tests import MeasuredValue
-from gsapp.aircraft.pendulum import (
+from gsapp.aircraft.swings import (
     BifilarSwing,
     CompoundSwing,
     bifilar_inertia,
     compound_inertia,
+    compute_inertia,
+    load_swings,
     parallel_wire_stiffness,
     product_of_inertia,
     slanted_wire_stiffness,
     small_amplitude_period,
 )
-from gsapp.aircraft.swings import compute_inertia, load_swings
 from gsapp.aircraft.weighing import (
     Support,
     WeighingRecord,

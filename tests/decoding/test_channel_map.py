@@ -27,7 +27,7 @@ def test_shipped_maps_load(name: str) -> None:
 
 @pytest.mark.parametrize("name", ["b777", "b777-thin"])
 def test_the_box_maps_follow_the_box(name: str) -> None:
-    from gsapp.virtual.ad_converter import DAQ_CHANNELS
+    from gsapp.virtual.instruments import DAQ_CHANNELS
 
     chosen = load_channel_map(name)
     by_index = {

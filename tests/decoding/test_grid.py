@@ -9,9 +9,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from gsapp.decoding.grid import Grid, GridRows, column_index
-from gsapp.decoding.gridder import Gridder
+from gsapp.decoding.gridder import Gridder, SourceSelector
 from gsapp.decoding.settings import DECODING
-from gsapp.decoding.source_selection import SourceSelector
 
 
 def gridder(width: int = 1, *, rate: float = 100.0, circular: bool = False, step: bool = False,

@@ -29,7 +29,6 @@ from gsapp.dynamics.model import load_model
 from gsapp.dynamics.trim import trim
 from gsapp.quantities import Block
 from gsapp.quantities.constants import DEGREE
-from gsapp.virtual.ad_converter import AnalogDigitalConverter
 from gsapp.virtual.airframe import (
     INSTRUMENT_INPUT_CHANNELS,
     ONBOARD_CHANNELS,
@@ -38,7 +37,7 @@ from gsapp.virtual.airframe import (
 )
 from gsapp.virtual.flight_plan import INPUT_SHAPES, FlightPlan, PilotLimits
 from gsapp.virtual.human_pilot import AircraftHandling
-from gsapp.virtual.instruments import Instruments
+from gsapp.virtual.instruments import AnalogDigitalConverter, Instruments
 from gsapp.virtual.sticks import StickMotionModel, StickPositions
 from gsapp.virtual.virtual_flight import combine_surfaces, compute_handling
 from tests.virtual.input_plan import SURFACES, InputPlan, around_one, draw

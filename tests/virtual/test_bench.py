@@ -24,7 +24,6 @@ from gsapp.flight.raw_record import RawRecord
 from gsapp.foundation import FlightError, LinkError
 from gsapp.quantities import Block
 from gsapp.telemetry.clock import HostClock
-from gsapp.virtual.ad_converter import DAQ_CHANNELS
 from gsapp.virtual.bench import POTENTIOMETERS, BenchFault, VirtualBench, parse_bench_fault
 from gsapp.virtual.downlink.aircraft_process import BenchProcess, find_free_udp_port
 from gsapp.virtual.downlink.commanded_downlinks import (
@@ -34,6 +33,7 @@ from gsapp.virtual.downlink.commanded_downlinks import (
     execute_bench_command,
 )
 from gsapp.virtual.downlink.downlink_transmitter import DownlinkTransmitter
+from gsapp.virtual.instruments import DAQ_CHANNELS
 
 SETTINGS = (-20.0, -10.0, 0.0, 10.0, 20.0)
 

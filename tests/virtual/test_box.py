@@ -16,12 +16,12 @@ from calibration.certificate_toml import load_certificates
 from gsapp.decoding.framing import Framer, MavlinkFrame, Residue
 from gsapp.telemetry.clock import HostClock
 from gsapp.telemetry.sources import open_source
-from gsapp.virtual.ad_converter import DAQ_CHANNELS
 from gsapp.virtual.downlink.downlink_transmitter import DownlinkTransmitter
 from gsapp.virtual.downlink.flight_settings import FlightSettings
 from gsapp.virtual.downlink.onboard_log import LOG_DATA_BYTES, LOG_ID, LogServer
 from gsapp.virtual.downlink.onboard_messages import dialect
 from gsapp.virtual.downlink.virtual_source import VirtualSource
+from gsapp.virtual.instruments import DAQ_CHANNELS
 from gsapp.virtual.settings import VIRTUAL
 
 os.environ.setdefault("MAVLINK20", "1")

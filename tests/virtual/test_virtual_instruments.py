@@ -21,11 +21,17 @@ from gsapp.flight.flight_loader import load_flight
 from gsapp.foundation import FileProblemsError, FlightError, UnknownNameError, read_toml
 from gsapp.quantities.constants import DEGREE
 from gsapp.virtual import airframe
-from gsapp.virtual.ad_converter import DAQ_CHANNELS, AnalogDigitalConverter
 from gsapp.virtual.airframe import INSTRUMENT_INPUT_CHANNELS, TRUTH_CHANNELS, Airframe
 from gsapp.virtual.flight_plan import FlightPlan, load_flight_plan
-from gsapp.virtual.instruments import EngineVibration, Instruments
-from gsapp.virtual.sensor_faults import SensorFault, SensorFaultInjector, parse_sensor_fault
+from gsapp.virtual.instruments import (
+    DAQ_CHANNELS,
+    AnalogDigitalConverter,
+    EngineVibration,
+    Instruments,
+    SensorFault,
+    SensorFaultInjector,
+    parse_sensor_fault,
+)
 from gsapp.virtual.settings import VIRTUAL
 from gsapp.virtual.sticks import StickPositions
 from gsapp.virtual.virtual_flight import (

@@ -20,7 +20,6 @@ from gsapp.aircraft import load_aircraft
 from gsapp.foundation import FlightError
 from gsapp.foundation.name_suggestions import did_you_mean
 from gsapp.quantities import INSTRUMENTS, Block, FloatArray
-from gsapp.virtual.ad_converter import DAQ_CHANNELS
 from gsapp.virtual.bench.bench_instruments import (
     ACCELEROMETERS,
     GYROS,
@@ -39,6 +38,7 @@ from gsapp.virtual.bench.operator_motion import (
     PitotBreath,
     SurfaceMovement,
 )
+from gsapp.virtual.instruments import DAQ_CHANNELS
 from gsapp.virtual.settings import VIRTUAL
 
 # Faults at work on the volts of the bench.
@@ -314,7 +314,7 @@ class VirtualBench:
     def advance(self, ticks: int) -> FloatArray:
         """Go on for ticks, a hundred a second; return the converter's volts, shape (ticks, 20).
 
-        V, in the order of `gsapp.virtual.ad_converter.DAQ_CHANNELS`.
+        V, in the order of `gsapp.virtual.instruments.DAQ_CHANNELS`.
         """
         times = (self._ticks + np.arange(ticks)) / VIRTUAL.bench_rate
         # Row by row, so that the numbers do not depend on how far it goes at a time.
