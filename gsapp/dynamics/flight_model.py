@@ -12,7 +12,7 @@ instruments lie outside the equations and are found in `control_terms` and `sens
 from __future__ import annotations
 
 import operator
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -236,21 +236,6 @@ class FlightModel:
                             f"known only after {entry.term.target} is summed; give it a state of "
                             "its own instead (aero.CN.memory does so)"
                         )
-
-    def with_parameters(self, given: Mapping[str, float]) -> tuple[float, ...]:
-        """Return all parameters in order, the model's with those given put in.
-
-        Raise UnknownNameError if a name is not among `parameter_names`.
-        """
-        values = list(self.defaults)
-        for name, value in given.items():
-            if name not in self.parameter_names:
-                raise UnknownNameError(
-                    f"the model '{self.model.name}' has no parameter '{name}'; "
-                    f"it has {', '.join(self.parameter_names)}"
-                )
-            values[self.parameter_names.index(name)] = value
-        return tuple(values)
 
     def steady_states(self, state: Values, inputs: Values) -> tuple[Value, ...]:
         """Return the terms' own states that have settled at the polar state and inputs."""

@@ -1,21 +1,16 @@
-"""Simulation in time: the whole aircraft step by step, and the bare equations open loop.
+"""Simulation in time: the whole aircraft, step by step.
 
 `Simulator` integrates the body-axis form with a quaternion and Runge-Kutta steps of fixed length
 in plain floats: over the ground, in wind and gusts, on its wheels, with fuel burning off. Servos,
 engines and gusts are stepped exactly once per sample and taken as straight lines in between.
-
-`simulate_open_loop` integrates the polar equations for given histories of the inputs: what
-estimators do.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Protocol
-
-import numpy as np
 
 from gsapp.aircraft import Aircraft
 from gsapp.dynamics.actuators import ControlPosition, create_actuators
@@ -29,7 +24,6 @@ from gsapp.dynamics.atmosphere import (
 )
 from gsapp.dynamics.buildup import LONGITUDINAL_COEFFICIENTS
 from gsapp.dynamics.equations import (
-    POLAR_STATES,
     Loads,
     Matrix,
     angular_accelerations,
@@ -40,13 +34,12 @@ from gsapp.dynamics.equations import (
     quaternion_from_euler,
     quaternion_rates,
 )
-from gsapp.dynamics.flight_model import MODEL_INPUTS, FlightModel, ModelEvaluation
+from gsapp.dynamics.flight_model import FlightModel, ModelEvaluation
 from gsapp.dynamics.model import Model
 from gsapp.dynamics.propulsion import Engines, EngineState
 from gsapp.dynamics.settings import SIMULATION
 from gsapp.dynamics.terms import Term, create_term
 from gsapp.foundation import FlightError
-from gsapp.quantities import FloatArray
 from gsapp.quantities.constants import GRAVITY
 
 Vector3 = tuple[float, float, float]
@@ -534,140 +527,4 @@ def _air_acceleration(now: _Instant, state: Sequence[float]) -> Vector3:
         now.slope[0] - (r * wind[1] - q * wind[2]),
         now.slope[1] - (p * wind[2] - r * wind[0]),
         now.slope[2] - (q * wind[0] - p * wind[1]),
-    )
-
-
-CommandSource = Callable[[Simulator], ControlCommands]
-"""Looks at the simulator before each step and gives commands."""
-
-
-def run_simulation(
-    simulator: Simulator,
-    commands: CommandSource | Mapping[str, FloatArray],
-    duration: float | None = None,
-) -> dict[str, FloatArray]:
-    """Simulate and return the truth: channel -> array of shape (n,), ``time`` among them.
-
-    The simulator is started, and stands at the last sample afterwards. Commands are a pilot, for a
-    duration in s, or histories of the fields of `ControlCommands`, one value for each step; what
-    they leave out stays as the simulator was started with.
-    """
-    if callable(commands):
-        if duration is None:
-            raise FlightError("a simulation with a pilot needs a duration; give it in seconds")
-        count = round(duration / simulator.dt)
-        pilot = commands
-    else:
-        histories = {name: np.asarray(x, dtype=float).tolist() for name, x in commands.items()}
-        count = min(len(history) for history in histories.values())
-        if duration is not None:
-            count = min(count, round(duration / simulator.dt))
-        base = {name: getattr(simulator.commands, name) for name in ControlCommands.__slots__}
-        rows = iter(
-            [
-                ControlCommands(**{**base, **{name: h[k] for name, h in histories.items()}})
-                for k in range(count)
-            ]
-        )
-
-        def pilot(_: Simulator) -> ControlCommands:
-            return next(rows)
-
-    samples = [simulator.sample()]
-    for _ in range(count):
-        simulator.step(pilot(simulator))
-        samples.append(simulator.sample())
-    return {name: np.array([sample[name] for sample in samples]) for name in samples[0]}
-
-
-def simulate_open_loop(
-    model: FlightModel,
-    start: Sequence[float],
-    inputs: Mapping[str, FloatArray | float],
-    dt: float,
-    *,
-    parameters: Sequence[float] | None = None,
-) -> FloatArray:
-    """Integrate the polar equations for given histories of the inputs (RK4, plain floats).
-
-    Return the states, shape (n, n_states), in the order of ``model.state_names``; NaN from where
-    the motion left all bounds.
-
-    Parameters
-    ----------
-    start : sequence of float
-        The nine polar states at the first sample; the terms' own states may follow, else they
-        start settled.
-    inputs : mapping of str to ndarray of shape (n,) or float
-        By the names in `MODEL_INPUTS`, straight lines between the samples. What is left out is
-        zero, `rho` that of sea level, `mass` the aircraft file's. `thrust` (N) may stand for
-        throttle where V is of no account; use `gsapp.dynamics.propulsion.throttle_for`.
-    dt : float
-        Sample time, s.
-    parameters : sequence of float, optional
-        In the order of ``model.parameter_names``.
-    """
-    rows = input_rows(model, inputs)
-    state = [float(x) for x in start]
-    if len(state) == len(POLAR_STATES):
-        state += [float(x) for x in model.steady_states(state, rows[0])]
-    values = model.defaults if parameters is None else tuple(float(x) for x in parameters)
-    out = np.full((len(rows), len(model.state_names)), np.nan)
-    out[0] = state
-    half, sixth = 0.5 * dt, dt / 6.0
-    rates = model.rates
-    try:
-        for index in range(1, len(rows)):
-            before, after = rows[index - 1], rows[index]
-            middle = tuple([0.5 * (x + y) for x, y in zip(before, after, strict=True)])
-            k1 = rates(state, before, values)
-            k2 = rates([x + half * k for x, k in zip(state, k1, strict=True)], middle, values)
-            k3 = rates([x + half * k for x, k in zip(state, k2, strict=True)], middle, values)
-            k4 = rates([x + dt * k for x, k in zip(state, k3, strict=True)], after, values)
-            state = [
-                float(x + sixth * (a + 2.0 * (b + c) + d))
-                for x, a, b, c, d in zip(state, k1, k2, k3, k4, strict=True)
-            ]
-            if not -1e3 < state[4] < 1e3:
-                break
-            out[index] = state
-    except (ArithmeticError, ValueError):
-        # Overflow, or the sine of infinity: the motion has left all bounds, and NaN says so.
-        pass
-    return out
-
-
-def input_rows(
-    model: FlightModel, inputs: Mapping[str, FloatArray | float]
-) -> list[tuple[float, ...]]:
-    """Return the inputs as one tuple for each sample, in the order of `MODEL_INPUTS`.
-
-    Raise FlightError if a name is not an input, or the lengths differ.
-    """
-    columns = input_columns(model, inputs)
-    return list(zip(*(column.tolist() for column in columns), strict=True))
-
-
-def input_columns(
-    model: FlightModel, inputs: Mapping[str, FloatArray | float]
-) -> tuple[FloatArray, ...]:
-    """Return the inputs as arrays of equal length, in the order of `MODEL_INPUTS`."""
-    unknown = [name for name in inputs if name not in MODEL_INPUTS]
-    if unknown:
-        raise FlightError(
-            f"{', '.join(unknown)} is not an input of the equations; inputs are "
-            f"{', '.join(MODEL_INPUTS)}"
-        )
-    arrays = {name: np.atleast_1d(np.asarray(x, dtype=float)) for name, x in inputs.items()}
-    sizes = {array.size for array in arrays.values() if array.size > 1}
-    if len(sizes) > 1:
-        raise FlightError(
-            f"the input histories differ in length ({sorted(sizes)}); give one value per sample"
-        )
-    count = sizes.pop() if sizes else 1
-    defaults = dict.fromkeys(MODEL_INPUTS, 0.0)
-    defaults.update(rho=SEA_LEVEL_DENSITY, mass=model.aircraft.mass.mass)
-    return tuple(
-        np.array(np.broadcast_to(arrays.get(name, np.array(defaults[name])), (count,)))
-        for name in MODEL_INPUTS
     )

@@ -161,13 +161,6 @@ def test_a_force_may_not_read_what_it_decides(aircraft: Aircraft, model: Model) 
         FlightModel(aircraft, model, extra=[loop])
 
 
-def test_parameters_by_name(flight_model: FlightModel) -> None:
-    values = flight_model.with_parameters({"Cm_alpha": -0.5})
-    assert values[flight_model.parameter_names.index("Cm_alpha")] == -0.5
-    with pytest.raises(UnknownNameError, match="Cm_alfa"):
-        flight_model.with_parameters({"Cm_alfa": 1.0})
-
-
 def test_unknown_output_is_refused(flight_model: FlightModel) -> None:
     with pytest.raises(UnknownNameError, match="flap"):
         OutputModel(flight_model, ["alpha", "flap"])
