@@ -11,7 +11,6 @@ from gsapp.dynamics.signal_terms import SURFACE_CHANNELS, SignalTerm
 from gsapp.dynamics.terms import EffectGuidance, Monomial, Parameter, Term, register_effect
 
 LONGITUDINAL = ("CN", "CA", "Cm")
-LATERAL = ("CY", "Cl", "Cn")
 SURFACE_NAMES = {channel: surface for surface, channel in SURFACE_CHANNELS.items()}
 VARIABLE_TITLES = {
     **SURFACE_NAMES,
@@ -23,16 +22,16 @@ VARIABLE_TITLES = {
 }
 BEYOND = "Seanor, section 4.2: left out of the linear build-up"
 
-_REFERENCE_SPEED = 28.956  # 95 ft/s, the middle of the flight-test speeds
-V_REF = Parameter(
-    "V_ref",
-    "m/s",
-    _REFERENCE_SPEED,
-    (1.0, 300.0),
-    "speed at which the term is zero",
-    neutral=_REFERENCE_SPEED,
-    free=False,
-)
+
+def held_parameter(
+    name: str, unit: str, value: float, bounds: tuple[float, float], description: str
+) -> Parameter:
+    """Return a parameter that estimation does not move; it is neutral where it stands."""
+    return Parameter(name, unit, value, bounds, description, neutral=value, free=False)
+
+
+# 95 ft/s, the middle of the flight-test speeds.
+V_REF = held_parameter("V_ref", "m/s", 28.956, (1.0, 300.0), "speed at which the term is zero")
 
 
 def coefficient_title(target: str) -> str:

@@ -9,6 +9,7 @@ from gsapp.dynamics.effects.effect_registration import (
     SURFACE_NAMES,
     VARIABLE_TITLES,
     coefficient_title,
+    held_parameter,
     register_monomial,
     register_term,
 )
@@ -223,14 +224,12 @@ for _target, _surface, _size in (("Cm", "de", 0.9), ("Cl", "da", -0.32), ("Cn", 
                     "deflection at which the loss begins",
                     neutral=0.15,
                 ),
-                Parameter(
+                held_parameter(
                     "width",
                     "rad",
                     0.05,
                     (1e-3, 1.0),
                     "deflection beyond the onset at which half of the slope is reached",
-                    neutral=0.05,
-                    free=False,
                 ),
             ),
         ),

@@ -10,6 +10,7 @@ from gsapp.dynamics.effect_terms import SpeedTerm, StallTerm, UnsteadyTerm
 from gsapp.dynamics.effects.effect_registration import (
     BEYOND,
     V_REF,
+    held_parameter,
     register_monomial,
     register_term,
 )
@@ -158,33 +159,15 @@ def _stall_factory(target: str, default: float, *, even: bool, words: str) -> Te
                 Parameter(
                     "slope", "", default, (-20.0, 20.0), "final slope of the departure, per radian"
                 ),
-                Parameter(
+                held_parameter(
                     "width",
                     "rad",
                     0.06,
                     (1e-3, 1.0),
                     "excess at which half of the final slope is reached",
-                    neutral=0.06,
-                    free=False,
                 ),
-                Parameter(
-                    "alpha_low",
-                    "rad",
-                    low,
-                    limit,
-                    "lower end of the linear range",
-                    neutral=low,
-                    free=False,
-                ),
-                Parameter(
-                    "alpha_high",
-                    "rad",
-                    high,
-                    limit,
-                    "upper end of the linear range",
-                    neutral=high,
-                    free=False,
-                ),
+                held_parameter("alpha_low", "rad", low, limit, "lower end of the linear range"),
+                held_parameter("alpha_high", "rad", high, limit, "upper end of the linear range"),
             ),
         )
 
