@@ -250,7 +250,7 @@ class HumanPilot:
         high_rate = intent.stick_input is None or intent.stick_input.high_rate
         scale = (1.0, 1.0, 1.0) if high_rate else self._feel.low_rate
         sign = self._runway.sign
-        wanted = zip((pitch, sign * roll, sign * yaw), scale, ("de", "da", "dr"), strict=True)
+        wanted = zip((pitch, sign * roll, sign * yaw), scale, _CENTERED, strict=True)
         sticks = {
             name: hand.move(stick / share + inputs[surface], resting=intent.hands_off)
             for (name, hand), (stick, share, surface) in zip(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -221,7 +222,7 @@ class KeyboardPilot:
     def _blended(self, own: StickPositions) -> StickPositions:
         """Return the sticks on their way from the trainee's positions to the pilot's own."""
         step, held = VIRTUAL.handover_rate * self._dt, self._sticks
-        moved = {
+        moved: dict[str, Any] = {
             name: step_toward(getattr(held, name), getattr(own, name), step)
             for name in ("pitch", "roll", "yaw", "throttle")
         }

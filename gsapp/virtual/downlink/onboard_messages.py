@@ -1,7 +1,7 @@
 """What the box puts into each MAVLink message, and how often.
 
 The layout is fixed: ``DEBUG_FLOAT_ARRAY`` named ``daq`` carries the converter's volts in the
-order of `gsapp.virtual.DAQ`, everything else is what an autopilot-like board
+order of `gsapp.virtual.instruments.DAQ_CHANNELS`, everything else is what an autopilot-like board
 knows besides. Times are since the box was switched on.
 """
 
@@ -240,7 +240,10 @@ def telemetry_layout(
     `thin` is for a 57,600-baud radio, instead of 460,800 baud or a network. Attitude and position
     are sent where the board knows them; the source's aircraft knew neither.
     """
-    known = {attitude: attitude_sent, global_position: position_sent}
+    known: dict[Callable[[OnboardSample], Message], bool] = {
+        attitude: attitude_sent,
+        global_position: position_sent,
+    }
     rates = [
         (pack, thin_rate if thin else full_rate)
         for pack, full_rate, thin_rate in _RATES
