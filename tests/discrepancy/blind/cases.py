@@ -10,7 +10,7 @@ go round with kind, size and seed.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import asdict, dataclass, field, replace
 from typing import Literal
 
 from tests.discrepancy.blind.jsbsim_aircraft import AIR, PROPULSION
@@ -140,7 +140,7 @@ ROUND: tuple[tuple[Recording, Baseline], ...] = (
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Case:
+class Case(Recording):
     """One blind case."""
 
     id: str
@@ -151,12 +151,6 @@ class Case:
     verdicts: tuple[str, ...] = ()  # Verdicts that are right.
     accepted: tuple[tuple[str, ...], ...] = ()
     """One entry for each name that has to be found: the ids that are right for it."""
-    gust: float = 0.0
-    noise: float = 1.0
-    colored: bool = False
-    rate: int = 100
-    attitude: bool = True
-    """As in `Recording`."""
     baseline: Baseline = "fitted"
     """Fitted on the same data by the program, given with true values, or given with values 10 to 20
     % wrong."""
@@ -179,24 +173,10 @@ class Case:
 
     @property
     def recording(self) -> Recording:
-        return Recording(
-            gust=self.gust,
-            noise=self.noise,
-            colored=self.colored,
-            rate=self.rate,
-            attitude=self.attitude,
-        )
+        return Recording(**{name: getattr(self, name) for name in Recording.__slots__})
 
     def recorded_as(self, recording: Recording, baseline: Baseline) -> Case:
-        return replace(
-            self,
-            gust=recording.gust,
-            noise=recording.noise,
-            colored=recording.colored,
-            rate=recording.rate,
-            attitude=recording.attitude,
-            baseline=baseline,
-        )
+        return replace(self, **asdict(recording), baseline=baseline)
 
     @property
     def air(self) -> str:

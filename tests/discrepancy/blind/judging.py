@@ -50,7 +50,7 @@ class Outcome:
 def outcome_of(
     case: Case, answer: DiscrepancyResult, *, closed: float | None, cpu: float
 ) -> Outcome:
-    """Return what is judged of an answer; see `closing.closed_gap`."""
+    """Return what is judged of an answer; see `answering.closed_gap`."""
     worst = answer.disagreements[0] if answer.disagreements else None
     named = []
     for one in answer.effects:

@@ -50,11 +50,11 @@ from tests.discrepancy.blind.flying import (
     controls_of,
     engine_for,
     faults_of,
+    lengths,
     shipped_aircraft,
     true_derivatives,
     truth_of,
 )
-from tests.discrepancy.blind.gusts import lengths
 from tests.discrepancy.blind.instruments import (
     COLOR_TIME,
     COLORED,
