@@ -163,7 +163,6 @@ class ChannelMap:
 
     @property
     def messages(self) -> tuple[str, ...]:
-        """Return the names of the messages it needs, each once."""
         return tuple(dict.fromkeys(entry.message for entry in self.entries))
 
 

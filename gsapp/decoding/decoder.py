@@ -157,12 +157,10 @@ class Decoder:
 
     @property
     def clipped(self) -> dict[str, int]:
-        """Return how many samples lay outside calibration or instrument range, by channel."""
         return self._pipeline.clipped
 
     @property
     def duplicates(self) -> int:
-        """Return how many samples repeated the stamp of their predecessor."""
         return self._pipeline.duplicates
 
     @property
@@ -172,7 +170,6 @@ class Decoder:
 
     @property
     def remarks(self) -> tuple[str, ...]:
-        """Return what of the data was left out so far, in words."""
         lines, samples = self.bad_lines, self.reordered
         return (
             *([f"{lines} of {self.lines + lines} lines of text were skipped"] if lines else []),
@@ -181,7 +178,6 @@ class Decoder:
 
     @property
     def system(self) -> int | None:
-        """Return the flown system; None before it is known."""
         return self._selector.system
 
     def counted_sources(self) -> dict[str, ChannelSource]:

@@ -172,7 +172,6 @@ class FlightClock:
         return host - round(self._risen(host))
 
     def delay(self, time: int, host: int) -> int:
-        """Return how much later than the fastest messages one arrived, us."""
         return host - time - round(self._envelope or 0.0)
 
     def finish(self) -> None:
@@ -323,7 +322,6 @@ class FlightClock:
             self.released.append(TimedItem(time, item))
 
     def _drop(self, held: list[_HeldItem]) -> None:
-        """Leave out items with an impossible stamp."""
         strange = held[-1].stamp / 1e6
         count = len(held)
         before, self.dropped = self.dropped, self.dropped + count

@@ -313,7 +313,6 @@ class Framer(_BufferedFramer):
         )
 
     def _fits(self, head: _FrameHeader) -> bool:
-        """Return whether the checksum of a whole frame of known id fits."""
         buffer = self._buffer
         header = 10 if head.version == 2 else 6
         body = head.start + header + buffer[head.start + 1]

@@ -109,7 +109,6 @@ class Gridder:
 
     @property
     def period(self) -> int:
-        """Return the sample period, us; 1 s while unknown."""
         ordered = sorted(self._intervals)
         return ordered[(len(ordered) - 1) // 2] if ordered else DECODING.unknown_period
 
@@ -244,7 +243,6 @@ class Gridder:
             self.reordered += 1
 
     def _is_gap(self, interval: int) -> bool:
-        """Return whether an interval, taken note of already, is too long to bridge."""
         if len(self._intervals) > 1:
             self._least = min(self._intervals)
         usual = self.period if len(self._intervals) > 1 else DECODING.unknown_period

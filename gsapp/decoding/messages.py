@@ -61,14 +61,12 @@ class MessageLayout:
         return tuple(self.dtype.names or ())
 
     def offset(self, field: str) -> int:
-        """Return the place of a field in the payload, bytes."""
         return _offset(self.dtype, field)
 
     def is_text(self, field: str) -> bool:
         return self.dtype[field].kind == "S"
 
     def length(self, field: str) -> int:
-        """Return the number of elements of an array field; 0 for a single value or text."""
         shape = self.dtype[field].shape
         return int(shape[0]) if shape else 0
 

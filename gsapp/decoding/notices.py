@@ -81,7 +81,6 @@ class StatusTextAssembler:
         return ended
 
     def flush_overdue(self, now_us: int | None = None) -> list[StatusText]:
-        """Return the texts of which nothing more came for long by a time; by default all."""
         late = [
             key
             for key, parts in self._parts.items()

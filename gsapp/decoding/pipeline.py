@@ -306,7 +306,6 @@ class Pipeline:
                 group.join.drop(oldest)
 
     def counted_sources(self) -> dict[str, ChannelSource]:
-        """Return `sources` with what arrived of each so far."""
         counted: dict[str, ChannelSource] = {}
         for name, source in self.sources.items():
             inputs = self._inputs.get(name)

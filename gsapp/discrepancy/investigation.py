@@ -98,7 +98,6 @@ class Investigation:
         return _Search(self, settings, progress).finish()
 
     def baseline(self, held_out: tuple[str, ...], tick: ActivityCallback) -> FilterErrorFit:
-        """Return the baseline fitted without the maneuvers kept out; fitted once."""
         if held_out not in self._baselines:
             records = [one for one in self.records if one.id not in held_out]
             self._baselines[held_out] = fit_baseline(records, self.model, tick)

@@ -478,7 +478,6 @@ class _Chain:
         self._sparse[16] = self._d_qbar
 
     def input(self, name: str) -> int:
-        """Return the column of an input."""
         return self._n_states + MODEL_INPUTS.index(name)
 
     def has(self, *targets: str) -> bool:

@@ -65,7 +65,6 @@ class Mode:
 
     @property
     def damping(self) -> float:
-        """Return the damping ratio; 1 or -1 for real poles, NaN for a pole at zero."""
         return -self.pole.real / abs(self.pole) if self.pole != 0.0 else math.nan
 
     @property

@@ -135,8 +135,7 @@ class Term(ABC):
     """Names of its own states; empty for a static term."""
 
     @abstractmethod
-    def value(self, reads: Values, states: Values, parameters: Values) -> Value:
-        """Return what the term adds to its target."""
+    def value(self, reads: Values, states: Values, parameters: Values) -> Value: ...
 
     @abstractmethod
     def jacobian(self, reads: Values, states: Values, parameters: Values) -> TermJacobian:

@@ -72,7 +72,6 @@ class FileLock:
             time.sleep(0.02)
 
     def release(self) -> None:
-        """Give the lock back. May be called twice."""
         if self._descriptor >= 0:
             _unlock(self._descriptor)
             os.close(self._descriptor)

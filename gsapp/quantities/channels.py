@@ -44,7 +44,6 @@ class ChannelSpec:
         return units.quantity(self.quantity).units
 
     def display_unit(self, system: str) -> str:
-        """Return the unit on screen for the system ``"SI"`` or ``"US"``."""
         return self.si_display if system == "SI" else self.us_display
 
     def decimals(self, unit: str) -> int:

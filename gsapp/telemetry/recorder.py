@@ -387,7 +387,6 @@ class Recorder:
             self._outgoing.put(frame)
 
     def _send(self) -> None:
-        """Send what is asked for, and nothing else."""
         while True:
             try:
                 frame = self._outgoing.get(timeout=TELEMETRY.unsent_time)

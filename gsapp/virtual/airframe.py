@@ -248,7 +248,6 @@ class Airframe:
         return now["height"] < 0.5 * height or (now["height"] < 1.2 * height and upset)
 
     def density(self, height: float) -> float:
-        """Return the density of the air at a height above the field, kg/m^3."""
         return float(self.simulator.atmosphere.density(self._plan.conditions.elevation + height))
 
     def advance(self, sticks: StickPositions) -> None:
@@ -258,7 +257,6 @@ class Airframe:
         self._note()
 
     def _commands(self, sticks: StickPositions) -> ControlCommands:
-        """Return what the receiver makes of the sticks."""
         controls = self._aircraft.controls
         deflections = [
             stick * (control.full_stick_high if sticks.high_rate else control.full_stick_low)

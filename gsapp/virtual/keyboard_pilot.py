@@ -150,7 +150,6 @@ class KeyboardPilot:
 
     @property
     def finished(self) -> bool:
-        """Return whether the aircraft stands on the ground with its engines off."""
         return self._pilot.finished
 
     @property
@@ -205,7 +204,6 @@ class KeyboardPilot:
     # What becomes of it ------------------------------------------------------------------
 
     def move(self, situation: AircraftState) -> StickPositions:
-        """Return the sticks at this moment."""
         if self._mission.trainee_flies:
             self._silence += self._dt
             if self._silence > VIRTUAL.key_timeout:

@@ -95,7 +95,6 @@ class Mission:
         """Start and end of each maneuver, s, as it was flown."""
 
     def stages(self) -> MissionStage:
-        """Return the whole flight as one stage."""
         yield from self._engines()
         yield from self._takeoff()
         yield from self._pattern()

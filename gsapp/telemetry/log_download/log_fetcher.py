@@ -319,7 +319,6 @@ class LogFetcher:
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
-        """End the conversation; a recorder of others goes on."""
         try:
             if self._part is not None:
                 with contextlib.suppress(FlightError, ValueError):

@@ -189,7 +189,6 @@ class LogDownloadProtocol:
             self._hear_piece(message, now)
 
     def pending_requests(self, now: float) -> list[bytes]:
-        """Return the frames that are to be sent now."""
         if self._begun < 0.0:
             self._begun = now
         if self._armed and self.phase not in ("done", "failed"):

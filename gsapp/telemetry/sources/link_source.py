@@ -203,8 +203,7 @@ class ReconnectingSource(LinkSource):
         """
 
     @abstractmethod
-    def _disconnect(self) -> None:
-        """Close what is open."""
+    def _disconnect(self) -> None: ...
 
 
 def send_to_each(peers: Iterable[tuple[str, Callable[[], object]]]) -> None:

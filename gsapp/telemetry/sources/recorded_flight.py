@@ -116,8 +116,7 @@ class RecordedSource(LinkSource):
         self.finished = True
         self.connected = False
 
-    def write(self, data: bytes) -> None:
-        """Do nothing: a record does not listen."""
+    def write(self, data: bytes) -> None: ...
 
     def close(self) -> None:
         self._records = None

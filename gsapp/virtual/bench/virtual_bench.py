@@ -252,7 +252,6 @@ class VirtualBench:
 
     @property
     def busy(self) -> bool:
-        """Return whether a hand is still at it."""
         now = self.time + 1e-9
         return (
             any(setting.end > now for setting in self._settings.values())

@@ -141,7 +141,6 @@ class BenchProcess(BackgroundCommand):
         super().__init__("the virtual bench", command, folder, "virtual-bench.log", listens=True)
 
     def set_angle(self, channel: str, angle: float) -> bool:
-        """Have a surface or vane set by hand, deg; return whether it could hear."""
         return self.send_line(f"{channel} {angle:.10g}")
 
 
@@ -179,11 +178,9 @@ class TrainingProcess(BackgroundCommand):
         return self.send_line("take")
 
     def hand_over(self) -> bool:
-        """Give the aircraft back to the built-in pilot; return whether it could hear."""
         return self.send_line("give")
 
     def land(self) -> bool:
-        """Have the built-in pilot land, which ends the flight; return whether it could hear."""
         return self.send_line("land")
 
     def set_stick_size(self, share: float) -> bool:
@@ -191,7 +188,6 @@ class TrainingProcess(BackgroundCommand):
         return self.send_line(f"size {share:.4g}")
 
     def set_rate_switch(self, *, high: bool) -> bool:
-        """Set the rate switch; return whether it could hear."""
         return self.send_line(f"rate {'high' if high else 'low'}")
 
     def move_lever(self, axis: str, by: float) -> bool:

@@ -48,7 +48,6 @@ class OnboardLog:
             self._waiting.clear()
 
     def close(self) -> None:
-        """End the log. May be called twice."""
         if not self._stream.closed:
             self.flush()
             self._stream.close()
