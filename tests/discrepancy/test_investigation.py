@@ -187,6 +187,7 @@ def test_a_search_can_be_stopped(search: Investigation, calls: int) -> None:
     assert len(made) == calls
 
 
+@pytest.mark.long
 def test_the_same_again_to_the_last_bit(search: Investigation, answer: DiscrepancyResult) -> None:
     again = search.run(SETTINGS)
     assert learned(again) == learned(answer)

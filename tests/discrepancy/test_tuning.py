@@ -146,6 +146,7 @@ def test_derivatives_are_true_within_their_bounds(fitted: dict[str, FilterErrorF
         assert 0.3 < np.mean(errors**2) < 2.5, name
 
 
+@pytest.mark.long
 def test_zero_errors_belong_to_flights() -> None:
     flown = []
     for seed in range(1, 7):

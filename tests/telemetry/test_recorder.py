@@ -516,6 +516,7 @@ def test_a_second_recorder_is_refused(tmp_path, port) -> None:
     assert handle.is_alive()
 
 
+@pytest.mark.long
 @pytest.mark.skipif(sys.platform == "win32", reason="stands for the launchers there elsewhere")
 @pytest.mark.usefixtures("recorders")
 def test_a_recorder_behind_a_launcher_is_told_from_another(tmp_path, port, monkeypatch) -> None:

@@ -287,6 +287,7 @@ def test_a_process_is_told_what_to_do_and_ends_with_who_started_it(
     assert "to 15 deg" in (tmp_path / "virtual-bench.log").read_text()
 
 
+@pytest.mark.long
 def test_the_end_of_what_is_typed_ends_it(tmp_path: Path) -> None:
     process = subprocess.Popen(
         [sys.executable, "-m", "gsapp.cli", "fly", "--bench", "--control", "-", "--thin",

@@ -83,8 +83,9 @@ def test_an_interrupted_flight_leaves_nothing(
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.long
 @pytest.mark.skipif(os.name == "nt", reason="no such signals on Windows")
-@pytest.mark.parametrize("name", ["SIGTERM", pytest.param("SIGHUP", marks=pytest.mark.long)])
+@pytest.mark.parametrize("name", ["SIGTERM", "SIGHUP"])
 def test_a_flight_that_is_asked_to_end_leaves_nothing(name: str, tmp_path: Path) -> None:
     command = [sys.executable, "-m", "gsapp.cli", "fly", "--out", str(tmp_path / "flight")]
     number = getattr(signal, name)

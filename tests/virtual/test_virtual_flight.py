@@ -259,6 +259,7 @@ def test_same_seed_same_flight_and_what_is_given_is_flown() -> None:
     assert np.abs(one.calm.values[0] - one.truth.values[low]).max() < 10.0
 
 
+@pytest.mark.long
 def test_without_gusts_the_calm_flight_is_the_flight() -> None:
     still = fly_input(5002, turbulence=0.0)
     low = int(np.searchsorted(still.truth.times, still.calm.times[0]))
