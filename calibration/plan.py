@@ -40,7 +40,7 @@ from gsapp.foundation import (
     UnknownNameError,
     read_toml,
 )
-from gsapp.foundation.shipped_files import ShippedFiles
+from gsapp.foundation.files import ShippedFiles
 from gsapp.quantities import INSTRUMENTS, base_id, channel, from_si, normalize_unit, parse_quantity
 from gsapp.quantities.constants import DEGREE
 from gsapp.quantities.fields import Angle

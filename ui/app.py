@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from gsapp.foundation import GroundStationError
-from gsapp.foundation.process_shutdown import exit_deadline, on_termination_signal
+from gsapp.foundation.process_control import exit_deadline, on_termination_signal
 from ui.display_check import offscreen_font_folder, require_display
 from ui.translation import install_translator, tr
 

@@ -11,7 +11,7 @@ from typing import Final
 
 from PySide6.QtCore import QObject
 
-from gsapp.foundation.sleep_inhibitor import inhibit_sleep
+from gsapp.foundation.process_control import inhibit_sleep
 from ui.flight_controller import FlightController
 
 _APPLICATION_NAME: Final = "Ground station"

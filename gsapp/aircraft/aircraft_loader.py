@@ -6,7 +6,7 @@ from pathlib import Path
 
 from gsapp.aircraft.config import Aircraft
 from gsapp.foundation import read_toml
-from gsapp.foundation.shipped_files import ShippedFiles
+from gsapp.foundation.files import ShippedFiles
 
 SHIPPED_AIRCRAFT = ShippedFiles(folder=Path(__file__).parent / "files", kind="aircraft")
 
@@ -17,19 +17,10 @@ def shipped_aircraft() -> tuple[str, ...]:
 
 
 def load_aircraft(name_or_path: str | Path) -> Aircraft:
-    """Read an aircraft file.
+    """Read an aircraft file: a path, or the name of a shipped aircraft such as ``b777``.
 
-    Parameters
-    ----------
-    name_or_path : str or Path
-        A path, or the name of a shipped aircraft such as ``b777``.
-
-    Raises
-    ------
-    FileProblemsError
-        If the file holds mistakes; all are named.
-    UnknownNameError
-        If there is neither such a file nor such a shipped aircraft.
+    Raise FileProblemsError if the file holds mistakes; all are named. Raise UnknownNameError if
+    there is neither such a file nor such a shipped aircraft.
     """
     return read_toml(SHIPPED_AIRCRAFT.find(name_or_path), Aircraft)
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from typing import Annotated, Any, Literal
 
-from pydantic import BeforeValidator, Field, field_validator, model_validator
+from pydantic import AfterValidator, BeforeValidator, Field, field_validator, model_validator
 
 from gsapp.foundation import StrictModel
 from gsapp.quantities.constants import DEGREE, GRAVITY
@@ -36,10 +36,13 @@ from gsapp.quantities.fields import (
 AT_CG: Position = (0.0, 0.0, 0.0)
 
 
-def _positive(value: float, what: str) -> float:
+def _check_positive(value: float) -> float:
     if not value > 0.0:
-        raise ValueError(f"{what} must be greater than zero; measure it and write it here")
+        raise ValueError("it must be greater than zero; measure it and write it here")
     return value
+
+
+_POSITIVE = AfterValidator(_check_positive)
 
 
 def _several_positions(value: Any) -> Any:
@@ -51,43 +54,26 @@ def _several_positions(value: Any) -> Any:
 class Geometry(StrictModel):
     """Reference geometry."""
 
-    wing_area: Area
-    """S, m^2."""
-    span: Length
-    """b, m."""
-    chord: Length
-    """Mean aerodynamic chord c, m."""
-    length: Length | None = None
-    """Over all, m."""
-
-    @field_validator("wing_area", "span", "chord")
-    @classmethod
-    def _must_be_positive(cls, value: float) -> float:
-        return _positive(value, "it")
+    wing_area: Annotated[Area, _POSITIVE]  # S, m^2.
+    span: Annotated[Length, _POSITIVE]  # b, m.
+    chord: Annotated[Length, _POSITIVE]  # Mean aerodynamic chord c, m.
+    length: Length | None = None  # Over all, m.
 
 
 class MassProperties(StrictModel):
     """Mass and inertia at take-off, about the center of gravity in body axes."""
 
-    mass: Mass
-    """With payload and full fuel, kg."""
-    ixx: Inertia
-    iyy: Inertia
-    izz: Inertia
+    mass: Annotated[Mass, _POSITIVE]  # With payload and full fuel, kg.
+    ixx: Annotated[Inertia, _POSITIVE]
+    iyy: Annotated[Inertia, _POSITIVE]
+    izz: Annotated[Inertia, _POSITIVE]
     ixz: Inertia = 0.0
     """kg m^2; Ixy = Iyz = 0 by symmetry."""
-    fuel: Mass = 0.0
-    """The part of `mass` that is fuel at take-off, kg."""
-    fuel_position: Position = AT_CG
-    """Where the fuel's own center of gravity lies, from the CG, m."""
+    fuel: Mass = 0.0  # The part of `mass` that is fuel at take-off, kg.
+    fuel_position: Position = AT_CG  # Where the fuel's own center of gravity lies, from the CG, m.
     fuel_flow_idle: MassFlow = 0.0
     fuel_flow_full: MassFlow = 0.0
     """All engines, kg/s."""
-
-    @field_validator("mass", "ixx", "iyy", "izz")
-    @classmethod
-    def _must_be_positive(cls, value: float) -> float:
-        return _positive(value, "it")
 
     @model_validator(mode="after")
     def _must_be_a_body(self) -> MassProperties:
@@ -116,22 +102,14 @@ class MassProperties(StrictModel):
 class Propulsion(StrictModel):
     """Engines: thrust = max_thrust * throttle * rho/rho0 * (1 - V/zero_thrust_speed) along x."""
 
-    max_thrust: Force = 0.0
-    """Static, all engines, sea level, N."""
-    zero_thrust_speed: Speed = 1e9
-    """m/s."""
-    lag: Time = 0.0
-    """Time constant from throttle to thrust, s."""
+    max_thrust: Force = 0.0  # Static, all engines, sea level, N.
+    zero_thrust_speed: Annotated[Speed, _POSITIVE] = 1e9  # m/s.
+    lag: Time = 0.0  # Time constant from throttle to thrust, s.
     position: Annotated[tuple[Position, ...], BeforeValidator(_several_positions)] = (AT_CG,)
     """One for each engine, from the CG, m."""
     rpm_idle: RotationSpeed = 0.0
     rpm_full: RotationSpeed = 0.0
     """Fan speed at closed and full throttle, rad/s."""
-
-    @field_validator("zero_thrust_speed")
-    @classmethod
-    def _must_be_positive(cls, value: float) -> float:
-        return _positive(value, "it")
 
 
 class _Sensor(StrictModel):
@@ -240,8 +218,7 @@ class Control(StrictModel):
     kind: Literal["position", "servo", "command"] = "position"
     """Where the recorded signal is taken: on the surface, at the servo before the linkage, or as
     commanded."""
-    travel: tuple[Angle, Angle] = (-25 * DEGREE, 25 * DEGREE)
-    """Lowest and highest deflection, rad."""
+    travel: tuple[Angle, Angle] = (-25 * DEGREE, 25 * DEGREE)  # Lowest and highest deflection, rad.
     full_stick_high: Angle = 20 * DEGREE
     full_stick_low: Angle = 12 * DEGREE
     """Deflection at full positive stick with the rate switch high and low, rad. Pulled back, and to
@@ -249,10 +226,8 @@ class Control(StrictModel):
     lag: Time = 0.0
     delay: Time = 0.0
     """Of the servo, s."""
-    rate_limit: AngularRate = 1e9
-    """rad/s."""
-    slop: Angle = 0.0
-    """Free play of the linkage, whole width, rad."""
+    rate_limit: AngularRate = 1e9  # rad/s.
+    slop: Angle = 0.0  # Free play of the linkage, whole width, rad.
 
     @field_validator("travel")
     @classmethod
@@ -267,26 +242,18 @@ class Limits(StrictModel):
 
     alpha_linear: tuple[Angle, Angle] = (-5 * DEGREE, 10 * DEGREE)
     """Where the aerodynamics are linear, rad."""
-    alpha_stall: Angle = 14 * DEGREE
-    """rad."""
-    beta_linear: Angle = 12 * DEGREE
-    """Largest sideslip of the linear model, rad."""
+    alpha_stall: Angle = 14 * DEGREE  # rad.
+    beta_linear: Angle = 12 * DEGREE  # Largest sideslip of the linear model, rad.
     load_factor: tuple[Acceleration, Acceleration] = (-2 * GRAVITY, 4 * GRAVITY)
     """Lowest and highest normal acceleration, m/s^2."""
     stall_speed: Speed = 0.0
     maximum_speed: Speed = 1e9
     """Calibrated airspeed, m/s."""
-    bank: Angle = 75 * DEGREE
-    """rad."""
-    flight_time: Time | None = None
+    bank: Angle = 75 * DEGREE  # rad.
+    flight_time: Annotated[Time, _POSITIVE] | None = None
     """From take-off to landing, s; None where no time is agreed on."""
     battery_empty: Voltage | None = None
     """Where the recorder or the aircraft stops for want of it, V; None where that is not known."""
-
-    @field_validator("flight_time")
-    @classmethod
-    def _must_be_positive(cls, value: float | None) -> float | None:
-        return None if value is None else _positive(value, "it")
 
 
 class Controls(StrictModel):
@@ -315,11 +282,9 @@ class Axles(StrictModel):
     right: Position | None = None
 
     def keys(self) -> tuple[str, ...]:
-        """Return the names of the axles that there are."""
         return tuple(name for name in type(self).model_fields if getattr(self, name) is not None)
 
     def __getitem__(self, name: str) -> Position:
-        """Return where an axle is."""
         place: Position | None = getattr(self, name, None) if name in self.keys() else None
         if place is None:
             raise KeyError(name)
@@ -329,10 +294,8 @@ class Axles(StrictModel):
 class Aircraft(StrictModel):
     """An aircraft file, read."""
 
-    name: str = "aircraft"
-    """For titles and reports."""
-    source: str = ""
-    """Where the numbers come from."""
+    name: str = "aircraft"  # For titles and reports.
+    source: str = ""  # Where the numbers come from.
     geometry: Geometry
     mass: MassProperties
     propulsion: Propulsion = Field(default_factory=Propulsion)

@@ -24,8 +24,7 @@ import numpy as np
 from pydantic import Field, field_validator, model_validator
 
 from gsapp.aircraft.config import Axles
-from gsapp.aircraft.measured_value import MeasuredAngle, MeasuredValue, MeasuredWeight
-from gsapp.aircraft.settings import GROUND_TESTS
+from gsapp.aircraft.ground_tests import GROUND_TESTS, MeasuredAngle, MeasuredValue, MeasuredWeight
 from gsapp.foundation import FlightError, StrictModel
 from gsapp.quantities.constants import DEGREE, GRAVITY
 from gsapp.quantities.fields import Length, Mass, Position, Weight
@@ -50,8 +49,7 @@ class WeighingRecord(StrictModel):
     pitch: MeasuredAngle = LEVEL
     bank: MeasuredAngle = LEVEL
     """Attitude on the scales, nose up and right wing down, rad."""
-    fuel: Mass | None = None
-    """On board when weighed, kg; None for as much as at take-off."""
+    fuel: Mass | None = None  # On board when weighed, kg; None for as much as at take-off.
     scale_error: Weight = GROUND_TESTS.scale_std
     """Standard deviation of each reading that states none, N."""
     axle_error: Length = GROUND_TESTS.axle_std
@@ -92,29 +90,22 @@ class WeighingRecord(StrictModel):
 class Support:
     """One axle or wheel on a scale."""
 
-    name: str
-    """For messages: ``nose``, ``left`` ..."""
-    position: Position
-    """Center of the axle in the frame of the aircraft file, m."""
-    load: MeasuredValue
-    """Reading of the scale, N."""
-    position_std: float = GROUND_TESTS.axle_std
-    """Of each coordinate, m."""
+    name: str  # For messages: ``nose``, ``left`` ...
+    position: Position  # Center of the axle in the frame of the aircraft file, m.
+    load: MeasuredValue  # Reading of the scale, N.
+    position_std: float = GROUND_TESTS.axle_std  # Of each coordinate, m.
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Weighing:
     """What a weighing says."""
 
-    mass: MeasuredValue
-    """As it stood on the scales, kg."""
+    mass: MeasuredValue  # As it stood on the scales, kg.
     cg: Position
     """In the frame of the aircraft file: from the CG that its positions count from, body axes, m.
     Zero along an axis that was not measured."""
-    cg_std: Position
-    """Standard deviations, m; NaN along an axis that was not measured."""
-    shares: Mapping[str, float]
-    """Part of the weight on each support, 0 to 1."""
+    cg_std: Position  # Standard deviations, m; NaN along an axis that was not measured.
+    shares: Mapping[str, float]  # Part of the weight on each support, 0 to 1.
 
     @property
     def measured(self) -> tuple[bool, bool, bool]:
@@ -132,20 +123,10 @@ def cg_from_axles(
 ) -> Weighing:
     """Return mass and place along x from two axles.
 
-    Parameters
-    ----------
-    front, rear : Support
-        Nose axle and main axle, or main axle and tail wheel; both main wheels on one scale, or
-        their readings added up.
-    pitch : MeasuredValue
-        Nose up on the scales, rad.
-    height : MeasuredValue
-        z of the CG in the same frame as the axles, m.
-
-    Raises
-    ------
-    FlightError
-        If a load is not positive, or the axles stand at one place.
+    They are nose axle and main axle, or main axle and tail wheel; both main wheels on one scale, or
+    their readings added up. `pitch` is nose up on the scales, rad; `height` z of the CG in the same
+    frame as the axles, m. Raise FlightError if a load is not positive, or the axles stand at one
+    place.
     """
     return _weigh((front, rear), pitch, LEVEL, height, axes=1)
 
@@ -161,26 +142,15 @@ def cg_from_three_points(
 ) -> Weighing:
     """Return mass and place along x and y from three wheels; see `cg_from_axles`.
 
-    Raises
-    ------
-    FlightError
-        If a load is not positive, or the wheels stand in one line.
+    Raise FlightError if a load is not positive, or the wheels stand in one line.
     """
     return _weigh((one, two, three), pitch, bank, height, axes=2)
 
 
 def evaluate_weighing(record: WeighingRecord, axles: Axles | Mapping[str, Position]) -> Weighing:
-    """Return mass and CG from what a flight card holds.
+    """Return mass and CG from what a flight card holds, with the axles of the aircraft file.
 
-    Parameters
-    ----------
-    axles : Axles or mapping of str to position
-        Those of the aircraft file, m.
-
-    Raises
-    ------
-    FlightError
-        If the place of an axle is not known, or the readings do not make an aircraft.
+    Raise FlightError if the place of an axle is not known, or the readings do not make an aircraft.
     """
     places = {**axles, **record.axles}
     supports = tuple(

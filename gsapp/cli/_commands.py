@@ -53,7 +53,7 @@ class _Command(TyperCommand):
         """Do it; when asked to end, take back on the way out what is half done."""
         # Not needed for --help.
         from gsapp.cli._usage_errors import check_distinct_flights, check_output_paths
-        from gsapp.foundation.process_shutdown import on_termination_signal
+        from gsapp.foundation.process_control import on_termination_signal
 
         check_output_paths(ctx.params)
         if "append" not in ctx.params:  # as one may be merged with itself, one after the other

@@ -157,7 +157,7 @@ def write_json(json: Path | None, result: object) -> None:
         If the file cannot be written.
     """
     from gsapp.foundation import GroundStationError, write_atomically
-    from gsapp.foundation.os_error_text import format_os_error
+    from gsapp.foundation.errors import format_os_error
 
     if json is None:
         return

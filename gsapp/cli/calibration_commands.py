@@ -81,7 +81,7 @@ def calibrate(
     from gsapp.cli._console import is_stdout, write_json
     from gsapp.cli._usage_errors import as_usage_error
     from gsapp.foundation import GroundStationError
-    from gsapp.foundation.os_error_text import format_os_error
+    from gsapp.foundation.errors import format_os_error
     from gsapp.quantities import channel as spec_of
     from gsapp.quantities import to_si
 

@@ -87,9 +87,8 @@ def discrepancy(
     )
     from gsapp.cli._usage_errors import as_usage_error, check_windows
     from gsapp.discrepancy.investigation import Investigation
-    from gsapp.discrepancy.model_match import check_model_match
-    from gsapp.discrepancy.remarks import record_remarks
-    from gsapp.discrepancy.result_json import discrepancy_json
+    from gsapp.discrepancy.results import discrepancy_json
+    from gsapp.discrepancy.search_checks import check_model_match, record_remarks
     from gsapp.discrepancy.settings import DiscrepancySettings
     from gsapp.dynamics.model import load_model
     from gsapp.flight.maneuvers import uncalibrated_text
@@ -141,7 +140,7 @@ def discrepancy(
 def _check_output_folder(out: Path) -> None:
     """Raise unless the folder can be written: said before the search, not after it."""
     from gsapp.foundation import GroundStationError
-    from gsapp.foundation.os_error_text import format_os_error
+    from gsapp.foundation.errors import format_os_error
 
     if out.exists() and not out.is_dir():
         raise GroundStationError(f"{out} is a file; choose a folder for the answer")
@@ -204,7 +203,7 @@ def _fill(
 ) -> None:
     """Write everything into a folder that will stand at `out`."""
     from gsapp.cli._console import format_json
-    from gsapp.discrepancy.result_json import discrepancy_json
+    from gsapp.discrepancy.results import discrepancy_json
     from gsapp.dynamics.model import save_model
     from gsapp.flight.info import local_timestamp
     from gsapp.foundation import write_atomically

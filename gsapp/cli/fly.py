@@ -22,13 +22,13 @@ if TYPE_CHECKING:
     from gsapp.quantities import Block
     from gsapp.telemetry.clock import Clock
     from gsapp.telemetry.sources import LinkSource
-    from gsapp.virtual.downlink.bench_downlink import CommandConsole
+    from gsapp.virtual.downlink.commanded_downlinks import CommandConsole
     from gsapp.virtual.downlink.downlink_transmitter import TransmitLink, TransmitProgress
     from gsapp.virtual.downlink.flight_downlink import FlightDownlink
     from gsapp.virtual.downlink.flight_settings import FlightSettings
     from gsapp.virtual.flight_plan import FlightPlan
+    from gsapp.virtual.human_pilot import AircraftHandling
     from gsapp.virtual.keyboard_pilot import KeyboardPilot
-    from gsapp.virtual.pilot_controllers import AircraftHandling
 
 _FLIGHT_OPTIONS = (
     "--plan", "--hide", "--model", "--turbulence", "--position", "--onboard", "--truth",
@@ -99,8 +99,8 @@ def fly(
     from gsapp.dynamics.model import load_model
     from gsapp.foundation.settings import command_arguments
     from gsapp.virtual.downlink.flight_settings import FlightSettings
-    from gsapp.virtual.hidden_effects import add_hidden_effects
-    from gsapp.virtual.sensor_faults import parse_sensor_fault
+    from gsapp.virtual.instruments import parse_sensor_fault
+    from gsapp.virtual.virtual_flight import add_hidden_effects
 
     with as_usage_error():
         chosen = FlightSettings(**settings)
@@ -162,7 +162,7 @@ def _run_bench(
     from gsapp.telemetry.clock import HostClock
     from gsapp.telemetry.link_registry import parse_link
     from gsapp.virtual.bench import VirtualBench, parse_bench_fault
-    from gsapp.virtual.downlink.bench_downlink import BenchDownlink
+    from gsapp.virtual.downlink.commanded_downlinks import BenchDownlink
     from gsapp.virtual.downlink.downlink_transmitter import DownlinkTransmitter
 
     clock = HostClock()
@@ -184,7 +184,7 @@ def _open_control(
     control: str | None, clock: Clock, console: PlainConsole
 ) -> Iterator[CommandConsole | None]:
     """Open where lines to obey come from."""
-    from gsapp.virtual.downlink.bench_downlink import StdinConsole, UdpConsole
+    from gsapp.virtual.downlink.commanded_downlinks import StdinConsole, UdpConsole
 
     if control is None:
         yield None
@@ -271,7 +271,7 @@ def _fill(
 ) -> tuple[Block, TransmitProgress | None]:
     """Write the record and the copies; return the true motion, and how far the flight came."""
     from gsapp.flight.folder_setup import prepare_flight_folder
-    from gsapp.virtual.downlink.record_writer import write_record
+    from gsapp.virtual.downlink.flight_downlink import write_record
 
     started = time.time_ns() // 1000
     downlink = settings.create_downlink(started)
@@ -298,9 +298,8 @@ def _fly_with_sticks(
 ) -> TransmitProgress | None:
     """Fly over a link as the lines of the standard input say, until they end."""
     from gsapp.telemetry.clock import HostClock
-    from gsapp.virtual.downlink.bench_downlink import StdinConsole
+    from gsapp.virtual.downlink.commanded_downlinks import StdinConsole, TrainingDownlink
     from gsapp.virtual.downlink.downlink_transmitter import DownlinkTransmitter
-    from gsapp.virtual.downlink.training_downlink import TrainingDownlink
     from gsapp.virtual.keyboard_pilot import KeyboardPilot
 
     clock = HostClock()

@@ -113,7 +113,7 @@ def run_program() -> None:
         main()
     except SystemExit as ending:
         if isinstance(ending.code, int) and "ui.app" in sys.modules:
-            from gsapp.foundation.process_shutdown import exit_process
+            from gsapp.foundation.process_control import exit_process
 
             exit_process(ending.code)
         raise
@@ -184,7 +184,7 @@ def _error_message(error: Exception) -> str | None:
     if isinstance(error, UnicodeEncodeError) and error.reason == "surrogates not allowed":
         return "a file or folder name in this call is not UTF-8; rename it"
     if isinstance(error, OSError):
-        from gsapp.foundation.os_error_text import os_error_remedy
+        from gsapp.foundation.errors import os_error_remedy
 
         said = error.strerror or str(error)
         if error.filename is None:

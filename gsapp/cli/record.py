@@ -59,10 +59,13 @@ def record(
     from gsapp.cli._usage_errors import CommandUsageError, as_usage_error, check_speed
     from gsapp.flight.folder_setup import prepare_flight_folder
     from gsapp.foundation import GroundStationError
-    from gsapp.foundation.process_shutdown import on_termination_signal
-    from gsapp.telemetry.flight_folder_rollback import rollback_on_failure
+    from gsapp.foundation.process_control import on_termination_signal
     from gsapp.telemetry.link_registry import kind_of, parse_link
-    from gsapp.telemetry.recorder_folder import check_not_finished, record_state
+    from gsapp.telemetry.recorder_folder import (
+        check_not_finished,
+        record_state,
+        rollback_on_failure,
+    )
     from gsapp.telemetry.recorder_process import create_stop_handler, record_link
 
     console = PlainConsole(stderr=is_stdout(json))

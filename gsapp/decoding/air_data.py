@@ -34,7 +34,7 @@ def density(static_pressure: Number, temperature: Number) -> Number:
     NaN where either is not positive, as an open input of a converter may read.
     """
     sound = (static_pressure > 0.0) & (temperature > 0.0)
-    return static_pressure / (GAS_CONSTANT * cast(Number, where(sound, temperature, np.nan)))
+    return static_pressure / (GAS_CONSTANT * cast("Number", where(sound, temperature, np.nan)))
 
 
 def standard_density(static_pressure: Number) -> Number:

@@ -54,8 +54,8 @@ from gsapp.foundation import (
     UnknownNameError,
     read_toml,
 )
+from gsapp.foundation.files import ShippedFiles
 from gsapp.foundation.name_suggestions import close_matches, did_you_mean
-from gsapp.foundation.shipped_files import ShippedFiles
 from gsapp.foundation.toml import validate_content
 from gsapp.quantities import CHANNELS, base_id, channel, normalize_unit
 from gsapp.quantities.fields import Time
@@ -79,8 +79,7 @@ _COLUMN = re.compile(r"\s*(?P<id>[\w.]+)\s*\[(?P<unit>[^\]]*)\]\s*")
 class FieldRef:
     """One number of a message."""
 
-    field: str
-    """Name of the field; empty for a column of a text line."""
+    field: str  # Name of the field; empty for a column of a text line.
     index: int | None = None
     """Element of an array field, or column of the line; None for a single value, or for the whole
     array where a conversion takes it."""
@@ -90,42 +89,31 @@ class FieldRef:
 class Selector:
     """Which of several senders of one message is meant."""
 
-    field: str
-    """The field that tells them apart; empty where the log keeps instances apart itself."""
-    value: str
-    """What it must hold; text, or a number as text."""
+    field: str  # The field that tells them apart; empty where the log keeps instances apart itself.
+    value: str  # What it must hold; text, or a number as text.
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MapEntry:
     """One source of one channel."""
 
-    channel: str
-    """Id of the channel that results, calibrated if `calibration` is given."""
-    source: str
-    """As written in the file."""
-    message: str
-    """Name of the message; ``line`` for text, ``table`` for a column of a table."""
+    channel: str  # Id of the channel that results, calibrated if `calibration` is given.
+    source: str  # As written in the file.
+    message: str  # Name of the message; ``line`` for text, ``table`` for a column of a table.
     inputs: tuple[FieldRef, ...]
     """One, or as many as the conversion takes (an array field counts for its elements)."""
-    unit: str
-    """Unit of ``scale * field + offset``; volts where `calibration` is given."""
+    unit: str  # Unit of ``scale * field + offset``; volts where `calibration` is given.
     selector: Selector | None = None
     scale: float = 1.0
     offset: float = 0.0
     """See `unit`."""
-    priority: int = 1
-    """Lower goes first."""
-    kind: SourceKind = "measured"
-    """What the vehicle does for it."""
-    calibration: str | None = None
-    """Channel of the certificate that turns volts into this channel."""
+    priority: int = 1  # Lower goes first.
+    kind: SourceKind = "measured"  # What the vehicle does for it.
+    calibration: str | None = None  # Channel of the certificate that turns volts into this channel.
     time: str | None = None
     """Field with the vehicle's time, ``arrival``, or None for the message's own."""
-    convert: str | None = None
-    """Name in `gsapp.decoding.conversions.CONVERSIONS`."""
-    missing: tuple[float, ...] = ()
-    """Raw values that mean "not known"."""
+    convert: str | None = None  # Name in `gsapp.decoding.conversions.CONVERSIONS`.
+    missing: tuple[float, ...] = ()  # Raw values that mean "not known".
     valid: str | None = None
     """Field of the same message that is zero where the value does not count."""
 
@@ -143,21 +131,15 @@ class ChannelMap:
     name: str
     entries: tuple[MapEntry, ...]
     """In the order of the file."""
-    format: Format = "mavlink"
-    """Where its sources are found."""
+    format: Format = "mavlink"  # Where its sources are found.
     system: int | None = None
     component: int | None = None
     """Which sender; None takes the first heard."""
-    fallback: float = 1.0
-    """Seconds that a better source may be silent before the next one counts."""
-    certificates: str | None = None
-    """Shipped set of certificates to use where none is given."""
-    delimiter: str = ","
-    """Between the columns of a text line."""
-    text_time: int | None = None
-    """Column with the vehicle's time in a text line; None for none."""
-    text_scale: int = 1_000_000
-    """Microseconds per count in that column."""
+    fallback: float = 1.0  # Seconds that a better source may be silent before the next one counts.
+    certificates: str | None = None  # Shipped set of certificates to use where none is given.
+    delimiter: str = ","  # Between the columns of a text line.
+    text_time: int | None = None  # Column with the vehicle's time in a text line; None for none.
+    text_scale: int = 1_000_000  # Microseconds per count in that column.
     table_time: str | None = None
     """Column of a table with the time; None for one of the usual names."""
     table_time_unit: str = "s"
@@ -177,12 +159,10 @@ class ChannelMap:
 
     @property
     def channels(self) -> tuple[str, ...]:
-        """Return the ids of the channels it maps, volts not included."""
         return tuple(self.by_channel)
 
     @property
     def messages(self) -> tuple[str, ...]:
-        """Return the names of the messages it needs, each once."""
         return tuple(dict.fromkeys(entry.message for entry in self.entries))
 
 
@@ -192,19 +172,10 @@ def shipped_channel_maps() -> tuple[str, ...]:
 
 
 def load_channel_map(name_or_path: str | Path) -> ChannelMap:
-    """Read a channel map.
+    """Read a channel map: a path, or the name of a shipped map such as ``b777``.
 
-    Parameters
-    ----------
-    name_or_path : str or Path
-        A path, or the name of a shipped map such as ``b777``.
-
-    Raises
-    ------
-    FileProblemsError
-        If the map holds mistakes; all of them are named, with key path and remedy.
-    UnknownNameError
-        If there is neither such a file nor such a shipped map.
+    Raise FileProblemsError if it holds mistakes; all are named, with key path and remedy. Raise
+    UnknownNameError if there is neither such a file nor such a shipped map.
     """
     path = SHIPPED_CHANNEL_MAPS.find(name_or_path)
     raw = read_toml(path, _AnyTable).model_extra or {}
@@ -599,7 +570,6 @@ def _guess_format(raw: Mapping[str, Any]) -> str | None:
 
 
 def _selector_field(layout: MessageLayout, *, number: bool) -> str:
-    """Return the field that a bare selector means."""
     if not number and "name" in layout.fields:
         return "name"
     candidates = (layout.instance_field, "index", "id", "instance", "name")

@@ -16,14 +16,10 @@ ConvertFunction = Callable[[tuple[FloatArray, ...]], FloatArray]
 class Conversion:
     """A function of several numbers of one message."""
 
-    name: str
-    """As written in a channel map."""
-    inputs: int
-    """How many numbers it takes: fields, or elements of one array field."""
-    compute: ConvertFunction
-    """From arrays of shape (n,) to one of shape (n,)."""
-    meaning: str
-    """What goes in and what comes out."""
+    name: str  # As written in a channel map.
+    inputs: int  # How many numbers it takes: fields, or elements of one array field.
+    compute: ConvertFunction  # From arrays of shape (n,) to one of shape (n,).
+    meaning: str  # What goes in and what comes out.
 
 
 def _quaternion_phi(q: tuple[FloatArray, ...]) -> FloatArray:
@@ -41,76 +37,38 @@ def _quaternion_psi(q: tuple[FloatArray, ...]) -> FloatArray:
     return np.arctan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
 
 
-def _vector_norm(v: tuple[FloatArray, ...]) -> FloatArray:
-    return np.sqrt(v[0] * v[0] + v[1] * v[1])
-
-
-def _direction(v: tuple[FloatArray, ...]) -> FloatArray:
-    return np.arctan2(v[1], v[0])
-
-
-def _wind_north(v: tuple[FloatArray, ...]) -> FloatArray:
-    return -v[1] * np.cos(np.radians(v[0]))
-
-
-def _wind_east(v: tuple[FloatArray, ...]) -> FloatArray:
-    return -v[1] * np.sin(np.radians(v[0]))
-
-
-def _mean(v: tuple[FloatArray, ...]) -> FloatArray:
-    return 0.5 * (v[0] + v[1])
-
-
-def _half_difference(v: tuple[FloatArray, ...]) -> FloatArray:
-    return 0.5 * (v[0] - v[1])
-
-
 _QUATERNION = "w, x, y, z of the attitude, earth to body -> rad"
 
 CONVERSIONS: dict[str, Conversion] = {
-    conversion.name: conversion
-    for conversion in (
-        Conversion(name="quaternion.phi", inputs=4, compute=_quaternion_phi, meaning=_QUATERNION),
-        Conversion(
-            name="quaternion.theta", inputs=4, compute=_quaternion_theta, meaning=_QUATERNION
+    name: Conversion(name=name, inputs=inputs, compute=compute, meaning=meaning)
+    for name, inputs, compute, meaning in (
+        ("quaternion.phi", 4, _quaternion_phi, _QUATERNION),
+        ("quaternion.theta", 4, _quaternion_theta, _QUATERNION),
+        ("quaternion.psi", 4, _quaternion_psi, _QUATERNION),
+        (
+            "horizontal.length", 2, lambda v: np.sqrt(v[0] * v[0] + v[1] * v[1]),
+            "north, east -> length, in their unit",
         ),
-        Conversion(name="quaternion.psi", inputs=4, compute=_quaternion_psi, meaning=_QUATERNION),
-        Conversion(
-            name="horizontal.length",
-            inputs=2,
-            compute=_vector_norm,
-            meaning="north, east -> length, in their unit",
+        (
+            "horizontal.direction", 2, lambda v: np.arctan2(v[1], v[0]),
+            "north, east -> direction from north, clockwise, rad",
         ),
-        Conversion(
-            name="horizontal.direction",
-            inputs=2,
-            compute=_direction,
-            meaning="north, east -> direction from north, clockwise, rad",
+        (
+            "wind_from.north", 2, lambda v: -v[1] * np.cos(np.radians(v[0])),
+            "direction that the wind comes from (deg), speed -> air moving north",
         ),
-        Conversion(
-            name="wind_from.north",
-            inputs=2,
-            compute=_wind_north,
-            meaning="direction that the wind comes from (deg), speed -> air moving north",
+        (
+            "wind_from.east", 2, lambda v: -v[1] * np.sin(np.radians(v[0])),
+            "direction that the wind comes from (deg), speed -> air moving east",
         ),
-        Conversion(
-            name="wind_from.east",
-            inputs=2,
-            compute=_wind_east,
-            meaning="direction that the wind comes from (deg), speed -> air moving east",
+        (
+            "mixed.mean", 2, lambda v: 0.5 * (v[0] + v[1]),
+            "two halves of a V-tail, or elevons -> symmetric part (mean)",
         ),
-        Conversion(
-            name="mixed.mean",
-            inputs=2,
-            compute=_mean,
-            meaning="two halves of a V-tail, or elevons -> symmetric part (mean)",
-        ),
-        Conversion(
-            name="mixed.half_difference",
-            inputs=2,
-            compute=_half_difference,
-            meaning="two halves of a V-tail, or elevons -> antisymmetric part, (first - second)/2",
+        (
+            "mixed.half_difference", 2, lambda v: 0.5 * (v[0] - v[1]),
+            "two halves of a V-tail, or elevons -> antisymmetric part, (first - second)/2",
         ),
     )
-}
+}  # fmt: skip
 """Every conversion by its name."""

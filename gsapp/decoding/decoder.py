@@ -19,13 +19,6 @@ from gsapp.decoding.channel_map import LINE, ChannelMap
 from gsapp.decoding.flight_clock import FlightClock
 from gsapp.decoding.grid import Numbers
 from gsapp.decoding.health import LinkHealth
-from gsapp.decoding.landed_state import STATE_MESSAGES, LandedState
-from gsapp.decoding.message_routes import (
-    MessageRoute,
-    TextLineParser,
-    has_vehicle_time,
-    routes_by_message,
-)
 from gsapp.decoding.message_stream import MessageColumns, MessageStream
 from gsapp.decoding.messages import (
     decode_columns,
@@ -37,7 +30,15 @@ from gsapp.decoding.messages import (
 from gsapp.decoding.notices import NOTICE_KINDS, STATUSTEXT_ID, Notice, NoticeLog
 from gsapp.decoding.pipeline import ChannelSource, Pipeline
 from gsapp.decoding.settings import DECODING
-from gsapp.decoding.vehicle_selection import VehicleSelector
+from gsapp.decoding.vehicle_selection import (
+    STATE_MESSAGES,
+    LandedState,
+    MessageRoute,
+    TextLineParser,
+    VehicleSelector,
+    has_vehicle_time,
+    routes_by_message,
+)
 from gsapp.foundation import FlightError
 from gsapp.quantities import Block
 
@@ -84,7 +85,7 @@ class Decoder:
     Parameters
     ----------
     channel_map : ChannelMap
-        Which field is which channel; of format ``mavlink``.
+        Of format ``mavlink``; raise FlightError if it is for files.
     certificates : mapping of str to Certificate, optional
         Calibration in force, by channel; else the shipped set that the map names. A calibrated
         source without its certificate yields volts only.
@@ -94,24 +95,6 @@ class Decoder:
         Rows per second.
     system : int, optional
         The flown system; else that of the channel map, or the first autopilot heard.
-
-    Attributes
-    ----------
-    sources : dict of str to ChannelSource
-        Every channel that it can yield, and where it comes from.
-    notices : list of Notice
-        What was noticed: restarts, outliers, other aircraft, unknown messages.
-    landed_state : LandedState
-        What the autopilot reports of flight and ground.
-    unknown : Counter of int
-        Frames of each message id that the dialect does not have.
-    data_stamp : int or None
-        Host time of the last frame or line that was decoded, microseconds since 1970.
-
-    Raises
-    ------
-    FlightError
-        If the map is for files, not for a link.
     """
 
     def __init__(
@@ -166,22 +149,18 @@ class Decoder:
 
     @property
     def channels(self) -> tuple[str, ...]:
-        """Return the ids of the channels that it can yield."""
         return tuple(self.sources)
 
     @property
     def rate(self) -> float:
-        """Return the rows per second of the grid."""
         return self._pipeline.grid.rate
 
     @property
     def clipped(self) -> dict[str, int]:
-        """Return how many samples lay outside calibration or instrument range, by channel."""
         return self._pipeline.clipped
 
     @property
     def duplicates(self) -> int:
-        """Return how many samples repeated the stamp of their predecessor."""
         return self._pipeline.duplicates
 
     @property
@@ -191,7 +170,6 @@ class Decoder:
 
     @property
     def remarks(self) -> tuple[str, ...]:
-        """Return what of the data was left out so far, in words."""
         lines, samples = self.bad_lines, self.reordered
         return (
             *([f"{lines} of {self.lines + lines} lines of text were skipped"] if lines else []),
@@ -200,7 +178,6 @@ class Decoder:
 
     @property
     def system(self) -> int | None:
-        """Return the flown system; None before it is known."""
         return self._selector.system
 
     def counted_sources(self) -> dict[str, ChannelSource]:
@@ -210,12 +187,9 @@ class Decoder:
     def feed(self, records: Sequence[RawRecordLike]) -> list[Block]:
         """Take records in the order of their arrival; return the rows that they complete.
 
-        Returns
-        -------
-        list of Block
-            Each with the channels of one message (or of one choice of sources). Blocks of a
-            channel follow each other without gap or overlap, but for pauses longer than
-            `DECODING.max_filled_pause`.
+        Each block has the channels of one message (or of one choice of sources). Blocks of a
+        channel follow each other without gap or overlap, but for pauses longer than
+        `DECODING.max_filled_pause`.
         """
         blocks: list[Block] = []
         self.health.feed(records)  # type: ignore[arg-type]
@@ -253,7 +227,7 @@ class Decoder:
             elif number is None:
                 self._pipeline.push(stream, times, nows, {"": np.array(items)})
             else:
-                columns = cast(MessageColumns, decode_columns(number, cast(list[bytes], items)))
+                columns = cast("MessageColumns", decode_columns(number, cast("list[bytes]", items)))
                 self._pipeline.push(stream, times, nows, columns)
             times.clear()
             nows.clear()

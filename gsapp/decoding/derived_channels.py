@@ -24,22 +24,18 @@ from gsapp.quantities import FloatArray
 DeriveFunction = Callable[..., Any]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True)
 class Derivation:
-    """How one channel is computed from others."""
+    """How one channel is computed from others, in the order in which `compute` takes them."""
 
     output: str
     fast_inputs: tuple[str, ...]
+    compute: DeriveFunction  # From arrays of shape (n,) to one, or from numbers to a number.
+    source: str  # The formula, or where it stands.
     slow_inputs: tuple[str, ...] = ()
-    """Its inputs, in the order in which `compute` takes them."""
-    compute: DeriveFunction
-    """From arrays of shape (n,) to one, or from numbers to a number."""
     density: DeriveFunction | None = None
     """From the slow inputs to the density of the air, which `compute` takes in their place."""
-    source: str
-    """The formula, or where it stands."""
-    assumed: str = ""
-    """What is assumed for want of a sensor; empty for nothing."""
+    assumed: str = ""  # What is assumed for want of a sensor; empty for nothing.
 
     @property
     def description(self) -> str:
@@ -67,91 +63,32 @@ def _identity(value: Number) -> Number:
 
 _STANDARD_DAY = "temperature of the standard day"
 
+_AIR = ("static_pressure", "temperature")
+_PRESSURE = ("static_pressure",)
+_V, _QBAR = air_data.true_airspeed, air_data.dynamic_pressure
 DERIVATIONS: tuple[Derivation, ...] = (
-    Derivation(
-        output="de",
-        fast_inputs=("elevator_left", "elevator_right"),
-        compute=_mean,
-        source="(6.1.1)",
-    ),
-    Derivation(
-        output="da", fast_inputs=("aileron_left", "aileron_right"), compute=_mean, source="(6.1.2)"
-    ),
-    Derivation(output="dr", fast_inputs=("rudder",), compute=_identity, source="(6.1.3)"),
+    Derivation("de", ("elevator_left", "elevator_right"), _mean, "(6.1.1)"),
+    Derivation("da", ("aileron_left", "aileron_right"), _mean, "(6.1.2)"),
+    Derivation("dr", ("rudder",), _identity, "(6.1.3)"),
     # What the vehicle corrected itself goes before the raw difference of pressures.
+    Derivation("qbar", ("Vc",), air_data.sea_level_dynamic_pressure, "rho0 Vc^2 / 2"),
+    Derivation("qbar", ("V",), _QBAR, "rho V^2 / 2", _AIR, air_data.density),
     Derivation(
-        output="qbar",
-        fast_inputs=("Vc",),
-        compute=air_data.sea_level_dynamic_pressure,
-        source="rho0 Vc^2 / 2",
+        "qbar", ("V",), _QBAR, "rho V^2 / 2", _PRESSURE, air_data.standard_density, _STANDARD_DAY
     ),
+    Derivation("qbar", ("dynamic_pressure",), _identity, "incompressible flow"),
+    Derivation("Vc", ("qbar",), air_data.calibrated_airspeed, "sqrt(2 qbar / rho0)"),
+    Derivation("V", ("qbar",), _V, "sqrt(2 qbar / rho)", _AIR, air_data.density),
     Derivation(
-        output="qbar",
-        fast_inputs=("V",),
-        slow_inputs=("static_pressure", "temperature"),
-        compute=air_data.dynamic_pressure,
-        density=air_data.density,
-        source="rho V^2 / 2",
+        "V", ("qbar",), _V, "sqrt(2 qbar / rho)", _PRESSURE, air_data.standard_density,
+        _STANDARD_DAY,
     ),
+    Derivation("density", _PRESSURE, air_data.density, "ideal gas", ("temperature",)),
     Derivation(
-        output="qbar",
-        fast_inputs=("V",),
-        slow_inputs=("static_pressure",),
-        compute=air_data.dynamic_pressure,
-        density=air_data.standard_density,
-        source="rho V^2 / 2",
-        assumed=_STANDARD_DAY,
+        "density", _PRESSURE, air_data.standard_density, "ideal gas", assumed=_STANDARD_DAY
     ),
-    Derivation(
-        output="qbar",
-        fast_inputs=("dynamic_pressure",),
-        compute=_identity,
-        source="incompressible flow",
-    ),
-    Derivation(
-        output="Vc",
-        fast_inputs=("qbar",),
-        compute=air_data.calibrated_airspeed,
-        source="sqrt(2 qbar / rho0)",
-    ),
-    Derivation(
-        output="V",
-        fast_inputs=("qbar",),
-        slow_inputs=("static_pressure", "temperature"),
-        compute=air_data.true_airspeed,
-        density=air_data.density,
-        source="sqrt(2 qbar / rho)",
-    ),
-    Derivation(
-        output="V",
-        fast_inputs=("qbar",),
-        slow_inputs=("static_pressure",),
-        compute=air_data.true_airspeed,
-        density=air_data.standard_density,
-        source="sqrt(2 qbar / rho)",
-        assumed=_STANDARD_DAY,
-    ),
-    Derivation(
-        output="density",
-        fast_inputs=("static_pressure",),
-        slow_inputs=("temperature",),
-        compute=air_data.density,
-        source="ideal gas",
-    ),
-    Derivation(
-        output="density",
-        fast_inputs=("static_pressure",),
-        compute=air_data.standard_density,
-        source="ideal gas",
-        assumed=_STANDARD_DAY,
-    ),
-    Derivation(
-        output="altitude",
-        fast_inputs=("static_pressure",),
-        compute=air_data.altitude,
-        source="standard atmosphere",
-    ),
-)
+    Derivation("altitude", _PRESSURE, air_data.altitude, "standard atmosphere"),
+)  # fmt: skip
 """All that can be derived. Of several for one channel the first whose inputs exist is taken."""
 
 
@@ -169,25 +106,14 @@ def select_derivations(available: Collection[str]) -> tuple[Derivation, ...]:
 def underivable_channels(available: Collection[str], lacking: Collection[str]) -> tuple[str, ...]:
     """Return what could be derived only if some more channels were there.
 
-    Parameters
-    ----------
-    available : collection of str
-        Channels that there are, derived ones among them.
-    lacking : collection of str
-        Channels that there would be, were their instruments calibrated.
+    Available are derived channels, too; lacking those that calibrated instruments would add.
     """
     whole = {*available, *lacking}
     return tuple(each.output for each in select_derivations(whole) if each.output not in whole)
 
 
 def source_instruments(measured: Collection[str]) -> dict[str, tuple[str, ...]]:
-    """Return the measured channels that each channel is computed from in the end.
-
-    Parameters
-    ----------
-    measured : collection of str
-        Channels that are not derived; each stands behind itself.
-    """
+    """Return the measured channels that each channel is computed from in the end."""
     behind: dict[str, tuple[str, ...]] = {name: (name,) for name in measured}
     for derivation in select_derivations(measured):
         inputs = (name for given in derivation.inputs for name in behind[given])
@@ -196,15 +122,10 @@ def source_instruments(measured: Collection[str]) -> dict[str, tuple[str, ...]]:
 
 
 class SlowInput:
-    """The latest sample of a slow channel before a row.
+    """The latest sample of a slow channel before a row, of several sources, the better first.
 
     A sample counts from the later of its stamp and the flight time at which it came. So it never
     matters for rows that were complete before it came, however the record is cut.
-
-    Parameters
-    ----------
-    sources : int
-        Number of sources, the better first.
     """
 
     def __init__(self, sources: int) -> None:

@@ -18,12 +18,9 @@ from fastcrc import crc16
 class WireFormat(NamedTuple):
     """What a framer must know of a message."""
 
-    crc_extra: bytes
-    """The one byte that seeds the checksum."""
-    size: int
-    """Payload bytes without extension fields: the length of every MAVLink 1 frame."""
-    full_size: int
-    """Payload bytes with extension fields; MAVLink 2 cuts trailing zero bytes."""
+    crc_extra: bytes  # The one byte that seeds the checksum.
+    size: int  # Payload bytes without extension fields: the length of every MAVLink 1 frame.
+    full_size: int  # Payload bytes with extension fields; MAVLink 2 cuts trailing zero bytes.
 
 
 @cache
@@ -72,10 +69,8 @@ class TimeField(NamedTuple):
     offset: int
     size: int
     """Place in the payload, bytes (little-endian, unsigned)."""
-    microseconds: int
-    """What one count means."""
-    since_boot: bool
-    """Whether the field always counts from the sender's boot (``time_boot_ms``)."""
+    microseconds: int  # What one count means.
+    since_boot: bool  # Whether the field always counts from the sender's boot (``time_boot_ms``).
 
 
 _TIME_FIELDS = {"time_boot_ms": 1000, "time_usec": 1, "timestamp": 1, "time_unix_usec": 1}

@@ -72,18 +72,9 @@ class FlightClock:
 
     `assign_time` and `assign_arrival_time` return the flight time of an item at once in the usual
     case. Where an item has to wait they return None, and hand it out later in `released`: the
-    caller looks there after every call and empties it.
-
-    Attributes
-    ----------
-    now : int
-        The latest flight time placed, microseconds.
-    released : list of TimedItem
-        Items that had to wait and now have their time.
-    events : list of ClockEvent
-        Restarts, outliers, clocks that disagree. The caller empties it.
-    dropped : int
-        Items with an impossible stamp.
+    caller looks there after every call and empties it, and likewise `events`: restarts, outliers,
+    clocks that disagree. `now` is the latest flight time placed (us), `dropped` counts items with
+    an impossible stamp.
     """
 
     def __init__(self) -> None:
@@ -104,25 +95,10 @@ class FlightClock:
     def assign_time(
         self, component: int, stamp: int, host: int, item: Any, *, period: int = 0
     ) -> int | None:
-        """Return the flight time of a stamp.
+        """Return the flight time (us) of a component's stamp; None if it waits, or was dropped.
 
-        Parameters
-        ----------
-        component : int
-            Who stamped.
-        stamp : int
-            Microseconds, as sent.
-        host : int
-            Time of arrival, microseconds since 1970.
-        item : Any
-            Handed back in `released` if it must wait.
-        period : int
-            Microseconds after which the stamp starts over at zero; 0 for never.
-
-        Returns
-        -------
-        int or None
-            Microseconds; None if the item waits, or was dropped.
+        Stamp and time of arrival at the host are in us. The item is handed back in `released` if it
+        must wait. After `period` us the stamp starts over at zero; 0 for never.
         """
         line = self._lines.get((component, stamp >= MIN_UNIX_STAMP))
         last = None if line is None else line.last
@@ -196,7 +172,6 @@ class FlightClock:
         return host - round(self._risen(host))
 
     def delay(self, time: int, host: int) -> int:
-        """Return how much later than the fastest messages one arrived, us."""
         return host - time - round(self._envelope or 0.0)
 
     def finish(self) -> None:
@@ -347,7 +322,6 @@ class FlightClock:
             self.released.append(TimedItem(time, item))
 
     def _drop(self, held: list[_HeldItem]) -> None:
-        """Leave out items with an impossible stamp."""
         strange = held[-1].stamp / 1e6
         count = len(held)
         before, self.dropped = self.dropped, self.dropped + count

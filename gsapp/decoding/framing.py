@@ -24,7 +24,34 @@ from typing import Final, NamedTuple
 from fastcrc import crc16
 
 from gsapp.decoding.dialect import wire_formats
-from gsapp.decoding.frames import MavlinkFrame, Residue
+
+
+class MavlinkFrame(NamedTuple):
+    """One whole MAVLink frame, checked as far as its id is known."""
+
+    offset: int  # Position of its first byte in the stream since the link was opened.
+    data: bytes  # The frame from magic byte to checksum (and signature, if signed).
+    version: int  # 1 or 2.
+    sequence: int
+    system: int
+    component: int
+    message_id: int
+    """From the header."""
+    known: bool  # Whether the id is in the dialect, so that the checksum could be verified.
+
+    @property
+    def payload(self) -> bytes:
+        """Return the payload as sent; MAVLink 2 cuts trailing zero bytes."""
+        start = 10 if self.version == 2 else 6
+        return self.data[start : start + self.data[1]]
+
+
+class Residue(NamedTuple):
+    """Bytes that belong to no whole frame."""
+
+    offset: int  # Position of the first byte in the stream.
+    data: bytes
+
 
 MAGIC_1: Final = 0xFE
 MAGIC_2: Final = 0xFD
@@ -93,18 +120,32 @@ def _byte_set(values: set[int]) -> bytes:
     return b"[" + b"".join(b"\\x%02x" % value for value in sorted(values)) + b"]"
 
 
-class Framer:
+FramedItem = MavlinkFrame | Residue
+
+
+class _BufferedFramer:
+    """What framers have in common: bytes that wait, and their place in the stream."""
+
+    _buffer = b""
+    _offset = 0
+
+    @property
+    def pending(self) -> int:
+        """Return how many bytes wait for a decision."""
+        return len(self._buffer)
+
+    @property
+    def offset(self) -> int:
+        """Return the stream offset of the first byte that has not come out yet."""
+        return self._offset
+
+
+class Framer(_BufferedFramer):
     """Split a byte stream into MAVLink 1 and 2 frames (signed ones too) and residue.
 
     Every byte fed comes out exactly once, in order, in a `MavlinkFrame` or a `Residue`. Frames do
     not depend on how the stream was cut into pieces. Neither do the bytes of the residue, but a
     long stretch of it may come out as several adjacent pieces, so that nothing is held back.
-
-    Examples
-    --------
-    >>> framer = Framer()
-    >>> framer.feed(b"noise")
-    [Residue(offset=0, data=b'noise')]
     """
 
     def __init__(self) -> None:
@@ -117,33 +158,12 @@ class Framer:
         # By system, component and message as they stand in the header of such a frame.
         self._heard: dict[bytes, _KnownHeader] = {}
 
-    @property
-    def pending(self) -> int:
-        """Return how many bytes wait for a decision."""
-        return len(self._buffer)
-
-    @property
-    def offset(self) -> int:
-        """Return the stream offset of the first byte that has not come out yet."""
-        return self._offset
-
-    def feed(self, data: bytes) -> list[MavlinkFrame | Residue]:
-        """Take the next bytes of the stream.
-
-        Parameters
-        ----------
-        data : bytes
-            Any number of bytes.
-
-        Returns
-        -------
-        list of Frame or Residue
-            All that is decided so far, in the order of the stream.
-        """
+    def feed(self, data: bytes) -> list[FramedItem]:
+        """Take the next bytes; return all that is decided so far, in the order of the stream."""
         self._buffer = self._buffer + data if self._buffer else bytes(data)
         return self._take(*self._scan(final=False))
 
-    def flush_complete(self) -> list[MavlinkFrame | Residue]:
+    def flush_complete(self) -> list[FramedItem]:
         """Tell that the link pauses: bring out every frame that is whole by now.
 
         A frame at the end of which only the beginning has arrived stays pending, since a stalled
@@ -156,17 +176,14 @@ class Framer:
             return []
         return self._take(items, items[-1].offset + len(items[-1].data) - self._offset)
 
-    def flush(self) -> list[MavlinkFrame | Residue]:
+    def flush(self) -> list[FramedItem]:
         """Tell that the stream ended here: bring out all that is pending."""
         items, _ = self._scan(final=True)
         taken = self._take(items, len(self._buffer))
         self._synchronous = True
         return taken
 
-    def _take(
-        self, items: list[MavlinkFrame | Residue], position: int
-    ) -> list[MavlinkFrame | Residue]:
-        """Drop what came out from the buffer."""
+    def _take(self, items: list[FramedItem], position: int) -> list[FramedItem]:
         if items:
             self._synchronous = isinstance(items[-1], MavlinkFrame)
         self._buffer = self._buffer[position:]
@@ -175,13 +192,13 @@ class Framer:
 
     def _scan(  # noqa: C901 - the hot loop stays in one piece
         self, *, final: bool
-    ) -> tuple[list[MavlinkFrame | Residue], int]:
+    ) -> tuple[list[FramedItem], int]:
         """Return what is decided, and the position in the buffer up to which it is."""
         buffer, size, base = self._buffer, len(self._buffer), self._offset
         heard, accept = self._heard, _Decision.ACCEPT
         checksum, find, make = crc16.mcrf4xx, buffer.find, tuple.__new__
         suspect = self._suspect
-        items: list[MavlinkFrame | Residue] = []
+        items: list[FramedItem] = []
         append = items.append
         position = done = 0  # of the candidate; of the first byte that has not come out
         while position < size:
@@ -296,7 +313,6 @@ class Framer:
         )
 
     def _fits(self, head: _FrameHeader) -> bool:
-        """Return whether the checksum of a whole frame of known id fits."""
         buffer = self._buffer
         header = 10 if head.version == 2 else 6
         body = head.start + header + buffer[head.start + 1]
@@ -412,24 +428,17 @@ class Framer:
 class TextLine(NamedTuple):
     """One whole text line."""
 
-    offset: int
-    """Position of its first byte in the stream."""
-    data: bytes
-    """The line without its end; valid UTF-8."""
-    end: bytes
-    """What ended it: CR, LF, CR LF, or nothing at the end of the stream."""
+    offset: int  # Position of its first byte in the stream.
+    data: bytes  # The line without its end; valid UTF-8.
+    end: bytes  # What ended it: CR, LF, CR LF, or nothing at the end of the stream.
 
 
-class LineFramer:
+class LineFramer(_BufferedFramer):
     r"""Split a byte stream into text lines and residue.
 
-    A line ends with LF, CR or CR LF. Lines that are not UTF-8, hold a NUL, or are longer than
-    `longest` are residue, whole. Every byte fed comes out exactly once, in order.
-
-    Parameters
-    ----------
-    longest : int
-        Bytes that a line may have, without its end.
+    A line ends with LF, CR or CR LF. Lines that are not UTF-8, hold a NUL, or have more than
+    `longest` bytes without their end are residue, whole. Every byte fed comes out exactly once,
+    in order.
     """
 
     def __init__(self, longest: int = 4096) -> None:
@@ -437,16 +446,6 @@ class LineFramer:
         self._buffer = b""
         self._offset = 0
         self._overlong = False  # the line at hand has been cut already
-
-    @property
-    def pending(self) -> int:
-        """Return how many bytes wait for the end of their line."""
-        return len(self._buffer)
-
-    @property
-    def offset(self) -> int:
-        """Return the stream offset of the first byte that has not come out yet."""
-        return self._offset
 
     def feed(self, data: bytes) -> list[TextLine | Residue]:
         self._buffer += data

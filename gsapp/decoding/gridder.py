@@ -1,4 +1,4 @@
-"""Samples at the vehicle's own moments, laid on the grid k / rate of flight time.
+"""Samples at the vehicle's own moments on the grid k / rate of flight time; which source counts.
 
 Between two samples the value is interpolated linearly (angles that go round, the shorter way;
 counts and switches keep the former value). A row on a sample has exactly that sample's value. A
@@ -14,6 +14,12 @@ is passed over and counted.
 Where rows lie depends on the times of the samples alone. Their values are computed in one of two
 ways that give the same bits: for the few rows that a live link gives at a time, on a sheet with
 those of all other messages; for many, by matrices.
+
+Of several sources of a channel the better counts while it lives. It falls silent when flight time
+has gone on by more than its patience since its last sample; the rows since then are taken from the
+next source, until the better one is back. What a row holds depends on the samples and on what
+flight time it was when they came, so on the record alone: a row is handed out only when nothing
+that may still come could change it.
 """
 
 from __future__ import annotations
@@ -25,8 +31,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from gsapp.decoding.grid import BoolArray, Grid, Numbers, column_index
-from gsapp.decoding.grid_rows import GridRows, RowBatch
+from gsapp.decoding.grid import BoolArray, Grid, GridRows, Numbers, RowBatch, column_index
 from gsapp.decoding.settings import DECODING
 from gsapp.quantities import FloatArray
 
@@ -38,19 +43,16 @@ _FEW_BETWEEN = 4  # rows between two samples are quicker one by one
 class _Plan(NamedTuple):
     """Successive rows to be laid: each between two samples, or on one, given by their places."""
 
-    first: int
-    """The first row."""
+    first: int  # The first row.
     before: list[int]
     after: list[int]
     """Samples before and after each row; the same twice where the row stands on it."""
-    weights: list[float]
-    """Share of the sample after."""
+    weights: list[float]  # Share of the sample after.
     gaps: list[int]
     silent: list[int]
     """Rows, counted from the first, that lie in a gap; that lie in a silence."""
 
     def silence(self) -> BoolArray | None:
-        """Return which rows lie in a silence; None for none."""
         if not self.silent:
             return None
         flags = np.zeros(len(self.after), dtype=bool)
@@ -61,14 +63,9 @@ class _Plan(NamedTuple):
 class Gridder:
     """Lays the samples of one message on the grid, as they come.
 
-    Parameters
-    ----------
-    circular : ndarray of bool, shape (m,)
-        Channels that go round: angles from -pi to pi. They come out in that range.
-    stepwise : ndarray of bool, shape (m,)
-        Channels that keep the former value.
-    fallback : int
-        Microseconds of silence after which another source counts; at least 2.5 periods.
+    Circular channels, shape (m,), are angles from -pi to pi and come out in that range; stepwise
+    ones keep the former value. After `fallback` us of silence, at least 2.5 periods, another source
+    counts.
 
     Attributes
     ----------
@@ -112,7 +109,6 @@ class Gridder:
 
     @property
     def period(self) -> int:
-        """Return the sample period, us; 1 s while unknown."""
         ordered = sorted(self._intervals)
         return ordered[(len(ordered) - 1) // 2] if ordered else DECODING.unknown_period
 
@@ -122,21 +118,10 @@ class Gridder:
         return max(self._fallback, self.period * 5 // 2)
 
     def feed(self, times: Sequence[int], nows: Sequence[int], values: FloatArray) -> list[GridRows]:
-        """Take samples and return the rows that they complete.
+        """Take samples, shape (n, m), none infinite; return the rows that they complete.
 
-        Parameters
-        ----------
-        times : sequence of int
-            Flight time of each sample, us.
-        nows : sequence of int
-            The latest flight time of any message when the sample came, us.
-        values : ndarray, shape (n, m)
-            The samples, none of them infinite.
-
-        Returns
-        -------
-        list of Rows
-            Usually one, or none; more where a long pause parts them.
+        Beside the flight time of each sample (us) stands the latest flight time of any message when
+        it came. Usually the rows are one piece, or none; more where a long pause parts them.
         """
         plans, place, passed_over = self._plan(times, nows)
         if not place:
@@ -162,21 +147,8 @@ class Gridder:
     ) -> list[GridRows]:
         """Take a few samples: as `feed`, with the same bits, quicker for some ten.
 
-        Parameters
-        ----------
-        times, nows
-            As for `feed`.
-        samples : sequence of sequences of float
-            The samples, none of them infinite. They are kept: the caller writes to them no more.
-        sheet : RowBatch
-            Where the rows are laid; their values are there once that is done.
-        complete : bool
-            Whether it is known that no number is missing.
-
-        Returns
-        -------
-        list of Rows
-            As of `feed`.
+        The samples are kept: the caller writes to them no more. The values of the rows are there
+        once the sheet is laid. `complete` says that no number is missing.
         """
         plans, place, passed_over = self._plan(times, nows)
         if not place:
@@ -265,14 +237,12 @@ class Gridder:
         return plans, place, passed_over
 
     def _pass_over(self, *, repeated: bool) -> None:
-        """Count a sample that is not later than the last one."""
         if repeated:
             self.duplicates += 1
         else:
             self.reordered += 1
 
     def _is_gap(self, interval: int) -> bool:
-        """Return whether an interval, taken note of already, is too long to bridge."""
         if len(self._intervals) > 1:
             self._least = min(self._intervals)
         usual = self.period if len(self._intervals) > 1 else DECODING.unknown_period
@@ -281,7 +251,6 @@ class Gridder:
         return gap
 
     def _laid(self, plan: _Plan, known: FloatArray) -> GridRows:
-        """Return planned rows between the samples known."""
         result = self._between(plan, known)
         if self._angles:
             angles = result[:, self._circular]
@@ -351,3 +320,108 @@ def _interpolate_angle(start: float, stop: float, share: float) -> float:
         angle -= _FULL_TURN * math.ceil(angle / _FULL_TURN - 0.5)
     # Where NumPy subtracts a negative zero, whole numbers have a positive one.
     return angle + 0.0
+
+
+_FOREVER = 2**62
+
+
+class SourceSelector:
+    """Chooses among sources of the same `width` channels, the better first.
+
+    Their rows go to `push`. A source has `fallback` us for its first sample.
+    """
+
+    def __init__(self, grid: Grid, sources: Sequence[Gridder], width: int, fallback: int) -> None:
+        self._grid = grid
+        self._sources = tuple(sources)
+        self._rows: list[deque[GridRows]] = [deque() for _ in sources]
+        self._width = width
+        self._fallback = fallback
+        self._next: int | None = None
+        self._start = 0
+        self._begun = False
+
+    @property
+    def pending_count(self) -> int:
+        return sum(map(len, self._rows))
+
+    def push(self, source: int, rows: Sequence[GridRows]) -> None:
+        """Take rows of a source, with the columns of this merger's channels only."""
+        self._rows[source].extend(rows)
+
+    def pull(self, first: int | None, now: int, *, final: bool = False) -> list[GridRows]:
+        """Return the rows that are decided.
+
+        `first` is the flight time at which the record begins, `now` the latest one of any message
+        (us); `final` says that nothing more will come.
+        """
+        if first is None or not (final or any(self._rows)):
+            return []
+        if self._next is None:
+            self._start = first
+            self._next = self._grid.row_at_or_after(first)
+        found: list[GridRows] = []
+        while True:
+            piece, end = self._decide(self._next, now, final=final)
+            if end == self._next:
+                self._forget()
+                return found
+            if piece is not None:
+                found.append(piece)
+                self._begun = True
+            self._next = end
+
+    def _forget(self) -> None:
+        for rows in self._rows:
+            while rows and rows[0].end <= (self._next or 0):
+                rows.popleft()
+
+    def _decide(self, row: int, now: int, *, final: bool) -> tuple[GridRows | None, int]:
+        """Return the rows from `row` on that are decided alike, and the row after them."""
+        limit = _FOREVER
+        for number, source in enumerate(self._sources):
+            rows = self._rows[number]
+            while rows and rows[0].end <= row:
+                rows.popleft()
+            if source.first is not None and row < source.begin:
+                begin = source.begin
+                if source.first[1] > self._start + self._fallback:
+                    limit = min(limit, begin)
+                    continue
+                # It came in time; before its first sample there is nothing.
+                return self._nothing(row, min(limit, begin))
+            if rows and rows[0].first <= row:
+                piece = rows[0]
+                offset = row - piece.first
+                silent = piece.silent
+                if silent is not None and silent[offset]:
+                    limit = min(limit, row + _leading_false_count(~silent[offset:]))
+                    continue
+                if silent is None and not offset and piece.end <= limit:
+                    return piece, piece.end
+                end = piece.end if silent is None else row + _leading_false_count(silent[offset:])
+                end = min(end, limit)
+                return piece.slice_rows(row, end), end
+            if rows:
+                # A pause too long to be filled.
+                limit = min(limit, rows[0].first)
+                continue
+            since = self._start if source.last is None else source.last
+            patience = self._fallback if source.last is None else source.silence_timeout
+            # At the end a source that never spoke is given up; one that did keeps its place.
+            if now > since + patience or (final and source.last is None):
+                continue
+            return None, row
+        if limit == _FOREVER:
+            return None, row
+        return self._nothing(row, limit)
+
+    def _nothing(self, row: int, end: int) -> tuple[GridRows | None, int]:
+        if not self._begun or end - row > self._grid.max_filled_rows:
+            return None, end
+        return GridRows(row, np.full((end - row, self._width), np.nan)), end
+
+
+def _leading_false_count(stops: np.ndarray[tuple[int], np.dtype[np.bool_]]) -> int:
+    place = int(np.argmax(stops)) if stops.size else 0
+    return place if stops.size and stops[place] else int(stops.size)

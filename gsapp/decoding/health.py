@@ -37,14 +37,10 @@ class MessageHealth:
     component: int
     message_id: int
     """Who sent what."""
-    name: str
-    """Name of the message; ``UNKNOWN_<id>`` where the dialect does not hold it."""
-    count: int
-    """Frames, without duplicates."""
-    rate: float
-    """Frames per second over the last two seconds or so; 0 once it has stopped."""
-    age: float
-    """Seconds since the last one."""
+    name: str  # Name of the message; ``UNKNOWN_<id>`` where the dialect does not hold it.
+    count: int  # Frames, without duplicates.
+    rate: float  # Frames per second over the last two seconds or so; 0 once it has stopped.
+    age: float  # Seconds since the last one.
     delay: float | None
     """Seconds by which the last one came later than the fastest of the last minutes; None where the
     sender does not stamp it."""
@@ -64,13 +60,11 @@ class SenderHealth:
     rate: float
     age: float
     """Seconds since its last frame; frames of a radio do not count."""
-    is_vehicle: bool
-    """Whether its heartbeat is that of a vehicle."""
+    is_vehicle: bool  # Whether its heartbeat is that of a vehicle.
     vehicle_type: str = ""
     autopilot: str = ""
     """What its heartbeat says it is; empty before the first."""
-    radio: bool = False
-    """Whether all that it sends is the status of a radio."""
+    radio: bool = False  # Whether all that it sends is the status of a radio.
 
     def __str__(self) -> str:
         kind = "radio" if self.radio else self.vehicle_type.replace("gcs", "ground station")
@@ -86,7 +80,6 @@ class SenderHealth:
 
     @property
     def arrived(self) -> int:
-        """Return how many frames came, each counted once."""
         return self.good + self.unknown - self.duplicates
 
 
@@ -94,39 +87,29 @@ class SenderHealth:
 class LinkReport:
     """The state of a link at one moment."""
 
-    good: int
-    """Frames whose checksum fitted, duplicates included."""
-    damaged: int
-    """Damaged frames, as far as the residue lets them be told apart."""
-    unknown: int
-    """Frames of unknown id, recorded but not decoded."""
+    good: int  # Frames whose checksum fitted, duplicates included.
+    damaged: int  # Damaged frames, as far as the residue lets them be told apart.
+    unknown: int  # Frames of unknown id, recorded but not decoded.
     lost: int
     """Frames missing in the sequence numbers of their senders. Ground stations do not count: a log
     holds only some of what they send."""
     duplicates: int
     reordered: int
     """Frames that came twice, and frames that came late."""
-    lines: int
-    """Text lines."""
-    residue_bytes: int
-    """Bytes that belong to no frame."""
-    rate: float
-    """Frames of the flown aircraft, or lines, per second."""
-    age: float | None
-    """Seconds since the last of them; None before the first."""
-    loss: float
-    """Share of its frames lost since the beginning, 0 to 1."""
+    lines: int  # Text lines.
+    residue_bytes: int  # Bytes that belong to no frame.
+    rate: float  # Frames of the flown aircraft, or lines, per second.
+    age: float | None  # Seconds since the last of them; None before the first.
+    loss: float  # Share of its frames lost since the beginning, 0 to 1.
     system: int | None
     """The flown system, heard or chosen; None before it is known, and for lines of text."""
-    is_system_selected: bool
-    """Whether the crew or the channel map has named it."""
+    is_system_selected: bool  # Whether the crew or the channel map has named it.
     flown: SenderHealth | None
     """The flown aircraft; None before it is heard, and for lines of text."""
     senders: tuple[SenderHealth, ...]
     messages: tuple[MessageHealth, ...]
     """The same by sender and by message, of those of whom one frame was good."""
-    warnings: tuple[str, ...]
-    """What the crew should know, in words."""
+    warnings: tuple[str, ...]  # What the crew should know, in words.
     unreadable: str
     """The one of them that says that nothing of what arrives can be read; empty where it can."""
 
@@ -233,18 +216,15 @@ class _Sender:
         return max(own, default=0)
 
 
+_COUNTS = ("good", "unknown", "lost", "duplicates", "reordered")
+
+
 class LinkHealth:
     """Count what a link carries.
 
-    Feed it raw records in their order; ask for a `report` whenever one is wanted.
-
-    Attributes
-    ----------
-    flown : tuple of int, or None
-        System and component of the flown aircraft, of which age, rate and loss are reported;
-        whoever decodes the frames sets it.
-    chosen : bool
-        Whether the crew or the channel map has named that system.
+    Feed it raw records in their order; ask for a `report` whenever one is wanted. Who decodes the
+    frames sets `flown`, system and component of the aircraft of which age, rate and loss are
+    reported, and `chosen`, whether the crew or the channel map has named that system.
     """
 
     def __init__(self) -> None:
@@ -272,12 +252,10 @@ class LinkHealth:
 
     @property
     def good(self) -> int:
-        """Return the number of frames whose checksum fitted."""
         return sum(sender.good for sender in self._senders.values())
 
     @property
     def unknown(self) -> int:
-        """Return the number of frames of unknown id."""
         return self._strangers.unknown + sum(sender.unknown for sender in self._senders.values())
 
     @property
@@ -286,13 +264,10 @@ class LinkHealth:
         return sum(sender.lost for sender in self._senders.values() if not sender.ground)
 
     def feed(self, records: Iterable[tuple[int, str, bytes]]) -> None:
-        """Count records.
+        """Count records in the order of their stamps.
 
-        Parameters
-        ----------
-        records : iterable of (int, str, bytes)
-            Stamp in microseconds, kind (``frame``, ``line``, ``residue``) and bytes, as
-            `gsapp.flight.raw_record.RawRecord` holds them, in the order of the stamps.
+        Each is a stamp in microseconds, a kind (``frame``, ``line``, ``residue``) and bytes, as
+        `gsapp.flight.raw_record.RawRecord` holds them.
         """
         for stamp, kind, data in records:
             if self.last_stamp is None:
@@ -472,14 +447,7 @@ class LinkHealth:
         return True
 
     def report(self, now_us: int | None = None) -> LinkReport:
-        """Return the state of the link.
-
-        Parameters
-        ----------
-        now_us : int, optional
-            The moment for ages and rates, microseconds of host time; by default that of the
-            last record.
-        """
+        """Return the state of the link at a host time (us), by default that of the last record."""
         now = now_us if now_us is not None else self.last_stamp or 0
         senders = tuple(
             self._sender_report(key, sender, now) for key, sender in sorted(self._senders.items())
@@ -520,11 +488,7 @@ class LinkHealth:
         return SenderHealth(
             system=key >> 8,
             component=key & 0xFF,
-            good=sender.good,
-            unknown=sender.unknown,
-            lost=sender.lost,
-            duplicates=sender.duplicates,
-            reordered=sender.reordered,
+            **{name: getattr(sender, name) for name in _COUNTS},
             rate=sender.rate.at(now, sender.heard),
             age=max(0.0, (now - (sender.heard or sender.last)) / 1e6),
             is_vehicle=sender.aircraft,
@@ -616,7 +580,6 @@ def is_vehicle(component: int, heartbeat: bytes) -> bool:
 
 
 def _read_heartbeat(sender: _Sender, component: int, data: bytes, header: int) -> None:
-    """Take what a sender is from its heartbeat."""
     body = data[header : header + 6]
     if len(body) == 6:
         sender.kind, sender.autopilot = body[4], body[5]

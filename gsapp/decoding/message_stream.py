@@ -36,16 +36,10 @@ BoolArray = npt.NDArray[np.bool_]
 
 
 def field_values(columns: MessageColumns, ref: FieldRef) -> FloatArray:
-    """Return one number of every sample, float64, shape (n,).
+    """Return one number of every sample, shape (n,); raise KeyError if there is no such field.
 
     An element of an array is found in a field of shape (n, k), or in one called ``name[index]``.
-
     Contiguous, so that functions round alike however many samples there are.
-
-    Raises
-    ------
-    KeyError
-        If there is no such field.
     """
     if ref.index is None:
         return np.ascontiguousarray(columns[ref.field], dtype=np.float64)
@@ -70,8 +64,7 @@ class StreamColumn:
     channel: str
     entry: MapEntry
     """Where it comes from."""
-    calibrated: bool
-    """Whether a certificate turned volts into it."""
+    calibrated: bool  # Whether a certificate turned volts into it.
     uncalibrated_channel: str = ""
     """The channel that these volts would give, had it a certificate; else empty."""
 
@@ -83,8 +76,7 @@ class _CalibrationCurves(NamedTuple):
     """Column, ends of the range (V), coefficients with the highest power first."""
     bent: list[tuple[int, float, float, float, float, float, float]]
     """The same, up to the third power."""
-    certificates: dict[int, Certificate]
-    """By column."""
+    certificates: dict[int, Certificate]  # By column.
 
 
 class _Calibrations:
@@ -145,14 +137,10 @@ class _Calibrations:
         return values, below | (beyond > 0.0)
 
     def evaluate_singly(self, values: list[float], excitation: float) -> Sequence[int]:
-        """Turn volts of one sample into SI values in place; return where they were outside.
+        """Turn volts of one sample, all that the stream yields, into SI values in place.
 
-        Parameters
-        ----------
-        values : list of float
-            All that the stream yields.
-        excitation : float
-            The supply measured; NaN where there is none.
+        Return where they were outside what was calibrated. The supply is NaN where none is
+        measured.
         """
         outside: Sequence[int] = ()
         for supply, (straight, bent, certificates) in self._curves.items():
@@ -193,14 +181,9 @@ def _extrapolate(certificate: Certificate, volts: float) -> float:
 class MessageStream:
     """The channels that come from one message of one sender.
 
-    Parameters
-    ----------
-    entries : sequence of MapEntry
-        With the same message, selector and time.
-    certificates : mapping of str to Certificate
-        By channel. Without its certificate a calibrated entry yields volts only.
-    vehicle_time : bool
-        Whether its samples carry the vehicle's time; else they are timed by arrival.
+    Its entries have the same message, selector and time. Without its certificate a calibrated entry
+    yields volts only. With `vehicle_time` its samples carry the vehicle's time; else they are timed
+    by arrival.
 
     Attributes
     ----------
@@ -267,7 +250,6 @@ class MessageStream:
 
     @property
     def channels(self) -> tuple[str, ...]:
-        """Return the channel of each column."""
         return tuple(output.channel for output in self.outputs)
 
     def set_instrument_ranges(self, ranges: Mapping[str, tuple[float, float]]) -> None:
@@ -286,19 +268,9 @@ class MessageStream:
                 self._limits.append((place, bottom + margin, top - margin))
 
     def convert(self, columns: MessageColumns, count: int) -> FloatArray:
-        """Return SI values of samples.
+        """Return SI values of n samples, shape (n, n_outputs); NaN where the vehicle does not know.
 
-        Parameters
-        ----------
-        columns : structured ndarray or mapping
-            Fields by name, each of shape (n,) or (n, k).
-        count : int
-            Number of samples n.
-
-        Returns
-        -------
-        ndarray, shape (n, n_outputs)
-            NaN where the vehicle says that it does not know.
+        Columns are the fields by name, each of shape (n,) or (n, k).
         """
         values = self._fetch(columns, count)
         values *= self._factor
@@ -322,19 +294,9 @@ class MessageStream:
         return values
 
     def convert_scalars(self, samples: Sequence[Numbers]) -> tuple[list[list[float]], bool]:
-        """Return SI values of samples: `convert`, number by number.
+        """Return SI values of samples, each the numbers `wanted`: `convert`, number by number.
 
-        Parameters
-        ----------
-        samples : sequence of sequences of float
-            For each sample the numbers `wanted`.
-
-        Returns
-        -------
-        list of list of float
-            For each sample all that the stream yields.
-        bool
-            Whether no number is missing.
+        Beside them stands whether no number is missing.
         """
         complete = True
         width = len(self.outputs)

@@ -37,13 +37,11 @@ _MICROSECONDS = {"ms": 1000, "us": 1}
 class StampField:
     """Where a message carries the vehicle's time."""
 
-    field: str
-    """Name of the field."""
+    field: str  # Name of the field.
     offset: int
     size: int
     """Place in the payload, bytes. Unsigned, little-endian."""
-    scale: int
-    """Microseconds per count."""
+    scale: int  # Microseconds per count.
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -53,30 +51,22 @@ class MessageLayout:
     id: int
     name: str
     """Such as ``ATTITUDE``."""
-    dtype: np.dtype[np.void]
-    """Structured, packed, in the order of the wire, extensions included."""
-    units: Mapping[str, str]
-    """Units that the dialect states, by field."""
-    instance_field: str | None
-    """The field that tells several senders of the same message apart."""
-    stamp: StampField | None
-    """The vehicle's time; None where the message carries none."""
+    dtype: np.dtype[np.void]  # Structured, packed, in the order of the wire, extensions included.
+    units: Mapping[str, str]  # Units that the dialect states, by field.
+    instance_field: str | None  # The field that tells several senders of the same message apart.
+    stamp: StampField | None  # The vehicle's time; None where the message carries none.
 
     @property
     def fields(self) -> tuple[str, ...]:
-        """Return the names of the fields."""
         return tuple(self.dtype.names or ())
 
     def offset(self, field: str) -> int:
-        """Return the place of a field in the payload, bytes."""
         return _offset(self.dtype, field)
 
     def is_text(self, field: str) -> bool:
-        """Return whether a field holds characters."""
         return self.dtype[field].kind == "S"
 
     def length(self, field: str) -> int:
-        """Return the number of elements of an array field; 0 for a single value or text."""
         shape = self.dtype[field].shape
         return int(shape[0]) if shape else 0
 
@@ -100,10 +90,7 @@ def message_name(message_id: int) -> str:
 def message_id(name: str) -> int:
     """Return the id of a message.
 
-    Raises
-    ------
-    UnknownNameError
-        If the dialect has no such message; near names are proposed.
+    Raise UnknownNameError if the dialect has no such message; near names are proposed.
     """
     found = _ids().get(name)
     if found is None:
@@ -116,10 +103,7 @@ def message_id(name: str) -> int:
 def message_layout(message_id: int) -> MessageLayout:
     """Return the layout of a message.
 
-    Raises
-    ------
-    UnknownNameError
-        If the dialect has no message of that id.
+    Raise UnknownNameError if the dialect has no message of that id.
     """
     kind = dialect().mavlink_map.get(message_id)
     if kind is None:
@@ -179,24 +163,12 @@ def _offset(dtype: np.dtype[np.void], field: str) -> int:
 
 
 def decode_columns(message_id: int, payloads: Sequence[bytes]) -> npt.NDArray[np.void]:
-    """Decode payloads of one message.
+    """Decode payloads of one message, as sent, to a structured array of shape (n,), read-only.
 
-    Parameters
-    ----------
-    payloads : sequence of bytes
-        As sent. MAVLink 2 cuts trailing zeros, MAVLink 1 has no extensions: what is missing is
-        zero. What is longer than the layout (a newer dialect) is cut.
-
-    Returns
-    -------
-    ndarray of void, shape (n,)
-        Structured: one field for each MAVLink field; arrays have shape (n, length). Text ends
-        at its trailing zeros. Read-only.
-
-    Raises
-    ------
-    UnknownNameError
-        If the dialect has no message of that id.
+    One field for each MAVLink field; arrays have shape (n, length). MAVLink 2 cuts trailing zeros,
+    MAVLink 1 has no extensions: what is missing is zero. What is longer than the layout (a newer
+    dialect) is cut. Text ends at its trailing zeros. Raise UnknownNameError if the dialect has no
+    message of that id.
     """
     dtype = message_layout(message_id).dtype
     size = dtype.itemsize
@@ -212,26 +184,11 @@ def decode_columns(message_id: int, payloads: Sequence[bytes]) -> npt.NDArray[np
 def number_reader(
     message_id: int, wanted: Sequence[tuple[str, int | None]]
 ) -> Callable[[bytes], tuple[float, ...]]:
-    """Return a function that takes numbers out of one payload of a message.
+    """Return a function that takes numbers, in the order wanted, out of one payload of a message.
 
-    The quick way for the few payloads that a live link gives at a time.
-
-    Parameters
-    ----------
-    wanted : sequence of (str, int or None)
-        Field, and element of it where it is an array. A number may be wanted more than once.
-
-    Returns
-    -------
-    callable
-        From a payload, as `decode_columns` takes it, to its numbers in the order wanted.
-
-    Raises
-    ------
-    UnknownNameError
-        If the dialect has no message of that id.
-    ValueError
-        If a field is text.
+    The quick way for the few payloads that a live link gives at a time. Wanted are fields, and the
+    element of each that is an array; a number may be wanted more than once. Raise UnknownNameError
+    if the dialect has no message of that id, ValueError if a field is text.
     """
     layout = message_layout(message_id)
     places = []

@@ -19,15 +19,12 @@ _MANY: Final = 1000
 class StatusText(NamedTuple):
     """One text."""
 
-    stamp_us: int
-    """Host time of its last piece."""
+    stamp_us: int  # Host time of its last piece.
     system: int
     component: int
     """Who said it."""
-    severity: int
-    """MAVLink's."""
-    text: str
-    """In words, with an ellipsis where pieces are missing."""
+    severity: int  # MAVLink's.
+    text: str  # In words, with an ellipsis where pieces are missing.
 
 
 @dataclass(slots=True)
@@ -50,7 +47,6 @@ class StatusTextAssembler:
 
     @property
     def has_pending(self) -> bool:
-        """Return whether some text is not whole."""
         return bool(self._parts)
 
     def add_chunk(
@@ -63,18 +59,10 @@ class StatusTextAssembler:
         place: int,
         piece: bytes,
     ) -> list[StatusText]:
-        """Take one piece; return the texts that end by it.
+        """Take one piece that came at a host time; return the texts that end by it.
 
-        Parameters
-        ----------
-        stamp_us : int
-            Host time of its arrival.
-        system, component, severity : int
-            See `StatusText`.
-        number, place : int
-            Of the text, 0 where it has one piece only, and of the piece in it.
-        piece : bytes
-            Without zero bytes at its end.
+        `number` is that of the text, 0 where it has one piece only, `place` that of the piece in
+        it. The piece has no zero bytes at its end.
         """
         key = (system, component, number)
         ended: list[StatusText] = []
@@ -93,7 +81,6 @@ class StatusTextAssembler:
         return ended
 
     def flush_overdue(self, now_us: int | None = None) -> list[StatusText]:
-        """Return the texts of which nothing more came for long by a time; by default all."""
         late = [
             key
             for key, parts in self._parts.items()
@@ -130,10 +117,8 @@ class Notice:
     kind: str
     """``statustext`` for what the vehicle says, else one of `NOTICE_KINDS`; those of the clock are
     in `gsapp.decoding.flight_clock.ClockEvent`."""
-    time: float | None
-    """Flight time, s; None if no clock was known yet."""
-    stamp_us: int
-    """Host time of the record, microseconds since 1970."""
+    time: float | None  # Flight time, s; None if no clock was known yet.
+    stamp_us: int  # Host time of the record, microseconds since 1970.
     text: str
     severity: int | None = None
     """MAVLink's severity, 0 emergency to 7 debug, of what the vehicle says."""
@@ -180,7 +165,6 @@ class NoticeLog:
         )
 
     def add_clock_event(self, event: ClockEvent, host: int) -> None:
-        """Add what the clock of the vehicle did."""
         self.notices.append(
             Notice(kind=event.kind, time=event.time / 1e6, stamp_us=host, text=event.text)
         )

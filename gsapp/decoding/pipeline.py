@@ -18,12 +18,10 @@ from calibration import Certificate
 from gsapp.aircraft import Aircraft
 from gsapp.decoding.channel_map import ChannelMap, MapEntry
 from gsapp.decoding.derived_channels import DeriveFunction, SlowInput, select_derivations
-from gsapp.decoding.grid import ColumnIndex, Grid, Numbers, column_index
-from gsapp.decoding.grid_rows import GridRows, RowBatch
-from gsapp.decoding.gridder import Gridder
+from gsapp.decoding.grid import ColumnIndex, Grid, GridRows, Numbers, RowBatch, column_index
+from gsapp.decoding.gridder import Gridder, SourceSelector
 from gsapp.decoding.message_stream import MessageColumns, MessageStream
 from gsapp.decoding.settings import DECODING
-from gsapp.decoding.source_selection import SourceSelector
 from gsapp.quantities import Block, FloatArray
 
 _FORGET = 4 * DECODING.max_hold
@@ -36,8 +34,7 @@ class ChannelSource:
 
     source: str
     """Source in the map, the better first where there are several; or the formula and inputs."""
-    kind: Literal["measured", "estimated", "derived"]
-    """What the best source does for it."""
+    kind: Literal["measured", "estimated", "derived"]  # What the best source does for it.
     calibrated: bool
     """Whether a certificate is in force for it, or for all that it is derived from."""
     uncalibrated_channel: str = ""
@@ -49,19 +46,15 @@ class ChannelSource:
     samples: int | None = None
     """How many arrived, before the grid: of the source that gave most, or of the input of a derived
     channel that gave least. None where nobody counted."""
-    rate: float | None = None
-    """Their rate, Hz: one over the median period of late."""
-    gaps: int | None = None
-    """How often they were further apart than the grid bridges."""
+    rate: float | None = None  # Their rate, Hz: one over the median period of late.
+    gaps: int | None = None  # How often they were further apart than the grid bridges.
 
 
 class _ColumnStep(NamedTuple):
     """One more column of a group: a slow input, or what is computed from columns before it."""
 
-    compute: DeriveFunction | None
-    """From the columns `inputs` to this one; None for a slow input."""
-    inputs: tuple[int, ...] = ()
-    """Places of columns."""
+    compute: DeriveFunction | None  # From the columns `inputs` to this one; None for a slow input.
+    inputs: tuple[int, ...] = ()  # Places of columns.
     slow: SlowInput | None = None
 
 
@@ -72,22 +65,17 @@ class _Group:
     A group with `join` takes its own channels from other groups, and emits the derived ones only.
     """
 
-    channels: tuple[str, ...]
-    """Its own and the derived ones."""
-    width: int
-    """Number of its own."""
-    join: _Join | None = None
-    """Where its own channels come from, if not from a stream."""
+    channels: tuple[str, ...]  # Its own and the derived ones.
+    width: int  # Number of its own.
+    join: _Join | None = None  # Where its own channels come from, if not from a stream.
     steps: list[_ColumnStep] = field(default_factory=list)
     """Columns that follow its own; some of them are derived channels, others lead to them."""
     derived: list[int] = field(default_factory=list)
     """Places of the derived channels among all columns."""
-    ready: list[GridRows] = field(default_factory=list)
-    """What waits for the next pull."""
+    ready: list[GridRows] = field(default_factory=list)  # What waits for the next pull.
 
     @property
     def emitted(self) -> tuple[str, ...]:
-        """Return the channels of its blocks."""
         return self.channels if self.join is None else self.channels[self.width :]
 
     def place(self, name: str) -> int:
@@ -102,7 +90,6 @@ class _Group:
         return self.width + self.steps.index(step)
 
     def derive(self, grid: Grid, rows: GridRows) -> GridRows:
-        """Add the derived columns."""
         found = self._derived_singly(grid, rows) if rows.few else None
         values = np.empty((len(rows.values), len(self.channels)))
         values[:, : self.width] = rows.values
@@ -110,7 +97,6 @@ class _Group:
         return GridRows(rows.first, values)
 
     def _derived(self, grid: Grid, rows: GridRows) -> list[FloatArray]:
-        """Return the derived columns."""
         # Each by itself: a function may round differently on one that is strided.
         columns = list(np.ascontiguousarray(rows.values.T))
         for compute, inputs, slow in self.steps:
@@ -179,14 +165,9 @@ class _Join:
 
 
 class Pipeline:
-    """Everything after framing and timing.
+    """Everything after framing and timing, at `rate` rows per second.
 
-    Parameters
-    ----------
-    rate : float
-        Rows per second.
-    vehicle_time : callable
-        Whether the message of an entry carries the vehicle's time.
+    `vehicle_time` says whether the message of an entry carries the vehicle's time.
 
     Attributes
     ----------
@@ -238,7 +219,6 @@ class Pipeline:
 
     @property
     def clipped(self) -> dict[str, int]:
-        """Return how many samples lay outside calibration or instrument range, by channel."""
         totals: dict[str, int] = {}
         for stream in self.streams:
             for name, count in stream.clipped.items():
@@ -247,29 +227,19 @@ class Pipeline:
 
     @property
     def duplicates(self) -> int:
-        """Return how many samples had the stamp of their predecessor."""
         return sum(gridder.duplicates for gridder in self._gridders)
 
     @property
     def reordered(self) -> int:
-        """Return how many samples came after a later one of the same message."""
         return sum(gridder.reordered for gridder in self._gridders)
 
     def push(
         self, stream: int, times: Sequence[int], nows: Sequence[int], columns: MessageColumns
     ) -> None:
-        """Take samples of one stream.
+        """Take samples of one of the `streams`.
 
-        Parameters
-        ----------
-        stream : int
-            Place in `streams`.
-        times : sequence of int
-            Flight times, us.
-        nows : sequence of int
-            Latest flight time of any message when each came, us.
-        columns : structured ndarray or mapping
-            Fields of the message.
+        Beside the flight time of each (us) stands the latest flight time of any message when it
+        came. Columns are the fields of the message, a structured array or a mapping.
         """
         values = self.streams[stream].convert(columns, len(times))
         for slow, source, column in self._slow_feeds[stream]:
@@ -281,12 +251,7 @@ class Pipeline:
     ) -> None:
         """Take a few samples of one stream: `push`, with the same bits, quicker for some ten.
 
-        Parameters
-        ----------
-        stream, times, nows
-            As for `push`.
-        samples : sequence of sequences of float
-            For each sample the numbers that the stream has `wanted`.
+        Each sample holds the numbers that the stream has `wanted`.
         """
         values, complete = self.streams[stream].convert_scalars(samples)
         for slow, source, column in self._slow_feeds[stream]:
@@ -341,7 +306,6 @@ class Pipeline:
                 group.join.drop(oldest)
 
     def counted_sources(self) -> dict[str, ChannelSource]:
-        """Return `sources` with what arrived of each so far."""
         counted: dict[str, ChannelSource] = {}
         for name, source in self.sources.items():
             inputs = self._inputs.get(name)

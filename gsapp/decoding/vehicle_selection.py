@@ -1,10 +1,13 @@
-"""Which system and which components of a link are decoded."""
+"""Which system of a link is decoded, if it is on the ground, which streams its frames reach."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import bisect
+import math
+from collections.abc import Callable, Sequence
+from typing import Final, NamedTuple
 
-from gsapp.decoding.channel_map import ChannelMap
+from gsapp.decoding.channel_map import ARRIVAL, LINE, ChannelMap, MapEntry
 from gsapp.decoding.health import (
     AUTOPILOT_COMPONENT,
     FIRST_GROUND_SYSTEM,
@@ -13,10 +16,110 @@ from gsapp.decoding.health import (
     LinkHealth,
     is_vehicle,
 )
-from gsapp.decoding.message_routes import MessageRoute
-from gsapp.decoding.messages import is_known
+from gsapp.decoding.message_stream import MessageStream
+from gsapp.decoding.messages import StampField, is_known, message_id, message_layout, stamp_field_of
 from gsapp.decoding.notices import NoticeLog
 from gsapp.decoding.settings import DECODING
+from gsapp.quantities.units import parse_finite_number
+
+
+class TextLineParser:
+    """Parses lines of text; an empty cell is missing, and what no channel takes may be words."""
+
+    def __init__(self, channel_map: ChannelMap) -> None:
+        self._map = channel_map
+        columns = [
+            ref.index or 0
+            for entry in channel_map.entries
+            if entry.message == LINE
+            for ref in entry.inputs
+        ]
+        self._mapped = bool(columns)
+        if channel_map.text_time is not None:
+            columns.append(channel_map.text_time)
+        self._count = max(columns) + 1 if columns else 0
+        self._used = frozenset(columns)
+
+    def parse(self, data: bytes) -> tuple[list[float], int | None] | str:
+        """Return the numbers of a line and its stamp (us), or why it is left out."""
+        if not self._mapped:
+            return f"the channel map '{self._map.name}' does not define its columns"
+        cells = data.decode("utf-8", "replace").strip().split(self._map.delimiter)
+        numbers = (
+            parse_finite_number(cell) if place in self._used else math.nan
+            for place, cell in enumerate(cells[: self._count])
+        )
+        item = [number for number in numbers if number is not None]
+        if len(item) < self._count:
+            return f"it does not hold {self._count} numbers"
+        column = self._map.text_time
+        if column is None:
+            return item, None
+        if not 0.0 <= item[column] * self._map.text_scale < 2.0**62:
+            return "its time is missing, negative or too great"
+        return item, round(item[column] * self._map.text_scale)
+
+
+class MessageRoute(NamedTuple):
+    """How frames of one message reach one stream."""
+
+    stream: int
+    message: str
+    select_at: slice | None
+    selected: bytes
+    stamp_at: slice | None
+    stamp_scale: int
+    stamp_period: int
+
+
+def has_vehicle_time(channel_map: ChannelMap, entry: MapEntry) -> bool:
+    """Return whether a message or line carries a stamp of the vehicle."""
+    if entry.time == ARRIVAL:
+        return False
+    if entry.message == LINE:
+        return channel_map.text_time is not None
+    return _stamp_field(entry) is not None
+
+
+def _stamp_field(entry: MapEntry) -> StampField | None:
+    layout = message_layout(message_id(entry.message))
+    if entry.time == ARRIVAL:
+        return None
+    return layout.stamp if entry.time is None else stamp_field_of(layout, entry.time)
+
+
+def routes_by_message(streams: Sequence[MessageStream]) -> dict[int, list[MessageRoute]]:
+    """Return the routes to all streams that take frames, by message id."""
+    routes: dict[int, list[MessageRoute]] = {}
+    for number, stream in enumerate(streams):
+        if stream.message == LINE:
+            continue
+        layout = message_layout(message_id(stream.message))
+        stamp = _stamp_field(stream.outputs[0].entry)
+        select_at: slice | None = None
+        selected = b""
+        if stream.selector is not None:
+            field, value = stream.selector.field, stream.selector.value
+            start = layout.offset(field)
+            select_at = slice(start, start + layout.dtype[field].itemsize)
+            selected = (
+                value.encode() if layout.is_text(field) else _stripped_payload_bytes(int(value))
+            )
+        route = MessageRoute(
+            stream=number,
+            message=stream.message,
+            select_at=select_at,
+            selected=selected,
+            stamp_at=None if stamp is None else slice(stamp.offset, stamp.offset + stamp.size),
+            stamp_scale=1 if stamp is None else stamp.scale,
+            stamp_period=2**32 * stamp.scale if stamp is not None and stamp.size == 4 else 0,
+        )
+        routes.setdefault(layout.id, []).append(route)
+    return routes
+
+
+def _stripped_payload_bytes(number: int) -> bytes:
+    return number.to_bytes(number.bit_length() // 8 + 1, "little").rstrip(b"\0")
 
 
 class VehicleSelector:
@@ -24,12 +127,8 @@ class VehicleSelector:
 
     That is the system chosen, or else the first whose autopilot is heard: by its heartbeat, or by
     any other message of component 1. In a record without an autopilot it is the first system that
-    sends a mapped message. Once found it stays. Ground stations are never flown.
-
-    Parameters
-    ----------
-    decode : callable
-        Decodes a frame (host stamp, bytes) that waited until the flown system was known.
+    sends a mapped message. Once found it stays. Ground stations are never flown. `decode` decodes a
+    frame (host stamp, bytes) that waited until the flown system was known.
     """
 
     def __init__(
@@ -141,3 +240,55 @@ class VehicleSelector:
             component=component,
         )
         return False
+
+
+EXTENDED_SYS_STATE: Final = 245
+STATE_MESSAGES: Final = frozenset(
+    number.to_bytes(size, "little")
+    for number in (HEARTBEAT_ID, EXTENDED_SYS_STATE)
+    for size in (1, 3)
+)
+"""Ids as they stand in headers: one byte in MAVLink 1, three in MAVLink 2."""
+
+_BASE_MODE, _ARMED = 6, 0x80
+_LANDED_STATE, _ON_GROUND = 1, 1
+
+
+class LandedState:
+    """Whether the autopilot reports ground, by flight time.
+
+    It does with MAV_LANDED_STATE_ON_GROUND. One that sends no landed state does once it disarms;
+    before it was ever armed nothing is known.
+    """
+
+    def __init__(self) -> None:
+        self._armed: bool | None = None
+        self._landed_state = 0
+        self._times: list[float] = []
+        self._states: list[bool | None] = []
+
+    def update(self, number: int, component: int, payload: bytes, time: float | None) -> None:
+        """Take in a message of the flown system, with the flight time of its arrival (s), if any.
+
+        Other messages than the two are ignored; zero bytes at the end of a payload may be missing.
+        """
+        if number == HEARTBEAT_ID and is_vehicle(component, payload) and len(payload) > _BASE_MODE:
+            armed = bool(payload[_BASE_MODE] & _ARMED)
+            if armed or self._armed is not None:
+                self._armed = armed
+        elif number == EXTENDED_SYS_STATE and component == AUTOPILOT_COMPONENT:
+            self._landed_state = payload[_LANDED_STATE] if len(payload) > _LANDED_STATE else 0
+        state = self._state()
+        if time is not None and state != (self._states[-1] if self._states else None):
+            self._times.append(time)
+            self._states.append(state)
+
+    def _state(self) -> bool | None:
+        if self._landed_state:
+            return self._landed_state == _ON_GROUND
+        return None if self._armed is None else not self._armed
+
+    def on_ground(self, time: float) -> bool | None:
+        """Return whether ground was reported last by a flight time, s; None if nothing was."""
+        place = bisect.bisect_right(self._times, time)
+        return self._states[place - 1] if place else None

@@ -13,13 +13,7 @@ from typing import Any, Literal
 
 from gsapp.aircraft import Aircraft, load_aircraft
 from gsapp.dynamics.signal_terms import SURFACE_CHANNELS
-from gsapp.dynamics.terms import (
-    EffectGuidance,
-    Parameter,
-    create_term,
-    effect_guidance,
-    effect_ids,
-)
+from gsapp.dynamics.terms import EffectGuidance, Parameter, create_term, effect_guidance, effect_ids
 from gsapp.foundation import UnknownNameError
 from gsapp.foundation.name_suggestions import did_you_mean
 
@@ -31,33 +25,17 @@ EffectEntry = Literal[
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class EffectRecord(EffectGuidance):
-    """One effect of the catalog: its guidance, and what its term says.
+    """One effect of the catalog: its guidance, and what its term says."""
 
-    Attributes
-    ----------
-    id : str
-        ``group.target.kind``.
-    title : str
-        In a field engineer's words.
-    equation : str
-    entry : str
-        Where it enters.
-    target : str
-        What its term adds to (`gsapp.dynamics.terms`); empty for the atmosphere.
-    parameters : tuple of Parameter
-        Name, unit, bounds, plausible size (`Parameter.default`), of the shipped aircraft;
-        `plausible_sizes` gives those of another one.
-    disturbance : bool
-        Whether it is no effect of the aircraft at all and is never named.
-    """
-
-    id: str
-    title: str
+    id: str  # ``group.target.kind``.
+    title: str  # In a field engineer's words.
     equation: str
-    entry: EffectEntry
-    target: str
+    entry: EffectEntry  # Where it enters.
+    target: str  # What its term adds to (`gsapp.dynamics.terms`); empty for the atmosphere.
     parameters: tuple[Parameter, ...]
-    disturbance: bool = False
+    """Name, unit, bounds, plausible size (`Parameter.default`), of the shipped aircraft;
+    `Term.defaults` gives those of another one."""
+    disturbance: bool = False  # Whether it is no effect of the aircraft at all and is never named.
 
     @property
     def group(self) -> str:
@@ -101,8 +79,7 @@ TURBULENCE = EffectRecord(
 def all_effects() -> tuple[EffectRecord, ...]:
     """Return all records: registered effects in the order of their ids, then disturbances.
 
-    Parameters are those of the shipped aircraft; `plausible_sizes` gives the
-    sizes of another one.
+    Parameters are those of the shipped aircraft; `Term.defaults` gives the sizes of another one.
     """
     aircraft = load_aircraft("b777")
     records = [_create_record(effect_id, aircraft) for effect_id in effect_ids()]
@@ -112,10 +89,7 @@ def all_effects() -> tuple[EffectRecord, ...]:
 def find_effect(effect_id: str) -> EffectRecord:
     """Return the record of one effect.
 
-    Raises
-    ------
-    UnknownNameError
-        If the catalog has no such effect; the nearest are named.
+    Raise UnknownNameError if the catalog has no such effect; the nearest are named.
     """
     table = _table()
     if effect_id not in table:
@@ -170,10 +144,12 @@ def eligible_effects(
 ) -> tuple[EffectRecord, ...]:
     """Return the effects that can compete; `excluded_effects` says why the others cannot.
 
+    They are of class A and B, in the order of the catalog. Derivatives of the linear build-up are
+    among them; the caller leaves out those that its baseline has free. Where the controls of the
+    aircraft are measured decides on the effects of the control path.
+
     Parameters
     ----------
-    aircraft : Aircraft
-        Where its controls are measured decides on the effects of the control path.
     channels : collection of str
         Channels recorded.
     moving : collection of str, optional
@@ -181,12 +157,6 @@ def eligible_effects(
     variants : bool
         Whether other forms of one effect (`EffectRecord.variant_of`) compete too. Beside the
         plain form they would only split its evidence.
-
-    Returns
-    -------
-    tuple of EffectRecord
-        Of class A and B, in the order of the catalog. Derivatives of the linear build-up are
-        among them; the caller leaves out those that its baseline has free.
     """
     reasons = excluded_effects(aircraft, channels, moving=moving, variants=variants)
     return tuple(one for one in all_effects() if one.id not in reasons)
@@ -208,20 +178,6 @@ def excluded_effects(
         if why:
             found[one.id] = why
     return found
-
-
-def plausible_sizes(effect_id: str, aircraft: Aircraft) -> dict[str, float]:
-    """Return the plausible size of every parameter of an effect, by name, for an aircraft.
-
-    Raises
-    ------
-    UnknownNameError
-        If the catalog has no such effect.
-    """
-    one = find_effect(effect_id)
-    if one.disturbance:
-        return {item.name: item.default for item in one.parameters}
-    return create_term(effect_id, aircraft).defaults
 
 
 def _exclusion_reason(

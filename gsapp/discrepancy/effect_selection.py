@@ -8,7 +8,7 @@ holds. Candidates whose columns look nearly alike are told apart by fitting each
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -16,35 +16,100 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gsapp.discrepancy.candidates import CandidateEffect
-from gsapp.discrepancy.screening import CandidateScreening
 from gsapp.discrepancy.settings import SEARCH
+from gsapp.identification.filter_error.filter_error_fit import FilterErrorFit, InformationMatrix
+from gsapp.identification.filter_error.maneuver_state import SensitivityColumn
+from gsapp.identification.filter_error.motion_linearization import Linearization
 from gsapp.quantities import FloatArray
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class CandidateScreening:
+    """What single candidates would gain."""
+
+    candidates: tuple[CandidateEffect, ...]
+    full_information: InformationMatrix
+    projected_information: InformationMatrix
+    """Before and after the model's own parameters took what they can."""
+    maneuver_information: Mapping[str, InformationMatrix]  # Before that, of each maneuver.
+    gain: FloatArray
+    """Shape (n_competitors,). Fall of the sum of squares; 0 for a size that bounds forbid."""
+    size: FloatArray
+    std: FloatArray
+    """Shape (n_competitors,). Difference from neutral, and its standard deviation."""
+
+    @property
+    def ranking(self) -> list[int]:
+        """Return the places of the competitors, best first."""
+        return [int(place) for place in np.argsort(-self.gain, kind="stable")]
+
+    @property
+    def misfit(self) -> float:
+        """Return the mean square of the innovations, in units of what is believed."""
+        return float(self.projected_information.matrix[-1, -1]) / max(
+            self.projected_information.samples, 1.0
+        )
+
+    @property
+    def gain_factor(self) -> float:
+        """Return by how much gains count: less where the innovations are larger than believed."""
+        return 1.0 / max(1.0, self.misfit)
+
+    def index(self, effect: str) -> int:
+        return [one.id for one in self.candidates].index(effect)
+
+    def cosines(self, effect: str) -> FloatArray:
+        """Return how alike the competitors look to one of them, -1 to 1."""
+        return self.projected_information.cosines(effect)
+
+
+def candidate_columns(
+    competitors: Sequence[CandidateEffect], found: Linearization
+) -> list[SensitivityColumn]:
+    """Return the columns of competitors in one maneuver; empty where one cannot act."""
+    return [one.build_column(found) or () for one in competitors]
+
+
+def screen_candidates(
+    fit: FilterErrorFit, competitors: Sequence[CandidateEffect]
+) -> CandidateScreening:
+    """Return what single candidates would gain; the fit must have made a pass."""
+    names = tuple(one.id for one in competitors)
+    columns = (names, lambda linearization: candidate_columns(competitors, linearization))
+    parts = {one.record.id: fit.information_of(one, columns) for one in fit.maneuvers}
+    whole = fit.sum_information(parts.values(), names).with_priors(fit.priors())
+    left = whole.projected((*fit.free, *fit.bias_names()))
+    order = left.indices(names)
+    gain, size, std = (one[order] for one in left.gains(whole))
+    allowed = np.array(
+        [one.low <= step <= one.high for one, step in zip(competitors, size, strict=True)]
+    )
+    return CandidateScreening(
+        candidates=tuple(competitors),
+        full_information=whole,
+        projected_information=left,
+        maneuver_information=parts,
+        gain=np.where(allowed, gain, 0.0),
+        size=size,
+        std=std,
+    )
+
 
 DecisionKind = Literal["nothing", "name", "ambiguous", "unexplained"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class EffectDecision:
-    """What the competition came to.
-
-    Attributes
-    ----------
-    kind : str
-    best : CandidateEffect or None
-        The most probable one of the catalog, or without a name where `kind` is unexplained.
-    alternatives : tuple of CandidateEffect
-        The set that these flights cannot tell apart, most probable first.
-    evidence : ndarray, shape (n_competitors,)
-        Probabilities, in the order of the screening's competitors.
-    gain : ndarray, shape (n_competitors,)
-        Gains in the sum of squares that they rest on.
-    """
+    """What the competition came to."""
 
     kind: DecisionKind
     best: CandidateEffect | None
+    """The most probable one of the catalog, or without a name where `kind` is unexplained."""
     alternatives: tuple[CandidateEffect, ...]
+    """The set that these flights cannot tell apart, most probable first."""
     evidence: FloatArray
-    gain: FloatArray
+    """Shape (n_competitors,). Probabilities, in the order of the screening's competitors."""
+    gain: FloatArray  # Shape (n_competitors,). Gains in the sum of squares that they rest on.
 
 
 def detection_threshold(false_alarm: float, competitors: Sequence[CandidateEffect]) -> float:
@@ -73,15 +138,9 @@ def select_effect(
 ) -> EffectDecision:
     """Return what the competition comes to.
 
-    Parameters
-    ----------
-    screening : CandidateScreening
-    gain : ndarray, shape (n_competitors,)
-        Gains in the sum of squares, those of full fits put in.
-    least : float
-        Below this nothing is said.
-    temper : float
-        1 where the noise model holds; less where gains are exaggerated.
+    Gains in the sum of squares, those of full fits put in, have the shape (n_competitors,). Below
+    `least` nothing is said; `temper` is 1 where the noise model holds, less where gains are
+    exaggerated.
     """
     competitors = screening.candidates
     evidence = posterior_probabilities(competitors, _discount_lag_delay(competitors, gain) * temper)

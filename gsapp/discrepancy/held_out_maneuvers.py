@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from gsapp.discrepancy.effect_selection import CandidateScreening, candidate_columns
 from gsapp.discrepancy.results import ChannelGap, Gap, ManeuverHistories
-from gsapp.discrepancy.screening import CandidateScreening, candidate_columns
 from gsapp.discrepancy.settings import SEARCH
 from gsapp.dynamics.equations import POLAR_STATES
 from gsapp.dynamics.flight_model import FlightModel
@@ -35,18 +35,11 @@ from gsapp.quantities import FloatArray
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class MissingCoefficients:
-    """Missing parts of coefficients in one maneuver.
-
-    Attributes
-    ----------
-    histories : tuple of ndarray, shape (n, n_coefficients)
-        One for each model; NaN where a coefficient cannot be had.
-    floors : mapping of str to float
-        Standard deviation that noise alone gives.
-    """
+    """Missing parts of coefficients in one maneuver."""
 
     histories: tuple[FloatArray, ...]
-    floors: Mapping[str, float]
+    """Shape (n, n_coefficients). One for each model; NaN where a coefficient cannot be had."""
+    floors: Mapping[str, float]  # Standard deviation that noise alone gives.
 
 
 def compute_missing_coefficients(
@@ -146,14 +139,8 @@ class _Simulated:
 class HeldOutManeuvers:
     """The maneuvers kept out, seen through every model on the way.
 
-    Parameters
-    ----------
-    records : sequence of ManeuverRecord
-        Of all maneuvers.
-    ids : sequence of str
-        Of those kept out.
-    fits : sequence of FilterErrorFit
-        Baseline first, made without them.
+    The records are of all maneuvers, the ids those kept out; the fits, baseline first, were made
+    without them.
     """
 
     def __init__(
@@ -294,12 +281,10 @@ class HeldOutManeuvers:
 
     @property
     def channels(self) -> tuple[str, ...]:
-        """Return the channels of the maneuvers kept out."""
         own = [one.record for one in self.simulated if one.record.id in self.ids]
         return tuple(dict.fromkeys(name for record in own for name in record.channels))
 
     def relative_rms(self, number: int) -> dict[str, float]:
-        """Return the RMS over the noise floor by channel."""
         return {
             name: float(np.sqrt(np.mean(self.residuals(number, name) ** 2)))
             for name in self.channels

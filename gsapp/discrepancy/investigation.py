@@ -8,22 +8,24 @@ from dataclasses import replace
 import numpy as np
 
 from gsapp.aircraft import Aircraft
-from gsapp.discrepancy.candidates import CandidateEffect, catalog_candidates
+from gsapp.discrepancy.candidates import CandidateEffect, catalog_candidates, unnamed_candidates
 from gsapp.discrepancy.effect_catalog import eligible_effects as catalog_competitors
 from gsapp.discrepancy.effect_catalog import find_effect as catalog_record
-from gsapp.discrepancy.effect_selection import EffectDecision, detection_threshold, select_effect
-from gsapp.discrepancy.held_out_maneuvers import HeldOutManeuvers
-from gsapp.discrepancy.model_match import check_model_match
-from gsapp.discrepancy.result_builder import build_result, validate_on_held_out
-from gsapp.discrepancy.results import (
-    DiscrepancyResult,
-    InstrumentRemark,
+from gsapp.discrepancy.effect_selection import (
+    CandidateScreening,
+    EffectDecision,
+    detection_threshold,
+    screen_candidates,
+    select_effect,
 )
-from gsapp.discrepancy.screening import CandidateScreening, screen_candidates
+from gsapp.discrepancy.held_out_maneuvers import HeldOutManeuvers
+from gsapp.discrepancy.result_builder import build_result, validate_on_held_out
+from gsapp.discrepancy.results import DiscrepancyResult, InstrumentRemark
 from gsapp.discrepancy.search_checks import (
     check_forced_effects,
     check_instruments,
     check_maneuvers,
+    check_model_match,
     moving_inputs,
 )
 from gsapp.discrepancy.search_stages import (
@@ -39,13 +41,11 @@ from gsapp.discrepancy.settings import (
     SearchProgressCallback,
     SearchStoppedError,
 )
-from gsapp.discrepancy.unnamed_effects import unnamed_candidates
 from gsapp.dynamics.model import Model
 from gsapp.dynamics.terms import create_term
 from gsapp.foundation import FlightError
 from gsapp.identification.filter_error.filter_error_fit import FilterErrorFit
 from gsapp.identification.filter_error.motion_linearization import (
-    ManeuverRecord,
     create_maneuver_record,
 )
 from gsapp.identification.filter_error.noise_tuning import ActivityCallback, fit_to_convergence
@@ -53,20 +53,10 @@ from gsapp.identification.maneuver import Maneuver
 
 
 class Investigation:
-    """Maneuvers made ready for any number of searches.
+    """Maneuvers of one or several flights of one aircraft, made ready for any number of searches.
 
-    Parameters
-    ----------
-    maneuvers : sequence of Maneuver
-        Of one aircraft; of one or several flights.
-    aircraft : Aircraft
-    model : Model, optional
-        The current model; without it the linear build-up is fitted.
-
-    Raises
-    ------
-    FlightError
-        If there are too few maneuvers to keep any out, or they hold too little.
+    Without a current model the linear build-up is fitted. Raise FlightError if there are too few
+    maneuvers to keep any out, or they hold too little.
     """
 
     def __init__(
@@ -75,10 +65,10 @@ class Investigation:
         check_maneuvers(maneuvers, aircraft)
         if model is not None:
             check_model_match(model, maneuvers)
-        self._maneuvers = tuple(maneuvers)
-        self._aircraft = aircraft
-        self._model = model
-        self._records = tuple(create_maneuver_record(one) for one in maneuvers)
+        self.maneuvers = tuple(maneuvers)
+        self.aircraft = aircraft
+        self.model = model
+        self.records = tuple(create_maneuver_record(one) for one in maneuvers)
         self._baselines: dict[tuple[str, ...], FilterErrorFit] = {}
         self._instruments: dict[bool, tuple[InstrumentRemark, ...]] = {}
 
@@ -90,13 +80,13 @@ class Investigation:
         """
         seen: dict[tuple[str, ...], int] = {}
         kept = []
-        for one in self._maneuvers:
+        for one in self.maneuvers:
             number = seen.get(one.inputs, 0)
             seen[one.inputs] = number + 1
             if number % 4 == 1:
                 kept.append(one.id)
         if not kept:
-            kept = [self._maneuvers[len(self._maneuvers) // 2].id]
+            kept = [self.maneuvers[len(self.maneuvers) // 2].id]
         return tuple(kept)
 
     def run(
@@ -104,20 +94,15 @@ class Investigation:
     ) -> DiscrepancyResult:
         """Search.
 
-        Raises
-        ------
-        SearchStoppedError
-            If `progress` returned False.
-        FlightError
-            If an effect was forced that these flights or this aircraft cannot have.
+        Raise SearchStoppedError if `progress` returned False. Raise FlightError if an effect was
+        forced that these flights or this aircraft cannot have.
         """
         return _Search(self, settings, progress).finish()
 
     def baseline(self, held_out: tuple[str, ...], tick: ActivityCallback) -> FilterErrorFit:
-        """Return the baseline fitted without the maneuvers kept out; fitted once."""
         if held_out not in self._baselines:
-            records = [one for one in self._records if one.id not in held_out]
-            self._baselines[held_out] = fit_baseline(records, self._model, tick)
+            records = [one for one in self.records if one.id not in held_out]
+            self._baselines[held_out] = fit_baseline(records, self.model, tick)
         return self._baselines[held_out]
 
     def instruments(
@@ -126,28 +111,8 @@ class Investigation:
         """Return what kinematics alone say of the instruments; looked at once."""
         if try_signs not in self._instruments:
             tick("comparing the instruments with one another")
-            self._instruments[try_signs] = check_instruments(self._maneuvers, try_signs=try_signs)
+            self._instruments[try_signs] = check_instruments(self.maneuvers, try_signs=try_signs)
         return self._instruments[try_signs]
-
-    @property
-    def records(self) -> tuple[ManeuverRecord, ...]:
-        """Return the maneuvers made ready."""
-        return self._records
-
-    @property
-    def maneuvers(self) -> tuple[Maneuver, ...]:
-        """Return the maneuvers."""
-        return self._maneuvers
-
-    @property
-    def aircraft(self) -> Aircraft:
-        """Return the aircraft."""
-        return self._aircraft
-
-    @property
-    def model(self) -> Model | None:
-        """Return the current model, where one was given."""
-        return self._model
 
 
 class _Search:
@@ -408,10 +373,7 @@ def _check_gain(
 ) -> None:
     """Refuse an effect that the full fit does not bear out.
 
-    Raises
-    ------
-    FlightError
-        If little is left of the gain that its column promised.
+    Raise FlightError if little is left of the gain that its column promised.
     """
     promised = float(last.decision.gain[last.screening.index(one.id)])
     gained = last.fit.deviance() - fit.deviance()

@@ -15,16 +15,16 @@ from gsapp.discrepancy.disagreements import (
     apply_residual_floor,
     coefficient_map,
     find_disagreements,
+    localize_model_errors,
 )
 from gsapp.discrepancy.effect_catalog import all_effects, find_effect
 from gsapp.discrepancy.effect_selection import (
+    CandidateScreening,
     DecisionKind,
     detection_threshold,
     posterior_probabilities,
 )
 from gsapp.discrepancy.held_out_maneuvers import HeldOutManeuvers, compute_gap, maneuver_histories
-from gsapp.discrepancy.localization import localize_model_errors
-from gsapp.discrepancy.remarks import record_remarks
 from gsapp.discrepancy.results import (
     ChangedValue,
     DiscrepancyResult,
@@ -34,11 +34,12 @@ from gsapp.discrepancy.results import (
     ModelStep,
     Observability,
     RankedCandidate,
+    explain_verdict,
+    find_alternatives,
 )
-from gsapp.discrepancy.screening import CandidateScreening
+from gsapp.discrepancy.search_checks import record_remarks
 from gsapp.discrepancy.search_stages import SearchStage
 from gsapp.discrepancy.settings import SEARCH
-from gsapp.discrepancy.verdict_text import explain_verdict, find_alternatives
 from gsapp.dynamics.buildup import derivative_names
 from gsapp.dynamics.model import Model
 from gsapp.dynamics.terms import create_term
@@ -139,15 +140,8 @@ def validate_on_held_out(
 ) -> tuple[list[SearchStage], HeldOutManeuvers]:
     """Return the stages that maneuvers kept out bear out, and those maneuvers under them.
 
-    Parameters
-    ----------
-    stages : sequence of SearchStage
-        The baseline first.
-    against : callable
-        Computes the maneuvers kept out under the models of stages.
-    forced : int
-        So many after the baseline stay.
-    false_alarm : float
+    The baseline comes first, and so many `forced` ones after it stay. `against` computes the
+    maneuvers kept out under the models of stages.
     """
     kept = list(stages)
     held = against(kept)
@@ -175,12 +169,10 @@ def is_contradicted(gain: float, found: float, share: float, least: float, apart
     ----------
     gain : float
         Of the log-likelihood on the maneuvers kept out.
-    found : float
-        Gain in the sum of squares on the maneuvers that named it.
+    found, least : float
+        Gain in the sum of squares on the maneuvers that named it, and below which nothing is named.
     share : float
         Samples kept out, for each of those that named it.
-    least : float
-        Gain below which nothing is named.
     apart : float
         Sum of squares between what the models with and without it expect there.
     """
@@ -204,19 +196,8 @@ def build_result(
 ) -> DiscrepancyResult:
     """Return the answer.
 
-    Parameters
-    ----------
-    stages : sequence of SearchStage
-        The baseline first.
-    held : HeldOutManeuvers
-        Maneuvers kept out, under the models of the stages.
-    maneuvers : sequence of Maneuver
-        All.
-    aircraft : Aircraft
-    model : Model, optional
-        The one that was given.
-    instruments : tuple of InstrumentRemark
-    false_alarm : float
+    The baseline is the first of the stages; `held` are the maneuvers kept out, under their models.
+    Maneuvers are all, `model` the one that was given.
     """
     effects = tuple(
         _found_effect(before, after, held, number, aircraft)

@@ -6,10 +6,14 @@ revised model, its `maneuvers` the histories behind every picture. All numbers a
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
-from typing import Literal
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any, Literal
 
+from gsapp.discrepancy.effect_catalog import find_effect
+from gsapp.discrepancy.effect_selection import EffectDecision
 from gsapp.dynamics.model import Model
 from gsapp.dynamics.terms import EffectClass
 from gsapp.quantities import FloatArray
@@ -21,144 +25,80 @@ DiscrepancyVerdict = Literal[
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FlightRegion:
-    """Where in the flight envelope a disagreement grows.
-
-    Attributes
-    ----------
-    variable : str
-        ``alpha``, ``beta``, ``V``, ``throttle``, ``de``, ``da``, ``dr``, ``flap``; ``q`` and so on.
-    low, high : float
-        SI, radians.
-    words : str
-        "alpha above 6 deg".
-    """
+    """Where in the flight envelope a disagreement grows."""
 
     variable: str
+    """``alpha``, ``beta``, ``V``, ``throttle``, ``de``, ``da``, ``dr``, ``flap``; ``q`` and so
+    on."""
     low: float
     high: float
-    words: str
+    """SI, radians."""
+    words: str  # "alpha above 6 deg".
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Disagreement:
-    """One place where model and flight disagree beyond the noise.
+    """One place where model and flight disagree beyond the noise."""
 
-    Attributes
-    ----------
-    coefficient : str
-        CX, CY, CZ, Cl, Cm, Cn; empty where an instrument disagrees with the others.
-    channel : str
-        The measured channel in which it shows most.
-    maneuver : str
-        Its id.
-    t_start, t_end : float
-        s of flight time.
-    rms, noise_floor : float
-        Of the missing part of the coefficient over that time, and what noise alone would give.
-    p_value : float
-        Chance of as much, corrected for all that was looked at; see
-        `gsapp.discrepancy.localization.ModelErrorLocation`.
-    region : FlightRegion or None
-    """
-
-    coefficient: str
-    channel: str
-    maneuver: str
+    coefficient: str  # CX, CY, CZ, Cl, Cm, Cn; empty where an instrument disagrees with the others.
+    channel: str  # The measured channel in which it shows most.
+    maneuver: str  # Its id.
     t_start: float
     t_end: float
+    """s of flight time."""
     rms: float
     noise_floor: float
+    """Of the missing part of the coefficient over that time, and what noise alone would give."""
     p_value: float
+    """Chance of as much, corrected for all that was looked at; see
+    `gsapp.discrepancy.disagreements.ModelErrorLocation`."""
     region: FlightRegion | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Observability:
-    """What these flights could show of one effect of the catalog, said before any verdict.
-
-    Attributes
-    ----------
-    effect : str
-    effect_class : {"A", "B", "C"}
-    sigma : float
-        Standard deviations that the effect's plausible size would show, after the baseline's own
-        parameters have taken what they can.
-    sigma_size : float
-        Size (first parameter) that would show one standard deviation.
-    aliases : tuple of (str, float)
-        Effects that look alike here, with the cosine, most alike first.
-    fly : str
-        The maneuver that would show it, or tell it from its aliases; empty where none is needed.
-    """
+    """What these flights could show of one effect of the catalog, said before any verdict."""
 
     effect: str
     effect_class: EffectClass
     sigma: float
-    sigma_size: float
+    """Standard deviations that the effect's plausible size would show, after the baseline's own
+    parameters have taken what they can."""
+    sigma_size: float  # Size (first parameter) that would show one standard deviation.
     aliases: tuple[tuple[str, float], ...] = ()
+    """Effects that look alike here, with the cosine, most alike first."""
     fly: str = ""
+    """The maneuver that would show it, or tell it from its aliases; empty where none is needed."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RankedCandidate:
-    """One effect in the competition of one step.
+    """One effect in the competition of one step."""
 
-    Attributes
-    ----------
-    effect : str
-        Id; ``unnamed.Cm.alpha_de2`` for structure without a name.
-    title : str
-    score : float
-        Gain of the log-likelihood by adding it, less what its parameters cost.
-    evidence : float
-        Its probability among all candidates, 0 to 1.
-    held_out : float
-        Gain of the log-likelihood on maneuvers left out of the fit.
-    sigma : float
-        Size over its standard deviation.
-    """
-
-    effect: str
+    effect: str  # Id; ``unnamed.Cm.alpha_de2`` for structure without a name.
     title: str
-    score: float
-    evidence: float
-    held_out: float
-    sigma: float
+    score: float  # Gain of the log-likelihood by adding it, less what its parameters cost.
+    evidence: float  # Its probability among all candidates, 0 to 1.
+    held_out: float  # Gain of the log-likelihood on maneuvers left out of the fit.
+    sigma: float  # Size over its standard deviation.
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FoundEffect:
-    """An effect that was proven.
-
-    Attributes
-    ----------
-    effect, title, equation : str
-    parameters : mapping of str to (float, float)
-        Value and standard deviation.
-    confidence : float
-        Probability that this name is right; of those said with 0.9, nine in ten are.
-    runner_up : str
-        Next best candidate, empty where none came near.
-    margin : float
-        Gain in log-likelihood over it.
-    held_out : float
-        Gain of the log-likelihood on the maneuvers kept out.
-    forced : bool
-        Whether the user put it in.
-    one_of : tuple of str
-        Effects that it stands for, itself with them, where these flights cannot tell which it is.
-    """
+    """An effect that was proven."""
 
     effect: str
     title: str
     equation: str
-    parameters: Mapping[str, tuple[float, float]]
+    parameters: Mapping[str, tuple[float, float]]  # Value and standard deviation.
     confidence: float
-    runner_up: str = ""
-    margin: float = 0.0
-    held_out: float = 0.0
-    forced: bool = False
+    """Probability that this name is right; of those said with 0.9, nine in ten are."""
+    runner_up: str = ""  # Next best candidate, empty where none came near.
+    margin: float = 0.0  # Gain in log-likelihood over it.
+    held_out: float = 0.0  # Gain of the log-likelihood on the maneuvers kept out.
+    forced: bool = False  # Whether the user put it in.
     one_of: tuple[str, ...] = ()
+    """Effects that it stands for, itself with them, where these flights cannot tell which it is."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -172,204 +112,327 @@ class ChangedValue:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Alternative:
-    """What else these flights would look the same with.
+    """What else these flights would look the same with."""
 
-    Attributes
-    ----------
-    effects : tuple of str
-        One effect, or several that act together.
-    title, why : str
-    fly : str
-        The maneuver, or the measurement on the ground, that would tell.
-    """
-
-    effects: tuple[str, ...]
+    effects: tuple[str, ...]  # One effect, or several that act together.
     title: str
     why: str
-    fly: str
+    fly: str  # The maneuver, or the measurement on the ground, that would tell.
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ChannelGap:
-    """Residual of one channel on the maneuvers kept out, RMS.
-
-    Attributes
-    ----------
-    before, after, floor : float
-        RMS of measured minus computed, and of the noise alone.
-    before_pct, after_pct : float
-        RMS over the range, percent, as in tables 7.4.1 and 7.4.2.
-    theil_before, theil_after : float
-    within_before, within_after : float
-        Share of samples within three noise floors.
-    """
+    """Residual of one channel on the maneuvers kept out, RMS."""
 
     before: float
     after: float
     floor: float
+    """RMS of measured minus computed, and of the noise alone."""
     before_pct: float
     after_pct: float
+    """RMS over the range, percent, as in tables 7.4.1 and 7.4.2."""
     theil_before: float
     theil_after: float
     within_before: float
     within_after: float
+    """Share of samples within three noise floors."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Gap:
-    """The gap between model and flight on maneuvers kept out of naming and fitting.
-
-    Attributes
-    ----------
-    channels : mapping of str to ChannelGap
-    closed, closed_std : float or None
-        Share of the reducible gap that was closed (1: all down to the noise), and its standard
-        deviation; None where there was nothing to close.
-    on : tuple of str
-        Ids of the maneuvers kept out.
-    """
+    """The gap between model and flight on maneuvers kept out of naming and fitting."""
 
     channels: Mapping[str, ChannelGap]
     closed: float | None
     closed_std: float | None
-    on: tuple[str, ...]
+    """Share of the reducible gap that was closed (1: all down to the noise), and its standard
+    deviation; None where there was nothing to close."""
+    on: tuple[str, ...]  # Ids of the maneuvers kept out.
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class ModelStep:
-    """One model on the way from the baseline (step 0) to the revised one.
-
-    Attributes
-    ----------
-    model : Model
-    added : str
-        Id of the effect that this step added; empty for the baseline.
-    ranking : tuple of RankedCandidate
-        Of the competition that this step's model then faced, best first: what to add next.
-    coefficient_map : ndarray, shape (n_maneuvers, n_coefficients)
-        Missing part of each coefficient in units of the noise floor (1: nothing but noise).
-    gap : mapping of str to float
-        RMS over the noise floor on the maneuvers kept out, by channel.
-    misfit : float
-        Of all channels together, on the maneuvers kept out; 1 at the floor.
-    """
+    """One model on the way from the baseline (step 0) to the revised one."""
 
     model: Model
-    added: str
+    added: str  # Id of the effect that this step added; empty for the baseline.
     ranking: tuple[RankedCandidate, ...]
+    """Of the competition that this step's model then faced, best first: what to add next."""
     coefficient_map: FloatArray
-    gap: Mapping[str, float]
-    misfit: float
+    """Shape (n_maneuvers, n_coefficients). Missing part of each coefficient in units of the noise
+    floor (1: nothing but noise)."""
+    gap: Mapping[str, float]  # RMS over the noise floor on the maneuvers kept out, by channel.
+    misfit: float  # Of all channels together, on the maneuvers kept out; 1 at the floor.
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class ManeuverHistories:
-    """Histories of one maneuver.
-
-    Attributes
-    ----------
-    id, flight, kind : str
-    held_out : bool
-    times : ndarray, shape (n,)
-    channels : tuple of str
-    measured : ndarray, shape (n, n_channels)
-        NaN where a sample did not count.
-    computed : tuple of ndarray, shape (n, n_channels)
-        One for each step.
-    coefficients : tuple of str
-    missing : tuple of ndarray, shape (n, n_coefficients)
-        For each step, the part of each coefficient that its model lacks, low-passed.
-    noise_floor : mapping of str to float
-        Noise floor of each channel.
-    coefficient_noise_floor : mapping of str to float
-    conditions : mapping of str to ndarray, shape (n,)
-        alpha, beta, V, throttle, de, da, dr, flap where they are known.
-    """
+    """Histories of one maneuver."""
 
     id: str
     flight: str
     kind: str
     held_out: bool
-    times: FloatArray
+    times: FloatArray  # Shape (n,).
     channels: tuple[str, ...]
-    measured: FloatArray
-    computed: tuple[FloatArray, ...]
+    measured: FloatArray  # Shape (n, n_channels). NaN where a sample did not count.
+    computed: tuple[FloatArray, ...]  # Shape (n, n_channels). One for each step.
     coefficients: tuple[str, ...]
     missing: tuple[FloatArray, ...]
-    noise_floor: Mapping[str, float]
+    """Shape (n, n_coefficients). For each step, the part of each coefficient that its model lacks,
+    low-passed."""
+    noise_floor: Mapping[str, float]  # Noise floor of each channel.
     coefficient_noise_floor: Mapping[str, float]
     conditions: Mapping[str, FloatArray]
+    """Shape (n,). alpha, beta, V, throttle, de, da, dr, flap where they are known."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class InstrumentRemark:
-    """What the data compatibility check says of one instrument.
+    """What the data compatibility check says of one instrument."""
 
-    Attributes
-    ----------
-    channel : str
-        Or several, with commas.
-    words : str
-    consistent : bool
-    effect : str
-        Of the catalog, where kinematics alone prove it: a turned axis, two that are swapped.
-    """
-
-    channel: str
+    channel: str  # Or several, with commas.
     words: str
     consistent: bool
     effect: str = ""
+    """Of the catalog, where kinematics alone prove it: a turned axis, two that are swapped."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class DiscrepancyResult:
-    """The answer.
-
-    Attributes
-    ----------
-    verdict : str
-    why : str
-        Plain words.
-    disagreements : tuple of Disagreement
-        Of the baseline, most significant first.
-    observability : tuple of Observability
-    steps : tuple of ModelStep
-        The baseline first.
-    effects : tuple of FoundEffect
-    values : mapping of str to ChangedValue
-    alternatives : tuple of Alternative
-    disturbance : mapping of str to float
-        ``gust``: rms of turbulence, m/s; with ``gust_std``.
-    gap : Gap
-    maneuvers : tuple of ManeuverHistories
-    coefficients, channels : tuple of str
-        Order of the maps and histories.
-    instruments : tuple of InstrumentRemark
-    warnings : tuple of str
-    """
+    """The answer."""
 
     verdict: DiscrepancyVerdict
-    why: str
-    disagreements: tuple[Disagreement, ...]
+    why: str  # Plain words.
+    disagreements: tuple[Disagreement, ...]  # Of the baseline, most significant first.
     observability: tuple[Observability, ...]
-    steps: tuple[ModelStep, ...]
+    steps: tuple[ModelStep, ...]  # The baseline first.
     effects: tuple[FoundEffect, ...]
     values: Mapping[str, ChangedValue]
     alternatives: tuple[Alternative, ...]
-    disturbance: Mapping[str, float]
+    disturbance: Mapping[str, float]  # ``gust``: rms of turbulence, m/s; with ``gust_std``.
     gap: Gap
     maneuvers: tuple[ManeuverHistories, ...]
     coefficients: tuple[str, ...]
     channels: tuple[str, ...]
+    """Order of the maps and histories."""
     instruments: tuple[InstrumentRemark, ...] = ()
     warnings: tuple[str, ...] = ()
 
     @property
     def ranking(self) -> tuple[RankedCandidate, ...]:
-        """Return the competition that the baseline faced."""
         return self.steps[0].ranking if self.steps else ()
 
     @property
     def model(self) -> Model:
-        """Return the revised model."""
         return self.steps[-1].model
+
+
+def discrepancy_json(
+    found: DiscrepancyResult, *, model: Path | str | None = None
+) -> dict[str, Any]:
+    """Return what `found` says, as strict JSON can hold it (DESIGN section 5): SI and radians.
+
+    Absent, and numbers that are not finite, are None. Beyond the fixed keys stand those that a
+    program would otherwise have to work out again: what each step closed, how good a candidate was
+    on maneuvers left out, whether an effect was forced. `model` is where the revised model was
+    written.
+    """
+    content = {
+        "verdict": found.verdict,
+        "why": found.why,
+        "disagreements": [asdict(one) for one in found.disagreements],
+        "observability": [_observability(one) for one in found.observability],
+        "ranking": [asdict(one) for one in found.ranking],
+        "effects": [_effect(one) for one in found.effects],
+        "values": {name: asdict(one) for name, one in found.values.items()},
+        "alternatives": [_alternative(one) for one in found.alternatives],
+        "disturbance": {"gust": None, **found.disturbance},
+        "gap": asdict(found.gap),
+        "steps": [_step(one) for one in found.steps],
+        "instruments": [asdict(one) for one in found.instruments],
+        "warnings": found.warnings,
+        "model": None if model is None else str(model),
+    }
+    plain: dict[str, Any] = _plain(content)
+    return plain
+
+
+def _observability(one: Observability) -> dict[str, Any]:
+    return {
+        "effect": one.effect,
+        "class": one.effect_class,
+        "sigma": one.sigma,
+        "sigma_size": one.sigma_size,
+        "aliases": [name for name, _ in one.aliases],
+        "cosines": [cosine for _, cosine in one.aliases],
+        "fly": one.fly,
+    }
+
+
+def _effect(one: FoundEffect) -> dict[str, Any]:
+    parameters = {
+        name: {"value": value, "std": std} for name, (value, std) in one.parameters.items()
+    }
+    return {
+        "effect": one.effect,
+        "title": one.title,
+        "equation": one.equation,
+        "parameters": parameters,
+        "confidence": one.confidence,
+        "runner_up": one.runner_up or None,
+        "margin": one.margin,
+        "held_out": one.held_out,
+        "forced": one.forced,
+        "one_of": one.one_of,
+    }
+
+
+def _alternative(one: Alternative) -> dict[str, Any]:
+    # A reader of the ranking looks for "effect": one id, or all that act together.
+    return {"effect": "+".join(one.effects), **asdict(one)}
+
+
+def _step(one: ModelStep) -> dict[str, Any]:
+    return {
+        "added": one.added or None,
+        "model": one.model.name,
+        "misfit": one.misfit,
+        "gap": one.gap,
+        "ranking": [asdict(candidate) for candidate in one.ranking],
+    }
+
+
+def _plain(value: Any) -> Any:
+    """Return `value` in the types of JSON; numbers that are not finite become None."""
+    if isinstance(value, Mapping):
+        return {str(key): _plain(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [_plain(item) for item in value]
+    if value is None or isinstance(value, bool | str | int):
+        return value
+    number = float(value)
+    return number if math.isfinite(number) else None
+
+
+def find_alternatives(
+    verdict: DiscrepancyVerdict,
+    decisions: Sequence[EffectDecision],
+    values: Mapping[str, ChangedValue],
+    model: Model | None,
+) -> tuple[Alternative, ...]:
+    """Return what these flights cannot tell from the answer, for decisions that named nothing."""
+    found = []
+    for decision in decisions:
+        if decision.kind not in ("ambiguous", "unexplained"):
+            continue
+        found += [
+            Alternative(
+                effects=(one.id,),
+                title=one.title,
+                why="explains the same samples equally well",
+                fly=find_effect(one.id).separated_by if one.named else "",
+            )
+            for one in decision.alternatives
+            if one.named or verdict == "unexplained"
+        ]
+    if model is not None and values:
+        found += _rescaling_alternatives(values)
+    return tuple(found)
+
+
+_RESCALING_EFFECTS = (
+    (("Cm_alpha", "Cm_q", "Cm_de"), "mass.inertia.iyy", 1.0),
+    (("Cl_beta", "Cl_p", "Cl_r", "Cl_da"), "mass.inertia.ixx", 1.0),
+    (("Cn_beta", "Cn_r", "Cn_dr"), "mass.inertia.izz", 1.0),
+    (("CN_alpha",), "mass.mass.error", 1.0),
+)
+
+
+def _rescaling_alternatives(values: Mapping[str, ChangedValue]) -> list[Alternative]:
+    """Return the errors of mass and inertia that would move these values all by one factor."""
+    found = []
+    for names, effect, _ in _RESCALING_EFFECTS:
+        moved = [values[name] for name in names if name in values]
+        if len(moved) < max(1, len(names) - 1):
+            continue
+        ratios = [one.after / one.before for one in moved if one.before]
+        spread = [abs(one.std / one.before) for one in moved if one.before]
+        if not ratios:
+            continue
+        mean = sum(ratios) / len(ratios)
+        if all(
+            abs(ratio - mean) < 3.0 * bound for ratio, bound in zip(ratios, spread, strict=True)
+        ):
+            lore = find_effect(effect)
+            found.append(
+                Alternative(
+                    effects=(effect,),
+                    title=lore.title,
+                    why=f"moves {', '.join(names)} by one factor, here {mean:.2f}",
+                    fly=lore.remedy,
+                )
+            )
+    if "Cm_alpha" in values and "CN_alpha" not in values:
+        lore = find_effect("mass.cg.x")
+        found.append(
+            Alternative(
+                effects=("mass.cg.x",),
+                title=lore.title,
+                why="moves Cm_alpha by CN_alpha times the shift over the chord",
+                fly=lore.remedy,
+            )
+        )
+    return found
+
+
+def explain_verdict(found: DiscrepancyResult, decision: EffectDecision) -> str:
+    """Return the answer in plain words."""
+    sentences = []
+    for one in found.effects:
+        if one.forced:
+            sentences.append(f"{one.title}: forced into the model.")
+            continue
+        if one.one_of:
+            sentences.append(
+                f"These flights cannot distinguish: {', '.join(one.one_of)}. The model uses the "
+                f"first ({one.title}), which explains the most."
+            )
+            continue
+        sentences.append(
+            f"{one.title}: {one.confidence:.0%} sure"
+            + (
+                f"; the next best explanation, {one.runner_up}, is {one.margin:.0f} lower in "
+                "log-likelihood."
+                if one.runner_up
+                else "."
+            )
+        )
+    if decision.kind == "ambiguous":
+        names = ", ".join(one.id for one in decision.alternatives)
+        sentences.append(f"These flights cannot distinguish: {names}.")
+    if found.verdict == "unexplained" or (found.effects and decision.kind == "unexplained"):
+        best = decision.best
+        sentences.append(
+            "An effect is missing that is not in the catalog"
+            + (f"; nearest: {best.title}." if best is not None else ".")
+        )
+    if found.verdict == "values-wrong":
+        sentences.append(
+            f"The model structure is adequate; {', '.join(found.values)} differ from the model "
+            "by more than their bounds."
+        )
+    if found.verdict == "model-adequate":
+        sentences.append("The model explains these flights to the noise level.")
+    if found.verdict == "not-observable":
+        sentences.append(
+            "Nothing found, but these maneuvers cannot show it: few effects of typical size "
+            "would exceed the noise. Fly larger doublets on every surface, at two or more "
+            "speeds."
+        )
+    if found.disturbance:
+        sentences.append(
+            f"Turbulence of about {found.disturbance['gust']:.1f} m/s disturbed the flights; "
+            "not a model error."
+        )
+    return " ".join(sentences)

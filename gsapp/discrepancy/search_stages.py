@@ -7,8 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from gsapp.discrepancy.effect_selection import EffectDecision
-from gsapp.discrepancy.screening import CandidateScreening
+from gsapp.discrepancy.effect_selection import CandidateScreening, EffectDecision
 from gsapp.discrepancy.settings import SEARCH
 from gsapp.dynamics.model import Model, load_model
 from gsapp.identification.axes import axis_derivatives
@@ -53,30 +52,16 @@ def fit_baseline(
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class SearchStage:
-    """One model on the way, with the competition that it faced.
-
-    Attributes
-    ----------
-    fit : FilterErrorFit
-    added : str
-        The effect that it has and the stage before has not; empty for the baseline.
-    screening : CandidateScreening
-    decision : EffectDecision
-    forced : bool
-        Whether the effect was put in by hand.
-    proven : bool
-        Whether kinematics alone prove it.
-    equivalent_effects : tuple of str
-        The set that the effect stands for, itself with it, where these flights cannot tell which.
-    """
+    """One model on the way, with the competition that it faced."""
 
     fit: FilterErrorFit
-    added: str
+    added: str  # The effect that it has and the stage before has not; empty for the baseline.
     screening: CandidateScreening
     decision: EffectDecision
-    forced: bool = False
-    proven: bool = False
+    forced: bool = False  # Whether the effect was put in by hand.
+    proven: bool = False  # Whether kinematics alone prove it.
     equivalent_effects: tuple[str, ...] = ()
+    """The set that the effect stands for, itself with it, where these flights cannot tell which."""
 
     def as_unexplained(self) -> SearchStage:
         """Return the stage with the answer that its best explanation is none."""
@@ -101,12 +86,7 @@ def equivalent_effects_of(stage: SearchStage) -> tuple[str, ...]:
 def remove_misnamed_effects(stages: Sequence[SearchStage], forced: int) -> list[SearchStage]:
     """Take back names that leave much of their own structure unexplained.
 
-    Parameters
-    ----------
-    stages : sequence of SearchStage
-        The baseline first.
-    forced : int
-        So many after it were put in by hand, and stay.
+    The baseline comes first; so many `forced` stages after it were put in by hand, and stay.
     """
     kept = list(stages)
     crowded = _first_crowded_stage(kept)

@@ -28,20 +28,16 @@ _EXPONENT = GRAVITY / (GAS_CONSTANT * LAPSE_RATE)
 class AirState(NamedTuple):
     """State of the air at one height, or at many."""
 
-    density: Value
-    """kg/m^3."""
-    pressure: Value
-    """Pa."""
-    temperature: Value
-    """K."""
+    density: Value  # kg/m^3.
+    pressure: Value  # Pa.
+    temperature: Value  # K.
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Atmosphere:
     """The troposphere of the day, below 11 km."""
 
-    ground_altitude: float = 0.0
-    """Height of the field above sea level, m."""
+    ground_altitude: float = 0.0  # Height of the field above sea level, m.
     ground_temperature: float | None = None
     """Read at the field, K; None takes the standard one for that height."""
     ground_pressure: float | None = None
@@ -68,7 +64,6 @@ class Atmosphere:
         return self.pressure(altitude) / (GAS_CONSTANT * self.temperature(altitude))
 
     def at(self, altitude: Value) -> AirState:
-        """Return density, pressure and temperature at an altitude (m)."""
         temperature = self.temperature(altitude)
         pressure = self.pressure(altitude)
         return AirState(
@@ -100,8 +95,7 @@ class Wind:
     shear: float = 0.0
     """Exponent of the power law with height; 0 is the same wind at every height, 0.14 is usual over
     grass."""
-    reference_height: float = 10.0
-    """m above the ground."""
+    reference_height: float = 10.0  # m above the ground.
 
     def at(self, height: float) -> tuple[float, float, float]:
         """Return the velocity of the air (north, east, down; m/s) at a height (m) above ground."""
@@ -115,18 +109,10 @@ class DrydenTurbulence:
     """Dryden turbulence along the flight path, stepped exactly for any step and speed.
 
     The longitudinal gust is a first-order process with the time constant L/V, the lateral and
-    vertical ones have the Dryden second-order shape (1 + sqrt(3) T s)/(1 + T s)^2, T = L/V. Each
-    is discretized with its exact transition and covariance, so that the variance is sigma^2 at
-    every step length and stays so while the speed changes.
-
-    Parameters
-    ----------
-    sigma : tuple of float
-        Standard deviations (u, v, w), m/s.
-    scale : tuple of float
-        Scale lengths (u, v, w), m. The default is that of low flight over a field.
-    seed : int
-        Of the random numbers.
+    vertical ones have the Dryden second-order shape (1 + sqrt(3) T s)/(1 + T s)^2, T = L/V. Each is
+    discretized with its exact transition and covariance, so that the variance is sigma^2 at every
+    step length and stays so while the speed changes. Standard deviations (u, v, w) are in m/s,
+    scale lengths in m; the default is that of low flight over a field.
     """
 
     def __init__(

@@ -52,11 +52,11 @@ def create_linear_terms() -> tuple[LinearTerm, ...]:
                 reads=tuple(reads.values()),
                 parameters=tuple(
                     Parameter(
-                        name=name,
-                        unit="",
-                        default=0.0,
-                        bounds=(-100.0, 100.0),
-                        description="per radian, rates as q c/2V, p b/2V, r b/2V",
+                        name,
+                        "",
+                        0.0,
+                        (-100.0, 100.0),
+                        "per radian, rates as q c/2V, p b/2V, r b/2V",
                     )
                     for name in names
                 ),

@@ -3,6 +3,8 @@
 The modules of `gsapp.dynamics.effects` enter them in the registry with their parameters and words.
 """
 
+# ruff: noqa: ARG002 - overridden methods, which use their arguments or not
+
 from __future__ import annotations
 
 from dataclasses import dataclass
@@ -16,13 +18,9 @@ class SpeedTerm(Term):
     """Coefficient that changes with speed itself: parameter * (V/V_ref - 1)."""
 
     def value(self, reads: Values, states: Values, parameters: Values) -> Value:
-        """Return the change from the reference speed."""
-        del states
         return parameters[0] * (reads[0] / parameters[1] - 1.0)
 
     def jacobian(self, reads: Values, states: Values, parameters: Values) -> TermJacobian:
-        """Return the partial derivatives."""
-        del states
         slope, reference = parameters
         ratio = reads[0] / reference
         return TermJacobian(
@@ -35,30 +33,20 @@ class UnsteadyTerm(Term):
     """Target that follows a variable with one lag: scale * parameter * (x - lagged x).
 
     For slow changes it equals scale * parameter * tau * x'.
-
-    Attributes
-    ----------
-    scale : float
-        A fixed factor.
     """
 
-    scale: float = 1.0
+    scale: float = 1.0  # A fixed factor.
 
     def value(self, reads: Values, states: Values, parameters: Values) -> Value:
-        """Return the part that has not settled yet."""
         return self.scale * parameters[0] * (reads[0] - states[0])
 
     def rates(self, reads: Values, states: Values, parameters: Values) -> tuple[Value, ...]:
-        """Return (x - state)/tau."""
         return ((reads[0] - states[0]) / parameters[1],)
 
     def steady_state(self, reads: Values, parameters: Values) -> tuple[Value, ...]:
-        """Return x itself: all has settled."""
-        del parameters
         return (reads[0],)
 
     def jacobian(self, reads: Values, states: Values, parameters: Values) -> TermJacobian:
-        """Return the partial derivatives."""
         tau = parameters[1]
         size = self.scale * parameters[0]
         difference = reads[0] - states[0]
@@ -79,25 +67,16 @@ class StallTerm(Term):
     Exactly zero between `alpha_low` and `alpha_high`; outside it starts as a parabola and turns
     into a line of the slope `slope`: with e the excess over the limit, slope * e^2/(|e| + width).
     An even coefficient (drag) takes |e|.
-
-    Attributes
-    ----------
-    even : bool
-        Whether the term has the same sign on both sides.
     """
 
-    even: bool = False
+    even: bool = False  # Whether the term has the same sign on both sides.
 
     def value(self, reads: Values, states: Values, parameters: Values) -> Value:
-        """Return the departure."""
-        del states
         excess, sign = self._excess(reads[0], parameters)
         slope, width = parameters[0], parameters[1]
         return slope * sign * excess * excess / (excess + width)
 
     def jacobian(self, reads: Values, states: Values, parameters: Values) -> TermJacobian:
-        """Return the partial derivatives."""
-        del states
         excess, sign = self._excess(reads[0], parameters)
         slope, width = parameters[0], parameters[1]
         shape = excess * excess / (excess + width)
@@ -130,14 +109,10 @@ class EffectivenessLossTerm(Term):
     """
 
     def value(self, reads: Values, states: Values, parameters: Values) -> Value:
-        """Return the change of the coefficient."""
-        del states
         excess, sign = _onset_excess(reads[0], parameters[1])
         return parameters[0] * sign * excess * excess / (excess + parameters[2])
 
     def jacobian(self, reads: Values, states: Values, parameters: Values) -> TermJacobian:
-        """Return the partial derivatives."""
-        del states
         slope, width = parameters[0], parameters[2]
         excess, sign = _onset_excess(reads[0], parameters[1])
         shape = excess * excess / (excess + width)
@@ -160,13 +135,9 @@ class ThrustSpeedTerm(Term):
     """Thrust that changes otherwise with speed: parameter * T * (V/V_ref - 1)."""
 
     def value(self, reads: Values, states: Values, parameters: Values) -> Value:
-        """Return the change from the reference speed."""
-        del states
         return parameters[0] * reads[0] * (reads[1] / parameters[1] - 1.0)
 
     def jacobian(self, reads: Values, states: Values, parameters: Values) -> TermJacobian:
-        """Return the partial derivatives."""
-        del states
         thrust, V = reads
         fade, reference = parameters
         ratio = V / reference
@@ -178,31 +149,19 @@ class ThrustSpeedTerm(Term):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ThrustErrorTerm(Term):
-    """A share of the thrust of the aircraft file: parameter * k throttle rho (1 - V/V_0).
+    """A share of the thrust of the aircraft file: parameter * k throttle rho (1 - V/V_0)."""
 
-    Attributes
-    ----------
-    per_density : float
-        Thrust of all engines at rest over density, N m^3/kg.
-    zero_thrust_speed : float
-        m/s.
-    """
-
-    per_density: float
-    zero_thrust_speed: float
+    per_density: float  # Thrust of all engines at rest over density, N m^3/kg.
+    zero_thrust_speed: float  # m/s.
 
     def _thrust(self, reads: Values) -> Value:
         throttle, rho, V = reads
         return self.per_density * throttle * rho * (1.0 - V / self.zero_thrust_speed)
 
     def value(self, reads: Values, states: Values, parameters: Values) -> Value:
-        """Return what is added to the thrust."""
-        del states
         return parameters[0] * self._thrust(reads)
 
     def jacobian(self, reads: Values, states: Values, parameters: Values) -> TermJacobian:
-        """Return the partial derivatives."""
-        del states
         throttle, rho, V = reads
         size = parameters[0] * self.per_density
         left = 1.0 - V / self.zero_thrust_speed
@@ -221,11 +180,7 @@ class OffsetTerm(Term):
     """A constant added to the target: a value of the aircraft file that is wrong."""
 
     def value(self, reads: Values, states: Values, parameters: Values) -> Value:
-        """Return the parameter."""
-        del reads, states
         return parameters[0]
 
     def jacobian(self, reads: Values, states: Values, parameters: Values) -> TermJacobian:
-        """Return 1 for the parameter."""
-        del reads, states, parameters
         return TermJacobian(reads=(), parameters=(1.0,))

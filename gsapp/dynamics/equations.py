@@ -25,6 +25,8 @@ from gsapp.quantities import FloatArray
 from gsapp.quantities.constants import GRAVITY
 
 POLAR_STATES = ("V", "alpha", "beta", "p", "q", "r", "phi", "theta", "psi")
+Triple = tuple[Value, Value, Value]
+"""Components along the body axes, or p, q, r."""
 INERTIA_NAMES = ("mass", "ixx", "iyy", "izz", "ixz")
 
 
@@ -67,17 +69,10 @@ class Loads(NamedTuple):
     N: Value
 
 
-def wind_axis_rates(
-    state: PolarState, X: Value, Y: Value, Z: Value, mass: Value
-) -> tuple[Value, Value, Value]:
+def wind_axis_rates(state: PolarState, X: Value, Y: Value, Z: Value, mass: Value) -> Triple:
     """Return V', alpha', beta' (4.1.15)-(4.1.17), mended.
 
-    Parameters
-    ----------
-    X, Y, Z : float or ndarray
-        Forces without gravity along the body axes, N.
-    mass : float or ndarray
-        kg.
+    X, Y, Z are forces without gravity along the body axes, N; mass in kg.
     """
     V, a, b, p, q, r, phi, theta, _ = state
     m = array_namespace(V)
@@ -95,7 +90,7 @@ def wind_axis_rates(
 
 def angular_accelerations(
     p: Value, q: Value, r: Value, L: Value, M: Value, N: Value, body: RigidBody
-) -> tuple[Value, Value, Value]:
+) -> Triple:
     """Return p', q', r' (rad/s^2) from the moments about the CG (N m)."""
     ixx, iyy, izz, ixz = body.ixx, body.iyy, body.izz, body.ixz
     determinant = ixx * izz - ixz * ixz
@@ -108,9 +103,7 @@ def angular_accelerations(
     )
 
 
-def attitude_rates(
-    p: Value, q: Value, r: Value, phi: Value, theta: Value
-) -> tuple[Value, Value, Value]:
+def attitude_rates(p: Value, q: Value, r: Value, phi: Value, theta: Value) -> Triple:
     """Return phi', theta', psi' (rad/s) (4.1.8), (4.1.9); singular at theta = +/-90 deg."""
     m = array_namespace(phi)
     sp, cp = m.sin(phi), m.cos(phi)
@@ -129,12 +122,9 @@ def polar_rates(state: PolarState, loads: Loads, body: RigidBody) -> tuple[Value
 class PolarJacobian(NamedTuple):
     """Derivatives of the nine polar rates."""
 
-    states: FloatArray
-    """Shape (n, 9, 9). With respect to `POLAR_STATES`."""
-    loads: FloatArray
-    """Shape (n, 9, 6). With respect to the loads, in the order of `Loads`."""
-    body: FloatArray
-    """Shape (n, 9, 5). With respect to `INERTIA_NAMES`."""
+    states: FloatArray  # Shape (n, 9, 9). With respect to `POLAR_STATES`.
+    loads: FloatArray  # Shape (n, 9, 6). With respect to the loads, in the order of `Loads`.
+    body: FloatArray  # Shape (n, 9, 5). With respect to `INERTIA_NAMES`.
 
 
 def polar_jacobian(state: PolarState, loads: Loads, body: RigidBody) -> PolarJacobian:
@@ -254,7 +244,7 @@ def _angular_jacobian(
         f_b[:, 3:6, index] = -np.einsum("nij,nj->ni", inverse, vector)
 
 
-def body_from_polar(V: Value, alpha: Value, beta: Value) -> tuple[Value, Value, Value]:
+def body_from_polar(V: Value, alpha: Value, beta: Value) -> Triple:
     """Return u, v, w (m/s) from speed and flow angles."""
     m = array_namespace(V)
     forward = V * m.cos(beta)
@@ -262,26 +252,16 @@ def body_from_polar(V: Value, alpha: Value, beta: Value) -> tuple[Value, Value, 
 
 
 def body_rates(
-    velocity: tuple[Value, Value, Value],
-    rates: tuple[Value, Value, Value],
-    force: tuple[Value, Value, Value],
-    gravity: tuple[Value, Value, Value],
+    velocity: Triple,
+    rates: Triple,
+    force: Triple,
+    gravity: Triple,
     mass: Value,
-) -> tuple[Value, Value, Value]:
+) -> Triple:
     """Return u', v', w' (4.1.2), signs of UR and WP mended.
 
-    Parameters
-    ----------
-    velocity : tuple
-        u, v, w over the ground, along the body axes, m/s.
-    rates : tuple
-        p, q, r, rad/s.
-    force : tuple
-        X, Y, Z without gravity, N.
-    gravity : tuple
-        Components of gravity along the body axes, m/s^2.
-    mass : float or ndarray
-        kg.
+    All along the body axes: `velocity` over the ground, m/s; `rates` p, q, r, rad/s; `force` X, Y,
+    Z without gravity, N; `gravity`, m/s^2. Mass in kg.
     """
     u, v, w = velocity
     p, q, r = rates

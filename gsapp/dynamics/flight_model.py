@@ -12,7 +12,7 @@ instruments lie outside the equations and are found in `control_terms` and `sens
 from __future__ import annotations
 
 import operator
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -33,7 +33,14 @@ from gsapp.dynamics.equations import (
 )
 from gsapp.dynamics.model import Model
 from gsapp.dynamics.signal_terms import PathTerms, SignalTerm, SwappedChannels, channels_of_target
-from gsapp.dynamics.terms import POSITIONED_INSTRUMENTS, TARGETS, VARIABLES, Term, TermJacobian
+from gsapp.dynamics.terms import (
+    POSITIONED_INSTRUMENTS,
+    TARGETS,
+    VARIABLES,
+    Term,
+    TermJacobian,
+    Values,
+)
 from gsapp.foundation import FlightError, UnknownNameError
 from gsapp.quantities import FloatArray
 
@@ -76,18 +83,12 @@ class ModelEvaluation(NamedTuple):
 
     coefficients: dict[str, Value]
     """CN, CA, CY, Cl, Cm, Cn with all effects, about the aircraft file's CG."""
-    loads: Loads
-    """Forces (N) and moments about the CG (N m), thrust included."""
-    thrust: Value
-    """N."""
-    body: RigidBody
-    """Mass and inertia with the effects' offsets."""
-    cg: tuple[Value, Value, Value]
-    """Where the CG lies from the aircraft file's, m."""
-    term_rates: tuple[Value, ...]
-    """Rates of the terms' own states."""
-    variables: list[Value]
-    """In the order of `gsapp.dynamics.terms.VARIABLES`."""
+    loads: Loads  # Forces (N) and moments about the CG (N m), thrust included.
+    thrust: Value  # N.
+    body: RigidBody  # Mass and inertia with the effects' offsets.
+    cg: tuple[Value, Value, Value]  # Where the CG lies from the aircraft file's, m.
+    term_rates: tuple[Value, ...]  # Rates of the terms' own states.
+    variables: list[Value]  # In the order of `gsapp.dynamics.terms.VARIABLES`.
     position_offsets: dict[str, tuple[Value, Value, Value]]
     """How far an instrument sits from where the aircraft file says, m; only those that do."""
 
@@ -96,24 +97,16 @@ class ModelEvaluation(NamedTuple):
 class ModelJacobian:
     """Derivatives by all states, `MODEL_INPUTS`, then the free parameters: n_all columns."""
 
-    evaluation: ModelEvaluation
-    """The values, arrays of shape (n,) or floats."""
-    coefficients: FloatArray
-    """Shape (n, 6, n_all). Of CN, CA, CY, Cl, Cm, Cn."""
-    thrust: FloatArray
-    """Shape (n, n_all)."""
-    loads: FloatArray
-    """Shape (n, 6, n_all). Of X, Y, Z, L, M, N."""
-    body: FloatArray
-    """Shape (n, 5, n_all). Of mass, ixx, iyy, izz, ixz."""
-    cg: FloatArray
-    """Shape (n, 3, n_all)."""
+    evaluation: ModelEvaluation  # The values, arrays of shape (n,) or floats.
+    coefficients: FloatArray  # Shape (n, 6, n_all). Of CN, CA, CY, Cl, Cm, Cn.
+    thrust: FloatArray  # Shape (n, n_all).
+    loads: FloatArray  # Shape (n, 6, n_all). Of X, Y, Z, L, M, N.
+    body: FloatArray  # Shape (n, 5, n_all). Of mass, ixx, iyy, izz, ixz.
+    cg: FloatArray  # Shape (n, 3, n_all).
     position_offsets: dict[str, FloatArray]
     """Shape (n, 3, n_all). Of the instruments in ``totals.places``."""
-    rates: FloatArray
-    """Shape (n, n_states, n_all)."""
-    free_parameters: tuple[str, ...]
-    """The parameters in the last columns."""
+    rates: FloatArray  # Shape (n, n_states, n_all).
+    free_parameters: tuple[str, ...]  # The parameters in the last columns.
 
     def split(self, array: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Return the columns by states, by inputs and by parameters of one of the arrays."""
@@ -244,25 +237,7 @@ class FlightModel:
                             "its own instead (aero.CN.memory does so)"
                         )
 
-    def with_parameters(self, given: Mapping[str, float]) -> tuple[float, ...]:
-        """Return all parameters in order, the model's with those given put in.
-
-        Raises
-        ------
-        UnknownNameError
-            If a name is not among `parameter_names`.
-        """
-        values = list(self.defaults)
-        for name, value in given.items():
-            if name not in self.parameter_names:
-                raise UnknownNameError(
-                    f"the model '{self.model.name}' has no parameter '{name}'; "
-                    f"it has {', '.join(self.parameter_names)}"
-                )
-            values[self.parameter_names.index(name)] = value
-        return tuple(values)
-
-    def steady_states(self, state: Sequence[Value], inputs: Sequence[Value]) -> tuple[Value, ...]:
+    def steady_states(self, state: Values, inputs: Values) -> tuple[Value, ...]:
         """Return the terms' own states that have settled at the polar state and inputs."""
         variables = self._variables(state, inputs)
         sums: list[Value] = [0.0] * len(TARGETS)
@@ -277,7 +252,7 @@ class FlightModel:
 
     # --- values ---------------------------------------------------------------------------------
 
-    def _variables(self, state: Sequence[Value], inputs: Sequence[Value]) -> list[Value]:
+    def _variables(self, state: Values, inputs: Values) -> list[Value]:
         V, alpha, beta, p, q, r = state[:6]
         de, da, dr, flap, throttle, difference, rho, _ = inputs
         half = 0.5 / V
@@ -287,7 +262,7 @@ class FlightModel:
             de, da, dr, flap, throttle, difference, rho, 0.5 * rho * V * V, 0.0, 0.0, 0.0,
         ]  # fmt: skip
 
-    def _thrust(self, variables: Sequence[Value], sums: Sequence[Value]) -> Value:
+    def _thrust(self, variables: Values, sums: Values) -> Value:
         """Return the thrust (N), what terms add to it included."""
         V, throttle, rho = variables[0], variables[13], variables[15]
         return (
@@ -297,20 +272,15 @@ class FlightModel:
 
     def evaluate(
         self,
-        state: Sequence[Value],
-        inputs: Sequence[Value],
-        parameters: Sequence[Value] | None = None,
+        state: Values,
+        inputs: Values,
+        parameters: Values | None = None,
     ) -> ModelEvaluation:
         """Return coefficients, loads and all else between states and rates.
 
-        Parameters
-        ----------
-        state : sequence
-            Polar states, then the terms' own; each a float or an array (n,).
-        inputs : sequence
-            In the order of `MODEL_INPUTS`.
-        parameters : sequence, optional
-            In the order of `parameter_names`; the model's own by default.
+        The state is polar states, then the terms' own, each a float or an array (n,); inputs are in
+        the order of `MODEL_INPUTS`, parameters in that of `parameter_names`, the model's own by
+        default.
         """
         values = self.defaults if parameters is None else parameters
         variables = self._variables(state, inputs)
@@ -367,9 +337,9 @@ class FlightModel:
 
     def rates(
         self,
-        state: Sequence[Value],
-        inputs: Sequence[Value],
-        parameters: Sequence[Value] | None = None,
+        state: Values,
+        inputs: Values,
+        parameters: Values | None = None,
     ) -> tuple[Value, ...]:
         """Return the rates of all states, in the order of `state_names`; see `evaluate`."""
         totals = self.evaluate(state, inputs, parameters)
@@ -380,20 +350,16 @@ class FlightModel:
 
     def differentiate(
         self,
-        state: Sequence[Value],
-        inputs: Sequence[Value],
-        parameters: Sequence[Value] | None = None,
+        state: Values,
+        inputs: Values,
+        parameters: Values | None = None,
         *,
         free: Sequence[str] | None = None,
     ) -> ModelJacobian:
-        """Return the exact total derivatives.
+        """Return the exact total derivatives; arguments as in `evaluate`.
 
-        Parameters
-        ----------
-        state, inputs, parameters
-            As in `evaluate`; single numbers count as arrays of length 1.
-        free : sequence of str, optional
-            The parameters by which to differentiate; all by default.
+        Single numbers count as arrays of length 1. `free` are the parameters by which to
+        differentiate; all by default.
         """
         values = self.defaults if parameters is None else parameters
         totals = self.evaluate(state, inputs, parameters)
@@ -477,9 +443,9 @@ class _Chain:
         self,
         model: FlightModel,
         totals: ModelEvaluation,
-        state: Sequence[Value],
-        inputs: Sequence[Value],
-        parameters: Sequence[Value],
+        state: Values,
+        inputs: Values,
+        parameters: Values,
         free: Sequence[str] | None,
     ) -> None:
         self._n_states = len(model.state_names)
@@ -512,7 +478,6 @@ class _Chain:
         self._sparse[16] = self._d_qbar
 
     def input(self, name: str) -> int:
-        """Return the column of an input."""
         return self._n_states + MODEL_INPUTS.index(name)
 
     def has(self, *targets: str) -> bool:
@@ -530,7 +495,6 @@ class _Chain:
 
     @property
     def thrust(self) -> FloatArray:
-        """Return the derivatives of the thrust."""
         return self._dense[_THRUST]
 
     def thrust_of(self, lever: str, per_density: float, slope: float) -> FloatArray:
@@ -593,9 +557,9 @@ class _Chain:
         self,
         entry: _Entry,
         out: FloatArray,
-        by_reads: Sequence[Value],
-        by_states: Sequence[Value],
-        by_parameters: Sequence[Value],
+        by_reads: Values,
+        by_states: Values,
+        by_parameters: Values,
     ) -> None:
         for index, slope in zip(entry.reads, by_reads, strict=True):
             if index in self._dense:
@@ -622,7 +586,7 @@ def _cross(
     return _as_column(a) * db + _as_column(b) * da - _as_column(c) * dd - _as_column(d) * dc
 
 
-def _position_offset(name: str, sums: Sequence[Value]) -> tuple[Value, Value, Value]:
+def _position_offset(name: str, sums: Values) -> tuple[Value, Value, Value]:
     x, y, z = (sums[_TARGET_INDEX[target]] for target in _POSITION_TARGETS[name])
     return x, y, z
 
@@ -660,8 +624,8 @@ def _entry(term: Term, states: slice, parameters: slice) -> _Entry:
 def _add(
     entries: Sequence[_Entry],
     variables: list[Value],
-    state: Sequence[Value],
-    parameters: Sequence[Value],
+    state: Values,
+    parameters: Values,
     sums: list[Value],
 ) -> None:
     for term, target, read, _, states, own in entries:

@@ -25,12 +25,9 @@ LATERAL_OUTPUTS = ("beta", "p", "r", "phi", "ay")
 class OperatingPoint:
     """The steady flight that a linear model is about."""
 
-    speed: float
-    """True airspeed, m/s."""
-    density: float | None = None
-    """kg/m^3."""
-    mass: float | None = None
-    """kg."""
+    speed: float  # True airspeed, m/s.
+    density: float | None = None  # kg/m^3.
+    mass: float | None = None  # kg.
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -49,7 +46,6 @@ class LinearModel:
     """None where nobody said."""
 
     def modes(self) -> tuple[Mode, ...]:
-        """Return the modes of A, named where they can be."""
         return compute_modes(self.A, self.states)
 
 
@@ -60,8 +56,7 @@ class Mode:
     name: str
     """``short period``, ``phugoid``, ``roll``, ``dutch roll``, ``spiral``; of a short period
     without oscillation ``short period, fast`` and ``..., slow``; else ``real`` or ``pair``."""
-    pole: complex
-    """1/s; that of a pair with the positive imaginary part."""
+    pole: complex  # 1/s; that of a pair with the positive imaginary part.
 
     @property
     def frequency(self) -> float:
@@ -70,7 +65,6 @@ class Mode:
 
     @property
     def damping(self) -> float:
-        """Return the damping ratio; 1 or -1 for real poles, NaN for a pole at zero."""
         return -self.pole.real / abs(self.pole) if self.pole != 0.0 else math.nan
 
     @property
@@ -94,14 +88,9 @@ def linearize(
 ) -> LinearModel:
     """Return the linear model about a trim.
 
-    Parameters
-    ----------
-    states : sequence of str, optional
-        From ``model.state_names``; all by default. What is left out is held.
-    inputs : sequence of str
-        From `gsapp.dynamics.flight_model.MODEL_INPUTS`.
-    outputs : sequence of str
-        From `gsapp.dynamics.sensors.OUTPUTS`, at the instruments' places.
+    Of the states, from ``model.state_names`` (all by default), what is left out is held. Inputs are
+    from `gsapp.dynamics.flight_model.MODEL_INPUTS`, outputs from `gsapp.dynamics.sensors.OUTPUTS`,
+    at the instruments' places.
     """
     chosen = model.state_names if states is None else tuple(states)
     output_model = OutputModel(model, outputs or ("V",))

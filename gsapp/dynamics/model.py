@@ -24,8 +24,8 @@ from gsapp.foundation import (
     toml_text,
     write_atomically,
 )
+from gsapp.foundation.files import ShippedFiles
 from gsapp.foundation.name_suggestions import did_you_mean
-from gsapp.foundation.shipped_files import ShippedFiles
 
 SHIPPED_MODELS = ShippedFiles(folder=Path(__file__).parent / "models", kind="model")
 
@@ -33,8 +33,7 @@ SHIPPED_MODELS = ShippedFiles(folder=Path(__file__).parent / "models", kind="mod
 class Effect(StrictModel):
     """One effect in a model."""
 
-    id: str
-    """As in the registry, ``aero.Cm.alpha2``."""
+    id: str  # As in the registry, ``aero.Cm.alpha2``.
     parameters: dict[str, float] = Field(default_factory=dict)
     """SI and radians; what is left out takes the effect's default."""
 
@@ -48,7 +47,6 @@ class Effect(StrictModel):
         return value
 
     def term(self, aircraft: Aircraft) -> Term:
-        """Return the term for an aircraft."""
         return create_term(self.id, aircraft)
 
     def values(self, aircraft: Aircraft) -> tuple[float, ...]:
@@ -62,14 +60,11 @@ class Model(StrictModel):
     name: str = "model"
     parent: str | None = None
     """Name of the model that this one revises."""
-    evidence: str = ""
-    """Why it was revised, in words."""
-    source: str = ""
-    """Where the numbers come from."""
+    evidence: str = ""  # Why it was revised, in words.
+    source: str = ""  # Where the numbers come from.
     derivatives: dict[str, float] = Field(default_factory=dict)
     """Those given; `derivative` returns zero for the rest."""
-    effects: tuple[Effect, ...] = ()
-    """In the order in which they were found."""
+    effects: tuple[Effect, ...] = ()  # In the order in which they were found.
 
     @field_validator("derivatives")
     @classmethod
@@ -99,7 +94,6 @@ class Model(StrictModel):
         return value
 
     def derivative(self, name: str) -> float:
-        """Return a derivative; zero where the file gives none."""
         return self.derivatives.get(name, 0.0)
 
     def with_derivatives(self, values: Mapping[str, float], *, name: str | None = None) -> Model:
@@ -139,19 +133,10 @@ def shipped_models() -> tuple[str, ...]:
 
 
 def load_model(name_or_path: str | Path) -> Model:
-    """Read a model file.
+    """Read a model file: a path, or the name of a shipped model such as ``b777``.
 
-    Parameters
-    ----------
-    name_or_path : str or Path
-        A path, or the name of a shipped model such as ``b777``.
-
-    Raises
-    ------
-    FileProblemsError
-        If the file holds mistakes; all are named.
-    UnknownNameError
-        If there is neither such a file nor such a shipped model.
+    Raise FileProblemsError if the file holds mistakes; all are named. Raise UnknownNameError if
+    there is neither such a file nor such a shipped model.
     """
     path = SHIPPED_MODELS.find(name_or_path)
     model = read_toml(path, Model)

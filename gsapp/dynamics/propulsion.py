@@ -1,4 +1,4 @@
-"""Engines: thrust, the lag from lever to thrust, fan speed, fuel.
+"""Engines: thrust, the lag from lever to thrust (any first-order lag), fan speed, fuel.
 
 thrust = max_thrust * throttle * rho/rho0 * (1 - V/zero_thrust_speed) along x, shared equally
 among the engines; each acts at its own position. The equations get the throttle *as the engines
@@ -8,12 +8,16 @@ follow it*; `Engines` supplies it.
 from __future__ import annotations
 
 import math
+from itertools import accumulate
 from typing import NamedTuple
+
+import numpy as np
 
 from gsapp.aircraft import Aircraft
 from gsapp.dynamics.arithmetic import Value, array_namespace
 from gsapp.dynamics.atmosphere import SEA_LEVEL_DENSITY
 from gsapp.dynamics.settings import SIMULATION
+from gsapp.quantities import FloatArray
 
 
 def thrust(aircraft: Aircraft, throttle: Value, rho: Value, V: Value) -> Value:
@@ -53,20 +57,11 @@ class EngineState(NamedTuple):
     rpm_left: float
     rpm_right: float
     """Fan speed, rad/s."""
-    fuel_flow: float
-    """kg/s."""
+    fuel_flow: float  # kg/s.
 
 
 class Engines:
-    """The engines of one aircraft, stepped sample by sample.
-
-    Parameters
-    ----------
-    dt : float
-        Sample time, s.
-    throttle : float
-        At which they run at the start, settled.
-    """
+    """The engines of one aircraft, stepped every `dt` s; first settled at `throttle`."""
 
     def __init__(
         self, aircraft: Aircraft, dt: float, *, throttle: float = 0.0, running: bool = True
@@ -92,7 +87,6 @@ class Engines:
 
     @property
     def state(self) -> EngineState:
-        """Return what the engines do now."""
         left, right = self._left, self._right
         mean = 0.5 * (left + right)
         mass = self._aircraft.mass
@@ -106,3 +100,17 @@ class Engines:
             rpm_right=self._spin * float(fan_speed(self._aircraft, right)),
             fuel_flow=flow if self._running else 0.0,
         )
+
+
+def filter_first_order(inputs: FloatArray, decay: float, before: float) -> FloatArray:
+    """Return what follows inputs, shape (n,), that are held between the samples, with a lag.
+
+    ``(1 - decay) * input + decay * output before`` at every sample, with `before` one sample before
+    the first; `decay` is exp(-dt / tau), what is left of a step after one sample. Number by number:
+    a filter by SciPy would load a package that takes a third of a second, which a window waits for
+    before its charts stand.
+    """
+    steps = ((1.0 - decay) * inputs).tolist()
+    outputs = accumulate(steps, lambda output, step: step + decay * output, initial=before)
+    next(outputs)
+    return np.fromiter(outputs, np.float64, len(steps))

@@ -1,8 +1,8 @@
 """What instruments are exposed to where they sit: vanes, pitot, accelerometers (notes, section 7).
 
 Positions are from the center of gravity, body axes, m. The formulas take single numbers, arrays
-of shape (n,), and numbers with derivatives (`gsapp.dynamics.dual.Dual`) alike. `OutputModel` puts
-them behind a `FlightModel`: predicted measurements with their exact Jacobians.
+of shape (n,), and numbers with derivatives (`gsapp.dynamics.arithmetic.Dual`) alike.
+`OutputModel` puts them behind a `FlightModel`: predicted measurements with their exact Jacobians.
 
 An instrument that sits elsewhere than the aircraft file says, and two that are swapped, belong to
 the model behind an `OutputModel`. Lag, delay, scale and bias of an instrument are terms on the path
@@ -18,11 +18,11 @@ from typing import Any
 import numpy as np
 
 from gsapp.aircraft import Aircraft
-from gsapp.dynamics.arithmetic import Value, array_namespace, clip
-from gsapp.dynamics.dual import Dual
+from gsapp.dynamics.arithmetic import Dual, Value, array_namespace, clip
 from gsapp.dynamics.equations import POLAR_STATES, angular_accelerations
 from gsapp.dynamics.flight_model import MODEL_INPUTS, FlightModel, ModelEvaluation, ModelJacobian
 from gsapp.dynamics.settings import SIMULATION
+from gsapp.dynamics.terms import Values
 from gsapp.foundation import UnknownNameError
 from gsapp.quantities import FloatArray
 
@@ -41,14 +41,7 @@ _ACCELERATIONS = frozenset(("ax", "ay", "an"))
 def velocity_at(position: Vector, flow: Vector, rates: Vector) -> Vector:
     """Return the velocity through the air at a place on the aircraft.
 
-    Parameters
-    ----------
-    position : tuple
-        From the CG, m.
-    flow : tuple
-        u, v, w at the CG, m/s.
-    rates : tuple
-        p, q, r, rad/s.
+    The position is from the CG, m; `flow` is u, v, w there, m/s; `rates` p, q, r, rad/s.
     """
     x, y, z = position
     u, v, w = flow
@@ -85,14 +78,8 @@ def accelerations_at(
 ) -> Vector:
     """Return ax, ay, an (m/s^2; an positive up) as an accelerometer at a place reads them.
 
-    Parameters
-    ----------
-    position : tuple
-        From the CG, m.
-    specific_force : tuple
-        ax, ay, an at the CG, m/s^2.
-    rates, spin : tuple
-        p, q, r (rad/s) and their rates (rad/s^2).
+    The position is from the CG, m; `specific_force` is ax, ay, an there, m/s^2; `rates` and `spin`
+    p, q, r (rad/s) and their rates (rad/s^2).
     """
     x, y, z = position
     ax, ay, an = specific_force
@@ -148,7 +135,7 @@ def flow_at_cg(
     return speed, m.atan2(w, u), m.atan2(v, m.sqrt(u * u + w * w))
 
 
-def _spin(state: Sequence[Value], totals: ModelEvaluation) -> tuple[Value, Value, Value]:
+def _spin(state: Values, totals: ModelEvaluation) -> tuple[Value, Value, Value]:
     p, q, r = state[3:6]
     return angular_accelerations(p, q, r, *totals.loads[3:], totals.body)
 
@@ -156,16 +143,9 @@ def _spin(state: Sequence[Value], totals: ModelEvaluation) -> tuple[Value, Value
 class OutputModel:
     """Predicted measurements of a flight model, at the places of the instruments.
 
-    Parameters
-    ----------
-    channels : sequence of str
-        From `OUTPUTS`. V, qbar, alpha, beta, ax, ay, an are as their instruments show them where
-        they sit, relative to the CG with the model's offset; the rest belongs to the whole body.
-
-    Raises
-    ------
-    UnknownNameError
-        If a channel cannot be predicted.
+    Of the channels, from `OUTPUTS`, V, qbar, alpha, beta, ax, ay, an are as their instruments show
+    them where they sit, relative to the CG with the model's offset; the rest belongs to the whole
+    body. Raise UnknownNameError if a channel cannot be predicted.
     """
 
     def __init__(self, model: FlightModel, channels: Sequence[str]) -> None:
@@ -182,9 +162,9 @@ class OutputModel:
 
     def values(
         self,
-        state: Sequence[Value],
-        inputs: Sequence[Value],
-        parameters: Sequence[Value] | None = None,
+        state: Values,
+        inputs: Values,
+        parameters: Values | None = None,
     ) -> tuple[Value, ...]:
         """Return the channels in order; arguments as in `FlightModel.totals`."""
         totals = self.model.evaluate(state, inputs, parameters)
@@ -202,19 +182,16 @@ class OutputModel:
 
     def jacobian(
         self,
-        state: Sequence[Value],
-        inputs: Sequence[Value],
-        parameters: Sequence[Value] | None = None,
+        state: Values,
+        inputs: Values,
+        parameters: Values | None = None,
         *,
         free: Sequence[str] | None = None,
     ) -> tuple[FloatArray, FloatArray, ModelJacobian]:
         """Return values, total derivatives, and the differential of the equations.
 
-        Returns
-        -------
-        values : ndarray, shape (n, n_channels)
-        derivatives : ndarray, shape (n, n_channels, n_all)
-            By all states, then inputs, then the free parameters, as in `ModelJacobian`.
+        Shapes (n, n_channels) and (n, n_channels, n_all): by all states, then inputs, then the free
+        parameters, as in `ModelJacobian`.
         """
         differential = self.model.differentiate(state, inputs, parameters, free=free)
         count, n_states, n_all = differential.rates.shape

@@ -23,12 +23,15 @@ sits elsewhere than the aircraft file says, is an offset in the equations (targe
 The effects made of these terms are in `gsapp.dynamics.effects`.
 """
 
+# ruff: noqa: ARG002 - overridden methods, which use their arguments or not
+
 from __future__ import annotations
 
 import math
 from abc import abstractmethod
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Protocol
 
 import numpy as np
@@ -60,12 +63,15 @@ SWAPPABLE_PAIRS = (
 """Channels of one kind, whose plugs fit each other's sockets."""
 
 
+Sizes = tuple[float, ...]
+"""Parameters of a term, in its order."""
+
+
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class PathResponse:
     """A signal after its path."""
 
-    values: FloatArray
-    """Shape (n,)."""
+    values: FloatArray  # Shape (n,).
     parameters: FloatArray
     """Shape (n, n_parameters). Derivatives of the values by the term's parameters."""
     tangent: Callable[[FloatArray], FloatArray]
@@ -77,27 +83,23 @@ class PathResponse:
 class SignalTerm(Term):
     """Base of the terms on a signal's path."""
 
-    def begin(self, signal: float, dt: float, parameters: tuple[float, ...]) -> list[float]:
+    def begin(self, signal: float, dt: float, parameters: Sizes) -> list[float]:
         """Return the memory of a path on which the signal was constant so far."""
-        del dt, parameters
         return [signal]
 
     @abstractmethod
-    def step(
-        self, memory: list[float], signal: float, dt: float, parameters: tuple[float, ...]
-    ) -> float:
+    def step(self, memory: list[float], signal: float, dt: float, parameters: Sizes) -> float:
         """Take the signal's next sample, update the memory, return what comes out."""
 
     @abstractmethod
-    def respond(self, signal: FloatArray, dt: float, parameters: tuple[float, ...]) -> PathResponse:
+    def respond(self, signal: FloatArray, dt: float, parameters: Sizes) -> PathResponse:
         """Return the whole history after the path, shape (n,), sampled every `dt` s."""
 
-    def invert(self, signal: FloatArray, dt: float, parameters: tuple[float, ...]) -> PathResponse:
+    def invert(self, signal: FloatArray, dt: float, parameters: Sizes) -> PathResponse:
         """Return the history, shape (n,), that came out as `signal`.
 
         Where the path lost it (clipping, play), the signal stands for it.
         """
-        del dt
         return _identity_response(signal, len(parameters))
 
 
@@ -116,11 +118,9 @@ class SwappedChannels(Term):
     pair: tuple[str, str]
 
     def value(self, reads: Values, states: Values, parameters: Values) -> Value:
-        del states, parameters
         return reads[1]
 
     def jacobian(self, reads: Values, states: Values, parameters: Values) -> TermJacobian:
-        del reads, states, parameters
         return TermJacobian(reads=(0.0, 1.0))
 
 
@@ -128,14 +128,10 @@ class SwappedChannels(Term):
 class MemorylessTerm(SignalTerm):
     """Base of paths without memory."""
 
-    def step(
-        self, memory: list[float], signal: float, dt: float, parameters: tuple[float, ...]
-    ) -> float:
-        del memory, dt
+    def step(self, memory: list[float], signal: float, dt: float, parameters: Sizes) -> float:
         return float(self.value((signal,), (), parameters))
 
-    def respond(self, signal: FloatArray, dt: float, parameters: tuple[float, ...]) -> PathResponse:
-        del dt
+    def respond(self, signal: FloatArray, dt: float, parameters: Sizes) -> PathResponse:
         jacobian = self.jacobian((signal,), (), parameters)
         slope = np.broadcast_to(jacobian.reads[0], signal.shape)
         columns = [np.broadcast_to(column, signal.shape) for column in jacobian.parameters]
@@ -152,15 +148,12 @@ class ScaleFactor(MemorylessTerm):
     """Signal times a factor."""
 
     def value(self, reads: Values, states: Values, parameters: Values) -> Value:
-        del states
         return parameters[0] * reads[0]
 
     def jacobian(self, reads: Values, states: Values, parameters: Values) -> TermJacobian:
-        del states
         return TermJacobian(reads=(parameters[0],), parameters=(reads[0],))
 
-    def invert(self, signal: FloatArray, dt: float, parameters: tuple[float, ...]) -> PathResponse:
-        del dt
+    def invert(self, signal: FloatArray, dt: float, parameters: Sizes) -> PathResponse:
         (factor,) = parameters
         if factor == 0.0:
             return _identity_response(signal, 1)
@@ -177,15 +170,12 @@ class SignReversal(MemorylessTerm):
     """Signal with the wrong sign."""
 
     def value(self, reads: Values, states: Values, parameters: Values) -> Value:
-        del states, parameters
         return -reads[0]
 
     def jacobian(self, reads: Values, states: Values, parameters: Values) -> TermJacobian:
-        del reads, states, parameters
         return TermJacobian(reads=(-1.0,))
 
-    def invert(self, signal: FloatArray, dt: float, parameters: tuple[float, ...]) -> PathResponse:
-        del dt, parameters
+    def invert(self, signal: FloatArray, dt: float, parameters: Sizes) -> PathResponse:
         return PathResponse(
             values=-signal,
             parameters=np.empty((signal.size, 0)),
@@ -198,15 +188,12 @@ class Bias(MemorylessTerm):
     """Signal plus a constant."""
 
     def value(self, reads: Values, states: Values, parameters: Values) -> Value:
-        del states
         return reads[0] + parameters[0]
 
     def jacobian(self, reads: Values, states: Values, parameters: Values) -> TermJacobian:
-        del reads, states, parameters
         return TermJacobian(reads=(1.0,), parameters=(1.0,))
 
-    def invert(self, signal: FloatArray, dt: float, parameters: tuple[float, ...]) -> PathResponse:
-        del dt
+    def invert(self, signal: FloatArray, dt: float, parameters: Sizes) -> PathResponse:
         return PathResponse(
             values=signal - parameters[0],
             parameters=np.full((signal.size, 1), -1.0),
@@ -219,11 +206,9 @@ class Saturation(MemorylessTerm):
     """Signal that stops at plus and minus a limit."""
 
     def value(self, reads: Values, states: Values, parameters: Values) -> Value:
-        del states
         return clip(reads[0], -parameters[0], parameters[0])
 
     def jacobian(self, reads: Values, states: Values, parameters: Values) -> TermJacobian:
-        del states
         signal, limit = reads[0], parameters[0]
         above = where(signal > limit, 1.0, 0.0)
         below = where(signal < -limit, 1.0, 0.0)
@@ -231,19 +216,22 @@ class Saturation(MemorylessTerm):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Lag(SignalTerm):
-    """First-order lag."""
+class FollowingTerm(SignalTerm):
+    """Base of paths whose only state is what comes out, and follows the signal."""
 
     def value(self, reads: Values, states: Values, parameters: Values) -> Value:
-        del reads, parameters
         return states[0]
+
+    def steady_state(self, reads: Values, parameters: Values) -> tuple[Value, ...]:
+        return (reads[0],)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Lag(FollowingTerm):
+    """First-order lag."""
 
     def rates(self, reads: Values, states: Values, parameters: Values) -> tuple[Value, ...]:
         return ((reads[0] - states[0]) / _limit_time_constant(parameters[0]),)
-
-    def steady_state(self, reads: Values, parameters: Values) -> tuple[Value, ...]:
-        del parameters
-        return (reads[0],)
 
     def jacobian(self, reads: Values, states: Values, parameters: Values) -> TermJacobian:
         tau = _limit_time_constant(parameters[0])
@@ -259,19 +247,16 @@ class Lag(SignalTerm):
             rate_parameters=((by_tau,),),
         )
 
-    def begin(self, signal: float, dt: float, parameters: tuple[float, ...]) -> list[float]:
-        del dt, parameters
+    def begin(self, signal: float, dt: float, parameters: Sizes) -> list[float]:
         return [signal, signal]
 
-    def step(
-        self, memory: list[float], signal: float, dt: float, parameters: tuple[float, ...]
-    ) -> float:
+    def step(self, memory: list[float], signal: float, dt: float, parameters: Sizes) -> float:
         decay, old, new = lag_weights(parameters[0], dt)
         out = decay * memory[0] + old * memory[1] + new * signal
         memory[0], memory[1] = out, signal
         return out
 
-    def respond(self, signal: FloatArray, dt: float, parameters: tuple[float, ...]) -> PathResponse:
+    def respond(self, signal: FloatArray, dt: float, parameters: Sizes) -> PathResponse:
         tau = parameters[0]
         decay, _, _ = lag_weights(tau, dt)
 
@@ -295,7 +280,7 @@ class Lag(SignalTerm):
             by_tau = np.asarray(lfilter([1.0], [1.0, -decay], drive))
         return PathResponse(values=values, parameters=by_tau[:, None], tangent=run)
 
-    def invert(self, signal: FloatArray, dt: float, parameters: tuple[float, ...]) -> PathResponse:
+    def invert(self, signal: FloatArray, dt: float, parameters: Sizes) -> PathResponse:
         if signal.size < 2:
             return _identity_response(signal, 1)
         tau = parameters[0]
@@ -326,7 +311,6 @@ class Delay(SignalTerm):
         )
 
     def steady_state(self, reads: Values, parameters: Values) -> tuple[Value, ...]:
-        del parameters
         return (reads[0], 0.0 * reads[0])
 
     def jacobian(self, reads: Values, states: Values, parameters: Values) -> TermJacobian:
@@ -345,7 +329,7 @@ class Delay(SignalTerm):
             rate_parameters=((0.0,), (moves * by_delay,)),
         )
 
-    def begin(self, signal: float, dt: float, parameters: tuple[float, ...]) -> list[float]:
+    def begin(self, signal: float, dt: float, parameters: Sizes) -> list[float]:
         if parameters[0] < 0.0:
             raise FlightError(
                 f"the effect '{self.id}' has a delay of {parameters[0]:g} s, which must not be "
@@ -353,9 +337,7 @@ class Delay(SignalTerm):
             )
         return [signal] * (math.ceil(parameters[0] / dt) + 2)
 
-    def step(
-        self, memory: list[float], signal: float, dt: float, parameters: tuple[float, ...]
-    ) -> float:
+    def step(self, memory: list[float], signal: float, dt: float, parameters: Sizes) -> float:
         memory.insert(0, signal)
         memory.pop()
         place = parameters[0] / dt
@@ -363,10 +345,10 @@ class Delay(SignalTerm):
         part = place - index
         return (1.0 - part) * memory[index] + part * memory[index + 1]
 
-    def respond(self, signal: FloatArray, dt: float, parameters: tuple[float, ...]) -> PathResponse:
+    def respond(self, signal: FloatArray, dt: float, parameters: Sizes) -> PathResponse:
         return _shift(signal, parameters[0] / dt, dt)
 
-    def invert(self, signal: FloatArray, dt: float, parameters: tuple[float, ...]) -> PathResponse:
+    def invert(self, signal: FloatArray, dt: float, parameters: Sizes) -> PathResponse:
         found = _shift(signal, -parameters[0] / dt, dt)
         return PathResponse(
             values=found.values, parameters=-found.parameters, tangent=found.tangent
@@ -392,21 +374,13 @@ def _shift(signal: FloatArray, steps: float, dt: float) -> PathResponse:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class RateLimit(SignalTerm):
+class RateLimit(FollowingTerm):
     """Signal that follows no faster than a limit."""
-
-    def value(self, reads: Values, states: Values, parameters: Values) -> Value:
-        del reads, parameters
-        return states[0]
 
     def rates(self, reads: Values, states: Values, parameters: Values) -> tuple[Value, ...]:
         return (
             clip((reads[0] - states[0]) / SIMULATION.edge_rounding, -parameters[0], parameters[0]),
         )
-
-    def steady_state(self, reads: Values, parameters: Values) -> tuple[Value, ...]:
-        del parameters
-        return (reads[0],)
 
     def jacobian(self, reads: Values, states: Values, parameters: Values) -> TermJacobian:
         wanted = (reads[0] - states[0]) / SIMULATION.edge_rounding
@@ -422,14 +396,12 @@ class RateLimit(SignalTerm):
             rate_parameters=((above - below,),),
         )
 
-    def step(
-        self, memory: list[float], signal: float, dt: float, parameters: tuple[float, ...]
-    ) -> float:
+    def step(self, memory: list[float], signal: float, dt: float, parameters: Sizes) -> float:
         reach = parameters[0] * dt
         memory[0] += min(max(signal - memory[0], -reach), reach)
         return memory[0]
 
-    def respond(self, signal: FloatArray, dt: float, parameters: tuple[float, ...]) -> PathResponse:
+    def respond(self, signal: FloatArray, dt: float, parameters: Sizes) -> PathResponse:
         reach = parameters[0] * dt
         values = np.empty(signal.size)
         moved = np.zeros(signal.size)
@@ -452,21 +424,13 @@ class RateLimit(SignalTerm):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Backlash(SignalTerm):
+class Backlash(FollowingTerm):
     """Free play: what comes out moves only when the play is used up."""
-
-    def value(self, reads: Values, states: Values, parameters: Values) -> Value:
-        del reads, parameters
-        return states[0]
 
     def rates(self, reads: Values, states: Values, parameters: Values) -> tuple[Value, ...]:
         half = 0.5 * parameters[0]
         inside = clip(states[0], reads[0] - half, reads[0] + half)
         return ((inside - states[0]) / SIMULATION.edge_rounding,)
-
-    def steady_state(self, reads: Values, parameters: Values) -> tuple[Value, ...]:
-        del parameters
-        return (reads[0],)
 
     def jacobian(self, reads: Values, states: Values, parameters: Values) -> TermJacobian:
         half = 0.5 * parameters[0]
@@ -482,16 +446,12 @@ class Backlash(SignalTerm):
             rate_parameters=((0.5 * (pulled - pushed) / SIMULATION.edge_rounding,),),
         )
 
-    def step(
-        self, memory: list[float], signal: float, dt: float, parameters: tuple[float, ...]
-    ) -> float:
-        del dt
+    def step(self, memory: list[float], signal: float, dt: float, parameters: Sizes) -> float:
         half = 0.5 * parameters[0]
         memory[0] = min(max(memory[0], signal - half), signal + half)
         return memory[0]
 
-    def respond(self, signal: FloatArray, dt: float, parameters: tuple[float, ...]) -> PathResponse:
-        del dt
+    def respond(self, signal: FloatArray, dt: float, parameters: Sizes) -> PathResponse:
         half = 0.5 * parameters[0]
         values = np.empty(signal.size)
         side = np.zeros(signal.size)
@@ -555,13 +515,7 @@ PathTerms = tuple[tuple[SignalTerm, tuple[float, ...]], ...]
 
 
 class SignalPath:
-    """Terms one after another, running sample by sample.
-
-    Parameters
-    ----------
-    dt : float
-        Sample time, s.
-    """
+    """Terms one after another, running sample by sample, every `dt` s."""
 
     def __init__(self, terms: PathTerms, dt: float) -> None:
         self._terms = terms
@@ -585,8 +539,15 @@ class SignalPath:
 class SupportsRespond(Protocol):
     """What gives a whole history after one part of a path, as `SignalTerm.respond`."""
 
-    def respond(self, signal: FloatArray, dt: float, parameters: tuple[float, ...]) -> PathResponse:
-        """Return the history, shape (n,), sampled every `dt` s."""
+    def respond(self, signal: FloatArray, dt: float, parameters: Sizes) -> PathResponse: ...
+
+
+def _apply_all(
+    tangents: Sequence[Callable[[FloatArray], FloatArray]], change: FloatArray
+) -> FloatArray:
+    for tangent in tangents:
+        change = tangent(change)
+    return change
 
 
 def path_response(
@@ -605,12 +566,7 @@ def path_response(
         values = one.values
         tangents.append(one.tangent)
 
-    def through(change: FloatArray) -> FloatArray:
-        for tangent in tangents:
-            change = tangent(change)
-        return change
-
-    return PathResponse(values=values, parameters=columns, tangent=through)
+    return PathResponse(values=values, parameters=columns, tangent=partial(_apply_all, tangents))
 
 
 def invert_path(terms: PathTerms, signal: FloatArray, dt: float) -> PathResponse:
@@ -631,12 +587,7 @@ def invert_path(terms: PathTerms, signal: FloatArray, dt: float) -> PathResponse
         values = one.values
         tangents.append(one.tangent)
 
-    def through(change: FloatArray) -> FloatArray:
-        for tangent in tangents:
-            change = tangent(change)
-        return change
-
-    return PathResponse(values=values, parameters=columns, tangent=through)
+    return PathResponse(values=values, parameters=columns, tangent=partial(_apply_all, tangents))
 
 
 def channels_of_target(name: str) -> tuple[str, ...]:

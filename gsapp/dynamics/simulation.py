@@ -1,21 +1,16 @@
-"""Simulation in time: the whole aircraft step by step, and the bare equations open loop.
+"""Simulation in time: the whole aircraft, step by step.
 
 `Simulator` integrates the body-axis form with a quaternion and Runge-Kutta steps of fixed length
 in plain floats: over the ground, in wind and gusts, on its wheels, with fuel burning off. Servos,
 engines and gusts are stepped exactly once per sample and taken as straight lines in between.
-
-`simulate_open_loop` integrates the polar equations for given histories of the inputs: what
-estimators do.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Protocol
-
-import numpy as np
 
 from gsapp.aircraft import Aircraft
 from gsapp.dynamics.actuators import ControlPosition, create_actuators
@@ -29,7 +24,6 @@ from gsapp.dynamics.atmosphere import (
 )
 from gsapp.dynamics.buildup import LONGITUDINAL_COEFFICIENTS
 from gsapp.dynamics.equations import (
-    POLAR_STATES,
     Loads,
     Matrix,
     angular_accelerations,
@@ -40,15 +34,15 @@ from gsapp.dynamics.equations import (
     quaternion_from_euler,
     quaternion_rates,
 )
-from gsapp.dynamics.flight_model import MODEL_INPUTS, FlightModel, ModelEvaluation
+from gsapp.dynamics.flight_model import FlightModel, ModelEvaluation
 from gsapp.dynamics.model import Model
 from gsapp.dynamics.propulsion import Engines, EngineState
 from gsapp.dynamics.settings import SIMULATION
 from gsapp.dynamics.terms import Term, create_term
 from gsapp.foundation import FlightError
-from gsapp.quantities import FloatArray
 from gsapp.quantities.constants import GRAVITY
 
+Vector3 = tuple[float, float, float]
 _NO_LOADS = Loads(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 
@@ -61,17 +55,13 @@ class ControlCommands:
     dr: float = 0.0
     flap: float = 0.0
     """Deflections asked for, rad."""
-    throttle: float = 0.0
-    """Of both engines, 0 to 1."""
+    throttle: float = 0.0  # Of both engines, 0 to 1.
     throttle_left: float | None = None
     throttle_right: float | None = None
     """Of one engine, where they differ."""
-    steer: float = 0.0
-    """Nose wheel, -1 to 1, positive right."""
-    brake: float = 0.0
-    """0 to 1."""
-    engines: bool = True
-    """Whether the engines run."""
+    steer: float = 0.0  # Nose wheel, -1 to 1, positive right.
+    brake: float = 0.0  # 0 to 1.
+    engines: bool = True  # Whether the engines run.
 
 
 class GroundContact(Protocol):
@@ -80,8 +70,8 @@ class GroundContact(Protocol):
     def loads(
         self,
         down: float,
-        velocity: tuple[float, float, float],
-        rates: tuple[float, float, float],
+        velocity: Vector3,
+        rates: Vector3,
         matrix: Matrix,
         *,
         steer: float,
@@ -89,18 +79,10 @@ class GroundContact(Protocol):
     ) -> tuple[Loads, bool]:
         """Return the loads on the aircraft about its CG, and whether weight is on the wheels.
 
-        Parameters
-        ----------
-        down : float
-            Depth of the CG below the runway (negative above it), m.
-        velocity, rates : tuple of float
-            Over the ground along the body axes (m/s); p, q, r (rad/s).
-        matrix : tuple of float
-            Body to Earth, row by row.
-        steer, brake : float
-            As commanded.
+        `down` is the depth of the CG below the runway (negative above it), m; `velocity` is over
+        the ground along the body axes, m/s; `rates` p, q, r, rad/s; `matrix` body to Earth, row by
+        row; `steer` and `brake` as commanded.
         """
-        ...
 
 
 def stall_terms(aircraft: Aircraft, model: Model) -> tuple[Term, ...]:
@@ -121,33 +103,22 @@ def stall_terms(aircraft: Aircraft, model: Model) -> tuple[Term, ...]:
 class _Excitation:
     """What acts on the aircraft at one instant beside its own motion."""
 
-    surfaces: tuple[float, float, float, float]
+    surfaces: tuple[float, ...]
     throttle: float
     difference: float
-    gust: tuple[float, float, float]
+    gust: tuple[float, ...]
 
     def halfway(self, other: _Excitation) -> _Excitation:
         return _Excitation(
-            _mean4(self.surfaces, other.surfaces),
+            _mean(self.surfaces, other.surfaces),
             0.5 * (self.throttle + other.throttle),
             0.5 * (self.difference + other.difference),
-            (
-                0.5 * (self.gust[0] + other.gust[0]),
-                0.5 * (self.gust[1] + other.gust[1]),
-                0.5 * (self.gust[2] + other.gust[2]),
-            ),
+            _mean(self.gust, other.gust),
         )
 
 
-def _mean4(
-    one: tuple[float, float, float, float], two: tuple[float, float, float, float]
-) -> tuple[float, float, float, float]:
-    return (
-        0.5 * (one[0] + two[0]),
-        0.5 * (one[1] + two[1]),
-        0.5 * (one[2] + two[2]),
-        0.5 * (one[3] + two[3]),
-    )
+def _mean(one: tuple[float, ...], two: tuple[float, ...]) -> tuple[float, ...]:
+    return tuple([0.5 * (x + y) for x, y in zip(one, two, strict=True)])
 
 
 @dataclass(slots=True)
@@ -156,10 +127,10 @@ class _Instant:
 
     slope: list[float]
     totals: ModelEvaluation
-    air: tuple[float, float, float]
+    air: Vector3
     polar: tuple[float, ...]
     matrix: Matrix
-    force: tuple[float, float, float]
+    force: Vector3
     ground: Loads
     on_ground: bool
     scale: float
@@ -167,6 +138,9 @@ class _Instant:
 
 class Simulator:
     """One aircraft in the air or on the ground.
+
+    Call `start_in_air` or `start_on_ground`, then `step` for every sample and `sample` for the
+    truth at that instant.
 
     Parameters
     ----------
@@ -181,11 +155,6 @@ class Simulator:
         Whether it stalls beyond the linear range; within it, nothing changes.
     dt : float
         Step, s.
-
-    Notes
-    -----
-    Call `start_in_air` or `start_on_ground`, then `step` for every sample and `sample` for the
-    truth at that instant.
     """
 
     def __init__(
@@ -223,29 +192,18 @@ class Simulator:
         V: float,
         alpha: float = 0.0,
         beta: float = 0.0,
-        rates: tuple[float, float, float] = (0.0, 0.0, 0.0),
-        attitude: tuple[float, float, float] = (0.0, 0.0, 0.0),
+        rates: Vector3 = (0.0, 0.0, 0.0),
+        attitude: Vector3 = (0.0, 0.0, 0.0),
         height: float = 100.0,
         position: tuple[float, float] = (0.0, 0.0),
         commands: ControlCommands | None = None,
         fuel: float | None = None,
     ) -> None:
-        """Begin in flight, with servos and engines settled at `commands`.
+        """Begin in flight, with servos and engines settled at `commands`, all zero by default.
 
-        Parameters
-        ----------
-        V, alpha, beta : float
-            Relative to the air, m/s and rad.
-        rates, attitude : tuple of float
-            p, q, r (rad/s); phi, theta, psi (rad).
-        height : float
-            Of the CG above the runway, m.
-        position : tuple of float
-            North, east, m.
-        commands : ControlCommands, optional
-            Of surfaces and throttles; all at zero by default.
-        fuel : float, optional
-            On board, kg; the aircraft file's by default.
+        V, alpha, beta are relative to the air, m/s and rad; `rates` p, q, r, rad/s; `attitude` phi,
+        theta, psi, rad; `height` of the CG above the runway, `position` north and east, m; `fuel`
+        on board, kg, the aircraft file's by default.
         """
         quaternion = quaternion_from_euler(*(float(angle) for angle in attitude))
         u, v, w = (float(x) for x in body_from_polar(float(V), float(alpha), float(beta)))
@@ -268,10 +226,10 @@ class Simulator:
 
     def _begin(
         self,
-        velocity: tuple[float, float, float],
-        rates: tuple[float, float, float],
+        velocity: Vector3,
+        rates: Vector3,
         quaternion: tuple[float, float, float, float],
-        position: tuple[float, float, float],
+        position: Vector3,
         commands: ControlCommands | None,
         fuel: float | None,
     ) -> None:
@@ -300,10 +258,7 @@ class Simulator:
     def step(self, commands: ControlCommands) -> None:
         """Go on by one step under these commands.
 
-        Raises
-        ------
-        FlightError
-            If the motion has grown beyond all bounds.
+        Raise FlightError if the motion has grown beyond all bounds.
         """
         now = self._at_this_instant()
         dt, state = self.dt, self._state
@@ -340,21 +295,13 @@ class Simulator:
 
     def _move(self, commands: ControlCommands) -> dict[str, ControlPosition]:
         return {
-            "de": self._actuators["de"].step(commands.de),
-            "da": self._actuators["da"].step(commands.da),
-            "dr": self._actuators["dr"].step(commands.dr),
-            "flap": self._actuators["flap"].step(commands.flap),
+            name: actuator.step(getattr(commands, name))
+            for name, actuator in self._actuators.items()
         }
 
-    def _driven(self, gust: tuple[float, float, float]) -> _Excitation:
-        controls = self._controls
+    def _driven(self, gust: Vector3) -> _Excitation:
         return _Excitation(
-            (
-                controls["de"].surface,
-                controls["da"].surface,
-                controls["dr"].surface,
-                controls["flap"].surface,
-            ),
+            tuple(position.surface for position in self._controls.values()),
             self._engine.throttle,
             self._engine.difference,
             gust,
@@ -362,7 +309,6 @@ class Simulator:
 
     @property
     def mass(self) -> float:
-        """Return the mass now, kg."""
         return self.aircraft.mass.mass - self.aircraft.mass.fuel + self.fuel
 
     def _inputs(self, drive: _Excitation) -> tuple[float, ...]:
@@ -447,7 +393,6 @@ class Simulator:
 
     @property
     def on_ground(self) -> bool:
-        """Return whether weight is on the wheels."""
         return self._at_this_instant().on_ground
 
     def sample(self) -> dict[str, float]:
@@ -550,7 +495,7 @@ def _throttle_levers(commands: ControlCommands) -> tuple[float, float]:
     )
 
 
-def _to_body(matrix: Matrix, earth: tuple[float, float, float]) -> tuple[float, float, float]:
+def _to_body(matrix: Matrix, earth: Vector3) -> Vector3:
     north, east, down = earth
     return (
         matrix[0] * north + matrix[3] * east + matrix[6] * down,
@@ -571,7 +516,7 @@ def _fade_loads(loads: Loads, thrust: Value, scale: float) -> Loads:
     )
 
 
-def _air_acceleration(now: _Instant, state: Sequence[float]) -> tuple[float, float, float]:
+def _air_acceleration(now: _Instant, state: Sequence[float]) -> Vector3:
     """Return the rates of u, v, w relative to air that moves steadily."""
     u, v, w = now.air
     ground = state[:3]
@@ -582,151 +527,4 @@ def _air_acceleration(now: _Instant, state: Sequence[float]) -> tuple[float, flo
         now.slope[0] - (r * wind[1] - q * wind[2]),
         now.slope[1] - (p * wind[2] - r * wind[0]),
         now.slope[2] - (q * wind[0] - p * wind[1]),
-    )
-
-
-CommandSource = Callable[[Simulator], ControlCommands]
-"""Looks at the simulator before each step and gives commands."""
-
-
-def run_simulation(
-    simulator: Simulator,
-    commands: CommandSource | Mapping[str, FloatArray],
-    duration: float | None = None,
-) -> dict[str, FloatArray]:
-    """Simulate and return the truth: channel -> array of shape (n,), ``time`` among them.
-
-    Parameters
-    ----------
-    simulator : Simulator
-        Started. It stands at the last sample afterwards.
-    commands : callable or mapping
-        A pilot, or histories of the fields of `ControlCommands`, one value for each step; what a
-        mapping leaves out stays as the simulator was started with.
-    duration : float, optional
-        s; for histories, their length by default.
-    """
-    if callable(commands):
-        if duration is None:
-            raise FlightError("a simulation with a pilot needs a duration; give it in seconds")
-        count = round(duration / simulator.dt)
-        pilot = commands
-    else:
-        histories = {name: np.asarray(x, dtype=float).tolist() for name, x in commands.items()}
-        count = min(len(history) for history in histories.values())
-        if duration is not None:
-            count = min(count, round(duration / simulator.dt))
-        base = {name: getattr(simulator.commands, name) for name in ControlCommands.__slots__}
-        rows = iter(
-            [
-                ControlCommands(**{**base, **{name: h[k] for name, h in histories.items()}})
-                for k in range(count)
-            ]
-        )
-
-        def pilot(_: Simulator) -> ControlCommands:
-            return next(rows)
-
-    samples = [simulator.sample()]
-    for _ in range(count):
-        simulator.step(pilot(simulator))
-        samples.append(simulator.sample())
-    return {name: np.array([sample[name] for sample in samples]) for name in samples[0]}
-
-
-def simulate_open_loop(
-    model: FlightModel,
-    start: Sequence[float],
-    inputs: Mapping[str, FloatArray | float],
-    dt: float,
-    *,
-    parameters: Sequence[float] | None = None,
-) -> FloatArray:
-    """Integrate the polar equations for given histories of the inputs (RK4, plain floats).
-
-    Parameters
-    ----------
-    start : sequence of float
-        The nine polar states at the first sample; the terms' own states may follow, else they
-        start settled.
-    inputs : mapping of str to ndarray of shape (n,) or float
-        By the names in `MODEL_INPUTS`, straight lines between the samples. What is left out is
-        zero, `rho` that of sea level, `mass` the aircraft file's. `thrust` (N) may stand for
-        throttle where V is of no account; use `gsapp.dynamics.propulsion.throttle_for`.
-    dt : float
-        Sample time, s.
-    parameters : sequence of float, optional
-        In the order of ``model.parameter_names``.
-
-    Returns
-    -------
-    ndarray, shape (n, n_states)
-        In the order of ``model.state_names``; NaN from where the motion left all bounds.
-    """
-    rows = input_rows(model, inputs)
-    state = [float(x) for x in start]
-    if len(state) == len(POLAR_STATES):
-        state += [float(x) for x in model.steady_states(state, rows[0])]
-    values = model.defaults if parameters is None else tuple(float(x) for x in parameters)
-    out = np.full((len(rows), len(model.state_names)), np.nan)
-    out[0] = state
-    half, sixth = 0.5 * dt, dt / 6.0
-    rates = model.rates
-    try:
-        for index in range(1, len(rows)):
-            before, after = rows[index - 1], rows[index]
-            middle = tuple([0.5 * (x + y) for x, y in zip(before, after, strict=True)])
-            k1 = rates(state, before, values)
-            k2 = rates([x + half * k for x, k in zip(state, k1, strict=True)], middle, values)
-            k3 = rates([x + half * k for x, k in zip(state, k2, strict=True)], middle, values)
-            k4 = rates([x + dt * k for x, k in zip(state, k3, strict=True)], after, values)
-            state = [
-                float(x + sixth * (a + 2.0 * (b + c) + d))
-                for x, a, b, c, d in zip(state, k1, k2, k3, k4, strict=True)
-            ]
-            if not -1e3 < state[4] < 1e3:
-                break
-            out[index] = state
-    except (ArithmeticError, ValueError):
-        # Overflow, or the sine of infinity: the motion has left all bounds, and NaN says so.
-        pass
-    return out
-
-
-def input_rows(
-    model: FlightModel, inputs: Mapping[str, FloatArray | float]
-) -> list[tuple[float, ...]]:
-    """Return the inputs as one tuple for each sample, in the order of `MODEL_INPUTS`.
-
-    Raises
-    ------
-    FlightError
-        If a name is not an input, or the lengths differ.
-    """
-    columns = input_columns(model, inputs)
-    return list(zip(*(column.tolist() for column in columns), strict=True))
-
-
-def input_columns(
-    model: FlightModel, inputs: Mapping[str, FloatArray | float]
-) -> tuple[FloatArray, ...]:
-    """Return the inputs as arrays of equal length, in the order of `MODEL_INPUTS`."""
-    unknown = [name for name in inputs if name not in MODEL_INPUTS]
-    if unknown:
-        raise FlightError(
-            f"{', '.join(unknown)} is not an input of the equations; inputs are "
-            f"{', '.join(MODEL_INPUTS)}"
-        )
-    arrays = {name: np.atleast_1d(np.asarray(x, dtype=float)) for name, x in inputs.items()}
-    sizes = {array.size for array in arrays.values() if array.size > 1}
-    if len(sizes) > 1:
-        raise FlightError(
-            f"the input histories differ in length ({sorted(sizes)}); give one value per sample"
-        )
-    count = sizes.pop() if sizes else 1
-    defaults = dict.fromkeys(MODEL_INPUTS, 0.0)
-    defaults.update(rho=SEA_LEVEL_DENSITY, mass=model.aircraft.mass.mass)
-    return tuple(
-        np.array(np.broadcast_to(arrays.get(name, np.array(defaults[name])), (count,)))
-        for name in MODEL_INPUTS
     )

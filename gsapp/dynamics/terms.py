@@ -22,6 +22,8 @@ Targets
     ``sensor.<channel>``           the path of a measured signal, or of all those of a box
 """
 
+# ruff: noqa: ARG002 - overridden methods, which use their arguments or not
+
 from __future__ import annotations
 
 import importlib
@@ -92,23 +94,19 @@ TARGETS = (
 """What a term of the equations may add to."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True)
 class Parameter:
     """A number in a term that may be given, held, or estimated."""
 
-    name: str
-    """Unique within its term; derivatives keep their usual name (``Cm_alpha2``)."""
-    unit: str
-    """SI unit as text; empty for pure numbers."""
+    name: str  # Unique within its term; derivatives keep their usual name (``Cm_alpha2``).
+    unit: str  # SI unit as text; empty for pure numbers.
     default: float
     """A plausible size: what is taken where a file or command names the effect alone."""
-    bounds: tuple[float, float]
-    """Outside is not physical."""
+    bounds: tuple[float, float]  # Outside is not physical.
     description: str
     neutral: float = 0.0
     """The value at which the term does nothing."""
-    free: bool = True
-    """Whether estimation may move it. A reference speed is not free."""
+    free: bool = True  # Whether estimation may move it. A reference speed is not free.
 
 
 class TermJacobian(NamedTuple):
@@ -127,23 +125,17 @@ class TermJacobian(NamedTuple):
 class Term(ABC):
     """Base of all terms."""
 
-    id: str
-    """``group.target.kind``, such as ``aero.Cm.alpha2``."""
-    title: str
-    """In a field engineer's words."""
-    equation: str
-    """The physics, as text."""
-    target: str
-    """What it adds to."""
-    reads: tuple[str, ...]
-    """Names of the variables read."""
+    id: str  # ``group.target.kind``, such as ``aero.Cm.alpha2``.
+    title: str  # In a field engineer's words.
+    equation: str  # The physics, as text.
+    target: str  # What it adds to.
+    reads: tuple[str, ...]  # Names of the variables read.
     parameters: tuple[Parameter, ...] = ()
     states: tuple[str, ...] = ()
     """Names of its own states; empty for a static term."""
 
     @abstractmethod
-    def value(self, reads: Values, states: Values, parameters: Values) -> Value:
-        """Return what the term adds to its target."""
+    def value(self, reads: Values, states: Values, parameters: Values) -> Value: ...
 
     @abstractmethod
     def jacobian(self, reads: Values, states: Values, parameters: Values) -> TermJacobian:
@@ -151,12 +143,10 @@ class Term(ABC):
 
     def rates(self, reads: Values, states: Values, parameters: Values) -> tuple[Value, ...]:
         """Return the rates of the term's own states (none for a static term)."""
-        del reads, states, parameters
         return ()
 
     def steady_state(self, reads: Values, parameters: Values) -> tuple[Value, ...]:
         """Return the states at which their rates vanish for constant `reads`."""
-        del reads, parameters
         return ()
 
     @property
@@ -167,10 +157,7 @@ class Term(ABC):
     def values_for(self, given: Mapping[str, float]) -> tuple[float, ...]:
         """Return the parameters in order: those given, the defaults for the rest.
 
-        Raises
-        ------
-        UnknownNameError
-            If a name is not a parameter of this term.
+        Raise UnknownNameError if a name is not a parameter of this term.
         """
         known = self.defaults
         for name in given:
@@ -196,14 +183,12 @@ class LinearTerm(Term):
     """
 
     def value(self, reads: Values, states: Values, parameters: Values) -> Value:
-        del states
         total = parameters[0]
         for variable, parameter in zip(reads, parameters[1:], strict=True):
             total = total + variable * parameter
         return total
 
     def jacobian(self, reads: Values, states: Values, parameters: Values) -> TermJacobian:
-        del states
         return TermJacobian(reads=tuple(parameters[1:]), parameters=(1.0, *reads))
 
 
@@ -211,20 +196,16 @@ class LinearTerm(Term):
 class Monomial(Term):
     """One parameter times a product of whole powers of variables."""
 
-    powers: tuple[int, ...]
-    """One for each variable read, 1 or more."""
-    scale: float = 1.0
-    """A fixed factor, such as a length of the aircraft."""
+    powers: tuple[int, ...]  # One for each variable read, 1 or more.
+    scale: float = 1.0  # A fixed factor, such as a length of the aircraft.
 
     def value(self, reads: Values, states: Values, parameters: Values) -> Value:
-        del states
         total = self.scale * parameters[0]
         for variable, power in zip(reads, self.powers, strict=True):
             total = total * variable**power
         return total
 
     def jacobian(self, reads: Values, states: Values, parameters: Values) -> TermJacobian:
-        del states
         by_read = []
         for index, power in enumerate(self.powers):
             slope = self.scale * parameters[0] * power * reads[index] ** (power - 1)
@@ -248,39 +229,24 @@ against trusted values; a measurement on the ground settles it."""
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class EffectGuidance:
-    """What field experience and theory say of an effect beyond its formula.
-
-    Attributes
-    ----------
-    mistaken_for : tuple of str
-        Effects that look alike in ordinary maneuvers, most alike first.
-    separated_by : str
-        The maneuver or record that tells them apart.
-    effect_class : {"A", "B", "C"}
-    remedy : str
-        Class C: the measurement on the ground that settles it. Else empty.
-    needs : tuple of str
-        Channels that must be recorded (and, of inputs, must move) before it can be seen.
-    source : str
-    derivative : str
-        Of the linear build-up, if the effect is one of its derivatives: a baseline that has it
-        free leaves nothing to find.
-    variant_of : str
-        A plainer effect that this looks like in all but special maneuvers: the same physics in a
-        finer shape, or other physics of the same shape.
-    decoy : bool
-        Whether it stands for structure without a name: where it wins, nothing was explained.
-    """
+    """What field experience and theory say of an effect beyond its formula."""
 
     mistaken_for: tuple[str, ...]
-    separated_by: str
-    effect_class: EffectClass
-    remedy: str = ""
+    """Effects that look alike in ordinary maneuvers, most alike first."""
+    separated_by: str  # The maneuver or record that tells them apart.
+    effect_class: EffectClass = "A"
+    remedy: str = ""  # Class C: the measurement on the ground that settles it. Else empty.
     needs: tuple[str, ...] = ()
+    """Channels that must be recorded (and, of inputs, must move) before it can be seen."""
     source: str
     derivative: str = ""
+    """Of the linear build-up, if the effect is one of its derivatives: a baseline that has it free
+    leaves nothing to find."""
     variant_of: str = ""
+    """A plainer effect that this looks like in all but special maneuvers: the same physics in a
+    finer shape, or other physics of the same shape."""
     decoy: bool = False
+    """Whether it stands for structure without a name: where it wins, nothing was explained."""
 
 
 class EffectDefinition(NamedTuple):
@@ -305,10 +271,7 @@ _EFFECT_PACKAGE = "gsapp.dynamics.effects"
 def register_effect(effect_id: str, create: TermFactory, guidance: EffectGuidance) -> None:
     """Enter an effect under its id.
 
-    Raises
-    ------
-    ValueError
-        If the id is taken, or is not of the form ``group.target.kind``.
+    Raise ValueError if the id is taken, or is not of the form ``group.target.kind``.
     """
     if effect_id in _REGISTRY:
         raise ValueError(f"the effect '{effect_id}' is registered twice")
@@ -349,10 +312,7 @@ def effect_guidance(effect_id: str) -> EffectGuidance:
 def create_term(term_id: str, aircraft: Aircraft) -> Term:
     """Return the term with that id for an aircraft.
 
-    Raises
-    ------
-    UnknownNameError
-        If no effect has that id; the nearest are named.
+    Raise UnknownNameError if no effect has that id; the nearest are named.
     """
     known = _registered()
     found = known.get(term_id)

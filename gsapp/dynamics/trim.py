@@ -23,23 +23,17 @@ from gsapp.quantities.constants import DEGREE, GRAVITY
 class Trim:
     """A steady condition."""
 
-    state: tuple[float, ...]
-    """Polar states, then those of the terms, settled; psi = 0."""
-    inputs: tuple[float, ...]
-    """In the order of `gsapp.dynamics.flight_model.MODEL_INPUTS`."""
-    climb_angle: float
-    """rad."""
-    turn_rate: float
-    """psi', rad/s."""
+    state: tuple[float, ...]  # Polar states, then those of the terms, settled; psi = 0.
+    inputs: tuple[float, ...]  # In the order of `gsapp.dynamics.flight_model.MODEL_INPUTS`.
+    climb_angle: float  # rad.
+    turn_rate: float  # psi', rad/s.
 
     @property
     def polar(self) -> PolarState:
-        """Return the nine polar states by name."""
         return PolarState(*self.state[:9])
 
     @property
     def controls(self) -> dict[str, float]:
-        """Return the inputs by name."""
         return dict(zip(MODEL_INPUTS, self.inputs, strict=True))
 
 
@@ -55,23 +49,18 @@ def trim(
 ) -> Trim:
     """Return the controls and attitude of steady straight flight or of a coordinated turn.
 
+    Raise FlightError if the aircraft cannot fly so; the sentence names what is wrong.
+
     Parameters
     ----------
-    V : float
-        True airspeed, m/s.
-    climb_angle : float
-        rad.
+    V, climb_angle : float
+        True airspeed, m/s; rad.
     bank : float
         rad; zero is straight flight without sideslip (the wings may lean a little if the model
         is not symmetric), anything else a turn with the ball in the middle. Without a rudder
         (`has_rudder`) it flies with what sideslip there is.
     rho, mass, flap : float
         Air density (kg/m^3), mass (kg; the aircraft file's by default), flap (rad).
-
-    Raises
-    ------
-    FlightError
-        If the aircraft cannot fly so; the sentence names what is wrong.
     """
     problems = find_unflyable_reasons(model.aircraft, model.model)
     if problems:

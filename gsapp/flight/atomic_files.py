@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from gsapp.foundation import FlightError, files
-from gsapp.foundation.os_error_text import DISK_FULL_ERRNOS, format_os_error
+from gsapp.foundation.errors import DISK_FULL_ERRNOS, format_os_error
 
 
 @contextlib.contextmanager

@@ -20,9 +20,9 @@ from typing import TYPE_CHECKING, Any, Final
 from gsapp.flight.file_names import EVENTS_FILE
 from gsapp.flight.settings import FLIGHT_DATA
 from gsapp.foundation import FlightError
+from gsapp.foundation.errors import format_os_error
 from gsapp.foundation.file_lock import exclusive_lock
 from gsapp.foundation.files import flush_to_disk
-from gsapp.foundation.os_error_text import format_os_error
 
 if TYPE_CHECKING:
     from gsapp.decoding.decoder import Notice

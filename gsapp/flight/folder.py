@@ -50,8 +50,8 @@ from gsapp.flight.file_names import (
 )
 from gsapp.flight.info import FlightInfo, current_versions, local_timestamp
 from gsapp.foundation import FlightError, GroundStationError, read_toml
+from gsapp.foundation.errors import format_os_error
 from gsapp.foundation.files import is_system_file, list_files, list_names, path_lexists
-from gsapp.foundation.os_error_text import format_os_error
 from gsapp.foundation.toml import validate_content
 
 _FLIGHT_FILES = (

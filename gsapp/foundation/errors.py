@@ -6,9 +6,11 @@ an error is one sentence for the person at the screen: what, where, and what to 
 
 from __future__ import annotations
 
+import errno
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Final
 
 
 class GroundStationError(Exception):
@@ -42,12 +44,9 @@ class UnmappedError(FlightError):
 class FileProblem:
     """One mistake in a file."""
 
-    where: str
-    """Key path (``mass.ixx``), or ``line 12`` where it is a matter of syntax."""
-    what: str
-    """What is wrong, in words."""
-    remedy: str = ""
-    """What to write instead; empty where nothing can be proposed."""
+    where: str  # Key path (``mass.ixx``), or ``line 12`` where it is a matter of syntax.
+    what: str  # What is wrong, in words.
+    remedy: str = ""  # What to write instead; empty where nothing can be proposed.
 
     @classmethod
     def from_error(cls, where: str, error: Exception) -> FileProblem:
@@ -61,13 +60,7 @@ class FileProblem:
 
 
 class FileProblemsError(GroundStationError, ValueError):
-    """A file holds one or more mistakes, all of them named.
-
-    Parameters
-    ----------
-    problems : sequence of FileProblem
-        Every mistake found, in the order of the file.
-    """
+    """A file holds one or more mistakes, all of them named, in the order of the file."""
 
     def __init__(self, path: Path | str, problems: Sequence[FileProblem]) -> None:
         self.path = Path(path)
@@ -75,3 +68,35 @@ class FileProblemsError(GroundStationError, ValueError):
         count = "1 problem" if len(problems) == 1 else f"{len(problems)} problems"
         lines = "\n".join(f"  {problem}" for problem in problems)
         super().__init__(f"{path}: {count}\n{lines}")
+
+
+DISK_FULL_ERRNOS: Final = frozenset({errno.ENOSPC, getattr(errno, "EDQUOT", errno.ENOSPC)})
+"""What a system says where the disk is full, or the share of it that a user may have."""
+
+_REMEDIES = {
+    **dict.fromkeys(DISK_FULL_ERRNOS, "free disk space"),
+    errno.EFBIG: "choose a disk that allows files of that size",
+    errno.EROFS: "choose a folder with write permission",
+    errno.ENAMETOOLONG: "choose a shorter name",
+    errno.ENOENT: "check the path",
+    errno.ENOTDIR: "check the path: part of it is a file",
+    errno.EISDIR: "name a file, not a folder",
+}
+
+
+def os_error_remedy(error: OSError, otherwise: str = "check the path and the permissions") -> str:
+    """Return what to do about an error of the system: the end of a sentence, without a period.
+
+    `otherwise` is what to do where the error does not tell, as where the permissions are missing.
+    """
+    return _REMEDIES.get(error.errno or 0, otherwise)
+
+
+def format_os_error(what: object, error: OSError, otherwise: str, *, verb: str = "written") -> str:
+    """Return the sentence for a file or folder that could not be written.
+
+    `what` is a path, or words that end in one, and `verb` what could not be done with it;
+    `otherwise` as for `os_error_remedy`.
+    """
+    said = error.strerror or str(error)
+    return f"{what} cannot be {verb} ({said}); {os_error_remedy(error, otherwise)}"

@@ -31,10 +31,7 @@ _PATIENCE = 10.0
 class FileLock:
     """Hold a lock on a file; the file tells the process id of the holder.
 
-    Parameters
-    ----------
-    path : Path
-        The lock file. It stays when the lock is released: removing it would let two in.
+    It stays when the lock is released: removing it would let two in.
     """
 
     def __init__(self, path: Path) -> None:
@@ -44,17 +41,8 @@ class FileLock:
     def acquire(self, patience: float = 1.0) -> bool:
         """Take the lock; return False where another process holds it.
 
-        Parameters
-        ----------
-        patience : float
-            Seconds to try: somebody may be looking whether it is held.
-
-        Raises
-        ------
-        OSError
-            If the file cannot be written.
-        FlightError
-            If it lies where there are no locks.
+        It is tried for some seconds: somebody may be looking whether it is held. Raise OSError if
+        the file cannot be written, FlightError if it lies where there are no locks.
         """
         descriptor = os.open(self.path, os.O_RDWR | os.O_CREAT, 0o644)
         try:
@@ -84,7 +72,6 @@ class FileLock:
             time.sleep(0.02)
 
     def release(self) -> None:
-        """Give the lock back. May be called twice."""
         if self._descriptor >= 0:
             _unlock(self._descriptor)
             os.close(self._descriptor)

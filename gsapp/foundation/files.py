@@ -1,4 +1,4 @@
-"""Writing files so that a reader never meets half of one, and what of a folder is ours."""
+"""Writing files so that a reader never meets half of one, and which files of a folder are ours."""
 
 from __future__ import annotations
 
@@ -12,9 +12,11 @@ import sys
 import tempfile
 import time
 from collections.abc import Iterator
+from dataclasses import dataclass
 from pathlib import Path
 
-from gsapp.foundation.errors import GroundStationError
+from gsapp.foundation.errors import GroundStationError, UnknownNameError
+from gsapp.foundation.name_suggestions import did_you_mean
 
 _FULL_FSYNC: int | None = None
 if sys.platform != "win32":
@@ -43,10 +45,7 @@ def is_system_file(path: Path | str) -> bool:
 def path_lexists(path: Path | str) -> bool:
     """Return whether anything stands there, be it a link to nothing.
 
-    Raises
-    ------
-    OSError
-        If that cannot be told.
+    Raise OSError if that cannot be told.
     """
     try:
         os.lstat(path)
@@ -71,10 +70,7 @@ def file_stamp(path: Path) -> FileStamp | None:
 def list_names(folder: Path) -> list[str]:
     """Return the names of all that a folder holds.
 
-    Raises
-    ------
-    GroundStationError
-        If it is missing, no folder, or may not be read.
+    Raise GroundStationError if it is missing, no folder, or may not be read.
     """
     try:
         return [path.name for path in folder.iterdir()]
@@ -91,11 +87,9 @@ def list_names(folder: Path) -> list[str]:
 def list_files(folder: Path, pattern: str = "*") -> tuple[Path, ...]:
     """Return what a folder holds of a pattern, by name, without litter; nothing if it is missing.
 
-    Raises
-    ------
-    GroundStationError
-        If something stands there whose content cannot be told: what is kept in it would silently
-        be replaced by what counts without it. A pipe or a device is no file: its reader would wait.
+    Raise GroundStationError if something stands there whose content cannot be told: what is kept in
+    it would silently be replaced by what counts without it. A pipe or a device is no file: its
+    reader would wait.
     """
     with contextlib.suppress(OSError):  # which is told below
         if not path_lexists(folder):
@@ -112,17 +106,8 @@ def flush_to_disk(descriptor: int) -> None:
     """See what was written to an open file onto the disk itself, so that no power cut takes it.
 
     On macOS `os.fsync` leaves it in the memory of the drive; what empties that may take a tenth of
-    a second. File systems that do not know of it get the usual flush.
-
-    Parameters
-    ----------
-    descriptor : int
-        Of the file.
-
-    Raises
-    ------
-    OSError
-        If the disk refuses.
+    a second. File systems that do not know of it get the usual flush. Raise OSError if the disk
+    refuses.
     """
     if sys.platform != "win32" and _FULL_FSYNC is not None:
         try:
@@ -136,26 +121,13 @@ def flush_to_disk(descriptor: int) -> None:
 
 @contextlib.contextmanager
 def atomic_write(path: Path | str) -> Iterator[Path]:
-    """Give a temporary file to write to; if all goes well, flush it to disk and rename it.
+    """Give a temporary file in the same folder; if all goes well, flush it to disk and rename it.
 
     For what is too long for memory, or written by a library that wants a file; otherwise see
-    `write_atomically`. A link stays, and what it leads to is replaced. A pipe or a device, such as
-    ``/dev/stdout``, takes the content as it is: nothing else may take its place.
-
-    Parameters
-    ----------
-    path : Path or str
-        Where the file shall stand. Missing parent folders are made.
-
-    Yields
-    ------
-    Path
-        An empty file in the same folder.
-
-    Raises
-    ------
-    OSError
-        If the disk refuses. The former file then still stands, unchanged.
+    `write_atomically`. Missing parent folders are made. A link stays, and what it leads to is
+    replaced. A pipe or a device, such as ``/dev/stdout``, takes the content as it is: nothing else
+    may take its place. Raise OSError if the disk refuses; the former file then still stands,
+    unchanged.
     """
     named = Path(path)
     with _name_error_target(named):
@@ -228,23 +200,9 @@ def _commit_file(temporary: Path, target: Path) -> Iterator[Path]:
 def create_sibling_folder(target: Path | str) -> Path:
     """Make an empty folder beside a path, to be filled and put in its place by `move_into_place`.
 
-    Whoever may read what is made there may read it. A folder of `tempfile` is its maker's alone,
-    and stays so under Windows, where no mode opens it.
-
-    Parameters
-    ----------
-    target : Path or str
-        Where the folder shall stand in the end; its parent exists.
-
-    Returns
-    -------
-    Path
-        The new folder, whose name begins with a dot.
-
-    Raises
-    ------
-    OSError
-        If the disk refuses.
+    Its name begins with a dot. Whoever may read what is made there may read it. A folder of
+    `tempfile` is its maker's alone, and stays so under Windows, where no mode opens it. Raise
+    OSError if the disk refuses.
     """
     place = Path(target)
     while True:
@@ -258,21 +216,8 @@ def create_sibling_folder(target: Path | str) -> Path:
 def atomic_folder(target: Path | str) -> Iterator[Path]:
     """Give a folder to fill, and put it in place as a whole if all goes well.
 
-    Parameters
-    ----------
-    target : Path or str
-        Where the folder shall stand. One that is empty but for litter may be there already;
-        missing parents are made.
-
-    Yields
-    ------
-    Path
-        An empty folder beside it; see `create_sibling_folder`.
-
-    Raises
-    ------
-    OSError
-        If the disk refuses, or something else stands there. Nothing is left behind.
+    One that is empty but for litter may be there already; missing parents are made. Raise OSError
+    if the disk refuses, or something else stands there. Nothing is left behind.
     """
     place = Path(target)
     place.parent.mkdir(parents=True, exist_ok=True)
@@ -289,22 +234,10 @@ def atomic_folder(target: Path | str) -> Iterator[Path]:
 
 
 def move_into_place(temporary: Path, target: Path, patience: float = _PATIENCE) -> None:
-    """Rename, on Windows again and again for a while.
+    """Rename, on Windows again and again for `patience` seconds; raise OSError if the disk refuses.
 
     There neither a file that anyone has open just now, be it the scanner for viruses, can be
-    replaced, nor a folder renamed that holds one.
-
-    Parameters
-    ----------
-    target : Path
-        What it is called from now on; a file is replaced, a folder must not be there.
-    patience : float
-        Seconds to try on Windows.
-
-    Raises
-    ------
-    OSError
-        If the disk refuses.
+    replaced, nor a folder renamed that holds one. A file is replaced, a folder must not be there.
     """
     deadline = time.monotonic() + patience
     while True:
@@ -321,18 +254,37 @@ def move_into_place(temporary: Path, target: Path, patience: float = _PATIENCE) 
 def write_atomically(path: Path | str, content: bytes | str) -> Path:
     """Write a whole file under a temporary name, flush it to disk, and rename it into place.
 
-    Parameters
-    ----------
-    path : Path or str
-        Where the file shall stand. Missing parent folders are made.
-    content : bytes or str
-        The whole content; text is written as UTF-8 with line feeds.
-
-    Raises
-    ------
-    OSError
-        If the disk refuses. The former file then still stands, unchanged.
+    Missing parent folders are made; text is written as UTF-8 with line feeds. Raise OSError if the
+    disk refuses; the former file then still stands, unchanged.
     """
     with atomic_write(path) as temporary:
         temporary.write_bytes(content.encode("utf-8") if isinstance(content, str) else content)
     return Path(path)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ShippedFiles:
+    """A folder of TOML files that can be named without path or ending."""
+
+    folder: Path  # Where they lie.
+    kind: str  # What they are, in words.
+
+    def names(self) -> tuple[str, ...]:
+        return tuple(path.stem for path in list_files(self.folder, "*.toml"))
+
+    def find(self, name_or_path: str | Path) -> Path:
+        """Return the path for a path or a name; a file on disk goes before a name.
+
+        Raise UnknownNameError if there is neither; near names are proposed.
+        """
+        path = Path(name_or_path)
+        if path.is_file():
+            return path
+        text = str(name_or_path)
+        if text in self.names():
+            return self.folder / f"{text}.toml"
+        hint = did_you_mean(text, self.names(), most=1)
+        raise UnknownNameError(
+            f"there is no {self.kind} file '{text}', and no shipped one has that name; "
+            f"{hint + ' ' if hint else ''}shipped are: {', '.join(self.names())}"
+        )

@@ -19,16 +19,7 @@ def format_names(names: Sequence[str], most: int) -> str:
 
 
 def did_you_mean(name: str, known: Iterable[str], otherwise: str = "", *, most: int = 3) -> str:
-    """Return the question for the nearest names, or other words where none is near.
-
-    Parameters
-    ----------
-    known : iterable of str
-        What it could have been.
-    otherwise : str
-        The remedy where no name is near.
-    most : int
-        How many are named, the nearest first.
+    """Return the question for the nearest names, `most` at most, or other words where none is near.
 
     Examples
     --------
@@ -46,10 +37,7 @@ def close_matches(
 ) -> list[str]:
     """Return the names that are most like one that was typed, in whatever case; the best first.
 
-    Parameters
-    ----------
-    cutoff : float
-        How like, from 0 to 1; see `difflib.get_close_matches`.
+    For `cutoff`, how like, from 0 to 1, see `difflib.get_close_matches`.
     """
     of_plain: dict[str, list[str]] = {}
     for one in known:

@@ -19,15 +19,7 @@ from gsapp.foundation.toml import StrictModel
 
 
 class SettingError(FlightError):
-    """A setting has a value that it cannot have.
-
-    Parameters
-    ----------
-    field : str
-        Name of the setting.
-    words : str
-        What is wrong, and the remedy.
-    """
+    """A setting has a value that it cannot have; words say what is wrong, and the remedy."""
 
     def __init__(self, field: str, words: str) -> None:
         super().__init__(words)
@@ -36,29 +28,14 @@ class SettingError(FlightError):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SettingInfo:
-    """How a setting appears to the user, beside its title and help.
+    """How a setting appears to the user, beside its title and help."""
 
-    Attributes
-    ----------
-    option : str
-        On the command line; empty for none.
-    metavar : str
-        Of its value there.
-    is_repeatable : bool
-        Whether the option may be given several times.
-    choices : tuple of (str, str)
-        Values and their titles.
-    unit : str
-    default_text : str
-        What the default means.
-    """
-
-    option: str = ""
-    metavar: str = ""
-    is_repeatable: bool = False
-    choices: tuple[tuple[str, str], ...] = ()
+    option: str = ""  # On the command line; empty for none.
+    metavar: str = ""  # Of its value there.
+    is_repeatable: bool = False  # Whether the option may be given several times.
+    choices: tuple[tuple[str, str], ...] = ()  # Values and their titles.
     unit: str = ""
-    default_text: str = "none"
+    default_text: str = "none"  # What the default means.
 
 
 def setting_info(field: FieldInfo) -> SettingInfo:
@@ -159,7 +136,6 @@ class SettingsModel(StrictModel):
 
     @classmethod
     def title_of(cls, name: str) -> str:
-        """Return the title of a setting."""
         return str(cls.model_fields[name].title)
 
     @classmethod
@@ -168,7 +144,6 @@ class SettingsModel(StrictModel):
         return str(cls.model_fields[name].description)
 
     def with_changes(self, **changes: Any) -> Self:
-        """Return settings with other values."""
         return type(self)(**{**dict(self), **changes})
 
 

@@ -33,23 +33,9 @@ class StrictModel(BaseModel):
 def read_toml(path: Path | str, model: type[Model], *, distinct: str = "") -> Model:
     """Read a TOML file into a model.
 
-    Parameters
-    ----------
-    model : type of BaseModel
-        What it should hold.
-    distinct : str
-        Key of a list of tables, each of which must have an ``id`` of its own.
-
-    Returns
-    -------
-    BaseModel
-        An instance of `model`.
-
-    Raises
-    ------
-    FileProblemsError
-        If the file cannot be read, is not TOML (with line and column), or does not fit the
-        model; every mistake is listed with key path and remedy.
+    Each table of the list `distinct` must have an ``id`` of its own. Raise FileProblemsError if the
+    file cannot be read, is not TOML (with line and column), or does not fit the model; every
+    mistake is listed with key path and remedy.
     """
     content = _read_table(path)
     twice = _duplicate_id_problems(content, distinct)

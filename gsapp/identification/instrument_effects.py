@@ -14,10 +14,10 @@ from dataclasses import replace
 import numpy as np
 
 from gsapp.aircraft import Aircraft
+from gsapp.dynamics.actuators import simulate_control_path
 from gsapp.dynamics.atmosphere import SEA_LEVEL_DENSITY
 from gsapp.dynamics.flight_model import FlightModel
 from gsapp.dynamics.model import Model
-from gsapp.dynamics.recorded_controls import simulate_control_path
 from gsapp.dynamics.signal_terms import (
     SURFACE_CHANNELS,
     PathResponse,

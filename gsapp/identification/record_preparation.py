@@ -25,8 +25,7 @@ from scipy.interpolate import CubicSpline
 
 from gsapp.aircraft import Aircraft, Control
 from gsapp.decoding.air_data import density, dynamic_pressure, standard_density, true_airspeed
-from gsapp.dynamics.actuators import control_paths
-from gsapp.dynamics.recorded_controls import simulate_control_path
+from gsapp.dynamics.actuators import control_paths, simulate_control_path
 from gsapp.flight.info import Weather
 from gsapp.flight.maneuvers.signals import SURFACES
 from gsapp.flight.uniform_grid import median_step

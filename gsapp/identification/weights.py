@@ -11,8 +11,8 @@ from pydantic import Field, field_validator
 
 from gsapp.dynamics.sensors import OUTPUTS
 from gsapp.foundation import StrictModel, read_toml
+from gsapp.foundation.files import ShippedFiles
 from gsapp.foundation.name_suggestions import did_you_mean
-from gsapp.foundation.shipped_files import ShippedFiles
 from gsapp.quantities import channel, normalize_unit, to_si
 
 SHIPPED_WEIGHTS = ShippedFiles(folder=Path(__file__).parent / "weights", kind="weights")

@@ -15,6 +15,8 @@ from gsapp.quantities.channels import (
 from gsapp.quantities.notation import (
     TRACE_COLORS,
     clock_text,
+    convert_text_units,
+    convert_value_and_std,
     symbol_markup,
     symbol_parts,
     symbol_text,
@@ -22,7 +24,6 @@ from gsapp.quantities.notation import (
     typeset,
     unit_text,
 )
-from gsapp.quantities.text_units import convert_text_units, convert_value_and_std
 from gsapp.quantities.units import (
     QUANTITIES,
     Quantity,

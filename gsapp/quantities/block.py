@@ -20,18 +20,12 @@ BoolArray = npt.NDArray[np.bool_]
 class Block:
     """Samples of several channels at common times.
 
-    Raises
-    ------
-    ValueError
-        If the shapes do not fit, or a channel is listed twice.
-    UnknownNameError
-        If a channel is not in the vocabulary.
+    Raise ValueError if the shapes do not fit, or a channel is listed twice. Raise UnknownNameError
+    if a channel is not in the vocabulary.
     """
 
-    channels: tuple[str, ...]
-    """Channel ids, each in the vocabulary."""
-    times: FloatArray
-    """Shape (n,). Flight time in s, increasing."""
+    channels: tuple[str, ...]  # Channel ids, each in the vocabulary.
+    times: FloatArray  # Shape (n,). Flight time in s, increasing.
     values: FloatArray
     """Shape (n, n_channels). SI units, radians; NaN where missing. Both arrays are float64 and
     read-only."""
@@ -86,7 +80,6 @@ class Block:
             raise UnknownNameError(f"this flight has no channel '{channel_id}'; {hint}") from None
 
     def select(self, channel_ids: Sequence[str]) -> Block:
-        """Return a block of these channels, in this order."""
         columns = [self[channel_id] for channel_id in channel_ids]
         values = np.column_stack(columns) if columns else np.empty((len(self), 0))
         return Block(channels=tuple(channel_ids), times=self.times, values=values)

@@ -21,10 +21,8 @@ from gsapp.quantities.constants import DEGREE, FOOT, GRAVITY
 class ChannelSpec:
     """What a channel means and how it is shown."""
 
-    id: str
-    """Name in files and in code. A redundant sensor of ``q`` is ``q.2``."""
-    symbol: str
-    """As shown beside a chart."""
+    id: str  # Name in files and in code. A redundant sensor of ``q`` is ``q.2``.
+    symbol: str  # As shown beside a chart.
     title: str
     quantity: str
     """Key in `gsapp.quantities.units.QUANTITIES`: SI unit and allowed units."""
@@ -33,25 +31,19 @@ class ChannelSpec:
     """Unit on screen when the user chose SI or US customary units."""
     limits: tuple[float, float]
     """Lowest and highest plausible value, SI. Outside is an instrument at fault."""
-    precision: float
-    """The smallest difference that the sensor earns, in SI; sets the digits shown."""
-    group: str
-    """Which charts it is listed with."""
-    description: str
-    """What it is and what a positive value means."""
+    precision: float  # The smallest difference that the sensor earns, in SI; sets the digits shown.
+    group: str  # Which charts it is listed with.
+    description: str  # What it is and what a positive value means.
 
     @property
     def unit(self) -> str:
-        """Return the SI unit held inside."""
         return units.quantity(self.quantity).si
 
     @property
     def allowed_units(self) -> tuple[str, ...]:
-        """Return the units in which files may give the channel."""
         return units.quantity(self.quantity).units
 
     def display_unit(self, system: str) -> str:
-        """Return the unit on screen for the system ``"SI"`` or ``"US"``."""
         return self.si_display if system == "SI" else self.us_display
 
     def decimals(self, unit: str) -> int:
@@ -241,10 +233,7 @@ def base_id(channel_id: str) -> str:
 def channel(channel_id: str) -> ChannelSpec:
     """Return the spec of a channel, redundant ones included.
 
-    Raises
-    ------
-    UnknownNameError
-        If the vocabulary has no such id; the nearest known ids are named.
+    Raise UnknownNameError if the vocabulary has no such id; the nearest known ids are named.
     """
     base = base_id(channel_id)
     spec = CHANNELS.get(base)

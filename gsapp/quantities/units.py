@@ -7,6 +7,7 @@ degrees to percent: here ``g`` is 9.80665 m/s^2, and a unit converts within its 
 
 from __future__ import annotations
 
+import math
 import re
 from dataclasses import dataclass
 from functools import cache
@@ -84,14 +85,11 @@ Values = TypeVar("Values", float, npt.NDArray[np.float64])
 class Quantity:
     """A physical quantity and the units it may be written in."""
 
-    name: str
-    """In words, as used in messages."""
-    units: tuple[str, ...]
-    """Allowed units; the first is the SI unit used inside."""
+    name: str  # In words, as used in messages.
+    units: tuple[str, ...]  # Allowed units; the first is the SI unit used inside.
 
     @property
     def si(self) -> str:
-        """Return the unit used inside the program."""
         return self.units[0]
 
 
@@ -201,19 +199,10 @@ def quantity(key: str) -> Quantity:
 
 
 def normalize_unit(text: str, key: str) -> str:
-    """Return the listed spelling of a unit.
+    """Return the listed spelling of a unit that must express a quantity, by its key.
 
-    Parameters
-    ----------
-    text : str
-        As found in a file: blanks, ``**``, a middle dot and superscripts are understood.
-    key : str
-        Key of the quantity that the unit must express.
-
-    Raises
-    ------
-    UnitError
-        If the unit is unknown or does not express that quantity.
+    Blanks, ``**``, a middle dot and superscripts are understood. Raise UnitError if the unit is
+    unknown or does not express that quantity.
     """
     allowed = quantity(key).units
     plain = re.sub(r"\s+", "", text).replace("**", "^").replace("²", "^2").replace("³", "^3")
@@ -250,24 +239,9 @@ def _linear(unit: str, key: str) -> tuple[float, float]:
 
 
 def to_si(values: Values, unit: str, key: str) -> Values:
-    """Convert from a unit to SI.
+    """Convert from one of the units of a quantity to its SI unit; NaN stays NaN.
 
-    Parameters
-    ----------
-    values : float or ndarray, any shape
-        In `unit`; NaN stays NaN.
-    unit : str
-        One of the quantity's allowed units.
-
-    Returns
-    -------
-    float or ndarray
-        In the SI unit of the quantity, as float64.
-
-    Raises
-    ------
-    UnitError
-        If the unit does not express the quantity.
+    Raise UnitError if the unit does not express the quantity.
     """
     unit = normalize_unit(unit, key)
     if unit == quantity(key).si:
@@ -288,15 +262,8 @@ def from_si(values: Values, unit: str, key: str) -> Values:
 def parse_quantity(text: str | float, key: str) -> float:
     """Read a value with its unit, such as ``"11.33 ft^2"``, into SI.
 
-    Parameters
-    ----------
-    text : str or number
-        A bare number is taken only for quantities without a unit.
-
-    Raises
-    ------
-    UnitError
-        If there is no number, no unit where one is needed, or a unit of another quantity.
+    A bare number is taken only for quantities without a unit. Raise UnitError if there is no
+    number, no unit where one is needed, or a unit of another quantity.
     """
     known = quantity(key)
     example = f'write for example "1.0 {known.units[-1]}"'
@@ -312,3 +279,16 @@ def parse_quantity(text: str | float, key: str) -> float:
     if not match.group(2).strip() and "" not in known.units:
         raise UnitError(f"'{text.strip()}' has no unit; {example}")
     return to_si(float(match.group(1)), match.group(2), key)
+
+
+def parse_finite_number(text: str) -> float | None:
+    """Return the number that a text is; NaN for an empty one, None for what is no finite number.
+
+    `float` also takes ``1_000``, and digits of other scripts: neither is meant, and what stands
+    for them is damaged.
+    """
+    try:
+        value = float(text)
+    except ValueError:
+        return None if text and not text.isspace() else math.nan
+    return None if math.isinf(value) or "_" in text or not text.isascii() else value

@@ -20,7 +20,7 @@ from calibration.settings import FIT_ORDER_TITLES
 from gsapp.flight.info import current_versions
 from gsapp.flight.provenance import hash_input_file
 from gsapp.foundation import GroundStationError, write_atomically
-from gsapp.foundation.os_error_text import format_os_error
+from gsapp.foundation.errors import format_os_error
 from gsapp.quantities import channel, from_si, unit_text
 from gsapp.report.document import (
     Document,

@@ -18,7 +18,7 @@ from pydantic import Field, model_validator
 
 from gsapp.aircraft import Aircraft
 from gsapp.foundation import StrictModel, UnknownNameError, read_toml
-from gsapp.foundation.shipped_files import ShippedFiles
+from gsapp.foundation.files import ShippedFiles
 from gsapp.quantities import base_id, channel, parse_quantity
 from gsapp.session.monitor_settings import MONITORS
 

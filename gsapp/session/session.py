@@ -13,7 +13,7 @@ import time
 from collections.abc import Mapping, Sequence
 from datetime import datetime
 from pathlib import Path
-from typing import TYPE_CHECKING, Unpack
+from typing import Unpack
 
 from calibration.validity import CalibrationInForce
 from gsapp.aircraft import Aircraft
@@ -56,10 +56,6 @@ from gsapp.session.session_flight import (
 from gsapp.session.session_monitors import SessionMonitors
 from gsapp.session.snapshot import SessionMode, SessionSnapshot
 from gsapp.telemetry.recorder_control import RecorderHandle
-
-if TYPE_CHECKING:
-    pass
-
 
 log = logging.getLogger(__name__)
 

@@ -21,8 +21,7 @@ class Clock(Protocol):
     def monotonic(self) -> float:
         """Return seconds that never run backwards."""
 
-    def sleep(self, seconds: float) -> None:
-        """Wait."""
+    def sleep(self, seconds: float) -> None: ...
 
 
 class HostClock:
@@ -31,13 +30,8 @@ class HostClock:
     Stamps in one flight must rise: when the computer's clock is set back, they go on from where
     they were, at the right pace. A leap forward is followed. A clock that stands still between
     ticks (on Windows for up to 16 ms) is waited for, lest every stamp push it a little further.
-
-    Parameters
-    ----------
-    after_us : int
-        Every stamp is higher than this one (the last stamp of a flight that is continued).
-    wall_us : callable
-        The computer's clock, microseconds since 1970.
+    Every stamp is higher than `after_us` (the last stamp of a flight that is continued); `wall_us`
+    is the computer's clock, microseconds since 1970.
     """
 
     def __init__(
@@ -51,11 +45,9 @@ class HostClock:
 
     @property
     def correction_us(self) -> int:
-        """Return by how much the stamps are ahead of the computer's clock."""
         return self._correction
 
     def now_us(self) -> int:
-        """Return host time, microseconds since 1970 (UTC); every call gives a higher value."""
         with self._lock:
             wall = self._wall_us()
             self._correction += max(self._wall - wall, 0)
@@ -64,10 +56,8 @@ class HostClock:
             return self._last
 
     def monotonic(self) -> float:
-        """Return seconds that never run backwards."""
         # The same clock as time.monotonic, but on Windows, where that stands still for 16 ms.
         return time.perf_counter()
 
     def sleep(self, seconds: float) -> None:
-        """Wait."""
         time.sleep(seconds)

@@ -1,17 +1,24 @@
-"""What is wrong with a link over which no aircraft is heard, and what to try."""
+"""What is wrong with a link over which no aircraft is heard, and listening before recording."""
 
 from __future__ import annotations
 
+import os
+import threading
+import time
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import Final, Literal
 
-from gsapp.decoding.frames import MavlinkFrame
-from gsapp.decoding.framing import Framer
+from gsapp.decoding.framing import Framer, LineFramer, MavlinkFrame, Residue
+from gsapp.decoding.health import LinkHealth, LinkReport
+from gsapp.foundation import LinkError
+from gsapp.telemetry.clock import HostClock
+from gsapp.telemetry.link_kinds import list_serial_ports
 from gsapp.telemetry.link_registry import kind_of, parse_link
 from gsapp.telemetry.recorder_status import LinkContent, RecorderStatus
-from gsapp.telemetry.serial_ports import list_serial_ports
+from gsapp.telemetry.send_queue import GroundHeartbeat
 from gsapp.telemetry.settings import TELEMETRY
+from gsapp.telemetry.sources import LinkUnavailableError, open_source
 
 LinkProblem = Literal["closed", "no-data", "unreadable", "text", "mavlink", "no-aircraft"]
 
@@ -22,26 +29,16 @@ _ITEM: Final = {"mavlink": "MAVLink frame", "text": "line of text"}
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LinkDiagnosis:
-    """Why no aircraft is heard.
-
-    Attributes
-    ----------
-    problem : str
-        ``closed``: the port is not open; ``no-data``: it is, and nothing comes; ``unreadable``,
-        ``text``, ``mavlink``: something else comes than the link is for; ``no-aircraft``: MAVLink,
-        but not of an aircraft.
-    found : str
-        What has come, where and for how long, in a sentence.
-    remedy : str
-        What to try, in sentences; empty where `found` says it.
-    """
+    """Why no aircraft is heard."""
 
     problem: LinkProblem
-    found: str
-    remedy: str = ""
+    """``closed``: the port is not open; ``no-data``: it is, and nothing comes; ``unreadable``,
+    ``text``, ``mavlink``: something else comes than the link is for; ``no-aircraft``: MAVLink, but
+    not of an aircraft."""
+    found: str  # What has come, where and for how long, in a sentence.
+    remedy: str = ""  # What to try, in sentences; empty where `found` says it.
 
     def __str__(self) -> str:
-        """Return all of it."""
         return f"{self.found} {self.remedy}".strip()
 
 
@@ -52,7 +49,6 @@ class ContentSample:
         self._data = b""
 
     def feed(self, data: bytes) -> None:
-        """Keep the next bytes of the stream."""
         # One thread feeds and another asks: bytes do not change while they are looked at.
         self._data = (self._data + data)[-TELEMETRY.diagnosed_bytes :]
 
@@ -83,14 +79,8 @@ def diagnose_link(
 ) -> LinkDiagnosis | None:
     """Return why no aircraft is heard; None where the link carries what it is for.
 
-    Parameters
-    ----------
-    status : RecorderStatus
-        How the link fares.
-    others : iterable of str
-        Who is heard in place of an aircraft, in words; for MAVLink.
-    list_ports : callable
-        Gives the serial ports of this computer.
+    `others` are those heard in place of an aircraft, in words; for MAVLink. `list_ports` gives the
+    serial ports of this computer.
     """
     address = parse_link(status.link)
     kind = kind_of(address)
@@ -133,3 +123,91 @@ def _seconds(seconds: float) -> str:
 
 def _bytes(count: int) -> str:
     return f"{count:,} bytes" if count < 100_000 else f"{count / 1e6:.1f} MB"
+
+
+class LinkTest:
+    """Opens a link in a thread of its own and keeps nothing but counts, until it is closed.
+
+    `open_error` says why the link cannot be opened at all; empty where it can. Raise LinkError if
+    it is none.
+    """
+
+    def __init__(self, link: str) -> None:
+        self._clock = HostClock()
+        self._address = parse_link(link)
+        self._source = open_source(self._address, clock=self._clock)
+        self._health = LinkHealth()
+        self._sample = ContentSample()
+        self._framers: dict[str, Framer | LineFramer] = {}
+        self._received = 0
+        self._started_us = self._clock.now_us()
+        self._lock = threading.Lock()
+        self._ended = threading.Event()
+        self.open_error = ""
+        self._thread = threading.Thread(target=self._listen, name="testing a link", daemon=True)
+        self._thread.start()
+
+    def close(self) -> None:
+        self._ended.set()
+        self._thread.join()
+
+    @property
+    def seconds(self) -> float:
+        return (self._clock.now_us() - self._started_us) / 1e6
+
+    def report(self) -> LinkReport:
+        with self._lock:
+            return self._health.report(self._clock.now_us())
+
+    def diagnosis(self) -> LinkDiagnosis | None:
+        """Return why no aircraft is heard; None where one is, or lines of text."""
+        if self.open_error:
+            return LinkDiagnosis(problem="closed", found=self.open_error)
+        report = self.report()
+        if report.vehicles:
+            return None
+        return diagnose_link(
+            RecorderStatus(
+                pid=os.getpid(),
+                link=str(self._address),
+                folder="",
+                state="recording",
+                started_us=self._started_us,
+                updated_us=self._clock.now_us(),
+                source_state=self._source.state,
+                connected=self._source.connected,
+                received_bytes=self._received,
+                content=self._sample.kind,
+            ),
+            others=[str(sender) for sender in report.senders],
+        )
+
+    def _listen(self) -> None:
+        try:
+            self._source.open()
+        except LinkUnavailableError:
+            pass
+        except LinkError as error:
+            self.open_error = str(error)
+            return
+        heartbeat = GroundHeartbeat() if kind_of(self._address).needs_heartbeat else None
+        next_heartbeat = 0.0
+        while not self._ended.is_set() and not self._source.finished:
+            if heartbeat is not None and time.monotonic() >= next_heartbeat:
+                next_heartbeat = time.monotonic() + TELEMETRY.heartbeat_interval
+                self._source.write(heartbeat.frame())
+            for stamp, data, peer in self._source.read(TELEMETRY.test_read_timeout):
+                self._take(stamp, data, peer)
+        self._source.close()
+
+    def _take(self, stamp: int, data: bytes, peer: str) -> None:
+        framer = self._framers.get(peer)
+        if framer is None:
+            framer = self._framers[peer] = self._source.new_framer()
+        self._received += len(data)
+        self._sample.feed(data)
+        kinds = {MavlinkFrame: "frame", Residue: "residue"}
+        with self._lock:
+            self._health.feed(
+                (stamp, kinds.get(type(item), "line"), item.data) for item in framer.feed(data)
+            )

@@ -1,73 +1,198 @@
-"""Kinds of links: one record says how each is written, opened, recorded, diagnosed and shown.
+"""Kinds of links and their addresses: how each is written, opened, recorded, diagnosed and shown.
 
 Further kinds come from other packages, see `gsapp.telemetry.link_registry`.
 """
 
-# ruff: noqa: ARG002 - overridden methods, which use their arguments or not
-
 from __future__ import annotations
 
 import importlib
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
+from os.path import normcase
 from pathlib import Path
-from typing import TYPE_CHECKING, Final, Literal
+from typing import TYPE_CHECKING, Final, Literal, Protocol
 
 from gsapp.foundation import LinkError
-from gsapp.telemetry.link_address import (
-    BAUD,
-    HOST,
-    SERIAL_PORT,
-    TCP_PORT,
-    UDP_PORT,
-    AddressField,
-    LinkAddress,
-    parse_fields,
-)
-from gsapp.telemetry.serial_ports import describe_port, is_same_port
 
 if TYPE_CHECKING:
     from gsapp.telemetry.sources.link_source import LinkSource
 
+
+class PortInfo(Protocol):
+    """What is known of a serial port that is plugged in."""
+
+    device: str
+    serial_number: str | None
+    vid: int | None
+    pid: int | None
+
+
+def is_same_port(one: str, other: str) -> bool:
+    """Return whether two names are those of one serial port.
+
+    Windows calls it COM5 however the user wrote it; macOS has two devices for each, of which it
+    lists ``/dev/cu.*`` only.
+    """
+    first, second = (normcase(name.replace("/dev/tty.", "/dev/cu.")) for name in (one, other))
+    return first == second
+
+
+def list_serial_ports() -> Iterable[PortInfo]:
+    """Return the serial ports of this computer."""
+    from serial.tools import list_ports
+
+    ports: Iterable[PortInfo] = list_ports.comports()
+    return ports
+
+
+def describe_port(port: object) -> str:
+    """Return a port's name and what its USB device says of itself: product, maker, serial number.
+
+    The port has some of the attributes of a `serial.tools.list_ports_common.ListPortInfo`.
+    """
+    name = str(getattr(port, "device", ""))
+    known = [str(getattr(port, key, None) or "") for key in ("description", "manufacturer")]
+    words = [each for each in known if each not in ("", "n/a", name)]
+    if number := getattr(port, "serial_number", None):
+        words.append(f"serial number {number}")
+    return f"{name} ({', '.join(dict.fromkeys(words))})" if words else name
+
+
+LOOPBACK: Final = "127.0.0.1"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LinkAddress:
+    """A link, taken apart."""
+
+    kind: str  # Name of its `LinkKind`.
+    host: str = ""  # Host name or address of a network link.
+    port: int = 0  # Its port; 0 for other kinds.
+    path: str = ""  # Serial port, flight, or whatever else a kind writes there.
+    baud: int = 0  # Symbols per second of a serial port; 0 for other kinds.
+
+    def __str__(self) -> str:
+        if self.kind == "flight":
+            return self.path
+        host = f"[{self.host}]" if ":" in self.host else self.host
+        parts = (self.kind, host, self.port, self.path, self.baud)
+        return ":".join(str(part) for part in parts if part)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class AddressField:
+    """One field of an address."""
+
+    name: Literal["host", "port", "path", "baud"]
+    """Attribute of `LinkAddress` that it fills. A kind lists its fields in this order."""
+    metavar: str  # The field in the grammar, ``HOST``.
+    label: str  # The field in a dialog.
+    example: str  # A usual value. A host that is left out is this computer.
+    limits: tuple[int, int] = (1, 65535)  # Lowest and highest value of a number.
+    choices: tuple[int, ...] = ()
+    """Values that a dialog offers for a number; none for any within the limits."""
+
+    @property
+    def is_number(self) -> bool:
+        return self.name in ("port", "baud")
+
+    def parse(self, text: str) -> str | int:
+        """Return the value of the field.
+
+        Raise LinkError if it has none; says what the value must be.
+        """
+        what = self.label.lower()
+        if self.is_number:
+            low, high = self.limits
+            if not text:
+                raise LinkError(f"the {what} is missing")
+            if not (text.isascii() and text.isdigit()):
+                raise LinkError(f"{what} '{text}' is not a whole number")
+            # No port and no rate is as long, and Python refuses to read thousands of digits.
+            number = int(text[:20])
+            if not low <= number <= high:
+                raise LinkError(
+                    f"{what} {text[:20]} is out of range ({low} to {high}, usually {self.example})"
+                )
+            return number
+        if self.name == "host":
+            text = text.removeprefix("[").removesuffix("]") or LOOPBACK
+            if any(character.isspace() or character in "/\\" for character in text):
+                raise LinkError(f"'{text}' is not a host name")
+        elif not text:
+            raise LinkError(f"the {what} is missing")
+        return text
+
+
+HOST: Final = AddressField(name="host", metavar="HOST", label="Address", example=LOOPBACK)
+UDP_PORT: Final = AddressField(name="port", metavar="PORT", label="Port", example="14550")
+TCP_PORT: Final = replace(UDP_PORT, example="5760")
+SERIAL_PORT: Final = AddressField(
+    name="path", metavar="PATH", label="Serial port", example="/dev/ttyUSB0"
+)
+BAUD: Final = AddressField(
+    name="baud", metavar="BAUD", label="Baud rate", example="57600", limits=(300, 12_000_000),
+    choices=(57_600, 115_200, 230_400, 460_800, 921_600, 38_400, 9_600),
+)  # fmt: skip
+
+
+def split_fields(fields: Sequence[AddressField], text: str) -> list[str]:
+    """Return the text of each field, empty where it is missing; the first may hold colons."""
+    texts: list[str] = []
+    for field in reversed(fields[1:]):
+        head, colon, last = text.rpartition(":")
+        if not colon and field.is_number and not last.isdigit():
+            head, last = last, ""
+        text = head
+        texts.insert(0, last)
+    return [text, *texts] if fields else []
+
+
+def parse_fields(kind: str, fields: Sequence[AddressField], text: str) -> LinkAddress:
+    """Read what follows the kind in an address.
+
+    Raise LinkError if a field is missing or wrong; gives an example.
+    """
+    values: dict[str, str | int] = {}
+    example, problem = [kind], ""
+    for field, part in zip(fields, split_fields(fields, text), strict=True):
+        try:
+            values[field.name] = field.parse(part)
+            example.append(part or field.example)
+        except LinkError as error:
+            problem = problem or str(error)
+            example.append(field.example)
+    if problem:
+        raise LinkError(f"'{kind}:{text}': {problem}; write for example {':'.join(example)}")
+    return LinkAddress(kind=kind, **values)  # type: ignore[arg-type]
+
+
+# ruff: noqa: ARG002 - overridden methods, which use their arguments or not
+
+
 Framing = Literal["mavlink", "text"]
+PortLister = Callable[[], Iterable[object]]
+"""Gives the serial ports of this computer."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LinkKind:
-    """A kind of link.
+    """A kind of link."""
 
-    Attributes
-    ----------
-    name : str
-        What its addresses begin with.
-    fields : tuple of AddressField
-        What follows in an address, separated by colons.
-    source : str
-        ``module:class`` of its `LinkSource`, imported when a link is opened.
-    framing : {"mavlink", "text"}
-        What is recorded: MAVLink frames (``raw.tlog``) or lines of text (``raw.txt``).
-    title : str
-        What the connect dialog calls it; empty where the dialog does not offer it.
-    help : str
-        What it does, in a sentence.
-    channel_map : str
-        Channel map where the user names none: the name of a shipped one, or a path.
-    needs_heartbeat : bool
-        Whether nothing comes before the ground station has sent something.
-    is_physical : bool
-        Whether there is something at the other end. False for data made on this computer, whose
-        speed can be chosen.
-    """
-
-    name: str
-    fields: tuple[AddressField, ...]
-    source: str
+    name: str  # What its addresses begin with.
+    fields: tuple[AddressField, ...]  # What follows in an address, separated by colons.
+    source: str  # ``module:class`` of its `LinkSource`, imported when a link is opened.
     framing: Framing = "mavlink"
-    title: str = ""
-    help: str = ""
+    """What is recorded: MAVLink frames (``raw.tlog``) or lines of text (``raw.txt``)."""
+    title: str = ""  # What the connect dialog calls it; empty where the dialog does not offer it.
+    help: str = ""  # What it does, in a sentence.
     channel_map: str = ""
+    """Channel map where the user names none: the name of a shipped one, or a path."""
     needs_heartbeat: bool = False
+    """Whether nothing comes before the ground station has sent something."""
     is_physical: bool = True
+    """Whether there is something at the other end. False for data made on this computer, whose
+    speed can be chosen."""
 
     @property
     def grammar(self) -> str:
@@ -76,7 +201,6 @@ class LinkKind:
 
     @property
     def example(self) -> str:
-        """Return a usual address."""
         return ":".join([self.name, *(field.example for field in self.fields)])
 
     @property
@@ -89,7 +213,6 @@ class LinkKind:
         return parse_fields(self.name, self.fields, text)
 
     def source_class(self) -> type[LinkSource]:
-        """Import the source."""
         module, _, name = self.source.partition(":")
         try:
             found: type[LinkSource] = getattr(importlib.import_module(module), name)
@@ -101,11 +224,7 @@ class LinkKind:
         """Return the port in words."""
         return str(address)
 
-    def no_data_remedy(
-        self,
-        address: LinkAddress,
-        list_ports: Callable[[], Iterable[object]],
-    ) -> str:
+    def no_data_remedy(self, address: LinkAddress, list_ports: PortLister) -> str:
         """Return what to try where nothing comes at all."""
         return "Check that the sender is switched on and connected."
 
@@ -143,9 +262,7 @@ class NetworkLink(LinkKind):
             return f"{self.protocol} port {address.port} of {address.host}"
         return f"{self.protocol} {address.host} port {address.port}"
 
-    def no_data_remedy(
-        self, address: LinkAddress, list_ports: Callable[[], Iterable[object]]
-    ) -> str:
+    def no_data_remedy(self, address: LinkAddress, list_ports: PortLister) -> str:
         if not self.listens:
             return (
                 f"Check that the aircraft is on the network, and that it uses port {address.port}."
@@ -196,9 +313,7 @@ class SerialLink(LinkKind):
     def location(self, address: LinkAddress) -> str:
         return f"{address.path} ({address.baud:,} baud)"
 
-    def no_data_remedy(
-        self, address: LinkAddress, list_ports: Callable[[], Iterable[object]]
-    ) -> str:
+    def no_data_remedy(self, address: LinkAddress, list_ports: PortLister) -> str:
         try:
             others = [
                 describe_port(port)
@@ -241,25 +356,25 @@ class SerialLink(LinkKind):
 BUILT_IN_KINDS: Final[tuple[LinkKind, ...]] = (
     NetworkLink(
         name="udpin", fields=(HOST, UDP_PORT), protocol="UDP", listens=True,
-        source="gsapp.telemetry.sources.udp:UdpInSource",
+        source="gsapp.telemetry.sources.network:UdpInSource",
         title="UDP: the aircraft sends here",
         help="Listens on this port until the aircraft sends.",
     ),
     NetworkLink(
         name="udpout", fields=(HOST, UDP_PORT), protocol="UDP", needs_heartbeat=True,
-        source="gsapp.telemetry.sources.udp:UdpOutSource",
+        source="gsapp.telemetry.sources.network:UdpOutSource",
         title="UDP: call the aircraft",
         help="Calls this address until the aircraft answers.",
     ),
     NetworkLink(
         name="tcp", fields=(HOST, TCP_PORT), protocol="TCP",
-        source="gsapp.telemetry.sources.tcp:TcpSource",
+        source="gsapp.telemetry.sources.network:TcpSource",
         title="TCP: connect to it",
         help="Connects, and reconnects when the link is lost.",
     ),
     NetworkLink(
         name="tcpin", fields=(HOST, TCP_PORT), protocol="TCP", listens=True,
-        source="gsapp.telemetry.sources.tcp:TcpInSource",
+        source="gsapp.telemetry.sources.network:TcpInSource",
         title="TCP: it connects here",
         help="Waits for the aircraft to connect.",
     ),

@@ -15,8 +15,7 @@ from typing import Final
 
 from gsapp.foundation import LinkError
 from gsapp.foundation.name_suggestions import close_matches
-from gsapp.telemetry.link_address import LinkAddress
-from gsapp.telemetry.link_kinds import BUILT_IN_KINDS, RECORDED_FLIGHT, LinkKind
+from gsapp.telemetry.link_kinds import BUILT_IN_KINDS, RECORDED_FLIGHT, LinkAddress, LinkKind
 
 log = logging.getLogger(__name__)
 
@@ -50,10 +49,7 @@ def forget_packages() -> None:
 def find_link_kind(name: str) -> LinkKind | None:
     """Return a kind of link, None if there is none of the name.
 
-    Raises
-    ------
-    LinkError
-        If it is one of another package, and cannot be loaded.
+    Raise LinkError if it is one of another package, and cannot be loaded.
     """
     if name in _BUILT_IN:
         return _BUILT_IN[name]
@@ -85,19 +81,10 @@ def link_grammar() -> str:
 
 
 def parse_link(text: str) -> LinkAddress:
-    """Read a LINK.
+    """Read a LINK, such as ``udpin:0.0.0.0:14550`` or ``serial:/dev/ttyUSB0:57600``.
 
-    Parameters
-    ----------
-    text : str
-        For example ``udpin:0.0.0.0:14550`` or ``serial:/dev/ttyUSB0:57600``. A network link
-        without a host (``udpin:14550``) is on this computer only. A path that exists is a
-        flight.
-
-    Raises
-    ------
-    LinkError
-        If it is none of these; says what to write instead.
+    A network link without a host (``udpin:14550``) is on this computer only. A path that exists is
+    a flight. Raise LinkError if it is none of these; says what to write instead.
     """
     text = text.strip()
     name, colon, rest = text.partition(":")

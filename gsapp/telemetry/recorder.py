@@ -18,19 +18,19 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Literal
 
-from gsapp.decoding.frames import MavlinkFrame, Residue
-from gsapp.decoding.framing import Framer, LineFramer, TextLine
+from gsapp.decoding.framing import Framer, LineFramer, MavlinkFrame, Residue, TextLine
 from gsapp.flight.file_names import FRAMES_FILE, LINES_FILE, STATUS_FILE, STOP_FILE
 from gsapp.flight.raw_files import RawWriter
 from gsapp.foundation import FlightError
-from gsapp.foundation.os_error_text import format_os_error
+from gsapp.foundation.errors import format_os_error
 from gsapp.telemetry.clock import Clock
-from gsapp.telemetry.heartbeat import GroundHeartbeat
 from gsapp.telemetry.link_diagnosis import ContentSample
 from gsapp.telemetry.recorder_status import RecorderStatus, write_status
-from gsapp.telemetry.send_queue import SendQueue
+from gsapp.telemetry.send_queue import GroundHeartbeat, SendQueue
 from gsapp.telemetry.settings import TELEMETRY
 from gsapp.telemetry.sources import Chunk, LinkSource
+
+StreamItem = MavlinkFrame | Residue | TextLine
 
 
 class PeerStream:
@@ -38,11 +38,6 @@ class PeerStream:
 
     Peers may send by turns and cut their frames anywhere; each is framed for itself. Offsets are
     those of the bytes in the order in which they came from all of them.
-
-    Parameters
-    ----------
-    framer : Framer or LineFramer
-        A new one.
     """
 
     def __init__(self, framer: Framer | LineFramer) -> None:
@@ -54,10 +49,9 @@ class PeerStream:
 
     @property
     def pending(self) -> int:
-        """Return how many bytes wait for a decision."""
         return self._framer.pending
 
-    def feed(self, data: bytes, offset: int) -> list[MavlinkFrame | Residue | TextLine]:
+    def feed(self, data: bytes, offset: int) -> list[StreamItem]:
         """Take bytes that lie at an offset of the link; return what is decided."""
         last = self._starts[-1] if self._starts else None
         if last is None or offset - last[1] != self._fed - last[0]:
@@ -65,18 +59,14 @@ class PeerStream:
         self._fed += len(data)
         return self._placed(self._framer.feed(data))
 
-    def flush_complete(self) -> list[MavlinkFrame | Residue | TextLine]:
-        """Bring out what is whole in a pause."""
+    def flush_complete(self) -> list[StreamItem]:
         return self._placed(self._framer.flush_complete())
 
-    def flush(self) -> list[MavlinkFrame | Residue | TextLine]:
-        """Bring out all at the end."""
+    def flush(self) -> list[StreamItem]:
         return self._placed(self._framer.flush())
 
-    def _placed(
-        self, items: Sequence[MavlinkFrame | Residue | TextLine]
-    ) -> list[MavlinkFrame | Residue | TextLine]:
-        placed: list[MavlinkFrame | Residue | TextLine] = []
+    def _placed(self, items: Sequence[StreamItem]) -> list[StreamItem]:
+        placed: list[StreamItem] = []
         for item in items:
             self._forget(item.offset)
             if not isinstance(item, Residue):
@@ -103,12 +93,6 @@ class Recorder:
 
     Parameters
     ----------
-    source : LinkSource
-        Where data come from.
-    writer : RawWriter
-        Where they go.
-    clock : Clock
-        Stamps and waits.
     heartbeat : bool
         Whether to send the ground station's sign of life once a second.
     on_status : callable
@@ -161,13 +145,8 @@ class Recorder:
     def run(self, stop: threading.Event, give_up: threading.Event | None = None) -> None:
         """Record until `stop` is set, the stop file appears, or the source has finished.
 
-        Parameters
-        ----------
-        stop : threading.Event
-            Set it to end; it is set in the end.
-        give_up : threading.Event, optional
-            Where the disk does not take the last data, it is tried on until this is set, or the
-            stop file appears again; at once without it.
+        `stop` is set in the end. Where the disk does not take the last data, it is tried on until
+        `give_up` is set, or the stop file appears again; without it that is given up at once.
         """
         reading = threading.Thread(target=self._read, name="reading", daemon=True)
         keeping = threading.Thread(target=self._keep, name="keeping", daemon=True)
@@ -222,7 +201,6 @@ class Recorder:
             self._stop_file.unlink()
 
     def write_chunks(self, chunks: Sequence[Chunk]) -> None:
-        """Frame and write what came."""
         for stamp, data, peer in chunks:
             stream = self._streams.get(peer)
             if not data:
@@ -255,7 +233,6 @@ class Recorder:
         self.writer.close()
 
     def status(self, state: Literal["starting", "recording", "stopped"]) -> RecorderStatus:
-        """Return the state of the recorder."""
         written = self.writer.state
         rate = self._rate.update(time.monotonic(), self.received_bytes)
         free: int | None = None
@@ -379,7 +356,7 @@ class Recorder:
         self._streams[peer] = stream
         return stream
 
-    def _write(self, stamp: int, items: Sequence[MavlinkFrame | Residue | TextLine]) -> None:
+    def _write(self, stamp: int, items: Sequence[StreamItem]) -> None:
         """Write what came at one time, in batches whose stamps rise.
 
         In a batch the residue comes first; where it came later, another batch begins.
@@ -395,7 +372,6 @@ class Recorder:
                 start = index
 
     def _tend(self, now: float) -> None:
-        """Do what is due now and then."""
         if self._heartbeat is not None and now >= self._next_heartbeat:
             self._next_heartbeat = now + TELEMETRY.heartbeat_interval
             self._ask_to_send(self._heartbeat.frame())
@@ -411,7 +387,6 @@ class Recorder:
             self._outgoing.put(frame)
 
     def _send(self) -> None:
-        """Send what is asked for, and nothing else."""
         while True:
             try:
                 frame = self._outgoing.get(timeout=TELEMETRY.unsent_time)

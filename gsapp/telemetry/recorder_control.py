@@ -14,7 +14,7 @@ from pathlib import Path
 from gsapp.flight.file_names import LOCK_FILE, LOG_FILE, STATUS_FILE, STOP_FILE
 from gsapp.foundation import LinkError
 from gsapp.foundation.file_lock import lock_holder
-from gsapp.telemetry.detached_process import start_detached_process
+from gsapp.foundation.process_control import start_detached_process
 from gsapp.telemetry.link_registry import kind_of, parse_link
 from gsapp.telemetry.recorder_folder import runtime_lock_path, runtime_status_path
 from gsapp.telemetry.recorder_status import RecorderStatus, read_status, runtime_folder
@@ -27,18 +27,10 @@ _children: dict[int, subprocess.Popen[bytes]] = {}
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RecorderHandle:
-    """A recorder, running or not.
+    """A recorder, running or not."""
 
-    Attributes
-    ----------
-    folder : Path
-        The flight folder it records into.
-    pid : int
-        Its process.
-    """
-
-    folder: Path
-    pid: int
+    folder: Path  # The flight folder it records into.
+    pid: int  # Its process.
 
     def is_alive(self) -> bool:
         """Return whether it runs: whether this process holds the lock of the folder."""
@@ -54,7 +46,6 @@ class RecorderHandle:
         return True
 
     def status(self) -> RecorderStatus | None:
-        """Return its latest state; None before the first."""
         return read_last_status(self.folder, self.pid)
 
     def stop(self, timeout: float = 10.0) -> bool:
@@ -93,21 +84,9 @@ def start_recorder(
 ) -> RecorderHandle:
     """Start a recorder in a process of its own, which goes on when this one ends.
 
-    Parameters
-    ----------
-    link : str
-        What to record.
-    folder : Path or str
-        The flight folder; made if missing, continued if it holds a record already.
-    heartbeat : bool, optional
-        See `gsapp.telemetry.recorder_process.record_link`.
-    while_held : Path, optional
-        A lock; the recorder ends soon after nobody holds it any more.
-
-    Raises
-    ------
-    LinkError
-        If it could not begin; says why.
+    The flight folder is made if missing, continued if it holds a record already. For `heartbeat`
+    see `gsapp.telemetry.recorder_process.record_link`. `while_held` is a lock; the recorder ends
+    soon after nobody holds it any more. Raise LinkError if it could not begin; says why.
     """
     parse_link(link)
     place = Path(folder).absolute()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import shutil
+from collections.abc import Iterator
 from hashlib import sha256
 from pathlib import Path
 from typing import Final, Literal
@@ -11,8 +12,8 @@ from typing import Final, Literal
 from gsapp.flight.file_names import CALIBRATION_FOLDER, LOCK_FILE, STATUS_FILE
 from gsapp.flight.folder import FlightFolder
 from gsapp.foundation import FlightError, GroundStationError
+from gsapp.foundation.errors import format_os_error
 from gsapp.foundation.file_lock import FileLock, lock_holder
-from gsapp.foundation.os_error_text import format_os_error
 from gsapp.telemetry.recorder_status import (
     RecorderStatus,
     read_status,
@@ -64,10 +65,7 @@ def _holds_flight(folder: FlightFolder) -> bool:
 def check_not_finished(folder: Path, remedy: str) -> None:
     """Refuse to append to a finished flight.
 
-    Raises
-    ------
-    FlightError
-        If the folder holds one; ends with `remedy`.
+    Raise FlightError if the folder holds one; ends with `remedy`.
     """
     if record_state(folder) == "finished":
         raise FlightError(f"{folder} already holds a finished flight; {remedy}")
@@ -85,17 +83,8 @@ class RecordingClaim:
     """Shows others that a folder is being recorded into: a lock in it, and a note elsewhere.
 
     The note lies in the runtime folder, with a lock of its own. It still leads to the recorder
-    where the flight folder cannot be seen any more.
-
-    Parameters
-    ----------
-    folder : Path
-        Made if missing.
-
-    Raises
-    ------
-    FlightError
-        If the folder cannot be written to, or is being recorded into.
+    where the flight folder, which is made if missing, cannot be seen any more. Raise FlightError if
+    the folder cannot be written to, or is being recorded into.
     """
 
     def __init__(self, folder: Path) -> None:
@@ -119,14 +108,12 @@ class RecordingClaim:
         self._lock.release()
 
     def remove_runtime_status(self) -> None:
-        """Take the note away."""
         self._beside.release()
         for path in (self._note, self._beside.path):
             with contextlib.suppress(OSError):
                 path.unlink()
 
     def release(self) -> None:
-        """Release everything."""
         self.remove_runtime_status()
         self._lock.release()
 
@@ -180,10 +167,7 @@ class FolderFileCache:
     def write(self, folder: Path) -> None:
         """Write them into another folder.
 
-        Raises
-        ------
-        OSError
-            If that does not take them.
+        Raise OSError if that does not take them.
         """
         for name, (_, data) in dict(self._kept).items():
             path = folder / name
@@ -194,10 +178,7 @@ class FolderFileCache:
 def claim_replacement_folder(former: Path, files: FolderFileCache) -> RecordingClaim:
     """Make the folder in which a record goes on whose own is gone, with the files of that.
 
-    Raises
-    ------
-    OSError, FlightError
-        If it cannot be made; nothing is left of it then.
+    Raise OSError or FlightError if it cannot be made; nothing is left of it then.
     """
     folder = next_free_folder(former)
     try:
@@ -211,3 +192,27 @@ def claim_replacement_folder(former: Path, files: FolderFileCache) -> RecordingC
         shutil.rmtree(folder, ignore_errors=True)
         raise
     return claim
+
+
+@contextlib.contextmanager
+def rollback_on_failure(path: Path | str) -> Iterator[None]:
+    """Take away what was made inside of a flight folder if the flight cannot begin.
+
+    What stood there before stays, and so does a folder into which anything was recorded, or
+    another recorder records.
+    """
+    folder = Path(path).absolute()
+    made = [each for each in (folder, *folder.parents) if not each.exists()]
+    try:
+        yield
+    except GroundStationError:
+        if made and folder.is_dir() and not _in_use(folder):
+            shutil.rmtree(folder, ignore_errors=True)
+        for each in made:
+            with contextlib.suppress(OSError):  # others may have put something there
+                each.rmdir()
+        raise
+
+
+def _in_use(folder: Path) -> bool:
+    return bool(FlightFolder(path=folder).raw_files) or lock_holder(folder / LOCK_FILE) is not None

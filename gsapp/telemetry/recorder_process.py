@@ -22,10 +22,9 @@ from gsapp.flight.file_names import STATUS_FILE
 from gsapp.flight.raw_files import RawWriter
 from gsapp.foundation import GroundStationError
 from gsapp.foundation.file_lock import lock_holder
-from gsapp.foundation.process_shutdown import on_termination_signal
-from gsapp.foundation.sleep_inhibitor import inhibit_sleep
+from gsapp.foundation.process_control import inhibit_sleep, on_termination_signal
 from gsapp.telemetry.clock import HostClock
-from gsapp.telemetry.link_address import LinkAddress
+from gsapp.telemetry.link_kinds import LinkAddress
 from gsapp.telemetry.link_registry import kind_of, parse_link
 from gsapp.telemetry.recorder import Recorder
 from gsapp.telemetry.recorder_folder import (
@@ -49,37 +48,24 @@ def record_link(
     on_status: Callable[[RecorderStatus], None] = lambda _: None,
     **options: Any,
 ) -> RecorderStatus:
-    """Record a link into a flight folder until stopped.
+    """Record a link into a flight folder until stopped; return the state at the end.
+
+    Raise LinkError if the link cannot be opened and will not come by itself, FlightError if the
+    folder cannot be written to, or is being recorded into already.
 
     Parameters
     ----------
-    link : str or LinkAddress
-        The link.
     folder : Path or str
-        The flight folder; made if missing, continued if it holds a record already.
+        Made if missing, continued if it holds a record already.
     heartbeat : bool, optional
         Whether to send the ground station's sign of life; by default only where nothing would
         come without it (``udpout``).
-    stop : threading.Event, optional
-        Set it to end. The stop file works as well.
-    give_up : threading.Event, optional
+    stop, give_up : threading.Event, optional
         See `Recorder.run`.
     on_status : callable
         Called about twice a second with the state.
     **options
         Handed to the source, for example ``speed`` of a recorded flight.
-
-    Returns
-    -------
-    RecorderStatus
-        The state at the end.
-
-    Raises
-    ------
-    LinkError
-        If the link cannot be opened and will not come by itself.
-    FlightError
-        If the folder cannot be written to, or is being recorded into already.
     """
     address = parse_link(link) if isinstance(link, str) else link
     claims = [RecordingClaim(Path(folder).absolute())]
@@ -147,12 +133,8 @@ def create_stop_handler(stop: threading.Event, give_up: threading.Event) -> Call
 def stop_when_released(lock: Path, stop: threading.Event) -> None:
     """End a record that is made for another process, once that no longer holds a lock.
 
-    Parameters
-    ----------
-    lock : Path
-        Held by it, as by `gsapp.foundation.file_lock.FileLock`, for as long as it lives.
-    stop : threading.Event
-        Set when nobody has held it twice in a row.
+    It is held, as by `gsapp.foundation.file_lock.FileLock`, for as long as that process lives;
+    `stop` is set when nobody has held it twice in a row.
     """
 
     def watch() -> None:

@@ -13,8 +13,8 @@ from typing import Final, Literal
 import platformdirs
 from pydantic import BaseModel, ConfigDict, ValidationError
 
+from gsapp.foundation.errors import DISK_FULL_ERRNOS
 from gsapp.foundation.files import move_into_place
-from gsapp.foundation.os_error_text import DISK_FULL_ERRNOS
 from gsapp.telemetry.settings import TELEMETRY
 
 RUNTIME_VARIABLE: Final = "GSAPP_RUNTIME_FOLDER"
@@ -25,90 +25,51 @@ LinkContent = Literal["", "mavlink", "text", "unreadable"]
 
 
 class RecorderStatus(BaseModel):
-    """The state of a recorder; written about twice a second.
-
-    Attributes
-    ----------
-    pid : int
-        Its process.
-    link : str
-        What it records.
-    folder : str
-        The flight folder.
-    moved_from : str
-        The folder in which the record began, if that was removed, renamed or made read-only and
-        the record continues in `folder`; else empty.
-    state : {"starting", "recording", "stopped", "failed"}
-        What it does.
-    started_us, updated_us : int
-        Host microseconds of its start and of this status.
-    source_state : str
-        How the link fares, in words.
-    connected : bool
-        Whether data can arrive.
-    received_bytes, frames, lines, residue_bytes : int
-        What has come since the start.
-    content : {"", "mavlink", "text", "unreadable"}
-        What the last bytes are; empty while there are too few to tell.
-    byte_rate : float
-        Bytes per second of late.
-    last_data_us : int or None
-        Host time of the last data.
-    disk_free_bytes : int or None
-        Room on the disk.
-    seconds_until_full : float or None
-        For how long it lasts at the present rate; None while nothing comes.
-    waiting_bytes, dropped_bytes : int
-        Held in memory because the disk refuses; lost because memory was full too, or because
-        the record ended meanwhile.
-    unwritten_frames, unwritten_lines : int
-        How many of `frames` and `lines` were lost so.
-    error : str
-        What is wrong, in words; empty when all is well.
-    unconfirmed : bool
-        Whether what is wrong is only that the disk does not say that it keeps what it took.
-    warnings : list of str
-        What will be wrong soon.
-    notes : list of str
-        What was found in the folder at the start.
-    parent : int
-        The process that started it; on Windows the launcher of a virtual environment.
-    ahead_us : int
-        By how much its stamps are ahead of the computer's clock, because that was set back, or
-        because the flight that is continued ends in the future. Whoever compares a stamp with
-        the computer's clock adds it to that.
-    """
+    """The state of a recorder; written about twice a second."""
 
     model_config = ConfigDict(frozen=True, extra="ignore")
 
-    pid: int
-    link: str
-    folder: str
+    pid: int  # Its process.
+    link: str  # What it records.
+    folder: str  # The flight folder.
     moved_from: str = ""
-    state: Literal["starting", "recording", "stopped", "failed"]
+    """The folder in which the record began, if that was removed, renamed or made read-only and the
+    record continues in `folder`; else empty."""
+    state: Literal["starting", "recording", "stopped", "failed"]  # What it does.
     started_us: int
     updated_us: int
-    source_state: str = ""
-    connected: bool = False
+    """Host microseconds of its start and of this status."""
+    source_state: str = ""  # How the link fares, in words.
+    connected: bool = False  # Whether data can arrive.
     received_bytes: int = 0
     frames: int = 0
     lines: int = 0
     residue_bytes: int = 0
-    content: LinkContent = ""
-    byte_rate: float = 0.0
-    last_data_us: int | None = None
-    disk_free_bytes: int | None = None
+    """What has come since the start."""
+    content: LinkContent = ""  # What the last bytes are; empty while there are too few to tell.
+    byte_rate: float = 0.0  # Bytes per second of late.
+    last_data_us: int | None = None  # Host time of the last data.
+    disk_free_bytes: int | None = None  # Room on the disk.
     seconds_until_full: float | None = None
+    """For how long it lasts at the present rate; None while nothing comes."""
     waiting_bytes: int = 0
     dropped_bytes: int = 0
+    """Held in memory because the disk refuses; lost because memory was full too, or because the
+    record ended meanwhile."""
     unwritten_frames: int = 0
     unwritten_lines: int = 0
-    error: str = ""
+    """How many of `frames` and `lines` were lost so."""
+    error: str = ""  # What is wrong, in words; empty when all is well.
     unconfirmed: bool = False
-    warnings: list[str] = []
-    notes: list[str] = []
+    """Whether what is wrong is only that the disk does not say that it keeps what it took."""
+    warnings: list[str] = []  # What will be wrong soon.
+    notes: list[str] = []  # What was found in the folder at the start.
     parent: int = 0
+    """The process that started it; on Windows the launcher of a virtual environment."""
     ahead_us: int = 0
+    """By how much its stamps are ahead of the computer's clock, because that was set back, or
+    because the flight that is continued ends in the future. Whoever compares a stamp with the
+    computer's clock adds it to that."""
 
 
 def runtime_folder() -> Path:

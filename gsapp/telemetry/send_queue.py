@@ -13,6 +13,7 @@ import time
 from pathlib import Path
 from typing import Final
 
+from gsapp.decoding.dialect import dialect
 from gsapp.flight.file_names import SEND_FILE
 from gsapp.flight.raw_files import STAMP_STRUCT, FrameFile
 
@@ -34,10 +35,7 @@ def frame_message_id(frame: bytes) -> int:
 def request_send(folder: Path, frame: bytes) -> None:
     """Ask the recorder of a flight folder to send a frame.
 
-    Raises
-    ------
-    OSError
-        If the folder cannot be written to.
+    Raise OSError if the folder cannot be written to.
     """
     # One write of a few bytes: windows may ask at once and do not come between each other.
     descriptor = os.open(
@@ -52,13 +50,7 @@ def request_send(folder: Path, frame: bytes) -> None:
 
 
 class SendQueue:
-    """The recorder's side.
-
-    Parameters
-    ----------
-    folder : Path
-        The flight folder. What was asked for before is forgotten.
-    """
+    """The recorder's side, in its flight folder. What was asked for before is forgotten."""
 
     def __init__(self, folder: Path) -> None:
         self._path = folder / SEND_FILE
@@ -79,6 +71,28 @@ class SendQueue:
         return frames
 
     def close(self) -> None:
-        """Take the file away."""
         with contextlib.suppress(OSError):
             self._path.unlink(missing_ok=True)
+
+
+GROUND_SYSTEM = 255
+GROUND_COMPONENT = 190
+
+
+class GroundHeartbeat:
+    """Pack HEARTBEAT messages of a ground station, with their own sequence."""
+
+    def __init__(self) -> None:
+        self._dialect = dialect()
+        self._packer = self._dialect.MAVLink(
+            None, srcSystem=GROUND_SYSTEM, srcComponent=GROUND_COMPONENT
+        )
+
+    def frame(self) -> bytes:
+        names = self._dialect
+        message = names.MAVLink_heartbeat_message(
+            names.MAV_TYPE_GCS, names.MAV_AUTOPILOT_INVALID, 0, 0, names.MAV_STATE_ACTIVE, 3
+        )
+        frame = bytes(message.pack(self._packer))
+        self._packer.seq = (self._packer.seq + 1) % 256
+        return frame

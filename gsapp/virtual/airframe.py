@@ -25,15 +25,15 @@ from gsapp.dynamics.sensors import (
     velocity_at,
 )
 from gsapp.dynamics.signal_terms import SignalPath, SignalTerm, channels_of_target
-from gsapp.dynamics.simulation import ControlCommands, Simulator
+from gsapp.dynamics.simulation import ControlCommands, Simulator, Vector3
 from gsapp.dynamics.terms import POSITIONED_INSTRUMENTS
 from gsapp.quantities.constants import EARTH_RADIUS, GRAVITY
 from gsapp.virtual.flight_plan import FlightPlan
+from gsapp.virtual.human_pilot import AircraftHandling
 from gsapp.virtual.mission import upwind_start
-from gsapp.virtual.pilot_controllers import AircraftHandling
 from gsapp.virtual.pilot_perception import AircraftState, RunwayFrame
 from gsapp.virtual.settings import VIRTUAL
-from gsapp.virtual.stick_motion import StickPositions
+from gsapp.virtual.sticks import StickPositions
 
 # Three wheels on the runway: springs, dampers, tires.
 # The source gives no numbers of the gear but its layout, one nose wheel and two mains. Stiffness
@@ -45,7 +45,7 @@ from gsapp.virtual.stick_motion import StickPositions
 class Wheel:
     """One wheel."""
 
-    position: tuple[float, float, float]
+    position: Vector3
     """Of the unloaded tire's lowest point from the CG, body axes, m."""
     steers: bool
     brakes: bool
@@ -53,13 +53,7 @@ class Wheel:
 
 
 class LandingGear:
-    """Forces of the wheels on the aircraft.
-
-    Parameters
-    ----------
-    aircraft : Aircraft
-        Its length, span and mass give the size of the gear.
-    """
+    """Forces of the wheels; length, span and mass of the aircraft give the size of the gear."""
 
     ROLLING_FRICTION = 0.03
     BRAKE_FRICTION = 0.9
@@ -85,8 +79,8 @@ class LandingGear:
     def loads(
         self,
         down: float,
-        velocity: tuple[float, float, float],
-        rates: tuple[float, float, float],
+        velocity: Vector3,
+        rates: Vector3,
         matrix: Matrix,
         *,
         steer: float,
@@ -94,20 +88,9 @@ class LandingGear:
     ) -> tuple[Loads, bool]:
         """Return the loads of the ground, and whether a main wheel carries weight.
 
-        Parameters
-        ----------
-        down : float
-            Of the CG below the runway (negative above it), m.
-        velocity : tuple of float
-            Over the ground along the body axes, m/s.
-        rates : tuple of float
-            p, q, r, rad/s.
-        matrix : tuple of float
-            Body to Earth, row by row.
-        steer : float
-            -1 to 1, positive right.
-        brake : float
-            0 to 1.
+        `down` is the CG's depth below the runway (negative above it), m; `velocity` is over the
+        ground along the body axes, m/s; `rates` p, q, r, rad/s; `matrix` body to Earth, row by row;
+        `steer` -1 to 1, positive right; `brake` 0 to 1.
         """
         u, v, w = velocity
         p, q, r = rates
@@ -169,15 +152,13 @@ ONBOARD_CHANNELS = (
 """What the autopilot-like board in the box knows."""
 
 
+_STATE_CHANNELS = ("phi", "theta", "psi", "p", "q", "r", "north", "east", "climb_rate")
+
+
 class Airframe:
     """One aircraft, from standing on the runway to standing on it again.
 
-    Parameters
-    ----------
-    turbulence : float
-        Standard deviation of the gusts, m/s.
-    dt : float
-        Step, s.
+    `turbulence` is the standard deviation of the gusts, m/s; `dt` the step, s.
     """
 
     def __init__(
@@ -248,22 +229,13 @@ class Airframe:
     # --- motion ---------------------------------------------------------------------------------
 
     def aircraft_state(self) -> AircraftState:
-        """Return where the aircraft is and how it moves."""
         now = self._now
         return AircraftState(
             time=self._time,
-            phi=now["phi"],
-            theta=now["theta"],
-            psi=now["psi"],
-            p=now["p"],
-            q=now["q"],
-            r=now["r"],
-            north=now["north"],
-            east=now["east"],
+            **{name: now[name] for name in _STATE_CHANNELS},
             height=now["height"] - self._resting_height,
             velocity_north=now["ground_speed"] * math.cos(now["track"]),
             velocity_east=now["ground_speed"] * math.sin(now["track"]),
-            climb_rate=now["climb_rate"],
             airspeed=now["V"],
             on_ground=now["on_ground"] > 0.5,
         )
@@ -276,18 +248,15 @@ class Airframe:
         return now["height"] < 0.5 * height or (now["height"] < 1.2 * height and upset)
 
     def density(self, height: float) -> float:
-        """Return the density of the air at a height above the field, kg/m^3."""
         return float(self.simulator.atmosphere.density(self._plan.conditions.elevation + height))
 
     def advance(self, sticks: StickPositions) -> None:
-        """Go on by one step with the sticks where they are."""
         self._sticks = sticks
         self.simulator.step(self._commands(sticks))
         self._time += self._dt
         self._note()
 
     def _commands(self, sticks: StickPositions) -> ControlCommands:
-        """Return what the receiver makes of the sticks."""
         controls = self._aircraft.controls
         deflections = [
             stick * (control.full_stick_high if sticks.high_rate else control.full_stick_low)
@@ -309,7 +278,6 @@ class Airframe:
         )
 
     def _note(self) -> None:
-        """Take note of this instant."""
         now = self.simulator.sample()
         if now["V"] < VIRTUAL.vane_friction_speed:
             now["alpha"] = now["beta"] = 0.0

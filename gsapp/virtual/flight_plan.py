@@ -13,10 +13,10 @@ from typing import Literal
 from pydantic import Field, field_validator, model_validator
 
 from gsapp.foundation import StrictModel, read_toml
-from gsapp.foundation.shipped_files import ShippedFiles
+from gsapp.foundation.files import ShippedFiles
 from gsapp.quantities.constants import DEGREE, FOOT
 from gsapp.quantities.fields import Angle, Length, Ratio, Speed, Temperature, Time
-from gsapp.virtual.sensor_faults import SensorFault
+from gsapp.virtual.instruments import SensorFault
 
 ControlSurface = Literal["de", "da", "dr"]
 
@@ -31,42 +31,32 @@ INPUT_SHAPES: dict[str, tuple[float, ...]] = {
 class FieldConditions(StrictModel):
     """The field and the air on the day."""
 
-    elevation: Length = 1240 * FOOT
-    """Of the runway above sea level, m."""
-    temperature: Temperature = 288.15
-    """Of the air on the ground, K."""
+    elevation: Length = 1240 * FOOT  # Of the runway above sea level, m.
+    temperature: Temperature = 288.15  # Of the air on the ground, K.
     latitude: Angle = 39.64 * DEGREE
     longitude: Angle = -79.92 * DEGREE
     """Of the middle of the runway, rad."""
-    runway_heading: Angle = 180 * DEGREE
-    """Direction of take-off, rad from north."""
+    runway_heading: Angle = 180 * DEGREE  # Direction of take-off, rad from north.
     wind_speed: Speed = 0.0
     wind_from: Angle = 180 * DEGREE
     """Mean wind, m/s, and where it comes from, rad from north."""
-    turbulence: Speed = 0.0
-    """Standard deviation of the gusts, m/s."""
+    turbulence: Speed = 0.0  # Standard deviation of the gusts, m/s.
 
 
 class RunUp(StrictModel):
     """One throttle setting while the engines run before take-off."""
 
-    at: Time
-    """Time since the engines started, s."""
-    throttle: Ratio = Field(ge=0.0, le=1.0)
-    """0 idle to 1 full."""
+    at: Time  # Time since the engines started, s.
+    throttle: Ratio = Field(ge=0.0, le=1.0)  # 0 idle to 1 full.
 
 
 class EngineSchedule(StrictModel):
     """The engines on the ground."""
 
-    start: Time = 2.0
-    """When they start, s after the box was switched on."""
-    running: Time = 80.0
-    """How long they run before the take-off run, s."""
-    run_ups: tuple[RunUp, ...] = ()
-    """Throttle settings in between, in order of time."""
-    imbalance: Ratio = 0.02
-    """Share by which the left engine turns faster than the right one."""
+    start: Time = 2.0  # When they start, s after the box was switched on.
+    running: Time = 80.0  # How long they run before the take-off run, s.
+    run_ups: tuple[RunUp, ...] = ()  # Throttle settings in between, in order of time.
+    imbalance: Ratio = 0.02  # Share by which the left engine turns faster than the right one.
 
     @field_validator("run_ups")
     @classmethod
@@ -79,14 +69,10 @@ class EngineSchedule(StrictModel):
 class RangeCheck(StrictModel):
     """Large stick pulses on the ground: to show that the radio is alive."""
 
-    at: Time = 60.0
-    """Of the first pulse, s after the engines started."""
-    pulses: tuple[ControlSurface, ...] = ()
-    """The control of each, ``de``, ``da`` or ``dr``."""
-    shape: Literal["pulse", "doublet"] = "pulse"
-    """Doublets show both sides of the travel."""
-    stick: Ratio = Field(default=0.9, gt=0.0, le=1.0)
-    """Share of full stick."""
+    at: Time = 60.0  # Of the first pulse, s after the engines started.
+    pulses: tuple[ControlSurface, ...] = ()  # The control of each, ``de``, ``da`` or ``dr``.
+    shape: Literal["pulse", "doublet"] = "pulse"  # Doublets show both sides of the travel.
+    stick: Ratio = Field(default=0.9, gt=0.0, le=1.0)  # Share of full stick.
     duration: Time = 1.0
     """Of one pulse, or of either half of a doublet, s; as long lies between two inputs."""
 
@@ -107,14 +93,10 @@ class Takeoff(StrictModel):
 class Pattern(StrictModel):
     """The race-track."""
 
-    height: Length = 260 * FOOT
-    """Above the field, m."""
-    speed: Speed = 100 * FOOT
-    """Airspeed that the pilot aims at, m/s."""
-    leg: Time = 10.0
-    """Length of the straight legs, s."""
-    bank: Angle = 45 * DEGREE
-    """In the turns, rad."""
+    height: Length = 260 * FOOT  # Above the field, m.
+    speed: Speed = 100 * FOOT  # Airspeed that the pilot aims at, m/s.
+    leg: Time = 10.0  # Length of the straight legs, s.
+    bank: Angle = 45 * DEGREE  # In the turns, rad.
     side: Literal["left", "right"] = "left"
     """On which side of the runway, seen in the direction of take-off."""
 
@@ -127,16 +109,11 @@ class PlannedManeuver(StrictModel):
     shape: Literal["doublet", "3-2-1-1", "pulse"] = "doublet"
     stick: tuple[Ratio, ...]
     """Share of full stick, one for each input; the sign says which way first."""
-    step: Time = 0.4
-    """Duration of one unit step, s."""
-    stagger: Time = 0.0
-    """Delay of each further input after the one before, s."""
-    rate: Literal["low", "high"] = "high"
-    """Position of the rate switch."""
-    speed: Speed | None = None
-    """Airspeed wanted, m/s; None is that of the pattern."""
-    quiet: Time = 3.0
-    """How long the pilot leaves the sticks alone afterwards, s."""
+    step: Time = 0.4  # Duration of one unit step, s.
+    stagger: Time = 0.0  # Delay of each further input after the one before, s.
+    rate: Literal["low", "high"] = "high"  # Position of the rate switch.
+    speed: Speed | None = None  # Airspeed wanted, m/s; None is that of the pattern.
+    quiet: Time = 3.0  # How long the pilot leaves the sticks alone afterwards, s.
 
     @model_validator(mode="after")
     def _one_stick_each(self) -> PlannedManeuver:
@@ -162,37 +139,29 @@ class PlannedManeuver(StrictModel):
 class Landing(StrictModel):
     """Approach and landing."""
 
-    speed: Speed = 80 * FOOT
-    """On final approach, m/s."""
-    glide: Angle = 4.5 * DEGREE
-    """Angle of the approach path, rad."""
-    flap: Angle = 20 * DEGREE
-    """Set for the approach, rad."""
+    speed: Speed = 80 * FOOT  # On final approach, m/s.
+    glide: Angle = 4.5 * DEGREE  # Angle of the approach path, rad.
+    flap: Angle = 20 * DEGREE  # Set for the approach, rad.
 
 
 class PilotLimits(StrictModel):
     """The pilot's limits: errors are standard deviations."""
 
-    delay: Time = 0.2
-    """From seeing to moving, s."""
-    hand: Time = 0.1
-    """Lag of the hand, s."""
+    delay: Time = 0.2  # From seeing to moving, s.
+    hand: Time = 0.1  # Lag of the hand, s.
     bank_error: Angle = 2.5 * DEGREE
     pitch_error: Angle = 1.0 * DEGREE
     """Of attitudes seen from the ground, rad."""
     distance_error: Ratio = 0.012
     """Of height and place, as a share of the distance to the aircraft."""
-    speed_error: Speed = 5 * FOOT
-    """Of the airspeed guessed, m/s; there is no airspeed cue."""
+    speed_error: Speed = 5 * FOOT  # Of the airspeed guessed, m/s; there is no airspeed cue.
     size_error: Ratio = 0.12
     timing_error: Ratio = 0.12
     """Share by which each stick step misses its size and its duration."""
     residual: Ratio = 0.01
     """Stick left over after an input and while holding still, share of full stick."""
-    trim_error: Ratio = 0.015
-    """By how much the trim levers are off, share of full stick."""
-    coordination: Ratio = 0.8
-    """Share of the rudder needed in a turn that is really given."""
+    trim_error: Ratio = 0.015  # By how much the trim levers are off, share of full stick.
+    coordination: Ratio = 0.8  # Share of the rudder needed in a turn that is really given.
 
 
 class FlightPlan(StrictModel):
@@ -216,18 +185,9 @@ SHIPPED_PLANS = ShippedFiles(folder=Path(__file__).parent / "plans", kind="fligh
 
 
 def load_flight_plan(name_or_path: str | Path) -> FlightPlan:
-    """Read a flight plan.
+    """Read a flight plan: a path, or the name of a shipped one, ``default`` or ``short``.
 
-    Parameters
-    ----------
-    name_or_path : str or Path
-        A path, or the name of a shipped plan: ``default`` or ``short``.
-
-    Raises
-    ------
-    FileProblemsError
-        If the file holds mistakes; all are named.
-    UnknownNameError
-        If there is neither such a file nor such a shipped plan.
+    Raise FileProblemsError if the file holds mistakes; all are named. Raise UnknownNameError if
+    there is neither such a file nor such a shipped plan.
     """
     return read_toml(SHIPPED_PLANS.find(name_or_path), FlightPlan)

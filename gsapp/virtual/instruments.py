@@ -1,23 +1,96 @@
-"""From what each instrument is exposed to, to what it hands to the converter.
+"""From what each instrument is exposed to, to volts after the 12 bits of the converter.
 
 In order: the low-pass before the converter (50 Hz on all but the rate gyros, which have none and
 are shaken by the engines instead), lag and delay, bias and noise, the end of the range, and what is
-broken. Works on stretches of any length; cutting a flight into other pieces changes nothing.
+broken: samples drop out, stick, or are cut off, as with a loose wire or a jammed vane. Such a fault
+stands in the plan of a flight (``[[faults]]``) or is given in one line,
+``CHANNEL:KIND[:PARAM=VALUE,..]``. Works on stretches of any length; cutting a flight into other
+pieces changes nothing.
 """
 
 from __future__ import annotations
 
 import math
+import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any, Literal
 
 import numpy as np
+from pydantic import Field, ValidationInfo, field_validator, model_validator
 from scipy import signal
 
-from gsapp.aircraft import Aircraft
-from gsapp.quantities import FloatArray
-from gsapp.virtual.sensor_faults import SensorFault, SensorFaultInjector
+from calibration.adc import quantize
+from calibration.certificate import Certificate
+from gsapp.aircraft import Accelerometer, Aircraft, AirData, AlphaVane, Gyro
+from gsapp.aircraft.config import SurfaceSensors
+from gsapp.foundation import FileProblemsError, FlightError, StrictModel, UnknownNameError
+from gsapp.foundation.name_suggestions import did_you_mean
+from gsapp.foundation.toml import validate_content
+from gsapp.quantities import INSTRUMENTS, Block, FloatArray, channel, parse_quantity
+from gsapp.quantities.fields import Time
 from gsapp.virtual.settings import VIRTUAL
+
+DAQ_CHANNELS = (*INSTRUMENTS, "excitation", "battery")
+"""Channel of each input of the converter, in order."""
+
+_DIVIDERS = {"excitation": 1.0, "battery": 0.2}
+"""Inputs that see their voltage directly, or through a divider."""
+
+
+class AnalogDigitalConverter:
+    """Instruments' outputs into counts, and back through the certificates.
+
+    There is one for each input that is not a plain voltage; raise UnknownNameError if one is
+    missing.
+    """
+
+    def __init__(self, certificates: Mapping[str, Certificate]) -> None:
+        missing = [
+            name for name in DAQ_CHANNELS if name not in _DIVIDERS and name not in certificates
+        ]
+        if missing:
+            raise UnknownNameError(
+                f"there is no calibration certificate for {', '.join(missing)}; "
+                "calibrate, or take the shipped set 'b777'"
+            )
+        self._certificates = dict(certificates)
+
+    def volts(self, instruments: Mapping[str, FloatArray]) -> FloatArray:
+        """Return the converted volts, shape (n, 20), of all inputs, by `calibration.adc.quantize`.
+
+        What each instrument shows, of all `DAQ_CHANNELS`, is in SI, shape (n,). NaN is an open
+        input, which the converter reads as nothing.
+        """
+        excitation = instruments["excitation"]
+        columns = []
+        for name in DAQ_CHANNELS:
+            values = instruments[name]
+            if name in _DIVIDERS:
+                columns.append(values * _DIVIDERS[name])
+            else:
+                columns.append(self._certificates[name].volts(values, excitation))
+        raw = np.nan_to_num(np.column_stack(columns), nan=0.0)
+        return quantize(raw)
+
+    def convert_volts(self, volts: FloatArray) -> dict[str, FloatArray]:
+        """Return what the ground makes of converted volts, shape (n, 20): channel -> (n,)."""
+        excitation = volts[:, DAQ_CHANNELS.index("excitation")]
+        values = {}
+        for index, name in enumerate(DAQ_CHANNELS):
+            if name in _DIVIDERS:
+                values[name] = volts[:, index] / _DIVIDERS[name]
+            else:
+                values[name] = self._certificates[name].evaluate(volts[:, index], excitation)
+        return values
+
+    def convert_to_block(self, times: FloatArray, volts: FloatArray) -> Block:
+        """Return `convert_volts` as a block over times (s), shape (n,)."""
+        values = self.convert_volts(volts)
+        return Block(
+            channels=DAQ_CHANNELS, times=times, values=np.column_stack(list(values.values()))
+        )
+
 
 # Engine vibration, as the gyros see it.
 # The fans turn at 117 to 417 Hz; the gyros have no filter before the converter, so the 100 Hz
@@ -29,18 +102,8 @@ class EngineVibration:
     """Rates shaken by two or more engines out of balance.
 
     Imbalance pushes with the square of the speed; the rate that it shakes up grows with the
-    speed itself.
-
-    Parameters
-    ----------
-    amplitude : float
-        Of all engines together at `full_speed`, on each axis, rad/s.
-    full_speed : float
-        Of the engines, rad/s.
-    engines : int
-        How many.
-    random : numpy.random.Generator
-        For the phases at the start and the directions in which each engine shakes.
+    speed itself. `amplitude` is that of all engines together at `full_speed` (rad/s), on each axis,
+    rad/s; random are the phases at the start and the directions in which each engine shakes.
     """
 
     def __init__(
@@ -54,19 +117,9 @@ class EngineVibration:
         self._speed: FloatArray | None = None
 
     def vibration_rates(self, speeds: FloatArray, dt: float) -> FloatArray:
-        """Return the rates at the next samples.
+        """Return p, q, r (rad/s), shape (n, 3), at the next samples, `dt` s apart.
 
-        Parameters
-        ----------
-        speeds : ndarray, shape (n, engines)
-            Of the engines at these samples, rad/s.
-        dt : float
-            Between samples, s.
-
-        Returns
-        -------
-        ndarray, shape (n, 3)
-            p, q, r; rad/s.
+        The speeds of the engines at these samples are in rad/s, shape (n, engines).
         """
         if not len(speeds):
             return np.empty((0, 3))
@@ -89,94 +142,70 @@ _NO_RANGE = (-math.inf, math.inf)
 class Instrument:
     """One instrument."""
 
-    name: str
-    """Channel of the converter."""
-    low_pass: float | None = VIRTUAL.low_pass
-    """Corner of the filter before the converter, Hz."""
+    name: str  # Channel of the converter.
+    low_pass: float | None = VIRTUAL.low_pass  # Corner of the filter before the converter, Hz.
     lag: float = 0.0
     delay: float = 0.0
     """s."""
     bias: float = 0.0
     noise: float = 0.0
     """SI; `noise` is the standard deviation of each sample."""
-    range: tuple[float, float] = _NO_RANGE
-    """Lowest and highest value that it can show, SI."""
+    range: tuple[float, float] = _NO_RANGE  # Lowest and highest value that it can show, SI.
+
+
+def _instrument(
+    name: str,
+    sensor: SurfaceSensors | AlphaVane | Gyro | Accelerometer | AirData,
+    noise: float,
+    limits: tuple[float, float] = _NO_RANGE,
+    bias: float = 0.0,
+) -> Instrument:
+    return Instrument(
+        name=name,
+        low_pass=sensor.low_pass,
+        lag=sensor.lag,
+        delay=sensor.delay,
+        bias=bias,
+        noise=noise,
+        range=limits,
+    )
 
 
 def create_instruments(aircraft: Aircraft) -> tuple[Instrument, ...]:
     """Return the instruments on the recorder, as the aircraft file describes them."""
     sensors = aircraft.sensors
-    found = []
-    for name in ("elevator_left", "elevator_right", "aileron_left", "aileron_right", "rudder"):
-        surface = sensors.surfaces
-        found.append(
-            Instrument(
-                name=name,
-                low_pass=surface.low_pass,
-                lag=surface.lag,
-                delay=surface.delay,
-                noise=surface.noise,
+    surfaces, air = sensors.surfaces, sensors.air_data
+    alpha, beta = sensors.alpha_vane, sensors.beta_vane
+    gyro, accelerometer = sensors.gyro, sensors.accelerometer
+    return (
+        *(
+            _instrument(name, surfaces, surfaces.noise)
+            for name in (
+                "elevator_left",
+                "elevator_right",
+                "aileron_left",
+                "aileron_right",
+                "rudder",
             )
-        )
-    for name, vane in (("alpha", sensors.alpha_vane), ("beta", sensors.beta_vane)):
-        found.append(
-            Instrument(
-                name=name,
-                low_pass=vane.low_pass,
-                lag=vane.lag,
-                delay=vane.delay,
-                bias=vane.bias,
-                noise=vane.noise,
-                range=vane.range,
-            )
-        )
-    gyro, accelerometer, air = sensors.gyro, sensors.accelerometer, sensors.air_data
-    found += [
-        Instrument(
-            name=name,
-            low_pass=gyro.low_pass,
-            lag=gyro.lag,
-            delay=gyro.delay,
-            bias=bias,
-            noise=gyro.noise,
-            range=gyro.range,
-        )
-        for name, bias in zip(GYRO_CHANNELS, gyro.bias, strict=True)
-    ]
-    found += [
-        Instrument(
-            name=name,
-            low_pass=accelerometer.low_pass,
-            lag=accelerometer.lag,
-            delay=accelerometer.delay,
-            bias=bias,
-            noise=accelerometer.noise,
-            range=accelerometer.range,
-        )
-        for name, bias in zip(("ax", "ay", "an"), accelerometer.bias, strict=True)
-    ]
-    for name, noise, limits in (
-        ("static_pressure", air.static_noise, air.static_range),
-        ("dynamic_pressure", air.noise, air.range),
-    ):
-        found.append(
-            Instrument(
-                name=name,
-                low_pass=air.low_pass,
-                lag=air.lag,
-                delay=air.delay,
-                noise=noise,
-                range=limits,
-            )
-        )
-    found += [
+        ),
+        _instrument("alpha", alpha, alpha.noise, alpha.range, alpha.bias),
+        _instrument("beta", beta, beta.noise, beta.range, beta.bias),
+        *(
+            _instrument(name, gyro, gyro.noise, gyro.range, bias)
+            for name, bias in zip(GYRO_CHANNELS, gyro.bias, strict=True)
+        ),
+        *(
+            _instrument(name, accelerometer, accelerometer.noise, accelerometer.range, bias)
+            for name, bias in zip(("ax", "ay", "an"), accelerometer.bias, strict=True)
+        ),
+        _instrument("static_pressure", air, air.static_noise, air.static_range),
+        _instrument("dynamic_pressure", air, air.noise, air.range),
         Instrument(name="temperature", lag=5.0, noise=0.05),
         Instrument(name="throttle", noise=0.001),
-        Instrument(name="flap", noise=aircraft.sensors.surfaces.noise),
+        Instrument(name="flap", noise=surfaces.noise),
         Instrument(name="excitation", noise=0.0005),
         Instrument(name="battery", noise=0.003),
-    ]
-    return tuple(found)
+    )
 
 
 class _Filter:
@@ -240,14 +269,8 @@ class _Chain:
 class Instruments:
     """All instruments on the recorder of one aircraft, on one day.
 
-    Parameters
-    ----------
-    aircraft : Aircraft
-        Noise, bias, range, lag and delay of each.
-    dt : float
-        Between samples, s.
-    faults : sequence of SensorFault
-        What goes wrong, in the order in which it acts on the same instrument.
+    The aircraft file has noise, bias, range, lag and delay of each; samples are `dt` s apart.
+    Faults act in their order on the same instrument.
     """
 
     def __init__(
@@ -273,19 +296,10 @@ class Instruments:
     def read(
         self, exposed: Mapping[str, FloatArray], engine_speeds: FloatArray
     ) -> dict[str, FloatArray]:
-        """Return what the instruments show.
+        """Return what the instruments show before the converter, SI, shape (n,); NaN for nothing.
 
-        Parameters
-        ----------
-        exposed : mapping of str to ndarray, shape (n,)
-            What each instrument is exposed to, where it is; SI.
-        engine_speeds : ndarray, shape (n, 2)
-            Left and right, rad/s.
-
-        Returns
-        -------
-        dict of str to ndarray, shape (n,)
-            Before the converter; NaN where an instrument gives nothing.
+        What each is exposed to where it is has the shape (n,), SI; the speeds of the left and right
+        engine (n, 2), rad/s.
         """
         shaken = dict(
             zip(
@@ -310,3 +324,128 @@ class Instruments:
             shown[name] = failing.apply(shown[name], self._count)
         self._count += count
         return shown
+
+
+_NEVER = sys.maxsize
+
+
+class SensorFault(StrictModel):
+    """One thing that goes wrong with one instrument."""
+
+    channel: str  # The input of the converter: one of `gsapp.virtual.instruments.DAQ_CHANNELS`.
+    kind: Literal["dropout", "stuck", "clip"]
+    """``dropout``: the input is open, which the converter reads as 0 V. ``stuck``: the sample at
+    its beginning is repeated. ``clip``: nothing beyond `low` and `high` is shown."""
+    start: Time = 0.0
+    end: Time = math.inf
+    """When it may act, s since the box was switched on."""
+    every: Time | None = Field(default=None, gt=0.0)
+    length: Time | None = Field(default=None, gt=0.0)
+    """It comes and goes: mean time from one end to the next beginning, and mean duration, s, both
+    spread exponentially. Without them it acts from `start` to `end`."""
+    low: float | None = None
+    high: float | None = None
+    """What ``clip`` cuts off, in the SI unit of the channel."""
+
+    @field_validator("channel")
+    @classmethod
+    def _is_measured(cls, value: str) -> str:
+        if value not in DAQ_CHANNELS:
+            hint = did_you_mean(value, DAQ_CHANNELS, f"choose one of {', '.join(DAQ_CHANNELS)}")
+            raise ValueError(f"no instrument measures '{value}'; {hint}")
+        return value
+
+    @field_validator("low", "high", mode="before")
+    @classmethod
+    def _with_unit(cls, value: Any, info: ValidationInfo) -> Any:
+        known = info.data.get("channel")
+        if value is None or known is None:  # without a channel there is that to say already
+            return None
+        return parse_quantity(value, channel(known).quantity)
+
+    @model_validator(mode="after")
+    def _hangs_together(self) -> SensorFault:
+        if not self.start < self.end:
+            raise ValueError("it ends before it begins; swap 'start' and 'end'")
+        if (self.every is None) != (self.length is None):
+            raise ValueError("'every' and 'length' belong together; give both, or neither")
+        cuts = self.low is not None or self.high is not None
+        if cuts != (self.kind == "clip"):
+            raise ValueError("'low' and 'high' belong to clip; give it one or both of them")
+        if self.low is not None and self.high is not None and not self.low < self.high:
+            raise ValueError("the lower end comes first; swap 'low' and 'high'")
+        return self
+
+
+def parse_sensor_fault(text: str) -> SensorFault:
+    """Read a fault from one line, such as ``alpha:stuck:start=60 s,end=75 s``.
+
+    Raise FlightError if it says something else.
+    """
+    channel_id, _, rest = text.partition(":")
+    kind, _, rest = rest.partition(":")
+    content = {"channel": channel_id.strip(), "kind": kind.strip()}
+    for pair in rest.split(",") if rest else ():
+        name, equals, value = pair.partition("=")
+        if not equals:
+            raise FlightError(
+                f"'{pair}' in '{text}' is not PARAM=VALUE; write for example "
+                "alpha:dropout:every=20 s,length=0.1 s"
+            )
+        content[name.strip()] = value.strip()
+    try:
+        return validate_content("fault", content, SensorFault)
+    except FileProblemsError as error:
+        said = ". ".join(str(problem) for problem in error.problems)
+        raise FlightError(f"'{text}' is not a fault: {said}") from error
+
+
+class SensorFaultInjector:
+    """A fault at work, stretch after stretch, on samples `dt` s apart."""
+
+    def __init__(self, fault: SensorFault, dt: float, random: np.random.Generator) -> None:
+        self.fault = fault
+        self._dt = dt
+        self._random = random
+        self._last = self._index(fault.end)
+        self._begin, self._end = self._index(fault.start), self._last
+        self._held = math.nan
+        if fault.every is not None:
+            self._end = self._begin
+            self._await_next()
+
+    def apply(self, shown: FloatArray, first: int) -> FloatArray:
+        """Return what remains of successive samples, shape (n,); `first` counts from the start."""
+        values = shown.copy()
+        after = first + len(values)
+        while self._begin < after:
+            begin, end = max(self._begin, first), min(self._end, after)
+            self._harm(values[begin - first : end - first], begins=begin == self._begin)
+            if self._end > after:
+                break
+            self._await_next()
+        return values
+
+    def _harm(self, values: FloatArray, *, begins: bool) -> None:
+        if self.fault.kind == "dropout":
+            values[:] = math.nan
+        elif self.fault.kind == "stuck":
+            if begins:
+                self._held = float(values[0])
+            values[:] = self._held
+        else:
+            np.clip(values, self.fault.low, self.fault.high, out=values)
+
+    def _await_next(self) -> None:
+        every, length = self.fault.every, self.fault.length
+        if every is None or length is None:
+            self._begin = self._end = _NEVER
+            return
+        gap, duration = self._random.exponential((every, length))
+        self._begin = self._end + max(round(gap / self._dt), 1)
+        self._end = min(self._begin + max(round(duration / self._dt), 1), self._last)
+        if self._begin >= self._last:
+            self._begin = self._end = _NEVER
+
+    def _index(self, time: float) -> int:
+        return round(time / self._dt) if math.isfinite(time) else _NEVER

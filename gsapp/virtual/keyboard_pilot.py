@@ -3,33 +3,30 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
 from gsapp.virtual.flight_plan import FlightPlan
-from gsapp.virtual.handover_phases import RECOVERY_PHASE, TRAINEE_PHASE
-from gsapp.virtual.human_pilot import HumanPilot
-from gsapp.virtual.keyboard_sticks import (
-    KeyboardSticks,
-    KeyPositions,
-    step_toward,
+from gsapp.virtual.human_pilot import AircraftHandling, HumanPilot
+from gsapp.virtual.mission import (
+    RECOVERY_PHASE,
+    TRAINEE_PHASE,
+    GuidanceCommand,
+    Leg,
+    Mission,
+    MissionStage,
 )
-from gsapp.virtual.mission import GuidanceCommand, Leg, Mission, MissionStage
-from gsapp.virtual.pilot_controllers import AircraftHandling
 from gsapp.virtual.pilot_perception import AircraftState, PilotView
 from gsapp.virtual.settings import VIRTUAL
-from gsapp.virtual.stick_motion import StickPositions
+from gsapp.virtual.sticks import KeyboardSticks, KeyPositions, StickPositions, step_toward
 
 
 class TrainingMission(Mission):
     """The pattern, again and again, until the trainee has had enough.
 
-    Parameters
-    ----------
-    plan : FlightPlan
-        Field, pattern and landing; its maneuvers are the trainee's to fly.
-    airborne : bool
-        Begin on the upwind leg of the pattern.
+    The maneuvers of the plan are the trainee's to fly. `airborne` begins on the upwind leg.
     """
 
     def __init__(self, plan: FlightPlan, random: np.random.Generator, *, airborne: bool) -> None:
@@ -125,16 +122,8 @@ def _joining_bank(leg: Leg, view: PilotView) -> float:
 class KeyboardPilot:
     """The `StickSource` of a training flight.
 
-    Parameters
-    ----------
-    plan : FlightPlan
-        Where the pattern lies; its maneuvers are left to the trainee.
-    feel : AircraftHandling
-        What the built-in pilot knows of the aircraft.
-    dt : float
-        Time between two moves, s.
-    airborne : bool
-        Whether the flight begins in the pattern.
+    The maneuvers of the plan are left to the trainee. `feel` is what the built-in pilot knows of
+    the aircraft, `dt` the time between two moves, s; `airborne` flights begin in the pattern.
     """
 
     def __init__(
@@ -157,17 +146,14 @@ class KeyboardPilot:
 
     @property
     def phase(self) -> str:
-        """Return what is being done."""
         return self._pilot.phase
 
     @property
     def finished(self) -> bool:
-        """Return whether the aircraft stands on the ground with its engines off."""
         return self._pilot.finished
 
     @property
     def trainee_flies(self) -> bool:
-        """Return whether the keys move the sticks."""
         return self._mission.trainee_flies
 
     # What the trainee says ---------------------------------------------------------------
@@ -191,22 +177,18 @@ class KeyboardPilot:
             self._said = why
 
     def land(self) -> None:
-        """Have the built-in pilot land it."""
         self.hand_back()
         self._mission.landing_requested = True
 
     def set_keys(self, keys: KeyPositions) -> None:
-        """Take where the keys push from now on."""
         self._silence = 0.0
         self._keyed.set_keys(keys)
 
     def step_lever(self, axis: str, by: float) -> None:
-        """Move a trim lever, or the throttle; see `KeyboardSticks.click`."""
         self._silence = 0.0
         self._keyed.step_lever(axis, by)
 
     def set_key_travel(self, share: float) -> None:
-        """Choose how far a key pushes; see `KeyboardSticks.choose_size`."""
         self._silence = 0.0
         self._keyed.set_key_travel(share)
 
@@ -222,7 +204,6 @@ class KeyboardPilot:
     # What becomes of it ------------------------------------------------------------------
 
     def move(self, situation: AircraftState) -> StickPositions:
-        """Return the sticks at this moment."""
         if self._mission.trainee_flies:
             self._silence += self._dt
             if self._silence > VIRTUAL.key_timeout:
@@ -239,23 +220,9 @@ class KeyboardPilot:
     def _blended(self, own: StickPositions) -> StickPositions:
         """Return the sticks on their way from the trainee's positions to the pilot's own."""
         step, held = VIRTUAL.handover_rate * self._dt, self._sticks
-        pitch, roll, yaw, throttle = (
-            step_toward(getattr(held, name), getattr(own, name), step)
+        moved: dict[str, Any] = {
+            name: step_toward(getattr(held, name), getattr(own, name), step)
             for name in ("pitch", "roll", "yaw", "throttle")
-        )
-        self._blending = (pitch, roll, yaw, throttle) != (
-            own.pitch,
-            own.roll,
-            own.yaw,
-            own.throttle,
-        )
-        return StickPositions(
-            pitch=pitch,
-            roll=roll,
-            yaw=yaw,
-            throttle=throttle,
-            flap=own.flap,
-            high_rate=own.high_rate,
-            brake=own.brake,
-            engines=own.engines,
-        )
+        }
+        self._blending = any(value != getattr(own, name) for name, value in moved.items())
+        return replace(own, **moved)

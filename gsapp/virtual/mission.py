@@ -2,7 +2,7 @@
 
 Each stage is a generator that is sent the pilot's view and yields an intent; it ends when the
 stage is done. How an intent becomes sticks is the business of
-`gsapp.virtual.pilot_controllers`.
+`gsapp.virtual.human_pilot`.
 """
 
 from __future__ import annotations
@@ -10,54 +10,38 @@ from __future__ import annotations
 import math
 from collections.abc import Generator
 from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
 
 from gsapp.quantities.constants import DEGREE, GRAVITY
-from gsapp.virtual.flight_plan import (
-    FlightPlan,
-    Pattern,
-    PilotLimits,
-    PlannedManeuver,
-    RangeCheck,
-)
+from gsapp.virtual.flight_plan import FlightPlan, Pattern, PilotLimits, PlannedManeuver, RangeCheck
 from gsapp.virtual.pilot_perception import PilotView
 from gsapp.virtual.settings import VIRTUAL
-from gsapp.virtual.stick_motion import StickInput
+from gsapp.virtual.sticks import StickInput
+
+TRAINEE_PHASE: Final = "you have control"
+RECOVERY_PHASE: Final = "I have control"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class GuidanceCommand:
     """What the pilot wants now."""
 
-    phase: str
-    """In words, for the crew."""
-    path_angle: float | None = None
-    """Flight path angle wanted, rad."""
-    pitch: float | None = None
-    """Pitch attitude wanted instead, rad; with neither, the stick stays."""
-    path_gain: float = 0.25
-    """How quickly an error of the path is answered with the attitude."""
-    bank: float = 0.0
-    """Wanted, rad, towards the pattern."""
-    speed: float | None = None
-    """Airspeed wanted, m/s."""
-    throttle: float | None = None
-    """Throttle wanted instead; with neither, the throttle stays."""
-    steer: float | None = None
-    """Course wanted on the ground, rad."""
-    stick_input: StickInput | None = None
-    """An input under way, and since when."""
-    stick_time: float = 0.0
-    """s since it began."""
-    hands_off: bool = False
-    """Hands off: keep what is held."""
-    flap: float = 0.0
-    """Wanted, rad."""
-    brake: float = 0.0
-    """0 to 1."""
-    engines: bool = True
-    """Running."""
+    phase: str  # In words, for the crew.
+    path_angle: float | None = None  # Flight path angle wanted, rad.
+    pitch: float | None = None  # Pitch attitude wanted instead, rad; with neither, the stick stays.
+    path_gain: float = 0.25  # How quickly an error of the path is answered with the attitude.
+    bank: float = 0.0  # Wanted, rad, towards the pattern.
+    speed: float | None = None  # Airspeed wanted, m/s.
+    throttle: float | None = None  # Throttle wanted instead; with neither, the throttle stays.
+    steer: float | None = None  # Course wanted on the ground, rad.
+    stick_input: StickInput | None = None  # An input under way, and since when.
+    stick_time: float = 0.0  # s since it began.
+    hands_off: bool = False  # Hands off: keep what is held.
+    flap: float = 0.0  # Wanted, rad.
+    brake: float = 0.0  # 0 to 1.
+    engines: bool = True  # Running.
 
 
 MissionStage = Generator[GuidanceCommand, PilotView, None]
@@ -95,13 +79,7 @@ def upwind_start(pattern: Pattern) -> tuple[float, float]:
 
 
 class Mission:
-    """The stages of one plan.
-
-    Parameters
-    ----------
-    random : numpy.random.Generator
-        For how each maneuver turns out.
-    """
+    """The stages of one plan; how each maneuver turns out is random."""
 
     def __init__(self, plan: FlightPlan, random: np.random.Generator) -> None:
         self._plan = plan
@@ -117,7 +95,6 @@ class Mission:
         """Start and end of each maneuver, s, as it was flown."""
 
     def stages(self) -> MissionStage:
-        """Return the whole flight as one stage."""
         yield from self._engines()
         yield from self._takeoff()
         yield from self._pattern()
@@ -217,13 +194,10 @@ class Mission:
                 return
             view = yield GuidanceCommand(
                 phase="pattern",
-                path_angle=self._turning_path(view),
+                path_angle=self._level(view),
                 bank=self._turning_bank(view, leg, left),
                 speed=pattern.speed,
             )
-
-    def _turning_path(self, view: PilotView) -> float:
-        return self._level(view)
 
     def _turning_bank(self, view: PilotView, leg: Leg, left: float) -> float:
         """Return the bank whose radius ends on the line of the leg."""

@@ -22,8 +22,7 @@ from gsapp.virtual.settings import VIRTUAL
 class AircraftState:
     """Where the aircraft really is and how it moves: SI, radians."""
 
-    time: float
-    """s since the box was switched on."""
+    time: float  # s since the box was switched on.
     phi: float
     theta: float
     psi: float
@@ -40,49 +39,35 @@ class AircraftState:
     velocity_east: float
     climb_rate: float
     """Over the ground."""
-    airspeed: float
-    """True airspeed."""
-    on_ground: bool
-    """Whether a main wheel carries weight."""
+    airspeed: float  # True airspeed.
+    on_ground: bool  # Whether a main wheel carries weight.
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PilotView:
     """What the pilot believes, `PilotLimits.delay` late; in the pilot's frame."""
 
-    time: float
-    """Now, s."""
+    time: float  # Now, s.
     bank: float
     pitch: float
     """Attitude, rad; bank positive towards the pattern."""
     roll_rate: float
     pitch_rate: float
     """rad/s."""
-    course: float
-    """Direction of motion from that of take-off, rad, in (-pi, pi]."""
+    course: float  # Direction of motion from that of take-off, rad, in (-pi, pi].
     along: float
     across: float
     height: float
     """Position, m."""
-    climb: float
-    """Rate of climb, m/s."""
-    path: float
-    """Angle of the flight path, rad."""
-    speed: float
-    """Airspeed guessed, m/s."""
-    ground_speed: float
-    """m/s."""
+    climb: float  # Rate of climb, m/s.
+    path: float  # Angle of the flight path, rad.
+    speed: float  # Airspeed guessed, m/s.
+    ground_speed: float  # m/s.
     on_ground: bool
 
 
 class RunwayFrame:
-    """The pilot's frame on the field.
-
-    Parameters
-    ----------
-    side : {"left", "right"}
-        Of the pattern.
-    """
+    """The pilot's frame on the field; the side of the pattern is ``left`` or ``right``."""
 
     def __init__(self, conditions: FieldConditions, side: str) -> None:
         self.heading = conditions.runway_heading
@@ -129,15 +114,7 @@ class _PerceptionError:
 
 
 class PilotPerception:
-    """Turns the situation into the pilot's view: late, drifting, worse with distance.
-
-    Parameters
-    ----------
-    plan : FlightPlan
-        The pilot's limits and the side of the pattern.
-    dt : float
-        Time between two looks, s.
-    """
+    """Turns the situation into the pilot's view every `dt` s: late, drifting, worse far away."""
 
     def __init__(
         self, plan: FlightPlan, runway: RunwayFrame, random: np.random.Generator, dt: float
@@ -154,7 +131,6 @@ class PilotPerception:
         self._speed = _PerceptionError(random, 12.0, dt)
 
     def perceive(self, situation: AircraftState) -> PilotView:
-        """Return what the pilot sees at this moment."""
         self._late.append(situation)
         seen = self._late[0]
         human, sign = self._human, self._runway.sign

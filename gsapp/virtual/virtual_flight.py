@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -14,50 +15,68 @@ from gsapp.aircraft import Aircraft, load_aircraft
 from gsapp.dynamics.flight_model import FlightModel
 from gsapp.dynamics.linearization import linearize
 from gsapp.dynamics.model import Model, load_model
+from gsapp.dynamics.terms import create_term
 from gsapp.dynamics.trim import Trim, trim
 from gsapp.foundation import FlightError
 from gsapp.quantities import Block, FloatArray
-from gsapp.virtual.ad_converter import DAQ_CHANNELS, AnalogDigitalConverter
 from gsapp.virtual.airframe import (
     INSTRUMENT_INPUT_CHANNELS,
     ONBOARD_CHANNELS,
     TRUTH_CHANNELS,
     Airframe,
 )
-from gsapp.virtual.flight_plan import (
-    FlightPlan,
-    PlannedManeuver,
-    load_flight_plan,
+from gsapp.virtual.flight_plan import FlightPlan, PlannedManeuver, load_flight_plan
+from gsapp.virtual.human_pilot import AircraftHandling, HumanPilot
+from gsapp.virtual.instruments import (
+    DAQ_CHANNELS,
+    AnalogDigitalConverter,
+    Instruments,
+    parse_sensor_fault,
 )
-from gsapp.virtual.hidden_effects import add_hidden_effects
-from gsapp.virtual.human_pilot import HumanPilot
-from gsapp.virtual.instruments import Instruments
-from gsapp.virtual.pilot_controllers import AircraftHandling
-from gsapp.virtual.sensor_faults import parse_sensor_fault
 from gsapp.virtual.settings import VIRTUAL
-from gsapp.virtual.stick_motion import StickSource
+from gsapp.virtual.sticks import StickSource
+
+
+def add_hidden_effects(aircraft: Aircraft, model: Model, hide: Sequence[str] = ()) -> Model:
+    """Return the model that the virtual aircraft really follows: with ``ID[:PARAM=VALUE,..]``.
+
+    Values are in SI and radians. Raise UnknownNameError if an effect or one of its parameters is
+    unknown, FlightError if a value is not a number.
+    """
+    for text in hide:
+        effect_id, parameters = parse_effect(text)
+        create_term(effect_id, aircraft).values_for(parameters)
+        model = model.with_effect(effect_id, parameters)
+    return model
+
+
+def parse_effect(text: str) -> tuple[str, dict[str, float]]:
+    """Return id and parameters of ``ID[:PARAM=VALUE,..]``."""
+    effect_id, _, rest = text.partition(":")
+    parameters: dict[str, float] = {}
+    for pair in rest.split(",") if rest else ():
+        name, equals, value = pair.partition("=")
+        try:
+            if not equals:
+                raise ValueError
+            parameters[name.strip()] = float(value)
+        except ValueError:
+            raise FlightError(
+                f"'{pair}' in '{text}' is not PARAM=VALUE; write for example "
+                "aero.Cm.alpha2:Cm_alpha2=-2.0, in SI units and radians"
+            ) from None
+    return effect_id.strip(), parameters
+
 
 # What a pilot knows of an aircraft after many flights: level flight, and what the sticks do.
 # Found by asking the equations, so that the same pilot flies any aircraft.
 
 
 def compute_handling(model: FlightModel, speed: float, density: float) -> AircraftHandling:
-    """Return what a pilot knows.
+    """Return what a pilot knows of an aircraft, hidden effects included, who has flown this one.
 
-    Parameters
-    ----------
-    model : FlightModel
-        The aircraft, hidden effects included: it is this one that the pilot has flown.
-    speed : float
-        Airspeed at which it is flown, m/s.
-    density : float
-        Of the air, kg/m^3.
-
-    Raises
-    ------
-    FlightError
-        If the aircraft cannot fly level or turn at that speed, or answers the sticks the wrong
-        way round.
+    At an airspeed (m/s), in air of a density (kg/m^3). Raise FlightError if the aircraft cannot fly
+    level or turn at that speed, or answers the sticks the wrong way round.
     """
     level = trim(model, V=speed, rho=density)
     slower = trim(model, V=0.95 * speed, rho=density)
@@ -107,19 +126,14 @@ StickSourceFactory = Callable[
 class FlightSegment:
     """Some successive samples of a flight."""
 
-    first_index: int
-    """Number of the first sample since the box was switched on."""
-    times: FloatArray
-    """Shape (n,). s since then."""
-    truth: FloatArray
-    """Shape (n, len(TRUTH)). What really happened, SI."""
-    volts: FloatArray
-    """Shape (n, 20). The converter's readings, V."""
+    first_index: int  # Number of the first sample since the box was switched on.
+    times: FloatArray  # Shape (n,). s since then.
+    truth: FloatArray  # Shape (n, len(TRUTH)). What really happened, SI.
+    volts: FloatArray  # Shape (n, 20). The converter's readings, V.
     onboard_names: tuple[str, ...]
     onboard: FloatArray
     """Shape (n, len(board_names)). What the autopilot-like board knows besides."""
-    phases: tuple[str, ...]
-    """What was being done."""
+    phases: tuple[str, ...]  # What was being done.
 
     def __len__(self) -> int:
         return int(self.times.size)
@@ -132,8 +146,7 @@ class FlownManeuver:
     t_start: float
     t_end: float
     """s since the box was switched on; the end is where the pilot took over again."""
-    inputs: tuple[str, ...]
-    """``de``, ``da``, ``dr``."""
+    inputs: tuple[str, ...]  # ``de``, ``da``, ``dr``.
     kind: str
 
 
@@ -141,25 +154,19 @@ class FlownManeuver:
 class VirtualFlight:
     """A flight that was flown to its end."""
 
-    truth: Block
-    """What really happened: `gsapp.virtual.airframe.TRUTH_CHANNELS`, at the CG."""
+    truth: Block  # What really happened: `gsapp.virtual.airframe.TRUTH_CHANNELS`, at the CG.
     measured: Block
-    """What the ground makes of the converter's volts: `gsapp.virtual.ad_converter.DAQ_CHANNELS` and
+    """What the ground makes of the converter's volts: `gsapp.virtual.instruments.DAQ_CHANNELS` and
     the combined surfaces (6.1.1)-(6.1.3)."""
-    volts: FloatArray
-    """Shape (n, 20). V."""
-    phases: tuple[tuple[str, float], ...]
-    """Each phase with the time at which it began, s."""
+    volts: FloatArray  # Shape (n, 20). V.
+    phases: tuple[tuple[str, float], ...]  # Each phase with the time at which it began, s.
     maneuvers: tuple[FlownManeuver, ...]
     crashed: bool
 
     def phase(self, name: str) -> tuple[float, float]:
         """Return begin and end (s) of the first phase of that name.
 
-        Raises
-        ------
-        FlightError
-            If there was none.
+        Raise FlightError if there was none.
         """
         for index, (phase, start) in enumerate(self.phases):
             if phase == name:
@@ -244,7 +251,6 @@ class FlightSimulation:
 
     @property
     def finished(self) -> bool:
-        """Return whether the flight is over."""
         return (
             self._hands.finished
             or self._crashed
@@ -253,7 +259,6 @@ class FlightSimulation:
 
     @property
     def crashed(self) -> bool:
-        """Return whether it ended badly."""
         return self._crashed
 
     @property
@@ -265,7 +270,6 @@ class FlightSimulation:
 
     @property
     def converter(self) -> AnalogDigitalConverter:
-        """Return the converter on board."""
         return self._converter
 
     def advance(self, count: int) -> FlightSegment:
@@ -319,54 +323,18 @@ def simulate_flight(
     plan: FlightPlan | str | Path = "default",
     *,
     aircraft: Aircraft | str | Path = "b777",
-    model: Model | str = "b777",
-    seed: int = 0,
-    hide: Sequence[str] = (),
-    faults: Sequence[str] = (),
-    turbulence: float | None = None,
-    rate: float = 100.0,
-    certificates: str | Path = "b777",
+    **options: Any,
 ) -> VirtualFlight:
-    """Fly a plan from switching the box on to engines off.
+    """Fly a plan from switching the box on to engines off; return truth and measurement.
 
-    Parameters
-    ----------
-    plan, aircraft, model
-        The things themselves, files, or names of shipped ones.
-    seed : int
-        Same seed, same flight.
-    hide : sequence of str
-        Effects that the aircraft has beyond the model, each ``ID[:PARAM=VALUE,..]``.
-    faults : sequence of str
-        What goes wrong with the instruments besides what the plan says, each
-        ``CHANNEL:KIND[:PARAM=VALUE,..]``.
-    turbulence : float, optional
-        Standard deviation of the gusts, m/s; the plan's if left out.
-    rate : float
-        Samples a second, Hz.
-    certificates : str or Path
-        Folder or shipped set of calibration certificates.
-
-    Returns
-    -------
-    VirtualFlight
-        Truth and measurement at the same times.
-
-    Raises
-    ------
-    GroundStationError
-        If a file holds mistakes, an effect is unknown, or the aircraft cannot fly.
+    Plan and aircraft are the things themselves, files, or names of shipped ones; the options are
+    those of `FlightSimulation`. Raise GroundStationError if a file holds mistakes, an effect is
+    unknown, or the aircraft cannot fly.
     """
     flight = FlightSimulation(
         plan if isinstance(plan, FlightPlan) else load_flight_plan(plan),
         aircraft=aircraft if isinstance(aircraft, Aircraft) else load_aircraft(aircraft),
-        model=model,
-        seed=seed,
-        hide=hide,
-        faults=faults,
-        turbulence=turbulence,
-        rate=rate,
-        certificates=certificates,
+        **options,
     )
     stretches = []
     while not flight.finished:

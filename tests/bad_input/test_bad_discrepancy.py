@@ -11,8 +11,7 @@ import pytest
 from gsapp.aircraft import load_aircraft
 from gsapp.aircraft.aircraft_loader import SHIPPED_AIRCRAFT
 from gsapp.cli.discrepancy import discrepancy
-from gsapp.discrepancy.model_match import check_model_match
-from gsapp.discrepancy.remarks import record_remarks
+from gsapp.discrepancy.search_checks import check_model_match, record_remarks
 from gsapp.dynamics.model import load_model
 from gsapp.flight.maneuver_settings import ManeuverSettings
 from gsapp.flight.writers import write_block

@@ -22,8 +22,7 @@ from gsapp.aircraft import load_aircraft
 from gsapp.decoding.channel_map import load_channel_map
 from gsapp.decoding.decoder import Decoder
 from gsapp.decoding.dialect import dialect
-from gsapp.decoding.frames import MavlinkFrame
-from gsapp.decoding.framing import Framer
+from gsapp.decoding.framing import Framer, MavlinkFrame
 from gsapp.decoding.health import LinkHealth
 from gsapp.flight.raw_files import FRAMES_FILE, RawTail, RawWriter
 from gsapp.flight.raw_record import RawRecord

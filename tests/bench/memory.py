@@ -22,7 +22,7 @@ from fastcrc import crc16
 
 from gsapp.decoding.dialect import time_fields, wire_formats
 from gsapp.flight.raw_files import RawTail, RawWriter
-from gsapp.telemetry.link_address import LinkAddress
+from gsapp.telemetry.link_kinds import LinkAddress
 from gsapp.telemetry.link_registry import parse_link
 from gsapp.telemetry.recorder import Recorder
 from gsapp.telemetry.sources import Chunk

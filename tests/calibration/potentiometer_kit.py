@@ -17,7 +17,7 @@ from calibration.quality import Calibration
 from calibration.voltage_monitor import VoltageMonitor, VoltageReading
 from gsapp.quantities import FloatArray
 from gsapp.virtual.bench import POTENTIOMETERS, BenchFault, Potentiometer, VirtualBench
-from gsapp.virtual.bench.potentiometer import Linkage
+from gsapp.virtual.bench.bench_instruments import Linkage
 
 SETTINGS = (-20.0, -10.0, 0.0, 10.0, 20.0)
 PASSED = 3.0

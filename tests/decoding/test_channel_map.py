@@ -1,13 +1,13 @@
 """Channel maps: what ships is sound, and every mistake has a place and a remedy."""
 
 from pathlib import Path
-from types import SimpleNamespace
 
 import pytest
 
 from calibration import load_certificates
 from gsapp.decoding.channel_map import load_channel_map, shipped_channel_maps
 from gsapp.foundation import FileProblemsError, UnknownNameError
+from tests.decoding.decoding_kit import write_map
 
 MAPS = ["ardupilot-log", "ardupilot-plane", "b777", "b777-thin", "px4", "px4-log"]
 
@@ -27,7 +27,7 @@ def test_shipped_maps_load(name: str) -> None:
 
 @pytest.mark.parametrize("name", ["b777", "b777-thin"])
 def test_the_box_maps_follow_the_box(name: str) -> None:
-    from gsapp.virtual.ad_converter import DAQ_CHANNELS
+    from gsapp.virtual.instruments import DAQ_CHANNELS
 
     chosen = load_channel_map(name)
     by_index = {
@@ -74,8 +74,8 @@ time = "arrival"
 """  # noqa: E501
 
 
-def test_a_map_is_read(cases: SimpleNamespace, tmp_path: Path) -> None:
-    chosen = load_channel_map(cases.write_map(tmp_path, GOOD.replace('id = "q"', 'id = "q.2"')))
+def test_a_map_is_read(tmp_path: Path) -> None:
+    chosen = load_channel_map(write_map(tmp_path, GOOD.replace('id = "q"', 'id = "q.2"')))
     assert chosen.channels == ("q.2", "phi", "rpm_left")
     assert [entry.priority for entry in chosen.by_channel["q.2"]] == [1, 2]
     volts = chosen.by_channel["q.2"][1]
@@ -117,11 +117,11 @@ def test_a_map_is_read(cases: SimpleNamespace, tmp_path: Path) -> None:
     ],
 )
 def test_every_mistake_has_a_place_and_a_remedy(
-    cases: SimpleNamespace, tmp_path: Path, old: str, new: str, where: str, words: str
+    tmp_path: Path, old: str, new: str, where: str, words: str
 ) -> None:
     assert old in GOOD
     with pytest.raises(FileProblemsError) as caught:
-        load_channel_map(cases.write_map(tmp_path, GOOD.replace(old, new)))
+        load_channel_map(write_map(tmp_path, GOOD.replace(old, new)))
     problems = {
         problem.where: f"{problem.what}; {problem.remedy}" for problem in caught.value.problems
     }
@@ -129,7 +129,7 @@ def test_every_mistake_has_a_place_and_a_remedy(
     assert words in problems[where]
 
 
-def test_all_mistakes_are_reported_at_once(cases: SimpleNamespace, tmp_path: Path) -> None:
+def test_all_mistakes_are_reported_at_once(tmp_path: Path) -> None:
     text = (
         GOOD.replace("system = 3", "system = 0\nsytem = 1")
         .replace('"rad/s"', '"furlong"')
@@ -138,7 +138,7 @@ def test_all_mistakes_are_reported_at_once(cases: SimpleNamespace, tmp_path: Pat
         .replace('unit = "rpm"', "")
     )
     with pytest.raises(FileProblemsError) as caught:
-        load_channel_map(cases.write_map(tmp_path, text))
+        load_channel_map(write_map(tmp_path, text))
     assert {problem.where for problem in caught.value.problems} == {
         "system",
         "sytem",
@@ -178,14 +178,14 @@ unit = "deg/s"
     ],
 )
 def test_a_mistake_brings_no_false_ones_and_hides_none(
-    cases: SimpleNamespace, tmp_path: Path, changes: dict[str, str], told: set[str]
+    tmp_path: Path, changes: dict[str, str], told: set[str]
 ) -> None:
     text = TABLE
     for old, new in changes.items():
         assert old in text
         text = text.replace(old, new)
     with pytest.raises(FileProblemsError) as caught:
-        load_channel_map(cases.write_map(tmp_path, text))
+        load_channel_map(write_map(tmp_path, text))
     wheres = [problem.where.removeprefix("channels") for problem in caught.value.problems]
     assert sorted(wheres) == sorted(told), caught.value
 
@@ -202,12 +202,10 @@ def test_a_mistake_brings_no_false_ones_and_hides_none(
         ('[""]', "channels", "no channel"),
     ],
 )
-def test_mistakes_in_text_columns(
-    cases: SimpleNamespace, tmp_path: Path, columns: str, where: str, words: str
-) -> None:
+def test_mistakes_in_text_columns(tmp_path: Path, columns: str, where: str, words: str) -> None:
     text = f'name = "t"\n[text]\ncolumns = {columns}\n'
     with pytest.raises(FileProblemsError) as caught:
-        load_channel_map(cases.write_map(tmp_path, text))
+        load_channel_map(write_map(tmp_path, text))
     problem = caught.value.problems[0]
     assert problem.where == where
     assert words in f"{problem.what}; {problem.remedy}"

@@ -3,7 +3,6 @@
 import gc
 import sys
 from pathlib import Path
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -13,6 +12,7 @@ from gsapp.decoding.channel_map import load_channel_map
 from gsapp.decoding.decoder import Decoder
 from gsapp.decoding.derived_channels import SlowInput, select_derivations
 from gsapp.decoding.settings import DECODING
+from tests.decoding.decoding_kit import Sender, assert_same, decode_in_chunks, gather, write_map
 
 
 def test_air_data_by_the_book() -> None:
@@ -81,24 +81,24 @@ unit = "deg"
 """
 
 
-def test_inputs_from_two_messages_meet_row_by_row(cases: SimpleNamespace, tmp_path: Path) -> None:
-    decoder = Decoder(load_channel_map(cases.write_map(tmp_path, TWO_ELEVATORS)))
-    send = cases.Sender()
+def test_inputs_from_two_messages_meet_row_by_row(tmp_path: Path) -> None:
+    decoder = Decoder(load_channel_map(write_map(tmp_path, TWO_ELEVATORS)))
+    send = Sender()
     records = []
     for k in range(100):
         records.append(send(10_000 * k, "debug_vect", b"left", 10_000 * k, float(k), 0, 0))
         if k % 5 == 0:
             records.append(send(10_000 * k, "debug_vect", b"right", 10_000 * k, 2.0 * k, 0, 0))
-    index, de = cases.gather(decoder.feed(records))["de"]
+    index, de = gather(decoder.feed(records))["de"]
     assert index.tolist() == list(range(96))
     np.testing.assert_allclose(np.degrees(de), 1.5 * index, atol=1e-9)
     assert decoder.sources["de"].kind == "derived"
 
 
-def test_a_slow_message_never_holds_back_a_quick_one(cases: SimpleNamespace) -> None:
+def test_a_slow_message_never_holds_back_a_quick_one() -> None:
     """With pressure and temperature once in ten rows V still comes with every row."""
     decoder = Decoder(load_channel_map("ardupilot-plane"))
-    send = cases.Sender()
+    send = Sender()
     last = {}
     for k in range(200):
         records = [
@@ -113,16 +113,16 @@ def test_a_slow_message_never_holds_back_a_quick_one(cases: SimpleNamespace) -> 
     # VFR_HUD is the second source, so it counts from the stated two seconds on.
     blocks = decoder.feed([send(2_100_000, "attitude", 2100, 0, 0, 0, 0, 0, 0),
                            send(2_100_000, "vfr_hud", 20.0, 20.0, 0, 0, 0.0, 0.0)])  # fmt: skip
-    found = cases.gather(blocks)
+    found = gather(blocks)
     assert found["V"][0][-1] == 210
     rho = float(air_data.standard_density(np.array([95_000.0]))[0])
     assert found["V"][1][-1] == pytest.approx(20.0 * np.sqrt(1.225 / rho))
     assert decoder.sources["V"].timing == "arrival"
 
 
-def test_an_input_that_never_comes_costs_no_memory(cases: SimpleNamespace, tmp_path: Path) -> None:
-    decoder = Decoder(load_channel_map(cases.write_map(tmp_path, TWO_ELEVATORS)))
-    send = cases.Sender()
+def test_an_input_that_never_comes_costs_no_memory(tmp_path: Path) -> None:
+    decoder = Decoder(load_channel_map(write_map(tmp_path, TWO_ELEVATORS)))
+    send = Sender()
     kept = []
     for second in range(1800):
         first = 100_000 * (10 * second)
@@ -153,21 +153,19 @@ def memory_of(decoder: Decoder) -> int:
 
 @pytest.mark.parametrize("pause", [130])
 def test_how_long_an_input_is_waited_for_depends_on_the_record_alone(
-    cases: SimpleNamespace, tmp_path: Path, pause: int
+    tmp_path: Path, pause: int
 ) -> None:
-    path = cases.write_map(tmp_path, TWO_ELEVATORS)
-    send, records = cases.Sender(), []
+    path = write_map(tmp_path, TWO_ELEVATORS)
+    send, records = Sender(), []
     for k in range(2500):
         now = 100_000 * k
         records.append(send(now, "debug_vect", b"left", now, float(k), 0, 0))
         if k >= 10 * pause:
             records.append(send(now + 50_000, "debug_vect", b"right", now - 2_000_000, 1.0, 0, 0))
-    whole, _ = cases.decode_in_chunks(
-        lambda: Decoder(load_channel_map(path)), records, [len(records)]
-    )
+    whole, _ = decode_in_chunks(lambda: Decoder(load_channel_map(path)), records, [len(records)])
     for sizes in ([1], [7, 400]):
-        found, _ = cases.decode_in_chunks(lambda: Decoder(load_channel_map(path)), records, sizes)
-        cases.assert_same(whole, found)
+        found, _ = decode_in_chunks(lambda: Decoder(load_channel_map(path)), records, sizes)
+        assert_same(whole, found)
     assert whole["de"][0].size > 100
 
 

@@ -1,11 +1,13 @@
-"""The two ways of decoding, number by number and by matrices, against each other: the same bits."""
+"""Decoding by numbers, by matrices and by pymavlink, of made and of real flights: the same bits."""
 
 import math
 import random
+import subprocess
+import sys
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from functools import cache
-from types import SimpleNamespace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -18,14 +20,21 @@ from gsapp.decoding.channel_map import ChannelMap, FieldRef, MapEntry, load_chan
 from gsapp.decoding.decoder import Decoder
 from gsapp.decoding.derived_channels import DERIVATIONS
 from gsapp.decoding.dialect import dialect
-from gsapp.decoding.grid import Grid
-from gsapp.decoding.grid_rows import GridRows, RowBatch
+from gsapp.decoding.grid import Grid, GridRows, RowBatch
 from gsapp.decoding.gridder import Gridder
 from gsapp.decoding.message_stream import linear_factors
-from gsapp.decoding.messages import decode_columns, message_id, message_layout, number_reader
+from gsapp.decoding.messages import (
+    decode_columns,
+    message_id,
+    message_layout,
+    message_name,
+    number_reader,
+)
 from gsapp.decoding.pipeline import Pipeline
 from gsapp.flight.raw_record import RawRecord
+from gsapp.foundation import UnknownNameError
 from gsapp.quantities import CHANNELS, Block, channel, to_si
+from tests.decoding.decoding_kit import HOST, assert_same, decode_in_chunks, gather
 
 MAPS = ("b777", "b777-thin", "ardupilot-plane", "px4")
 SPECIAL = (0.0, -0.0, 1.0, -1.0, math.pi, -math.pi, math.nan, 1e-320, -1e-320, 1e300, -1e300)
@@ -261,7 +270,7 @@ def test_channels_are_derived_alike(names: tuple[str, ...], rows: list[list[floa
 
 @pytest.mark.filterwarnings("ignore:invalid value|overflow|divide by zero")
 @pytest.mark.parametrize("name", MAPS)
-def test_every_shipped_map_decodes_alike_in_any_pieces(cases: SimpleNamespace, name: str) -> None:
+def test_every_shipped_map_decodes_alike_in_any_pieces(name: str) -> None:
     """All messages of a map at 100 to 5 Hz: one by one, as a window polls, and as a file."""
     chosen = load_channel_map(name)
     generator = random.Random(7)
@@ -287,16 +296,16 @@ def test_every_shipped_map_decodes_alike_in_any_pieces(cases: SimpleNamespace, n
             message_class = kind(*[as_field(row[field][0]) for field in kind.fieldnames])
             data = bytes(message_class.pack(packer))
             packer.seq = (packer.seq + 1) % 256
-            records.append(RawRecord(cases.HOST + tick * 10_000 + order, "frame", data))
+            records.append(RawRecord(HOST + tick * 10_000 + order, "frame", data))
 
     def make() -> Decoder:
         return Decoder(replace(chosen, system=1, component=1), aircraft=parts(name)[2])
 
-    whole, first = cases.decode_in_chunks(make, records, [len(records)])
+    whole, first = decode_in_chunks(make, records, [len(records)])
     assert len(whole) > len(chosen.channels) // 3
     for sizes in ([1], [2, 3], [10], [40, 1]):
-        found, decoder = cases.decode_in_chunks(make, records, sizes)
-        cases.assert_same(whole, found)
+        found, decoder = decode_in_chunks(make, records, sizes)
+        assert_same(whole, found)
         assert decoder.clipped == first.clipped
         assert decoder.counted_sources() == first.counted_sources()
 
@@ -305,3 +314,175 @@ def as_field(value: object) -> object:
     if isinstance(value, np.ndarray):
         return value.tolist()
     return value.item() if isinstance(value, np.generic) else value
+
+
+IDS = sorted(dialect().mavlink_map)
+
+
+def as_pymavlink(value: object, *, text: bool) -> object:
+    if isinstance(value, bytes):
+        return value
+    if isinstance(value, np.ndarray):
+        return value.tolist()
+    return value.item() if not text and isinstance(value, np.generic) else value
+
+
+@pytest.mark.filterwarnings("ignore:invalid value encountered in cast")
+def test_every_message_decodes_as_pymavlink_does() -> None:
+    """Random payloads of all messages, whole and truncated: every field equals pymavlink's."""
+    generator = random.Random(5)
+    mavlink = dialect().MAVLink(None)
+    checked = 0
+    for number in IDS:
+        kind = dialect().mavlink_map[number]
+        layout = message_layout(number)
+        size = kind.unpacker.size
+        assert layout.dtype.itemsize == size, layout.name
+        payloads = [generator.randbytes(size) for _ in range(4)]
+        # As MAVLink 2 sends it: zeros at the end are not there.
+        payloads.append(payloads[0][: size // 2])
+        payloads.append(payloads[1][:1])
+        columns = decode_columns(number, payloads)
+        for row, payload in enumerate(payloads):
+            frame = frame_of(number, payload, kind.crc_extra)
+            message = mavlink.decode(bytearray(frame))
+            assert message.get_type() == layout.name
+            for field, kind_name in zip(kind.fieldnames, kind.fieldtypes, strict=True):
+                expected = getattr(message, f"_{field}_raw", None)
+                if expected is None:
+                    expected = getattr(message, field)
+                found = columns[field][row]
+                if kind_name == "char":
+                    compare_text(found, expected, field)
+                else:
+                    np.testing.assert_array_equal(
+                        np.asarray(found, dtype=np.float64).ravel(),
+                        np.asarray(expected, dtype=np.float64).ravel(),
+                        err_msg=f"{layout.name}.{field}",
+                    )
+                checked += 1
+    assert checked > 6 * 350
+
+
+def compare_text(found: object, expected: object, field: str) -> None:
+    raw = expected if isinstance(expected, bytes) else None
+    if raw is None:
+        text = bytes(found).split(b"\0")[0].decode("utf-8", "replace")  # type: ignore[arg-type]
+        assert text == str(expected).split("\0")[0], field
+    else:
+        assert bytes(found) == raw.rstrip(b"\0"), field  # type: ignore[arg-type]
+
+
+def frame_of(number: int, payload: bytes, extra: int) -> bytes:
+    body = bytes([len(payload), 0, 0, 7, 1, 1]) + number.to_bytes(3, "little") + payload
+    crc = dialect().x25crc(bytearray(body) + bytearray([extra])).crc
+    return b"\xfd" + body + crc.to_bytes(2, "little")
+
+
+def test_names_and_ids() -> None:
+    assert message_id("DEBUG_FLOAT_ARRAY") == 350
+    assert message_name(350) == "DEBUG_FLOAT_ARRAY"
+    assert message_name(16_000_000) == "UNKNOWN_16000000"
+    with pytest.raises(UnknownNameError, match="ATTITUDE"):
+        message_id("ATITUDE")
+    with pytest.raises(UnknownNameError, match="another dialect"):
+        decode_columns(16_000_000, [b""])
+
+
+def test_stamps_are_found() -> None:
+    attitude = message_layout(message_id("ATTITUDE")).stamp
+    assert (attitude.field, attitude.size, attitude.scale) == ("time_boot_ms", 4, 1000)
+    daq = message_layout(350).stamp
+    assert (daq.field, daq.size, daq.scale) == ("time_usec", 8, 1)
+    system_time = message_layout(message_id("SYSTEM_TIME")).stamp
+    assert system_time.field == "time_boot_ms"
+    airflow = message_layout(message_id("SENSOR_AIRFLOW_ANGLES")).stamp
+    assert airflow.field == "timestamp"
+    assert message_layout(message_id("VFR_HUD")).stamp is None
+
+
+def test_no_payload_at_all() -> None:
+    assert decode_columns(30, []).size == 0
+    assert decode_columns(30, [b""])["roll"].tolist() == [0.0]
+
+
+def test_importing_is_cheap() -> None:
+    code = "import sys, gsapp.decoding.messages; print('pymavlink' in sys.modules)"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "False"
+
+
+G = 9.80665
+
+
+@pytest.fixture
+def records(shared_data: Path) -> list[RawRecord]:
+    path = shared_data / "alfa_carbonz_engine_failure.tlog"
+    if not path.is_file():
+        pytest.skip(f"{path.name} is not in {shared_data}")
+    data, found, place = path.read_bytes(), [], 0
+    while place < len(data):
+        stamp = int.from_bytes(data[place : place + 8], "big")
+        magic, length = data[place + 8], data[place + 9]
+        size = length + 8 if magic == 0xFE else length + 12 + 13 * (data[place + 10] & 1)
+        found.append(RawRecord(stamp, "frame", data[place + 8 : place + 8 + size]))
+        place += 8 + size
+    return found
+
+
+def test_every_frame_and_the_airspeed(records: list[RawRecord]) -> None:
+    """26,183 frames, airspeed 9.7 to 20 m/s, 132 s, and the engine cut at +116.3 s."""
+    decoder = Decoder(load_channel_map("ardupilot-plane"))
+    found = gather(decoder.feed(records) + decoder.finish())
+    assert len(records) == 26_183
+    assert decoder.health.good == 26_183
+    assert decoder.notices == []
+    # SYS_STATUS, which carries no stamp, came before the first that does, 916.989 s.
+    assert min(index[0] for index, _ in found.values()) == 91_698
+    Vc = found["Vc"][1]
+    assert np.nanmin(Vc) == pytest.approx(9.7, abs=0.1)
+    assert np.nanmax(Vc) == pytest.approx(20.0, abs=0.1)
+    index, throttle = found["throttle"]
+    assert index[-1] - index[0] == pytest.approx(13_230, abs=30)
+    after = throttle[index > (916.97 + 118.0) * 100]
+    # Idle is a pulse of 1100 us.
+    assert np.nanmax(after) == pytest.approx(0.1)
+    assert np.nanmean(throttle) > 0.2
+
+
+def test_it_is_consistent_with_itself(records: list[RawRecord]) -> None:
+    """Signs and units: a_n about 1 g, gyro and attitude filter agree, pitch rate turns pitch."""
+    decoder = Decoder(load_channel_map("ardupilot-plane"))
+    found = gather(decoder.feed(records) + decoder.finish())
+    assert 0.9 * G < np.nanmean(found["an"][1]) < 1.6 * G
+    assert np.nanmean(found["an.2"][1]) == pytest.approx(np.nanmean(found["an"][1]), rel=0.05)
+
+    def common(*names: str) -> list[np.ndarray]:
+        first = max(found[name][0][0] for name in names)
+        last = min(found[name][0][-1] for name in names)
+        rows = []
+        for name in names:
+            index, values = found[name]
+            rows.append(values[np.searchsorted(index, first) : np.searchsorted(index, last)])
+        good = np.all(np.isfinite(rows), axis=0)
+        return [values[good] for values in rows]
+
+    q, q2 = common("q", "q.2")
+    assert np.corrcoef(q, q2)[0, 1] > 0.99
+    V, Vc, rho = common("V", "Vc", "density")
+    np.testing.assert_allclose(V, Vc * np.sqrt(1.225 / rho), rtol=2e-3)
+    assert decoder.sources["V"].kind == "derived"
+    assert decoder.sources["phi"].kind == "estimated"
+    # From the 10 Hz pressure: field elevation some 340 m, flown 30 to 60 m above it.
+    altitude, height = common("altitude", "height")
+    assert np.corrcoef(altitude, height)[0, 1] > 0.95
+
+
+def test_it_may_be_cut_anywhere(records: list[RawRecord]) -> None:
+    def make() -> Decoder:
+        return Decoder(load_channel_map("ardupilot-plane"))
+
+    some = records[:6000]
+    whole, _ = decode_in_chunks(make, some, [6000])
+    pieces, _ = decode_in_chunks(make, some, [1, 7, 50, 333])
+    assert_same(whole, pieces)

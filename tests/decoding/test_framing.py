@@ -10,8 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from gsapp.decoding.dialect import dialect, wire_formats
-from gsapp.decoding.frames import MavlinkFrame, Residue
-from gsapp.decoding.framing import Framer, LineFramer, TextLine
+from gsapp.decoding.framing import Framer, LineFramer, MavlinkFrame, Residue, TextLine
 
 SECRET = b"x" * 32
 

@@ -12,7 +12,7 @@ from gsapp.dynamics.model import Model
 from gsapp.dynamics.signal_terms import SignalTerm
 from gsapp.dynamics.terms import create_term
 from gsapp.quantities import FloatArray
-from tests.discrepancy.blind import cases, flying, gusts, instruments, sensitivity
+from tests.discrepancy.blind import cases, flying, instruments, sensitivity
 from tests.discrepancy.blind.cases import Case, Recording, hidden
 from tests.discrepancy.blind.engine import CONTROLS, RATE, SETTLING, STEPS_PER_SECOND
 from tests.discrepancy.blind.jsbsim_aircraft import AIR, PROPULSION
@@ -175,9 +175,9 @@ def test_trim_is_steady_flight() -> None:
 
 
 def test_gusts_have_the_size_asked_for() -> None:
-    found = gusts.dryden(0.3, 30.0, 600 * STEPS_PER_SECOND, (7,))
+    found = flying.dryden(0.3, 30.0, 600 * STEPS_PER_SECOND, (7,))
     assert found[:, 2].std() == pytest.approx(0.3, rel=0.15)
-    wide = gusts.lengths(0.3)[2]
+    wide = flying.lengths(0.3)[2]
     assert found[:, :2].std(axis=0) == pytest.approx([wide, wide], rel=0.25)
     # Slow: a tenth of a second changes little.
     assert np.std(np.diff(found[::40, 2])) < 0.15
@@ -206,6 +206,7 @@ def test_the_recorder_adds_its_noise_and_no_more() -> None:
     assert "alpha" in bare
 
 
+@pytest.mark.long
 def test_a_flown_case_is_what_the_program_gets() -> None:
     case = hidden("aero.Cm.alpha2", rate=50, gust=0.3, seed=3)
     one, again = flying.fly_case(case), flying.fly_case(case, PLAN[:2])
@@ -287,6 +288,7 @@ def shows(
     return sensitivity.remaining(sensitivity.gram(parts), names, maneuvers=PAIR)
 
 
+@pytest.mark.long
 def test_sigmas_are_true_by_monte_carlo(baseline: tuple[FloatArray, ...]) -> None:
     """An effect of ten sigma, estimated from 4 noisy records, is found as ten with spread one.
 

@@ -1,7 +1,13 @@
-"""The catalog of effects: complete, consistent, its classes true of the equations."""
+"""The catalog of effects: complete, consistent, true of the equations, extended by packages."""
+
+from __future__ import annotations
 
 import io
 import json
+import os
+import re
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -17,7 +23,6 @@ from gsapp.discrepancy.effect_catalog import (
     eligible_effects,
     excluded_effects,
     find_effect,
-    plausible_sizes,
 )
 from gsapp.dynamics.buildup import derivative_names
 from gsapp.dynamics.flight_model import MODEL_INPUTS, FlightModel
@@ -142,14 +147,11 @@ def test_gusts_are_a_disturbance_and_never_compete() -> None:
         found = eligible_effects(B777, RECORDED, variants=variants)
         assert TURBULENCE not in found
     assert "disturbance" in excluded_effects(B777, RECORDED)[TURBULENCE.id]
-    assert plausible_sizes(TURBULENCE.id, B777) == {"gust": 0.3}
 
 
 def test_an_unknown_effect_is_named_with_its_neighbors() -> None:
     with pytest.raises(UnknownNameError, match=r"aero\.Cm\.alpha2"):
         find_effect("aero.Cm.alfa2")
-    with pytest.raises(UnknownNameError, match="no effect"):
-        plausible_sizes("nothing.like.it", B777)
 
 
 # --- sizes --------------------------------------------------------------------------------------
@@ -159,20 +161,19 @@ def test_plausible_sizes_go_with_the_aircraft() -> None:
     heavy = B777.model_copy(
         update={"mass": B777.mass.model_copy(update={"mass": 2.0 * B777.mass.mass})}
     )
-    small, large = (plausible_sizes("mass.mass.error", one)["error"] for one in (B777, heavy))
+    small, large = (create_term("mass.mass.error", one).defaults["error"] for one in (B777, heavy))
     assert large == pytest.approx(2.0 * small)
     assert abs(small) == pytest.approx(0.05 * B777.mass.mass)
-    one, other = (plausible_sizes("control.elevator.backlash", plane) for plane in (B777, heavy))
+    slop = "control.elevator.backlash"
+    one, other = (create_term(slop, plane).defaults for plane in (B777, heavy))
     assert one == other == {"slop": 0.02}
-    assert set(plausible_sizes("aero.Cm.speed", B777)) == {"Cm_V", "V_ref"}
+    assert set(create_term("aero.Cm.speed", B777).defaults) == {"Cm_V", "V_ref"}
 
 
 def test_a_plausible_size_differs_from_none() -> None:
     for one in EFFECTS:
-        sizes = plausible_sizes(one.id, B777)
-        assert set(sizes) == {item.name for item in one.parameters}
         free = [item for item in one.parameters if item.free]
-        assert not free or sizes[free[0].name] != free[0].neutral, one.id
+        assert not free or free[0].default != free[0].neutral, one.id
 
 
 # --- who competes -------------------------------------------------------------------------------
@@ -378,3 +379,82 @@ def test_the_table_tells_every_effect_or_its_family() -> None:
         assert name in text or family in text or surface in text, name
     assert "256 effects" in text
     assert "three scales" in text
+
+
+PAGE = Path(__file__).parents[2] / "docs" / "how-to" / "add-an-effect.md"
+EFFECT = "aero.Cl.da_abs_beta"
+SEARCH = """
+import json
+from gsapp.discrepancy.investigation import Investigation
+from gsapp.discrepancy.settings import DiscrepancySettings
+from tests.discrepancy.blind.cases import Case
+from tests.discrepancy.blind.flying import fly_case
+from tests.discrepancy.blind.plan import PLAN
+from tests.discrepancy.test_hidden_effects import MANEUVERS, SEED
+
+case = Case(id="own", group="outside", kind="outside.Cl.da_abs_beta", plan=SEED, seed=SEED,
+            effects={"outside.Cl.da_abs_beta": 2.0}, rate=50, verdicts=())
+flown = fly_case(case, [one for one in PLAN if one.id in MANEUVERS])
+search = Investigation(flown.maneuvers, flown.aircraft, flown.model)
+found = search.run(DiscrepancySettings())
+print(json.dumps([found.verdict, [[one.effect, one.parameters] for one in found.effects]]))
+"""
+
+
+@pytest.fixture(scope="module")
+def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return a folder in which the example is installed as a distribution."""
+    folder = tmp_path_factory.mktemp("site")
+    page = PAGE.read_text("utf-8")
+    (source,) = re.findall(r"```python\n(.*?)```", page, flags=re.S)
+    (project,) = re.findall(r"```toml\n(.*?)```", page, flags=re.S)
+    (folder / "sideslip_effects.py").write_text(source, "utf-8")
+    (points,) = re.findall(r'entry-points\."(gsapp\.effects)"\]\n(.*?)\n\n', project, flags=re.S)
+    info = folder / "sideslip_effects-1.0.dist-info"
+    info.mkdir()
+    (info / "METADATA").write_text("Metadata-Version: 2.1\nName: sideslip-effects\nVersion: 1.0\n")
+    (info / "entry_points.txt").write_text(f"[{points[0]}]\n{points[1].replace(chr(34), '')}\n")
+    return folder
+
+
+def run_at(site: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
+    """Run Python with the package of the example on its path."""
+    path = os.pathsep.join((str(site), str(PAGE.parents[2])))
+    return subprocess.run(
+        [sys.executable, *arguments],
+        env={**os.environ, "PYTHONPATH": path, "OPENBLAS_NUM_THREADS": "1"},
+        capture_output=True,
+        text=True,
+        check=True,
+        timeout=600,
+    )
+
+
+def test_the_catalog_lists_the_example(site: Path, tmp_path: Path) -> None:
+    listed = tmp_path / "catalog.json"
+    run_at(site, "-m", "gsapp", "discrepancy", "--catalog", "--json", str(listed))
+    effects = {one["effect"]: one for one in json.loads(listed.read_text("utf-8"))["effects"]}
+    assert effects[EFFECT]["class"] == "A"
+    assert effects[EFFECT]["parameters"]["Cl_da_abs_beta"]["plausible"] == -0.8
+
+
+@pytest.mark.long
+def test_a_search_finds_the_example(site: Path) -> None:
+    """What has no name without the package (`test_hidden_effects`) has one with it."""
+    pytest.importorskip("jsbsim", reason="truth is flown by JSBSim, which is not installed")
+    verdict, effects = json.loads(run_at(site, "-c", SEARCH).stdout.splitlines()[-1])
+    assert verdict == "effects-found"
+    ((name, parameters),) = effects
+    assert name == EFFECT
+    assert parameters["Cl_da_abs_beta"][0] == pytest.approx(2.0, rel=0.15)
+
+
+def test_a_package_that_fails_is_left_out(tmp_path: Path) -> None:
+    info = tmp_path / "broken-1.0.dist-info"
+    info.mkdir()
+    (info / "METADATA").write_text("Metadata-Version: 2.1\nName: broken\nVersion: 1.0\n")
+    (info / "entry_points.txt").write_text("[gsapp.effects]\nbroken = no_such_module:EFFECT\n")
+    code = "from gsapp.dynamics.terms import effect_ids; print(len(effect_ids()))"
+    done = run_at(tmp_path, "-c", code)
+    assert int(done.stdout) > 200
+    assert "no_such_module" in done.stderr

@@ -9,10 +9,14 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from gsapp.discrepancy.candidates import CandidateEffect, catalog_candidates, trial_size
+from gsapp.discrepancy.candidates import (
+    CandidateEffect,
+    catalog_candidates,
+    trial_size,
+    unnamed_candidates,
+)
 from gsapp.discrepancy.effect_catalog import all_effects
-from gsapp.discrepancy.screening import screen_candidates
-from gsapp.discrepancy.unnamed_effects import unnamed_candidates
+from gsapp.discrepancy.effect_selection import screen_candidates
 from gsapp.dynamics.flight_model import FlightModel
 from gsapp.dynamics.model import Model
 from gsapp.dynamics.signal_terms import SURFACE_CHANNELS, Backlash, Delay, Lag, SignalTerm

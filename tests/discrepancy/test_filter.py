@@ -8,7 +8,6 @@ from scipy.signal import lfilter
 
 from gsapp.dynamics.flight_model import MODEL_INPUTS, FlightModel
 from gsapp.dynamics.sensors import OutputModel
-from gsapp.dynamics.simulation import simulate_open_loop
 from gsapp.foundation import FlightError
 from gsapp.identification.filter_error.kalman import SteadyStateFilter, create_filter, solve_forward
 from gsapp.identification.filter_error.motion_linearization import (
@@ -32,6 +31,7 @@ from tests.discrepancy.core_kit import (
     true_noise,
     with_channel,
 )
+from tests.dynamics.histories import simulate_open_loop
 
 
 def block_means(history: FloatArray, block: int) -> FloatArray:

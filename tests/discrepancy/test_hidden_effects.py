@@ -14,12 +14,14 @@ pytest.importorskip("jsbsim", reason="truth is flown by JSBSim, which is not ins
 from gsapp.discrepancy.investigation import Investigation
 from gsapp.discrepancy.results import DiscrepancyResult
 from gsapp.discrepancy.settings import DiscrepancySettings
+from tests.discrepancy.blind.answering import closed_gap
 from tests.discrepancy.blind.cases import Case, hidden
-from tests.discrepancy.blind.closing import closed_gap
 from tests.discrepancy.blind.flying import FlownCase, fly_case
 from tests.discrepancy.blind.instruments import NOISE
 from tests.discrepancy.blind.judging import is_named
 from tests.discrepancy.blind.plan import PLAN
+
+pytestmark = pytest.mark.long
 
 SEED = 70
 MANEUVERS = ("1", "3", "4", "5", "7", "8", "9", "10", "12", "13", "14", "16")

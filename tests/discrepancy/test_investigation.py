@@ -93,6 +93,7 @@ def test_a_full_fit_that_gains_nothing_refuses_the_effect(search: Investigation)
     _check_gain(stage, borne_out, best, SETTINGS.false_alarm)
 
 
+@pytest.mark.long
 def test_a_vane_mounted_askew_is_named_though_maneuvers_kept_out_say_nothing_of_it() -> None:
     askew = []
     for one in flown(TRUTH):
@@ -105,6 +106,7 @@ def test_a_vane_mounted_askew_is_named_though_maneuvers_kept_out_say_nothing_of_
     assert abs(value - 4.0 * DEGREE) < 3.0 * std
 
 
+@pytest.mark.long
 def test_instruments_are_judged_apart() -> None:
     sound = flown(TRUTH)[::2]
     (agree,) = check_instruments(sound, try_signs=False)
@@ -171,7 +173,7 @@ def test_progress_goes_forward(answer: DiscrepancyResult, told: list[SearchProgr
     assert all(one.activity for one in told)
 
 
-@pytest.mark.parametrize("calls", [1, 4, 9])
+@pytest.mark.parametrize("calls", [1, 4, pytest.param(9, marks=pytest.mark.long)])
 def test_a_search_can_be_stopped(search: Investigation, calls: int) -> None:
     made: list[SearchProgress] = []
 
@@ -185,6 +187,7 @@ def test_a_search_can_be_stopped(search: Investigation, calls: int) -> None:
     assert len(made) == calls
 
 
+@pytest.mark.long
 def test_the_same_again_to_the_last_bit(search: Investigation, answer: DiscrepancyResult) -> None:
     again = search.run(SETTINGS)
     assert learned(again) == learned(answer)
@@ -199,6 +202,7 @@ def test_the_same_again_to_the_last_bit(search: Investigation, answer: Discrepan
             assert np.array_equal(ours, theirs)
 
 
+@pytest.mark.long
 def test_maneuvers_kept_out_teach_nothing(answer: DiscrepancyResult) -> None:
     changed = Investigation(flown(CURVED, quiet=HELD_OUT), AIRCRAFT, TRUTH).run(SETTINGS)
     assert learned(changed) == learned(answer)
@@ -208,6 +212,7 @@ def test_maneuvers_kept_out_teach_nothing(answer: DiscrepancyResult) -> None:
     assert changed.gap.channels != answer.gap.channels
 
 
+@pytest.mark.long
 def test_the_order_of_maneuvers_does_not_matter(answer: DiscrepancyResult) -> None:
     backward = Investigation(flown(CURVED)[::-1], AIRCRAFT, TRUTH).run(SETTINGS)
     ours, theirs = learned(backward), learned(answer)
@@ -229,6 +234,7 @@ def test_what_is_refused_is_neither_named_nor_ranked(search: Investigation) -> N
     assert found.effects == ()
 
 
+@pytest.mark.long
 def test_what_is_forced_comes_first(search: Investigation) -> None:
     forced = "aero.Cn.beta3"
     found = search.run(DiscrepancySettings(held_out=HELD_OUT, forced=(forced,)))

@@ -8,6 +8,7 @@ from scipy.stats import chi2, kstest, norm
 
 from gsapp.discrepancy.candidates import CandidateEffect
 from gsapp.discrepancy.effect_selection import (
+    CandidateScreening,
     EffectDecision,
     detection_threshold,
     log_priors,
@@ -15,7 +16,6 @@ from gsapp.discrepancy.effect_selection import (
     select_effect,
 )
 from gsapp.discrepancy.result_builder import is_contradicted
-from gsapp.discrepancy.screening import CandidateScreening
 from gsapp.discrepancy.search_stages import SearchStage, equivalent_effects_of
 from gsapp.discrepancy.settings import SEARCH
 from gsapp.identification.filter_error.filter_error_fit import InformationMatrix
@@ -180,6 +180,7 @@ def test_no_candidates_decide_nothing() -> None:
 # --- with nothing hidden -------------------------------------------------------------------------
 
 
+@pytest.mark.long
 def test_scores_of_nothing_hidden_are_chi_square() -> None:
     """Toys in gusts, the filter knows the noise: gains of candidates are chi-square of 1.
 

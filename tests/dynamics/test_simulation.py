@@ -11,10 +11,11 @@ from gsapp.dynamics.atmosphere import Atmosphere, DrydenTurbulence, Wind
 from gsapp.dynamics.flight_model import FlightModel
 from gsapp.dynamics.linearization import linearize_lateral, linearize_longitudinal
 from gsapp.dynamics.model import Model
-from gsapp.dynamics.simulation import ControlCommands, Simulator, run_simulation, simulate_open_loop
+from gsapp.dynamics.simulation import ControlCommands, Simulator
 from gsapp.dynamics.trim import Trim, trim
 from gsapp.foundation import FlightError
 from gsapp.virtual.airframe import LandingGear
+from tests.dynamics.histories import run_simulation, simulate_open_loop
 
 FT = 0.3048
 DEG = math.pi / 180.0
@@ -329,24 +330,3 @@ def test_an_unstable_model_is_said_to_be_one(aircraft: Aircraft, model: Model) -
     simulator.start_in_air(V=30.0, alpha=0.05, rates=(0.1, 0.1, 0.1))
     with pytest.raises(FlightError, match="check the signs"):
         run_simulation(simulator, lambda _: ControlCommands(), 30.0)
-
-
-def test_open_loop_of_an_unstable_model_ends_in_nan(aircraft: Aircraft, model: Model) -> None:
-    wild = FlightModel(aircraft, model.with_derivatives({"Cm_alpha": 30.0, "Cm_q": 500.0}))
-    start = (30.0, 0.05, 0.0, 0.0, 0.1, 0.0, 0.0, 0.05, 0.0)
-    states = simulate_open_loop(wild, start, {"de": np.zeros(2000)}, 0.01)
-    assert np.isfinite(states[0]).all()
-    assert np.isnan(states[-1]).all()
-
-
-def test_wrong_inputs_are_named(flight_model: FlightModel) -> None:
-    start = (30.0, 0.05, *(0.0,) * 7)
-    with pytest.raises(FlightError, match="elevator"):
-        simulate_open_loop(flight_model, start, {"elevator": np.zeros(5)}, 0.01)
-    with pytest.raises(FlightError, match="differ in length"):
-        simulate_open_loop(flight_model, start, {"de": np.zeros(5), "da": np.zeros(6)}, 0.01)
-
-
-def test_a_pilot_needs_a_duration(aircraft: Aircraft, model: Model) -> None:
-    with pytest.raises(FlightError, match="duration"):
-        run_simulation(Simulator(aircraft, model), lambda _: ControlCommands())

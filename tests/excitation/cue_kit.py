@@ -15,7 +15,7 @@ from gsapp.flight.cards import CardSet, TestCard
 from gsapp.flight.raw_files import RawWriter
 from gsapp.quantities import Block
 from gsapp.quantities.constants import DEGREE, FOOT
-from gsapp.virtual.ad_converter import DAQ_CHANNELS, AnalogDigitalConverter
+from gsapp.virtual.instruments import DAQ_CHANNELS, AnalogDigitalConverter
 from tests.virtual.inputs import fly_input
 
 RATE = 100.0

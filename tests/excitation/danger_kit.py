@@ -11,11 +11,15 @@ from gsapp.aircraft import load_aircraft
 from gsapp.excitation.alerts.alert_monitor import AlertMonitor
 from gsapp.excitation.flight_rows import rows_from_block
 from gsapp.quantities import Block, FloatArray
-from gsapp.virtual.ad_converter import DAQ_CHANNELS, AnalogDigitalConverter
 from gsapp.virtual.airframe import TRUTH_CHANNELS
 from gsapp.virtual.flight_plan import load_flight_plan
+from gsapp.virtual.instruments import (
+    DAQ_CHANNELS,
+    AnalogDigitalConverter,
+    SensorFaultInjector,
+    parse_sensor_fault,
+)
 from gsapp.virtual.keyboard_pilot import KeyboardPilot
-from gsapp.virtual.sensor_faults import SensorFaultInjector, parse_sensor_fault
 from gsapp.virtual.virtual_flight import (
     FlightSegment,
     FlightSimulation,

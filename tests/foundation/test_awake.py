@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from gsapp.foundation.sleep_inhibitor import inhibit_sleep
+from gsapp.foundation.process_control import inhibit_sleep
 
 pytestmark = pytest.mark.skipif(
     sys.platform in ("win32", "darwin"), reason="what keeps Linux awake is asked for by a program"
@@ -58,7 +58,7 @@ def test_the_login_manager_is_asked_and_let_go(inhibitor: Path) -> None:
 
 def test_it_is_let_go_however_the_process_ends(inhibitor: Path) -> None:
     program = (
-        "import time; from gsapp.foundation.sleep_inhibitor import inhibit_sleep\n"
+        "import time; from gsapp.foundation.process_control import inhibit_sleep\n"
         "with inhibit_sleep('recording'): time.sleep(60)"
     )
     process = subprocess.Popen([sys.executable, "-c", program])

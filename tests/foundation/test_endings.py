@@ -1,6 +1,7 @@
-"""A process that is asked to end does so in time, whatever it waits for."""
+"""A process asked to end does so in time, whatever it waits for; one behind yields to others."""
 
 import multiprocessing
+import os
 import signal
 import subprocess
 import sys
@@ -10,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from gsapp.foundation.process_shutdown import block_sigint
+from gsapp.foundation.process_control import block_sigint
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="SIGTERM ends a process at once")
 
@@ -19,7 +20,7 @@ def run(body: str, log: Path) -> subprocess.Popen[bytes]:
     code = (
         "import sys, threading, time\n"
         "from pathlib import Path\n"
-        "from gsapp.foundation.process_shutdown import on_termination_signal, exit_deadline\n"
+        "from gsapp.foundation.process_control import on_termination_signal, exit_deadline\n"
         "end = threading.Event()\n"
         "with on_termination_signal(lambda _: end.set()), exit_deadline(1.0, Path(sys.argv[1])):\n"
         "    print('ready', flush=True)\n"
@@ -69,3 +70,13 @@ def test_ctrl_c_does_not_reach_a_process_that_still_starts() -> None:
     assert ours.recv()
     process.join(60.0)
     assert signal.SIGINT not in signal.pthread_sigmask(signal.SIG_BLOCK, ())
+
+
+@pytest.mark.skipif(not hasattr(os, "nice"), reason="read where the system tells it by a number")
+def test_a_process_that_stands_back_yields_to_others() -> None:
+    code = (
+        "import os; from gsapp.foundation.process_control import lower_priority\n"
+        "before = os.nice(0); lower_priority(3); print(min(before + 3, 19) == os.nice(0))"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert done.stdout.split() == ["True"], done.stderr

@@ -130,8 +130,10 @@ class Reference:
     def respond(self, segment: Segment, theta: Mapping[str, float]) -> FloatArray:
         """Return the computed responses of a segment, shape (n, n_responses)."""
         model, dt = segment.model, segment.dt
-        parameters = model.with_parameters(
-            {**self.held, **{name: theta[name] for name in self.free}}
+        given = {**self.held, **{name: theta[name] for name in self.free}}
+        parameters = tuple(
+            given.get(name, value)
+            for name, value in zip(model.parameter_names, model.defaults, strict=True)
         )
         active = [POLAR_STATES.index(name) for name in self.states]
         active += range(9, len(model.state_names))

@@ -11,7 +11,6 @@ from gsapp.aircraft import load_aircraft
 from gsapp.dynamics.flight_model import FlightModel
 from gsapp.dynamics.model import load_model
 from gsapp.dynamics.sensors import OutputModel
-from gsapp.dynamics.simulation import simulate_open_loop
 from gsapp.dynamics.trim import trim
 from gsapp.foundation import FlightError
 from gsapp.identification import maximum_likelihood
@@ -20,6 +19,7 @@ from gsapp.identification.maneuver import Maneuver
 from gsapp.quantities import Block
 from gsapp.quantities.constants import DEGREE
 from gsapp.virtual.virtual_flight import VirtualFlight, simulate_flight
+from tests.dynamics.histories import simulate_open_loop
 from tests.identification.ftr_truth import LEVELS, errors_over_bounds, noisy, quiet, with_values
 from tests.identification.virtual_maneuvers import edited, fly
 

@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from gsapp.dynamics.actuators import simulate_control_path
 from gsapp.dynamics.model import Model, load_model
-from gsapp.dynamics.recorded_controls import simulate_control_path
 from gsapp.dynamics.terms import create_term
 from gsapp.identification import equation_error
 from gsapp.identification.campaign import CampaignSettings, run_campaign

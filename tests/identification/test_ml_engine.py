@@ -7,7 +7,6 @@ from gsapp.aircraft import load_aircraft
 from gsapp.dynamics.equations import POLAR_STATES
 from gsapp.dynamics.flight_model import MODEL_INPUTS, FlightModel
 from gsapp.dynamics.model import load_model
-from gsapp.dynamics.simulation import input_columns, simulate_open_loop
 from gsapp.dynamics.trim import trim
 from gsapp.identification.axes import AXIS_RESPONSES, AXIS_STATES, axis_derivatives
 from gsapp.identification.maximum_likelihood.axis_kernels import build_axis_kernel
@@ -17,6 +16,7 @@ from gsapp.identification.maximum_likelihood.trajectory_solver import (
     TrajectorySolver,
     build_segment_forcing,
 )
+from tests.dynamics.histories import input_columns, simulate_open_loop
 
 DT = 0.02
 COUNT = 300

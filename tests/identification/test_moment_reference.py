@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from gsapp.aircraft import load_aircraft
-from gsapp.discrepancy.remarks import record_remarks
+from gsapp.discrepancy.search_checks import record_remarks
 from gsapp.dynamics.model import load_model
 from gsapp.flight.flown_aircraft import apply_flight_info
 from gsapp.flight.info import FlightInfo

@@ -25,12 +25,13 @@ from gsapp.dynamics.sensors import (
     pitot_airspeed,
     velocity_at,
 )
-from gsapp.dynamics.simulation import ControlCommands, Simulator, run_simulation
+from gsapp.dynamics.simulation import ControlCommands, Simulator
 from gsapp.dynamics.trim import trim
 from gsapp.identification.axes import Axis, axis_derivatives
 from gsapp.identification.maneuver import Maneuver
 from gsapp.quantities import Block, FloatArray
 from gsapp.quantities.constants import DEGREE, GRAVITY
+from tests.dynamics.histories import run_simulation
 
 NOISE: Mapping[str, float] = {
     "alpha": 0.1 * DEGREE,

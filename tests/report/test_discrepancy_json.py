@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from gsapp.discrepancy.result_json import discrepancy_json
+from gsapp.discrepancy.results import discrepancy_json
 from tests.report.discrepancy_kit import adequate, answer
 
 # The fixed shape, written down a second time by hand: a list stands for a list of such things.

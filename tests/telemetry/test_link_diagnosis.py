@@ -1,4 +1,4 @@
-"""A wrong port, rate or kind of link: what is found, in the recorder and in a test of the link."""
+"""The LINK grammar; wrong ports, rates and kinds of link: what the recorder and a test find."""
 
 import os
 import pty
@@ -14,16 +14,76 @@ from types import SimpleNamespace
 from typing import Any
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from gsapp.cli.record import record
 from gsapp.decoding.dialect import dialect
 from gsapp.flight.file_names import STATUS_FILE, STOP_FILE
-from gsapp.telemetry.link_diagnosis import diagnose_link
+from gsapp.foundation import LinkError
+from gsapp.telemetry.link_diagnosis import LinkTest, diagnose_link
+from gsapp.telemetry.link_kinds import LinkAddress, describe_port
 from gsapp.telemetry.link_registry import parse_link
-from gsapp.telemetry.link_test import LinkTest
 from gsapp.telemetry.recorder_process import record_link
 from gsapp.telemetry.recorder_status import RecorderStatus
-from gsapp.telemetry.serial_ports import describe_port
+
+
+@pytest.mark.parametrize(
+    ("text", "address"),
+    [
+        ("udpin:0.0.0.0:14550", LinkAddress(kind="udpin", host="0.0.0.0", port=14550)),  # noqa: S104
+        ("udpin:14550", LinkAddress(kind="udpin", host="127.0.0.1", port=14550)),
+        ("udpin::14550", LinkAddress(kind="udpin", host="127.0.0.1", port=14550)),
+        ("udpout:field-pc:14551", LinkAddress(kind="udpout", host="field-pc", port=14551)),
+        ("tcp:10.1.2.3:5760", LinkAddress(kind="tcp", host="10.1.2.3", port=5760)),
+        ("tcpin:[::1]:5760", LinkAddress(kind="tcpin", host="::1", port=5760)),
+        ("serial:/dev/ttyUSB0:57600", LinkAddress(kind="serial", path="/dev/ttyUSB0", baud=57600)),
+        ("serial:COM3:115200", LinkAddress(kind="serial", path="COM3", baud=115200)),
+        ("text:/dev/ttyACM0:9600", LinkAddress(kind="text", path="/dev/ttyACM0", baud=9600)),
+        (" virtual ", LinkAddress(kind="virtual")),
+    ],
+)
+def test_every_form_is_read(text: str, address: LinkAddress) -> None:
+    assert parse_link(text) == address
+    assert parse_link(str(address)) == address
+
+
+def test_a_path_that_exists_is_a_flight(tmp_path: Path) -> None:
+    assert parse_link(str(tmp_path)) == LinkAddress(kind="flight", path=str(tmp_path))
+
+
+@pytest.mark.parametrize(
+    ("text", "remedy"),
+    [
+        ("", "a link is missing; write udpin:HOST:PORT"),
+        ("udpin", "write for example udpin:127.0.0.1:14550"),
+        ("udpin:localhost", "udpin:localhost:14550"),
+        ("udpin:localhost:70000", "1 to 65535, usually 14550"),
+        ("tcp:a b:5760", "not a host name"),
+        ("udp:localhost:14550", "did you mean 'udpi?n?o?u?t?:localhost:14550'"),
+        ("seriel:/dev/ttyUSB0:57600", "did you mean 'serial:/dev/ttyUSB0:57600'"),
+        ("serial:/dev/ttyUSB0", "serial:/dev/ttyUSB0:57600"),
+        ("serial:/dev/ttyUSB0:1", "300 to 12000000, usually 57600"),
+        ("udpin:localhost:²", "'²' is not a whole number; write for example udpin:localhost:14550"),
+        ("udpin:localhost:" + "9" * 5000, "1 to 65535"),
+        ("serial:/dev/ttyUSB0:5760²", "is not a whole number"),
+        ("x" * 300, "; write udpin:HOST:PORT"),
+        ("flights/none", "neither a link nor a flight that exists"),
+    ],
+)
+def test_every_mistake_names_its_remedy(text: str, remedy: str) -> None:
+    with pytest.raises(LinkError, match=remedy.replace("(", r"\(")):
+        parse_link(text)
+
+
+@given(st.text(max_size=40).filter(lambda text: "\0" not in text and not Path(text).exists()))
+def test_any_text_is_a_link_or_gets_a_sentence(text: str) -> None:
+    try:
+        address = parse_link(text)
+    except LinkError:
+        return
+    assert parse_link(str(address)) == address
+
 
 if sys.platform == "win32":
     pytest.skip("Windows has no pseudo-terminals", allow_module_level=True)
@@ -141,6 +201,7 @@ def test_a_port_tells_what_its_usb_device_is() -> None:
     assert describe_port(SimpleNamespace(device="/dev/ttyS0", description="n/a")) == "/dev/ttyS0"
 
 
+@pytest.mark.long
 def test_recording_without_a_window_says_what_is_wrong(
     port: tuple[int, str],
     tmp_path: Path,

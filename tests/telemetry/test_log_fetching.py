@@ -19,8 +19,11 @@ from gsapp.flight.raw_files import read_tlog
 from gsapp.foundation import LinkError
 from gsapp.foundation.file_lock import FileLock
 from gsapp.telemetry.log_download import LogEntry, LogFetcher
-from gsapp.telemetry.log_download.log_protocol import LOG_DATA_BYTES, LogDownloadProtocol
-from gsapp.telemetry.log_download.missing_ranges import MissingRanges
+from gsapp.telemetry.log_download.log_protocol import (
+    LOG_DATA_BYTES,
+    LogDownloadProtocol,
+    MissingRanges,
+)
 from gsapp.telemetry.recorder_control import find_recorders, start_recorder
 from gsapp.telemetry.send_queue import request_send
 
@@ -276,6 +279,7 @@ def test_a_log_is_fetched_while_the_recorder_owns_the_link(autopilot, tmp_path, 
     assert sum(1 for _ in read_tlog(folder.tlog_file)) > 200_000 / LOG_DATA_BYTES
 
 
+@pytest.mark.long
 @pytest.mark.usefixtures("own_runtime")
 def test_a_killed_fetch_goes_on_and_leaves_no_recorder(autopilot, tmp_path, patience):
     """Both sides killed in the midst; the next one asks for the rest, and takes all away."""

@@ -24,7 +24,7 @@ from gsapp.foundation import FlightError, GroundStationError, LinkError
 from gsapp.foundation.file_lock import FileLock, lock_holder
 from gsapp.telemetry import recorder_control
 from gsapp.telemetry.clock import HostClock
-from gsapp.telemetry.link_address import LinkAddress
+from gsapp.telemetry.link_kinds import LinkAddress
 from gsapp.telemetry.link_registry import parse_link
 from gsapp.telemetry.recorder import PeerStream, Recorder
 from gsapp.telemetry.recorder_control import find_recorder, find_recorders, start_recorder
@@ -87,6 +87,23 @@ class Running:
         self.stop.set()
         self.thread.join(10)
         assert not self.thread.is_alive()
+
+
+def stamped(sent: list[bytes]) -> list[Chunk]:
+    return [Chunk(1_000_000 + number, frame) for number, frame in enumerate(sent)]
+
+
+class FullDisk(threading.Event):
+    """Takes nothing while it is set."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.set()
+
+    def write(self, descriptor: int, data: bytes) -> int:
+        if self.is_set():
+            raise OSError(errno.ENOSPC, "No space left on device")
+        return os.write(descriptor, data)
 
 
 def data_of(folder: Path) -> list[bytes]:
@@ -208,7 +225,7 @@ def test_a_fault_of_a_driver_does_not_end_the_record(tmp_path, frames, patience)
         raise ValueError("nobody listens")
 
     sent = frames(5)
-    source = Faulty(Chunk(1_000_000 + n, frame) for n, frame in enumerate(sent))
+    source = Faulty(stamped(sent))
     with Running(source, tmp_path, on_status=tell):
         patience(lambda: data_of(tmp_path) == sent)
 
@@ -223,7 +240,7 @@ def test_a_fault_in_sending_does_not_end_the_record(tmp_path, frames, patience) 
     source = Faulty()
     with Running(source, tmp_path, heartbeat=True, on_status=told.append):
         patience(lambda: told and "cannot send (the port was closed" in told[-1].source_state)
-        source.chunks.extend(Chunk(1_000_000 + n, frame) for n, frame in enumerate(sent))
+        source.chunks.extend(stamped(sent))
         patience(lambda: data_of(tmp_path) == sent)
 
 
@@ -242,7 +259,7 @@ def test_an_output_that_is_blocked_does_not_hold_up_the_record(tmp_path, frames,
         patience((tmp_path / STATUS_FILE).exists)
         for _ in range(2 * TELEMETRY.max_unsent):
             request_send(tmp_path, bytes(request.pack(dialect().MAVLink(None, srcSystem=255))))
-        source.chunks.extend(Chunk(1_000_000 + n, frame) for n, frame in enumerate(sent))
+        source.chunks.extend(stamped(sent))
         patience(lambda: data_of(tmp_path) == sent)
         assert source.written == []
         time.sleep(0.2)
@@ -275,7 +292,7 @@ def test_a_clock_that_was_set_back_is_told_in_the_status(tmp_path, patience) -> 
 def test_a_full_disk_is_announced_long_before(tmp_path, frames, patience) -> None:
     room = 50_000_000
     told: list[RecorderStatus] = []
-    source = Script(Chunk(1_000_000 + n, frame) for n, frame in enumerate(frames(100)))
+    source = Script(stamped(frames(100)))
     with Running(source, tmp_path, disk_free=lambda _: room, on_status=told.append):
         patience(lambda: told and told[-1].seconds_until_full)
     assert told[-1].disk_free_bytes == room
@@ -287,18 +304,11 @@ def test_a_full_disk_is_announced_long_before(tmp_path, frames, patience) -> Non
 
 
 def test_a_full_disk_does_not_end_the_record(tmp_path, frames, patience) -> None:
-    full = threading.Event()
-    full.set()
-
-    def write(descriptor: int, data: bytes) -> int:
-        if full.is_set():
-            raise OSError(errno.ENOSPC, "No space left on device")
-        return os.write(descriptor, data)
-
+    full = FullDisk()
     told: list[RecorderStatus] = []
     sent = frames(100)
-    source = Script(Chunk(1_000_000 + n, frame) for n, frame in enumerate(sent))
-    writer = RawWriter(tmp_path, write=write)
+    source = Script(stamped(sent))
+    writer = RawWriter(tmp_path, write=full.write)
     with Running(source, tmp_path, writer=writer, on_status=told.append):
         patience(lambda: told and told[-1].waiting_bytes > 100)
         assert "disk" in told[-1].error
@@ -331,18 +341,12 @@ def test_a_disk_that_fails_to_flush_is_told_without_a_break(
 
 
 def test_a_record_that_ends_on_a_full_disk_waits_for_room(tmp_path, frames, patience) -> None:
-    full = threading.Event()
-    full.set()
-
-    def write(descriptor: int, data: bytes) -> int:
-        if full.is_set():
-            raise OSError(errno.ENOSPC, "No space left on device")
-        return os.write(descriptor, data)
+    full = FullDisk()
 
     def ended(folder: Path, remedy) -> Recorder:
         told: list[RecorderStatus] = []
-        source = Script(Chunk(1_000_000 + n, frame) for n, frame in enumerate(sent))
-        writer = RawWriter(folder, write=write)
+        source = Script(stamped(sent))
+        writer = RawWriter(folder, write=full.write)
         recorder = Recorder(source, writer, clock=HostClock(), on_status=told.append)
         stop, give_up = threading.Event(), threading.Event()
         thread = threading.Thread(target=recorder.run, args=(stop, give_up))
@@ -512,6 +516,7 @@ def test_a_second_recorder_is_refused(tmp_path, port) -> None:
     assert handle.is_alive()
 
 
+@pytest.mark.long
 @pytest.mark.skipif(sys.platform == "win32", reason="stands for the launchers there elsewhere")
 @pytest.mark.usefixtures("recorders")
 def test_a_recorder_behind_a_launcher_is_told_from_another(tmp_path, port, monkeypatch) -> None:

@@ -155,7 +155,7 @@ def test_a_folder_made_read_only_is_left(recording: Recording, patience) -> None
     recording.folder.chmod(0o755)
 
 
-@pytest.mark.parametrize("room_beside", [True, False])
+@pytest.mark.parametrize("room_beside", [True, pytest.param(False, marks=pytest.mark.long)])
 def test_the_command_fails_and_counts_what_reached_the_disk(
     tmp_path: Path, frames, port, patience, room_beside: bool
 ) -> None:

@@ -120,7 +120,7 @@ def test_a_window_that_is_asked_to_end_is_closed_in_order(tmp_path: Path) -> Non
 _BUSY = """
 import threading, time
 from PySide6.QtCore import QCoreApplication, QObject, Signal
-from gsapp.foundation.process_shutdown import exit_process
+from gsapp.foundation.process_control import exit_process
 
 class Work(QObject):
     told = Signal(object)

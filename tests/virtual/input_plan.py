@@ -25,67 +25,39 @@ class Meddling:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class InputPlan:
-    """What a pilot sets out to do, and how well.
+    """What a pilot sets out to do, and how well."""
 
-    Attributes
-    ----------
-    surfaces : tuple of str
-        In the order in which they are moved.
-    kind : str
-        ``doublet``, ``3-2-1-1``, ``pulse``.
-    speed : float
-        Of the test point, m/s.
-    amplitudes : mapping of str to float
-        Meant, rad; negative begins on the other side.
-    width, balance, stagger : float
-        Of one step, s; first half over second half in length; of each further surface, s.
-    bank, speed_off : float
-        With which the input begins, rad and m/s.
-    roll_rate, pitch_rate : float
-        The pilot is still correcting with about so much, rad/s.
-    meddling : tuple of Meddling
-        Sticks moved that should not.
-    hands_off : float
-        How long all sticks are left alone after the input, s.
-    left_over : float
-        Share of the amplitude by which the moved sticks do not come back.
-    turbulence : float
-        Standard deviation of the gusts, m/s.
-    noise : float
-        All instruments' noise is so many times that of the aircraft file.
-    attitude, position : bool
-        Whether the aircraft has sensors for them.
-    approach, still : float
-        Seconds in which the pilot corrects, and in which the sticks are then held.
-    start : tuple of float
-        Errors with which the approach begins: bank (rad), path (rad), speed (m/s), p, q, r
-        (rad/s).
-    ground : float
-        Seconds on the ground with the engines running, recorded before; 0 for none.
-    """
-
-    surfaces: tuple[str, ...] = ("de",)
-    kind: str = "doublet"
-    speed: float = SPEEDS[2]
+    surfaces: tuple[str, ...] = ("de",)  # In the order in which they are moved.
+    kind: str = "doublet"  # ``doublet``, ``3-2-1-1``, ``pulse``.
+    speed: float = SPEEDS[2]  # Of the test point, m/s.
     amplitudes: Mapping[str, float] = field(default_factory=lambda: dict(NOMINAL))
+    """Meant, rad; negative begins on the other side."""
     width: float = 0.45
     balance: float = 1.0
     stagger: float = 0.8
+    """Of one step, s; first half over second half in length; of each further surface, s."""
     bank: float = 0.0
     speed_off: float = 0.0
+    """With which the input begins, rad and m/s."""
     roll_rate: float = 0.0
     pitch_rate: float = 0.0
-    meddling: tuple[Meddling, ...] = ()
-    hands_off: float = 5.5
-    left_over: float = 0.0
-    turbulence: float = 0.0
-    noise: float = 1.0
+    """The pilot is still correcting with about so much, rad/s."""
+    meddling: tuple[Meddling, ...] = ()  # Sticks moved that should not.
+    hands_off: float = 5.5  # How long all sticks are left alone after the input, s.
+    left_over: float = 0.0  # Share of the amplitude by which the moved sticks do not come back.
+    turbulence: float = 0.0  # Standard deviation of the gusts, m/s.
+    noise: float = 1.0  # All instruments' noise is so many times that of the aircraft file.
     attitude: bool = True
     position: bool = True
+    """Whether the aircraft has sensors for them."""
     approach: float = 6.0
     still: float = 1.2
+    """Seconds in which the pilot corrects, and in which the sticks are then held."""
     start: tuple[float, float, float, float, float, float] = (0.0,) * 6
+    """Errors with which the approach begins: bank (rad), path (rad), speed (m/s), p, q, r
+    (rad/s)."""
     ground: float = 0.0
+    """Seconds on the ground with the engines running, recorded before; 0 for none."""
 
 
 def draw(seed: int, surfaces: tuple[str, ...] = ()) -> InputPlan:

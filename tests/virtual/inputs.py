@@ -29,7 +29,6 @@ from gsapp.dynamics.model import load_model
 from gsapp.dynamics.trim import trim
 from gsapp.quantities import Block
 from gsapp.quantities.constants import DEGREE
-from gsapp.virtual.ad_converter import AnalogDigitalConverter
 from gsapp.virtual.airframe import (
     INSTRUMENT_INPUT_CHANNELS,
     ONBOARD_CHANNELS,
@@ -37,9 +36,9 @@ from gsapp.virtual.airframe import (
     Airframe,
 )
 from gsapp.virtual.flight_plan import INPUT_SHAPES, FlightPlan, PilotLimits
-from gsapp.virtual.instruments import Instruments
-from gsapp.virtual.pilot_controllers import AircraftHandling
-from gsapp.virtual.stick_motion import StickMotionModel, StickPositions
+from gsapp.virtual.human_pilot import AircraftHandling
+from gsapp.virtual.instruments import AnalogDigitalConverter, Instruments
+from gsapp.virtual.sticks import StickMotionModel, StickPositions
 from gsapp.virtual.virtual_flight import combine_surfaces, compute_handling
 from tests.virtual.input_plan import SURFACES, InputPlan, around_one, draw
 
@@ -59,40 +58,21 @@ _UPSET = 50.0 * DEGREE
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class FlownInput:
-    """An input as it was flown.
-
-    Attributes
-    ----------
-    plan : InputPlan
-    aircraft : Aircraft
-        With the noise of the day.
-    truth : Block
-        `gsapp.virtual.airframe.TRUTH_CHANNELS`, at the CG, 100 Hz.
-    measured : Block
-        What the ground makes of the converter's volts, with combined surfaces; attitude and
-        position where the aircraft has them.
-    ground : Block or None
-        Measured before the flight.
-    t_input : float
-        When the first stick begins to move, s.
-    t_let_go : float
-        When the last stick is let go, s.
-    t_hand : float
-        When the pilot's hands are on the sticks again, s.
-    calm : Block
-        The truth from `t_input` to `t_hand` if the gusts had stayed what they were at
-        `t_input`: same state then, same sticks since.
-    """
+    """An input as it was flown."""
 
     plan: InputPlan
-    aircraft: Aircraft
-    truth: Block
+    aircraft: Aircraft  # With the noise of the day.
+    truth: Block  # `gsapp.virtual.airframe.TRUTH_CHANNELS`, at the CG, 100 Hz.
     measured: Block
-    ground: Block | None
-    t_input: float
-    t_let_go: float
-    t_hand: float
+    """What the ground makes of the converter's volts, with combined surfaces; attitude and position
+    where the aircraft has them."""
+    ground: Block | None  # Measured before the flight.
+    t_input: float  # When the first stick begins to move, s.
+    t_let_go: float  # When the last stick is let go, s.
+    t_hand: float  # When the pilot's hands are on the sticks again, s.
     calm: Block
+    """The truth from `t_input` to `t_hand` if the gusts had stayed what they were at `t_input`:
+    same state then, same sticks since."""
 
 
 def fly_input(seed: int, **draws: object) -> FlownInput:

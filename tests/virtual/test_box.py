@@ -1,4 +1,4 @@
-"""The box on the link: frames that a foreign reader understands, at the rates agreed."""
+"""The box on the link: frames a foreign reader understands, at the rates agreed; its log."""
 
 import os
 import socket
@@ -9,23 +9,23 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-
-os.environ.setdefault("MAVLINK20", "1")
-
 from pymavlink import mavutil
 
 from calibration.adc import ADC_RESOLUTION
 from calibration.certificate_toml import load_certificates
-from gsapp.decoding.frames import MavlinkFrame, Residue
-from gsapp.decoding.framing import Framer
+from gsapp.decoding.framing import Framer, MavlinkFrame, Residue
 from gsapp.telemetry.clock import HostClock
 from gsapp.telemetry.sources import open_source
-from gsapp.virtual.ad_converter import DAQ_CHANNELS
 from gsapp.virtual.downlink.downlink_transmitter import DownlinkTransmitter
 from gsapp.virtual.downlink.flight_settings import FlightSettings
+from gsapp.virtual.downlink.onboard_log import LOG_DATA_BYTES, LOG_ID, LogServer
 from gsapp.virtual.downlink.onboard_messages import dialect
 from gsapp.virtual.downlink.virtual_source import VirtualSource
+from gsapp.virtual.instruments import DAQ_CHANNELS
 from gsapp.virtual.settings import VIRTUAL
+
+os.environ.setdefault("MAVLINK20", "1")
+
 
 SECONDS = 12
 START = 1_700_000_000_000_000
@@ -149,8 +149,10 @@ def test_the_virtual_link_is_a_source_like_any_other() -> None:
                 names[dialect.mavlink_map[piece.message_id].msgname] += 1
     assert names["DEBUG_FLOAT_ARRAY"] > 500
     assert source.connected
+    source.write(b"it need not listen")
     source.close()
     source.close()
+    assert not source.connected
     assert source.read(0.0) == []
     assert "closed" in source.state
 
@@ -235,3 +237,60 @@ def test_a_thin_flight_hands_out_its_full_log_over_the_same_link(tmp_path: Path)
     while (message := reader.recv_match(type="DEBUG_FLOAT_ARRAY")) is not None:
         stamps.append(message.time_usec)
     assert stamps == list(range(0, 3_000_000, 10_000))
+
+
+@pytest.fixture
+def log(tmp_path: Path) -> Path:
+    path = tmp_path / "onboard.tlog"
+    path.write_bytes(np.random.default_rng(3).bytes(1234))
+    return path
+
+
+def test_the_list_names_one_log_with_its_size(log: Path) -> None:
+    server = LogServer(log, started=1_700_000_000)
+    server.handle_request(dialect.MAVLink_log_request_list_message(1, 1, 0, 0xFFFF))
+    (entry,) = server.pending_responses(1000)
+    assert (entry.id, entry.num_logs, entry.last_log_num) == (LOG_ID, 1, LOG_ID)
+    assert entry.size == 1234
+    assert entry.time_utc == 1_700_000_000
+
+
+def test_the_whole_log_comes_within_the_budget_of_each_turn(log: Path) -> None:
+    server = LogServer(log, started=0)
+    server.handle_request(dialect.MAVLink_log_request_data_message(1, 1, LOG_ID, 0, 0xFFFFFFFF))
+    pieces, turns = {}, 0
+    while answers := list(server.pending_responses(300)):
+        turns += 1
+        assert len(answers) <= 3
+        for answer in answers:
+            pieces[answer.ofs] = (answer.count, bytes(answer.data[: answer.count]))
+    assert turns > 4
+    assert b"".join(data for _, (_, data) in sorted(pieces.items())) == log.read_bytes()
+    assert pieces[max(pieces)][0] < LOG_DATA_BYTES
+
+
+def test_a_lost_piece_can_be_asked_for_again(log: Path) -> None:
+    server = LogServer(log, started=0)
+    server.handle_request(dialect.MAVLink_log_request_data_message(1, 1, LOG_ID, 180, 180))
+    answers = list(server.pending_responses(10_000))
+    assert [answer.ofs for answer in answers] == [180, 270]
+    assert b"".join(bytes(a.data[: a.count]) for a in answers) == log.read_bytes()[180:360]
+
+
+def test_erase_is_not_obeyed_and_end_stops(log: Path) -> None:
+    server = LogServer(log, started=0)
+    before = log.read_bytes()
+    server.handle_request(dialect.MAVLink_log_erase_message(1, 1))
+    assert list(server.pending_responses(1000)) == []
+    assert log.read_bytes() == before
+    server.handle_request(dialect.MAVLink_log_request_data_message(1, 1, LOG_ID, 0, 0xFFFFFFFF))
+    list(server.pending_responses(200))
+    server.handle_request(dialect.MAVLink_log_request_end_message(1, 1))
+    assert list(server.pending_responses(1000)) == []
+
+
+def test_a_request_beyond_the_end_gets_the_end_mark(log: Path) -> None:
+    server = LogServer(log, started=0)
+    server.handle_request(dialect.MAVLink_log_request_data_message(1, 1, LOG_ID, 5000, 90))
+    (answer,) = server.pending_responses(1000)
+    assert answer.count == 0

@@ -19,7 +19,7 @@ from gsapp.cli._usage_errors import CommandUsageError
 from gsapp.cli.fly import fly
 from gsapp.flight.flight_loader import load_flight
 from gsapp.foundation import FlightError
-from gsapp.virtual.downlink import record_writer
+from gsapp.virtual.downlink import flight_downlink
 
 DEG = np.pi / 180.0
 
@@ -70,19 +70,20 @@ def test_an_interrupted_flight_leaves_nothing(
         told.append(progress)
         raise KeyboardInterrupt
 
-    real = record_writer.write_record
+    real = flight_downlink.write_record
 
     def interrupted(*arguments: object, **options: object) -> None:
         options["progress"] = interrupt
         real(*arguments, **options)  # type: ignore[arg-type]
 
-    monkeypatch.setattr(record_writer, "write_record", interrupted)
+    monkeypatch.setattr(flight_downlink, "write_record", interrupted)
     with pytest.raises(KeyboardInterrupt):
         fly(out=tmp_path / "flight", plan="short")
     assert told
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.long
 @pytest.mark.skipif(os.name == "nt", reason="no such signals on Windows")
 @pytest.mark.parametrize("name", ["SIGTERM", "SIGHUP"])
 def test_a_flight_that_is_asked_to_end_leaves_nothing(name: str, tmp_path: Path) -> None:

@@ -16,14 +16,16 @@ from gsapp.session import Session
 from gsapp.telemetry.recorder_control import start_recorder
 from gsapp.virtual.airframe import TRUTH_CHANNELS
 from gsapp.virtual.downlink.aircraft_process import TrainingProcess, find_free_udp_port
-from gsapp.virtual.downlink.bench_downlink import StdinConsole
+from gsapp.virtual.downlink.commanded_downlinks import (
+    StdinConsole,
+    TrainingDownlink,
+    execute_training_command,
+)
 from gsapp.virtual.downlink.flight_settings import FlightSettings
-from gsapp.virtual.downlink.training_downlink import TrainingDownlink, execute_training_command
 from gsapp.virtual.flight_plan import load_flight_plan
 from gsapp.virtual.keyboard_pilot import KeyboardPilot
-from gsapp.virtual.keyboard_sticks import KeyboardSticks, KeyPositions
 from gsapp.virtual.settings import VIRTUAL
-from gsapp.virtual.stick_motion import StickPositions
+from gsapp.virtual.sticks import KeyboardSticks, KeyPositions, StickPositions
 from gsapp.virtual.virtual_flight import FlightSegment, FlightSimulation
 
 DT = 0.01
@@ -175,6 +177,7 @@ def test_the_end_of_the_lines_ends_the_flight() -> None:
     assert "is unknown" in said[2]
 
 
+@pytest.mark.long
 def test_a_trainee_over_a_real_link_is_in_the_record(tmp_path: Path) -> None:
     """A process, a link, a recorder: within five seconds keys fly a doublet that is recorded."""
     folder = tmp_path / "flight"

@@ -1,8 +1,9 @@
-"""Whole flights: they hold what a flight holds, stay in the air, and repeat with their seed."""
+"""Flights and single inputs: as planned, in the air, the same for a seed; plans with mistakes."""
 
 from __future__ import annotations
 
 import math
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -10,9 +11,19 @@ import pytest
 
 from gsapp.aircraft import load_aircraft
 from gsapp.dynamics.model import load_model
-from gsapp.foundation import FlightError, UnknownNameError
-from gsapp.virtual.flight_plan import load_flight_plan
+from gsapp.foundation import FileProblemsError, FlightError, UnknownNameError
+from gsapp.quantities.constants import DEGREE
+from gsapp.virtual.flight_plan import (
+    INPUT_SHAPES,
+    FlightPlan,
+    PilotLimits,
+    PlannedManeuver,
+    load_flight_plan,
+)
+from gsapp.virtual.sticks import StickInput
 from gsapp.virtual.virtual_flight import FlightSimulation, VirtualFlight, simulate_flight
+from tests.virtual.input_plan import Meddling
+from tests.virtual.inputs import fly_input
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -90,16 +101,17 @@ def test_fuel_burns_off(short_flight: VirtualFlight) -> None:
 
 
 def test_one_seed_is_one_flight_however_it_is_cut() -> None:
-    whole = _under_way().advance(1500)
-    other = _under_way(seed=4).advance(1500)
+    whole = _under_way().advance(600)
+    other = _under_way(seed=4).advance(600)
     pieces: list[FlightSimulation] = [_under_way()]
-    parts = [pieces[0].advance(count) for count in (1, 2, 7, 490, 1000)]
+    parts = [pieces[0].advance(count) for count in (1, 2, 7, 190, 400)]
     for name in ("truth", "volts", "onboard"):
         joined = np.concatenate([getattr(part, name) for part in parts])
         assert np.array_equal(joined, getattr(whole, name)), name
     assert not np.array_equal(whole.volts, other.volts)
 
 
+@pytest.mark.long
 def test_a_gusty_day_ends_well_too() -> None:
     flight = simulate_flight("short", seed=11, turbulence=1.0)
     assert not flight.crashed
@@ -107,18 +119,14 @@ def test_a_gusty_day_ends_well_too() -> None:
     assert len(flight.maneuvers) == 2
 
 
-def test_a_hidden_effect_changes_the_flight_and_nothing_before_it_matters() -> None:
-    plain = _under_way().advance(2200)
-    scaled = _under_way(hide=("sensor.alpha.scale:scale=1.5",)).advance(2200)
+def test_a_hidden_effect_changes_what_it_is_about_and_nothing_else() -> None:
+    plain = _under_way().advance(2000)
+    scaled = _under_way(hide=("sensor.alpha.scale:scale=1.5",)).advance(2000)
     assert np.array_equal(plain.truth, scaled.truth)
     vane = 5
     assert np.abs(plain.volts[:, vane] - scaled.volts[:, vane]).max() > 0.05
     others = [column for column in range(20) if column != vane]
     assert np.array_equal(plain.volts[:, others], scaled.volts[:, others])
-
-
-def test_a_hidden_aerodynamic_effect_changes_the_motion() -> None:
-    plain = _under_way().advance(2000)
     bent = _under_way(hide=("aero.Cm.alpha2:Cm_alpha2=-2.0",)).advance(2000)
     assert not np.array_equal(plain.truth, bent.truth)
 
@@ -162,7 +170,7 @@ class _Still:
         return self.count >= 100
 
     def move(self, _: object) -> object:
-        from gsapp.virtual.stick_motion import StickPositions
+        from gsapp.virtual.sticks import StickPositions
 
         self.count += 1
         return StickPositions(brake=1.0, roll=0.5)
@@ -176,3 +184,108 @@ def test_other_hands_can_take_the_sticks() -> None:
     phases: Sequence[str] = stretch.phases
     assert set(phases) == {"waiting"}
     assert stretch.onboard[-1][stretch.onboard_names.index("servo_aileron")] == pytest.approx(0.4)
+
+
+def test_the_default_plan_is_a_flight_of_the_crew() -> None:
+    plan = load_flight_plan("default")
+    assert plan.engines.running == 80.0
+    throttles = {run_up.throttle for run_up in plan.engines.run_ups}
+    assert {0.0, 0.5, 1.0} <= throttles
+    assert 1 <= len(plan.range_check.pulses) <= 2
+    assert 9 <= len(plan.maneuvers) <= 13
+    flown = {maneuver.inputs for maneuver in plan.maneuvers}
+    assert {("de",), ("da",), ("dr",), ("da", "dr")} <= flown
+    assert plan.pattern.leg == 10.0
+
+
+def test_every_mistake_in_a_plan_is_named_at_once(tmp_path: Path) -> None:
+    path = tmp_path / "plan.toml"
+    path.write_text(
+        'name = "x"\n[pattern]\nheight = "260 kg"\nhight = 3\n'
+        '[[maneuvers]]\ninputs = ["da", "dr"]\nstick = [0.3]\n'
+    )
+    with pytest.raises(FileProblemsError) as caught:
+        load_flight_plan(path)
+    text = str(caught.value)
+    assert "pattern.height" in text
+    assert "hight" in text
+    assert "'height'" in text
+    assert "maneuvers[0]" in text
+    assert "2 inputs and 1 sizes" in text
+
+
+def test_an_unknown_plan_names_the_shipped_ones() -> None:
+    with pytest.raises(UnknownNameError, match=r"default.*short"):
+        load_flight_plan("defualt")
+
+
+def _input(maneuver: PlannedManeuver, seed: int) -> StickInput:
+    return StickInput(maneuver, FlightPlan().human, np.random.default_rng(seed))
+
+
+def test_inputs_vary_as_a_hand_does_and_repeat_with_the_seed() -> None:
+    maneuver = PlannedManeuver.model_validate({"inputs": ["de"], "stick": [0.3], "step": "0.4 s"})
+    one, again, other = _input(maneuver, 1), _input(maneuver, 1), _input(maneuver, 2)
+    times = np.arange(0.0, 2.0, 0.01)
+    sticks = [[stick.at(time)["de"] for time in times] for stick in (one, again, other)]
+    assert sticks[0] == sticks[1]
+    assert sticks[0] != sticks[2]
+    assert max(sticks[0]) > 0.15
+    assert min(sticks[0]) < -0.15
+    assert abs(sticks[0][-1]) < 0.06, "the stick comes back, nearly"
+    assert one.duration != other.duration
+
+
+def test_a_perfect_hand_flies_the_shape_exactly() -> None:
+    perfect = PilotLimits(size_error=0.0, timing_error=0.0, residual=0.0)
+    maneuver = PlannedManeuver.model_validate(
+        {"inputs": ["dr"], "shape": "3-2-1-1", "stick": [0.2], "step": "0.3 s"}
+    )
+    stick = StickInput(maneuver, perfect, np.random.default_rng(0))
+    middles = [stick.at(0.3 * number + 0.15)["dr"] for number in range(8)]
+    assert middles == pytest.approx([0.2 * unit for unit in INPUT_SHAPES["3-2-1-1"]] + [0.0])
+    assert stick.duration == pytest.approx(2.1)
+
+
+@pytest.mark.long
+def test_same_seed_same_flight_and_what_is_given_is_flown() -> None:
+    one, again = (fly_input(5001, surfaces=("de",), turbulence=0.4) for _ in range(2))
+    np.testing.assert_array_equal(one.measured.values, again.measured.values)
+    np.testing.assert_array_equal(one.truth.values, again.truth.values)
+    low, high = np.searchsorted(one.truth.times, (one.t_input, one.t_let_go))
+    moved = np.ptp(one.truth["de"][low:high]) / 2.0
+    assert moved > 0.5 * abs(one.plan.amplitudes["de"])
+    assert one.calm.times[0] == pytest.approx(one.t_input, abs=0.011)
+    assert np.abs(one.calm.values[0] - one.truth.values[low]).max() < 10.0
+
+
+@pytest.mark.long
+def test_without_gusts_the_calm_flight_is_the_flight() -> None:
+    still = fly_input(5002, turbulence=0.0)
+    low = int(np.searchsorted(still.truth.times, still.calm.times[0]))
+    np.testing.assert_array_equal(still.calm["q"], still.truth["q"][low : low + len(still.calm)])
+    gusty = fly_input(5002, turbulence=1.0)
+    low = int(np.searchsorted(gusty.truth.times, gusty.calm.times[0]))
+    apart = np.abs(gusty.calm["p"] - gusty.truth["p"][low : low + len(gusty.calm)])
+    assert apart[0] == 0.0
+    assert apart.max() > 1.0 * DEGREE
+
+
+def test_hands_off_means_that_no_surface_moves_but_those_of_the_plan() -> None:
+    flown = fly_input(
+        5003,
+        surfaces=("dr",),
+        amplitudes={"dr": 8.0 * DEGREE},
+        left_over=0.0,
+        meddling=(Meddling(surface="da", size=3.0 * DEGREE, at=2.2, length=0.5),),
+        hands_off=4.0,
+        turbulence=0.0,
+        roll_rate=0.0,
+        pitch_rate=0.0,
+    )
+    truth = flown.truth
+    low, high = np.searchsorted(truth.times, (flown.t_let_go + 0.6, flown.t_hand))
+    assert np.ptp(truth["de"][low:high]) < 0.2 * DEGREE
+    assert np.ptp(truth["dr"][low:high]) < 0.5 * DEGREE
+    whole = slice(int(np.searchsorted(truth.times, flown.t_input)), high)
+    assert np.ptp(truth["da"][whole]) == pytest.approx(3.0 * DEGREE, rel=0.25)

@@ -1,6 +1,9 @@
-"""The instruments: vibration that folds, gyros that clip, volts that come back as they were."""
+"""The instruments: vibration that folds, gyros that clip, hidden effects, faults asked for."""
 
+import itertools
 import math
+from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -11,10 +14,32 @@ from scipy import signal
 from calibration.adc import ADC_RESOLUTION
 from calibration.certificate_toml import load_certificates
 from gsapp.aircraft import load_aircraft
-from gsapp.foundation import UnknownNameError
-from gsapp.virtual.ad_converter import DAQ_CHANNELS, AnalogDigitalConverter
-from gsapp.virtual.instruments import EngineVibration, Instruments
-from gsapp.virtual.virtual_flight import VirtualFlight
+from gsapp.cli.fly import fly as fly_command
+from gsapp.dynamics.model import load_model
+from gsapp.dynamics.terms import effect_ids
+from gsapp.flight.flight_loader import load_flight
+from gsapp.foundation import FileProblemsError, FlightError, UnknownNameError, read_toml
+from gsapp.quantities.constants import DEGREE
+from gsapp.virtual import airframe
+from gsapp.virtual.airframe import INSTRUMENT_INPUT_CHANNELS, TRUTH_CHANNELS, Airframe
+from gsapp.virtual.flight_plan import FlightPlan, load_flight_plan
+from gsapp.virtual.instruments import (
+    DAQ_CHANNELS,
+    AnalogDigitalConverter,
+    EngineVibration,
+    Instruments,
+    SensorFault,
+    SensorFaultInjector,
+    parse_sensor_fault,
+)
+from gsapp.virtual.settings import VIRTUAL
+from gsapp.virtual.sticks import StickPositions
+from gsapp.virtual.virtual_flight import (
+    FlightSegment,
+    FlightSimulation,
+    VirtualFlight,
+    add_hidden_effects,
+)
 
 DEG = math.pi / 180.0
 DT = 0.01
@@ -149,3 +174,274 @@ def test_measured_follows_truth(short_flight: VirtualFlight) -> None:
     expected = flown["alpha"] - flown["q"] * x / flown["V"] + flown["p"] * y / flown["V"]
     assert np.std(recorded["alpha"] - expected) < 0.25 * DEG
     assert np.std(recorded["alpha"] - flown["alpha"]) > np.std(recorded["alpha"] - expected)
+
+
+ROWS = 250
+SURFACES = ("elevator_left", "elevator_right", "aileron_left", "aileron_right", "rudder")
+
+
+def ride(*hide: str) -> tuple[np.ndarray, np.ndarray]:
+    """Return truth and exposures of a take-off run with the sticks moved, one row a step."""
+    aircraft = load_aircraft("b777")
+    frame = Airframe(
+        load_flight_plan("short"),
+        aircraft,
+        add_hidden_effects(aircraft, load_model("b777"), hide),
+        turbulence=0.0,
+        random=np.random.default_rng(5),
+        dt=DT,
+    )
+    truth, exposed = [], []
+    for step in range(ROWS):
+        time = step * DT
+        frame.advance(
+            StickPositions(
+                throttle=1.0,
+                pitch=0.3 * float(np.sin(9.0 * time)),
+                roll=0.2 * float(np.sin(7.0 * time)),
+                yaw=0.1 * float(np.sin(5.0 * time)),
+                flap=0.5,
+                engines=True,
+                high_rate=True,
+            )
+        )
+        truth.append(frame.truth())
+        exposed.append(frame.instrument_inputs())
+        frame.onboard_values()
+    return np.array(truth), np.array(exposed)
+
+
+@pytest.fixture(scope="module")
+def plain() -> tuple[np.ndarray, np.ndarray]:
+    return ride()
+
+
+def shown(exposed: np.ndarray, name: str) -> np.ndarray:
+    return np.asarray(exposed[:, INSTRUMENT_INPUT_CHANNELS.index(name)])
+
+
+def late(signal: np.ndarray, by: float) -> np.ndarray:
+    times = DT * np.arange(signal.size)
+    return np.interp(times - by, times, signal)
+
+
+def changed(one: np.ndarray, other: np.ndarray) -> set[str]:
+    return {
+        name
+        for k, name in enumerate(INSTRUMENT_INPUT_CHANNELS)
+        if not np.array_equal(one[:, k], other[:, k])
+    }
+
+
+def test_a_late_potentiometer_leaves_the_surface_alone(plain) -> None:
+    truth, exposed = ride("sensor.de.delay:delay=0.02")
+    assert np.array_equal(truth, plain[0])
+    assert changed(exposed, plain[1]) == {"elevator_left", "elevator_right"}
+    # Left and right differ by the rigging, which is not late.
+    mean = 0.5 * (shown(exposed, "elevator_left") + shown(exposed, "elevator_right"))
+    true = plain[0][:, TRUTH_CHANNELS.index("de")]
+    assert np.allclose(mean[5:], late(true, 0.02)[5:], atol=1e-12)
+
+
+def test_a_box_of_surfaces_is_late_as_a_whole(plain) -> None:
+    truth, exposed = ride("sensor.surfaces.delay:delay=0.03")
+    assert np.array_equal(truth, plain[0])
+    assert changed(exposed, plain[1]) == {*SURFACES, "flap"}
+    for name in ("rudder", "flap"):
+        assert np.allclose(
+            shown(exposed, name)[5:], late(shown(plain[1], name), 0.03)[5:], atol=1e-12
+        )
+
+
+def test_late_air_data_makes_the_pressure_late_once(plain) -> None:
+    truth, exposed = ride("sensor.airdata.delay:delay=0.1")
+    assert np.array_equal(truth, plain[0])
+    assert changed(exposed, plain[1]) == {"alpha", "beta", "dynamic_pressure"}
+    pressure = shown(plain[1], "dynamic_pressure")
+    assert pressure.max() > 20.0
+    found = shown(exposed, "dynamic_pressure")
+    # The speed is late, the density from which the pressure follows is not.
+    assert np.allclose(found[15:], late(pressure, 0.1)[15:], rtol=1e-6)
+
+
+def test_swapped_accelerometers(plain) -> None:
+    truth, exposed = ride("sensor.ax_an.swapped")
+    assert np.array_equal(truth, plain[0])
+    assert changed(exposed, plain[1]) == {"ax", "an"}
+    assert np.array_equal(shown(exposed, "ax"), shown(plain[1], "an"))
+    assert np.array_equal(shown(exposed, "an"), shown(plain[1], "ax"))
+
+
+def test_a_misplaced_accelerometer(plain) -> None:
+    truth, exposed = ride("sensor.accelerometer.x:x=0.5")
+    assert np.array_equal(truth, plain[0])
+    assert changed(exposed, plain[1]) == {"ax", "ay", "an"}
+    q = plain[0][:, TRUTH_CHANNELS.index("q")]
+    p, r = plain[0][:, TRUTH_CHANNELS.index("p")], plain[0][:, TRUTH_CHANNELS.index("r")]
+    extra = shown(exposed, "an") - shown(plain[1], "an")
+    expected = 0.5 * (np.gradient(q, DT) - p * r)
+    assert np.corrcoef(extra[5:], expected[5:])[0, 1] > 0.95
+
+
+def test_a_clipped_gyro(plain) -> None:
+    limit = 0.5 * float(np.abs(shown(plain[1], "q")).max())
+    truth, exposed = ride(f"sensor.q.clipping:limit={limit!r}")
+    assert np.array_equal(truth, plain[0])
+    assert np.array_equal(shown(exposed, "q"), np.clip(shown(plain[1], "q"), -limit, limit))
+
+
+def test_what_comes_early_cannot_be_flown() -> None:
+    with pytest.raises(FlightError, match="must not be negative"):
+        ride("sensor.airdata.delay:delay=-0.1")
+
+
+def test_every_effect_can_be_hidden(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(airframe, "VIRTUAL", replace(VIRTUAL, settling_time=0.03))
+    aircraft, model, plan = load_aircraft("b777"), load_model("b777"), load_flight_plan("short")
+    sticks = StickPositions(throttle=1.0, pitch=0.2, roll=0.1, yaw=0.1, flap=0.5, engines=True)
+    for name in effect_ids():
+        frame = Airframe(
+            plan,
+            aircraft,
+            add_hidden_effects(aircraft, model, (name,)),
+            turbulence=0.0,
+            random=np.random.default_rng(1),
+            dt=DT,
+        )
+        for _ in range(5):
+            frame.advance(sticks)
+            seen = (*frame.instrument_inputs(), *frame.truth(), *frame.onboard_values())
+            assert np.isfinite(seen).all(), name
+
+
+ALPHA, BETA, Q = (DAQ_CHANNELS.index(name) for name in ("alpha", "beta", "q"))
+COUNT = 2200
+FAULTS = (
+    "alpha:dropout:every=0.9 s,length=0.1 s",
+    "beta:stuck:start=5 s,end=12 s",
+    "q:clip:low=-0.5 deg/s,high=0.5 deg/s",
+)
+
+
+def _flight(*faults: str) -> FlightSimulation:
+    return FlightSimulation(
+        load_flight_plan("short"), aircraft=load_aircraft("b777"), seed=3, faults=faults
+    )
+
+
+@pytest.fixture(scope="module")
+def whole() -> FlightSegment:
+    return _flight().advance(COUNT)
+
+
+@pytest.fixture(scope="module")
+def broken() -> FlightSegment:
+    return _flight(*FAULTS).advance(COUNT)
+
+
+def test_a_fault_breaks_its_own_channel_only(whole: FlightSegment, broken: FlightSegment) -> None:
+    assert np.array_equal(broken.truth, whole.truth)
+    others = [column for column in range(len(DAQ_CHANNELS)) if column not in (ALPHA, BETA, Q)]
+    assert np.array_equal(broken.volts[:, others], whole.volts[:, others])
+
+
+def test_dropouts_are_open_inputs_of_the_length_and_number_asked_for(
+    whole: FlightSegment, broken: FlightSegment
+) -> None:
+    volts = broken.volts[:, ALPHA]
+    gone = volts == 0.0
+    assert np.array_equal(volts[~gone], whole.volts[~gone, ALPHA])
+    # 22 are to be expected in 22 s; a tenth of the time is gone.
+    assert 10 <= np.count_nonzero(np.diff(gone.astype(int)) == 1) <= 40
+    assert 0.04 < gone.mean() < 0.2
+
+
+def test_a_stuck_vane_repeats_the_sample_at_the_beginning(
+    whole: FlightSegment, broken: FlightSegment
+) -> None:
+    volts = broken.volts[:, BETA]
+    assert np.ptp(volts[500:1200]) <= 0.002  # the supply still ripples by one count
+    assert np.ptp(whole.volts[500:1200, BETA]) > 0.01
+    for part in (slice(0, 501), slice(1200, None)):
+        assert np.array_equal(volts[part], whole.volts[part, BETA])
+
+
+def test_clipped_samples_stop_at_the_limit_given_with_its_unit(
+    whole: FlightSegment, broken: FlightSegment
+) -> None:
+    measured = _flight().converter.convert_volts
+    assert np.abs(measured(broken.volts)["q"]).max() < 0.6 * DEGREE
+    assert np.abs(measured(whole.volts)["q"]).max() > 1.0 * DEGREE
+
+
+@settings(max_examples=30, deadline=None)
+@given(
+    cuts=st.lists(st.integers(0, 400), max_size=8),
+    kind=st.sampled_from(["dropout", "stuck", "clip"]),
+    every=st.sampled_from([None, 0.02, 0.3]),
+    start=st.floats(0.0, 3.0),
+)
+def test_cutting_a_flight_into_other_pieces_breaks_the_same_samples(
+    cuts: list[int], kind: str, every: float | None, start: float
+) -> None:
+    content = {"channel": "alpha", "kind": kind, "start": f"{start} s", "end": "3.5 s"}
+    if every is not None:
+        content |= {"every": f"{every} s", "length": "0.05 s"}
+    if kind == "clip":
+        content["low"] = "-1 deg"
+    fault = SensorFault.model_validate(content)
+    values = np.random.default_rng(0).normal(size=400)
+    one = SensorFaultInjector(fault, 0.01, np.random.default_rng(7)).apply(values, 0)
+    other = SensorFaultInjector(fault, 0.01, np.random.default_rng(7))
+    edges = [0, *sorted(cuts), 400]
+    pieces = [other.apply(values[a:b], a) for a, b in itertools.pairwise(edges)]
+    assert np.array_equal(np.concatenate(pieces), one, equal_nan=True)
+
+
+def test_a_plan_can_hold_faults_and_names_all_mistakes(tmp_path: Path) -> None:
+    path = tmp_path / "plan.toml"
+    path.write_text('[[faults]]\nchannel = "alpha"\nkind = "stuck"\nstart = "10 s"\n')
+    plan = read_toml(path, FlightPlan)
+    assert plan.faults == (parse_sensor_fault("alpha:stuck:start=10 s"),)
+    path.write_text(
+        '[[faults]]\nchannel = "alfa"\nkind = "stuck"\n'
+        '[[faults]]\nchannel = "alpha"\nkind = "clip"\n'
+        '[[faults]]\nchannel = "q"\nkind = "clip"\nhigh = "3 ft"\n'
+    )
+    with pytest.raises(FileProblemsError) as caught:
+        read_toml(path, FlightPlan)
+    said = [str(problem) for problem in caught.value.problems]
+    assert len(said) == 3
+    assert "'alfa'" in said[0]
+    assert "one or both" in said[1]
+    assert "'ft'" in said[2]
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("alpha", "kind"),
+        ("alpha:jam", "kind"),
+        ("alpha:stuck:from=3", "from: is not a known key"),
+        ("alpha:stuck:start", "is not PARAM=VALUE"),
+        ("alpha:stuck:start=soon", "does not begin with a number"),
+        ("alpha:stuck:start=9 s,end=3 s", "ends before it begins"),
+        ("alpha:dropout:every=3 s", "belong together"),
+        ("alpha:dropout:every=0 s,length=1 s", "every"),
+        ("alpha:stuck:low=3 deg", "belong to clip"),
+        ("alpha:clip:low=3 deg,high=-3 deg", "swap 'low' and 'high'"),
+    ],
+)
+def test_what_is_no_fault_gets_one_sentence(text: str, words: str) -> None:
+    with pytest.raises(FlightError, match=words) as caught:
+        parse_sensor_fault(text)
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.long
+def test_a_broken_vane_goes_all_the_way_into_the_flight(tmp_path: Path) -> None:
+    fly_command(out=tmp_path / "flight", plan="short", seed=3, faults=("alpha:stuck",))
+    block = load_flight(tmp_path / "flight").block
+    spread = {name: np.ptp(block[name][np.isfinite(block[name])]) for name in ("alpha", "beta")}
+    assert spread["alpha"] < 1.0 * DEGREE
+    assert spread["beta"] > 10.0 * DEGREE

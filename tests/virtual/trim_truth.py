@@ -131,37 +131,26 @@ def cues_of(block: Block, point: TestPoint | None, aircraft: Aircraft | None) ->
 
 @dataclass(slots=True, kw_only=True)
 class Score:
-    """What the cues of some flights were worth.
-
-    Attributes
-    ----------
-    right, edge, wrong : int
-        GOs given trimmed, within `EDGE` of a boundary, untrimmed.
-    trimmed, in_time : int
-        Spells of a second or more clearly within all tolerances; those in which GO stood within
-        `IN_TIME`.
-    delays : list of float
-        From the begin of each spell to GO, s.
-    go, overstayed : float
-        Seconds of GO, and those of them in which trim was lost already.
-    gusty, seconds : float
-        Seconds of ``gusty``, and all.
-    changes, hasty : int
-        Of state; those after less than `_HASTE` of a state other than GO.
-    """
+    """What the cues of some flights were worth."""
 
     right: int = 0
     edge: int = 0
     wrong: int = 0
+    """GOs given trimmed, within `EDGE` of a boundary, untrimmed."""
     trimmed: int = 0
     in_time: int = 0
-    delays: list[float] = field(default_factory=list)
+    """Spells of a second or more clearly within all tolerances; those in which GO stood within
+    `IN_TIME`."""
+    delays: list[float] = field(default_factory=list)  # From the begin of each spell to GO, s.
     go: float = 0.0
     overstayed: float = 0.0
+    """Seconds of GO, and those of them in which trim was lost already."""
     gusty: float = 0.0
     seconds: float = 0.0
+    """Seconds of ``gusty``, and all."""
     changes: int = 0
     hasty: int = 0
+    """Of state; those after less than `_HASTE` of a state other than GO."""
 
     def add(self, other: Score) -> None:
         for name in self.__slots__:

@@ -13,9 +13,9 @@ from calibration import shipped_certificate_sets
 from gsapp.aircraft.aircraft_loader import shipped_aircraft
 from gsapp.decoding.channel_map import load_channel_map, shipped_channel_maps
 from gsapp.foundation import LinkError
-from gsapp.telemetry.link_address import LinkAddress
+from gsapp.telemetry.link_diagnosis import LinkTest
+from gsapp.telemetry.link_kinds import LinkAddress
 from gsapp.telemetry.link_registry import link_kinds, parse_link
-from gsapp.telemetry.link_test import LinkTest
 from ui.dialogs.file_fields import RecordingDialog, ShippedFileField
 from ui.dialogs.flight_requests import ConnectRequest
 from ui.dialogs.form_dialog import FieldMessage

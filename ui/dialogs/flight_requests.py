@@ -12,7 +12,7 @@ from string import ascii_lowercase
 from typing import Literal
 
 from gsapp.foundation import GroundStationError
-from gsapp.telemetry.link_address import LinkAddress
+from gsapp.telemetry.link_kinds import LinkAddress
 from gsapp.telemetry.link_registry import kind_of
 from gsapp.virtual.downlink.flight_settings import FlightSettings
 from ui.disk_checks import path_kind

@@ -9,10 +9,18 @@ from PySide6.QtCore import Qt, QTimer, Signal
 from PySide6.QtWidgets import QComboBox, QHBoxLayout, QLabel, QLineEdit, QVBoxLayout, QWidget
 
 from gsapp.foundation import LinkError
-from gsapp.telemetry.link_address import LOOPBACK, AddressField, LinkAddress, split_fields
-from gsapp.telemetry.link_kinds import LinkKind, SerialLink
+from gsapp.telemetry.link_kinds import (
+    LOOPBACK,
+    AddressField,
+    LinkAddress,
+    LinkKind,
+    SerialLink,
+    describe_port,
+    is_same_port,
+    list_serial_ports,
+    split_fields,
+)
 from gsapp.telemetry.link_registry import link_kinds
-from gsapp.telemetry.serial_ports import describe_port, is_same_port, list_serial_ports
 from ui.dialogs.flight_requests import InputCheck, check_link
 from ui.dialogs.form_dialog import FieldMessage, IntegerField, repolish
 from ui.display_style import DisplayStyle

@@ -14,7 +14,7 @@ from multiprocessing.connection import Connection
 from typing import Any, Literal, Protocol
 
 from gsapp.foundation import GroundStationError
-from gsapp.foundation.process_priority import lower_priority
+from gsapp.foundation.process_control import lower_priority
 
 JobProgressCallback = Callable[[float | None, str], object]
 """Receives the share done (None: unknown) and what is being done; may raise to stop the work."""

@@ -25,7 +25,7 @@ from ui.translation import tr
 
 if TYPE_CHECKING:
     from gsapp.flight.onboard_log import OnboardLogState
-    from gsapp.telemetry.link_address import LinkAddress
+    from gsapp.telemetry.link_kinds import LinkAddress
 
 _FILE, _LINK, _STORED, _NONE = "file", "link", "kept", "none"
 

@@ -7,11 +7,10 @@ from collections.abc import Callable, Sequence
 from gsapp.aircraft import Aircraft
 from gsapp.dynamics.buildup import COEFFICIENT_TITLES
 from gsapp.dynamics.effect_terms import OffsetTerm
-from gsapp.dynamics.signal_terms import SURFACE_CHANNELS
+from gsapp.dynamics.signal_terms import SURFACE_CHANNELS, SignalTerm
 from gsapp.dynamics.terms import EffectGuidance, Monomial, Parameter, Term, register_effect
 
 LONGITUDINAL = ("CN", "CA", "Cm")
-LATERAL = ("CY", "Cl", "Cn")
 SURFACE_NAMES = {channel: surface for surface, channel in SURFACE_CHANNELS.items()}
 VARIABLE_TITLES = {
     **SURFACE_NAMES,
@@ -23,16 +22,16 @@ VARIABLE_TITLES = {
 }
 BEYOND = "Seanor, section 4.2: left out of the linear build-up"
 
-_REFERENCE_SPEED = 28.956  # 95 ft/s, the middle of the flight-test speeds
-V_REF = Parameter(
-    name="V_ref",
-    unit="m/s",
-    default=_REFERENCE_SPEED,
-    bounds=(1.0, 300.0),
-    neutral=_REFERENCE_SPEED,
-    description="speed at which the term is zero",
-    free=False,
-)
+
+def held_parameter(
+    name: str, unit: str, value: float, bounds: tuple[float, float], description: str
+) -> Parameter:
+    """Return a parameter that estimation does not move; it is neutral where it stands."""
+    return Parameter(name, unit, value, bounds, description, neutral=value, free=False)
+
+
+# 95 ft/s, the middle of the flight-test speeds.
+V_REF = held_parameter("V_ref", "m/s", 28.956, (1.0, 300.0), "speed at which the term is zero")
 
 
 def coefficient_title(target: str) -> str:
@@ -44,6 +43,29 @@ def coefficient_title(target: str) -> str:
 def register_term(term: Term, guidance: EffectGuidance) -> None:
     """Enter an effect that is the same for every aircraft."""
     register_effect(term.id, lambda _: term, guidance)
+
+
+def register_signal_term(
+    kind: type[SignalTerm],
+    term_id: str,
+    channel: str,
+    title: str,
+    equation: str,
+    guidance: EffectGuidance,
+    parameters: tuple[Parameter, ...] = (),
+    states: tuple[str, ...] = (),
+) -> None:
+    """Enter an effect on the path of a signal."""
+    term = kind(
+        id=term_id,
+        title=title,
+        equation=equation,
+        target=term_id.rpartition(".")[0],
+        reads=(channel,),
+        parameters=parameters,
+        states=states,
+    )
+    register_term(term, guidance)
 
 
 def register_monomial(
@@ -71,11 +93,7 @@ def register_monomial(
             powers=tuple(power for _, power in factors),
             parameters=(
                 Parameter(
-                    name=name,
-                    unit="",
-                    default=default,
-                    bounds=(-200.0, 200.0),
-                    description="size of the term, angles in radians",
+                    name, "", default, (-200.0, 200.0), "size of the term, angles in radians"
                 ),
             ),
         ),
@@ -105,11 +123,7 @@ def register_offset(
             reads=(),
             parameters=(
                 Parameter(
-                    name=name,
-                    unit=unit,
-                    default=default,
-                    bounds=(-bound, bound),
-                    description="difference from the aircraft file",
+                    name, unit, default, (-bound, bound), "difference from the aircraft file"
                 ),
             ),
         )
@@ -117,26 +131,5 @@ def register_offset(
     register_effect(term_id, make, guidance)
 
 
-def one_parameter(
-    name: str,
-    unit: str,
-    default: float,
-    bounds: tuple[float, float],
-    description: str,
-    neutral: float = 0.0,
-) -> tuple[Parameter, ...]:
-    """Return the only parameter of a term."""
-    return (
-        Parameter(
-            name=name,
-            unit=unit,
-            default=default,
-            bounds=bounds,
-            description=description,
-            neutral=neutral,
-        ),
-    )
-
-
-TAU = one_parameter("tau", "s", 0.06, (0.0, 1.0), "time constant")
-DELAY = one_parameter("delay", "s", 0.05, (0.0, 0.5), "how late the signal is")
+TAU = (Parameter("tau", "s", 0.06, (0.0, 1.0), "time constant"),)
+DELAY = (Parameter("delay", "s", 0.05, (0.0, 0.5), "how late the signal is"),)

@@ -42,7 +42,6 @@ def _guidance(target: str, suffix: str) -> EffectGuidance:
     return EffectGuidance(
         mistaken_for=_others(target, suffix, linear_variables(target)),
         separated_by=_MANEUVERS[suffix],
-        effect_class="A",
         needs=(suffix,) if suffix in SURFACE_NAMES else (),
         source="Seanor, (4.2.1)-(4.2.6); free or held as in tables 6.2.5 and 6.2.6",
         derivative=f"{target}_{suffix}",
@@ -57,7 +56,6 @@ def _cross_guidance(target: str, suffix: str) -> EffectGuidance:
             separated_by="slow pull-ups and push-overs with aileron and rudder still, at two "
             "speeds; weighing both wheels of the main gear determines the center "
             "of gravity",
-            effect_class="A",
             source="Seanor, flight tests: unequal dihedral gives Cl_0 and Cn_0",
         )
     others = _others(target, suffix, linear_variables("CY" if target in LONGITUDINAL else "CN"))
@@ -78,7 +76,6 @@ def _cross_guidance(target: str, suffix: str) -> EffectGuidance:
     return EffectGuidance(
         mistaken_for=others,
         separated_by=separated_by,
-        effect_class="A",
         needs=(suffix,) if suffix in SURFACE_NAMES else (),
         source=source,
     )

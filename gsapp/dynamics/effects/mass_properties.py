@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
+from gsapp.aircraft import Aircraft
 from gsapp.dynamics.effects.effect_registration import register_offset
 from gsapp.dynamics.terms import EffectGuidance
 
@@ -34,7 +37,6 @@ register_offset(
         mistaken_for=("aero.Cl.alpha",),
         separated_by="hardly anything in flight: lift beside the center of gravity rolls as "
         f"a wing does that differs from the other; {_WEIGH}: left and right wheel give y",
-        effect_class="A",
         source="unequal tanks, payload to one side",
         variant_of="aero.Cl.alpha",
     ),
@@ -68,53 +70,41 @@ register_offset(
         source="Seanor, table 6.2.3: 6 % of the mass burns off in a flight",
     ),
 )
-register_offset(
-    "mass.inertia.ixx",
-    "ixx",
-    "kg*m^2",
-    lambda aircraft: 0.1 * aircraft.mass.ixx,
-    "Roll inertia differs",
-    EffectGuidance(
-        mistaken_for=("aero.Cl.p", "aero.Cl.da", "control.aileron.gearing"),
-        separated_by=_MERELY,
-        effect_class="C",
-        remedy=f"{_PENDULUM_TEST} about x",
-        source=_SUSPICIOUS,
+
+
+def _share_of_inertia(name: str) -> Callable[[Aircraft], float]:
+    return lambda aircraft: 0.1 * float(getattr(aircraft.mass, name))
+
+
+for _name, _title, _alike, _axis in (
+    ("ixx", "Roll inertia", ("aero.Cl.p", "aero.Cl.da", "control.aileron.gearing"), "x"),
+    ("iyy", "Pitch inertia", ("aero.Cm.q", "aero.Cm.de", "control.elevator.gearing"), "y"),
+    (
+        "izz",
+        "Yaw inertia",
+        ("aero.Cn.r", "aero.Cn.dr", "control.rudder.gearing"),
+        "z, on two wires",
     ),
-)
-register_offset(
-    "mass.inertia.iyy",
-    "iyy",
-    "kg*m^2",
-    lambda aircraft: 0.1 * aircraft.mass.iyy,
-    "Pitch inertia differs",
-    EffectGuidance(
-        mistaken_for=("aero.Cm.q", "aero.Cm.de", "control.elevator.gearing"),
-        separated_by=_MERELY,
-        effect_class="C",
-        remedy=f"{_PENDULUM_TEST} about y",
-        source=_SUSPICIOUS,
-    ),
-)
-register_offset(
-    "mass.inertia.izz",
-    "izz",
-    "kg*m^2",
-    lambda aircraft: 0.1 * aircraft.mass.izz,
-    "Yaw inertia differs",
-    EffectGuidance(
-        mistaken_for=("aero.Cn.r", "aero.Cn.dr", "control.rudder.gearing"),
-        separated_by=_MERELY,
-        effect_class="C",
-        remedy=f"{_PENDULUM_TEST} about z, on two wires",
-        source=_SUSPICIOUS,
-    ),
-)
+):
+    register_offset(
+        f"mass.inertia.{_name}",
+        _name,
+        "kg*m^2",
+        _share_of_inertia(_name),
+        f"{_title} differs",
+        EffectGuidance(
+            mistaken_for=_alike,
+            separated_by=_MERELY,
+            effect_class="C",
+            remedy=f"{_PENDULUM_TEST} about {_axis}",
+            source=_SUSPICIOUS,
+        ),
+    )
 register_offset(
     "mass.inertia.ixz",
     "ixz",
     "kg*m^2",
-    lambda aircraft: 0.1 * aircraft.mass.ixx,
+    _share_of_inertia("ixx"),
     "Product of inertia couples roll and yaw",
     EffectGuidance(
         mistaken_for=("aero.Cn.p", "aero.Cl.r", "aero.Cn.da"),

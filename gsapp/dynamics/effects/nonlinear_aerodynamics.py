@@ -9,6 +9,7 @@ from gsapp.dynamics.effects.effect_registration import (
     SURFACE_NAMES,
     VARIABLE_TITLES,
     coefficient_title,
+    held_parameter,
     register_monomial,
     register_term,
 )
@@ -53,9 +54,7 @@ for _target, _size, _alike, _maneuver, _source in (
         [("alpha", 2)],
         _size,
         f"{coefficient_title(_target)} varies nonlinearly with angle of attack",
-        EffectGuidance(
-            mistaken_for=_alike, separated_by=_maneuver, effect_class="A", source=_source
-        ),
+        EffectGuidance(mistaken_for=_alike, separated_by=_maneuver, source=_source),
     )
 for _target, _size in (("Cl", -1.5), ("Cn", 0.8), ("CY", -1.0)):
     register_monomial(
@@ -72,7 +71,6 @@ for _target, _size in (("Cl", -1.5), ("Cn", 0.8), ("CY", -1.0)):
             ),
             separated_by="rudder doublets, and steady sideslips, at three trim angles of attack "
             "(speeds)",
-            effect_class="A",
             source="swept wing: dihedral effect grows with lift (sweep 27 deg, table 3.2.1)",
         ),
     )
@@ -91,7 +89,6 @@ for _target, _size in (("Cl", 2.0), ("Cn", 1.5), ("CY", -3.0)):
             ),
             separated_by="steady sideslips of growing size to both sides, and rudder doublets of "
             "quarter, half and full stick",
-            effect_class="A",
             source=BEYOND,
         ),
     )
@@ -110,7 +107,6 @@ for _target, _size, _title in (
             mistaken_for=(f"aero.{_target}.beta", f"aero.{_target}.alpha2"),
             separated_by="steady sideslips to both sides at constant speed, elevator noted: an "
             "even effect has the same sign to either side",
-            effect_class="A",
             source="tail in the wake of the body at sideslip",
         ),
     )
@@ -144,7 +140,6 @@ for (_target, _surface), _size in _CUBIC_SIZES.items():
                 f"control.{_word}.backlash",
             ),
             separated_by=f"{_word} doublets of quarter, half and full stick from the same trim",
-            effect_class="A",
             needs=(_surface,),
             source=f"Seanor, flight tests: doublets too large become nonlinear; {BEYOND}",
         ),
@@ -186,7 +181,6 @@ for _target, _surface, _size in (
             mistaken_for=_effectiveness_aliases(_target, _surface),
             separated_by=f"the same {_word} doublet at three trim angles of attack (speeds), "
             "small enough to stay linear in each",
-            effect_class="A",
             needs=(_surface,),
             source=f"{BEYOND}; Seanor, flight tests from 80 to 120 ft/s",
         ),
@@ -200,7 +194,6 @@ register_monomial(
     EffectGuidance(
         mistaken_for=("aero.CA.alpha2", "aero.CA.alpha_de"),
         separated_by="elevator doublets of several sizes at one trim: drag rises to both sides",
-        effect_class="A",
         needs=("de",),
         source="drag of a deflected surface rises with its square",
     ),
@@ -217,28 +210,26 @@ for _target, _surface, _size in (("Cm", "de", 0.9), ("Cl", "da", -0.32), ("Cn", 
             reads=(_surface,),
             parameters=(
                 Parameter(
-                    name="slope",
-                    unit="",
-                    default=_size,
-                    bounds=(-20.0, 20.0),
-                    description="final change of the effectiveness, per radian",
+                    "slope",
+                    "",
+                    _size,
+                    (-20.0, 20.0),
+                    "final change of the effectiveness, per radian",
                 ),
                 Parameter(
-                    name="onset",
-                    unit="rad",
-                    default=0.15,
-                    bounds=(0.0, 1.0),
+                    "onset",
+                    "rad",
+                    0.15,
+                    (0.0, 1.0),
+                    "deflection at which the loss begins",
                     neutral=0.15,
-                    description="deflection at which the loss begins",
                 ),
-                Parameter(
-                    name="width",
-                    unit="rad",
-                    default=0.05,
-                    bounds=(1e-3, 1.0),
-                    neutral=0.05,
-                    description="deflection beyond the onset at which half of the slope is reached",
-                    free=False,
+                held_parameter(
+                    "width",
+                    "rad",
+                    0.05,
+                    (1e-3, 1.0),
+                    "deflection beyond the onset at which half of the slope is reached",
                 ),
             ),
         ),
@@ -246,7 +237,6 @@ for _target, _surface, _size in (("Cm", "de", 0.9), ("Cl", "da", -0.32), ("Cn", 
             mistaken_for=(f"aero.{_target}.{_surface}3", f"control.{_word}.saturation"),
             separated_by=f"{_word} doublets in five sizes from the same trim show where the effect "
             "begins to fall off",
-            effect_class="A",
             needs=(_surface,),
             source="separation on a plain flap beyond 10 to 15 deg of deflection",
             variant_of=f"aero.{_target}.{_surface}3",
@@ -287,7 +277,6 @@ for _target, _rate, _size in (
             ),
             separated_by=f"the same {SURFACE_NAMES[_surface]} doublet at three trim angles of "
             "attack (speeds)",
-            effect_class="A",
             source="strip theory: Cl_r and Cn_p grow with the lift coefficient"
             if (_target, _rate) in {("Cl", "r"), ("Cn", "p")}
             else BEYOND,

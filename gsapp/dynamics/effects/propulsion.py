@@ -21,7 +21,6 @@ def _guidance(
     return EffectGuidance(
         mistaken_for=mistaken_for,
         separated_by=separated_by,
-        effect_class="A",
         needs=needs,
         source=source,
         variant_of=variant_of,
@@ -56,11 +55,11 @@ register_term(
         "M += arm T, so Cm += arm T/(qbar S c)",
         "M",
         Parameter(
-            name="arm",
-            unit="m",
-            default=0.05,
-            bounds=(-0.5, 0.5),
-            description="height of the CG above the thrust line, beyond the aircraft file's",
+            "arm",
+            "m",
+            0.05,
+            (-0.5, 0.5),
+            "height of the CG above the thrust line, beyond the aircraft file's",
         ),
     ),
     _guidance(
@@ -93,11 +92,11 @@ def _asymmetric_thrust(aircraft: Aircraft) -> Term:
         "N += imbalance y T, so Cn += imbalance y T/(qbar S b)",
         "N",
         Parameter(
-            name="imbalance",
-            unit="",
-            default=0.15,
-            bounds=(-1.0, 1.0),
-            description="left thrust minus right over their sum; positive: nose right",
+            "imbalance",
+            "",
+            0.15,
+            (-1.0, 1.0),
+            "left thrust minus right over their sum; positive: nose right",
         ),
         scale=distance or 0.1 * aircraft.geometry.span,
     )
@@ -119,13 +118,7 @@ register_term(
         "Thrust line points up: throttle lifts",
         "Z += -tilt T, so CZ += -tilt T/(qbar S)",
         "Z",
-        Parameter(
-            name="tilt",
-            unit="rad",
-            default=0.06,
-            bounds=(-0.5, 0.5),
-            description="angle of the thrust line, nose up positive",
-        ),
+        Parameter("tilt", "rad", 0.06, (-0.5, 0.5), "angle of the thrust line, nose up positive"),
         scale=-1.0,
     ),
     _guidance(
@@ -140,13 +133,7 @@ register_term(
         "Throttle rolls the aircraft (torque of the engines)",
         "L += arm T, so Cl += arm T/(qbar S b)",
         "L",
-        Parameter(
-            name="arm",
-            unit="m",
-            default=0.01,
-            bounds=(-0.5, 0.5),
-            description="rolling moment over thrust",
-        ),
+        Parameter("arm", "m", 0.01, (-0.5, 0.5), "rolling moment over thrust"),
     ),
     _guidance(
         ("aero.Cl.alpha", "propulsion.Cn.asymmetry"),
@@ -167,13 +154,7 @@ def _thrust_error(aircraft: Aircraft) -> Term:
         per_density=propulsion.max_thrust / SEA_LEVEL_DENSITY,
         zero_thrust_speed=propulsion.zero_thrust_speed,
         parameters=(
-            Parameter(
-                name="error",
-                unit="",
-                default=-0.15,
-                bounds=(-1.0, 1.0),
-                description="relative difference of the thrust",
-            ),
+            Parameter("error", "", -0.15, (-1.0, 1.0), "relative difference of the thrust"),
         ),
     )
 
@@ -197,11 +178,11 @@ register_term(
         reads=("thrust", "V"),
         parameters=(
             Parameter(
-                name="fade",
-                unit="",
-                default=-0.3,
-                bounds=(-3.0, 3.0),
-                description="additional relative loss of thrust when the speed doubles",
+                "fade",
+                "",
+                -0.3,
+                (-3.0, 3.0),
+                "additional relative loss of thrust when the speed doubles",
             ),
             V_REF,
         ),
@@ -223,20 +204,14 @@ register_term(
         states=("x",),
         scale=-1.0,
         parameters=(
+            Parameter("share", "", 1.0, (-1.0, 2.0), "lagged share of the thrust"),
             Parameter(
-                name="share",
-                unit="",
-                default=1.0,
-                bounds=(-1.0, 2.0),
-                description="lagged share of the thrust",
-            ),
-            Parameter(
-                name="tau",
-                unit="s",
-                default=0.4,
-                bounds=(0.02, 5.0),
+                "tau",
+                "s",
+                0.4,
+                (0.02, 5.0),
+                "time constant beyond the aircraft file's",
                 neutral=0.4,
-                description="time constant beyond the aircraft file's",
             ),
         ),
     ),

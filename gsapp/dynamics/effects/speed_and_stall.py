@@ -10,6 +10,7 @@ from gsapp.dynamics.effect_terms import SpeedTerm, StallTerm, UnsteadyTerm
 from gsapp.dynamics.effects.effect_registration import (
     BEYOND,
     V_REF,
+    held_parameter,
     register_monomial,
     register_term,
 )
@@ -56,11 +57,11 @@ for _target, _word, _size, _alike, _maneuver, _source in (
             reads=("V",),
             parameters=(
                 Parameter(
-                    name=f"{_target}_V",
-                    unit="",
-                    default=_size,
-                    bounds=(-5.0, 5.0),
-                    description="change of the coefficient when the speed doubles",
+                    f"{_target}_V",
+                    "",
+                    _size,
+                    (-5.0, 5.0),
+                    "change of the coefficient when the speed doubles",
                 ),
                 V_REF,
             ),
@@ -68,7 +69,6 @@ for _target, _word, _size, _alike, _maneuver, _source in (
         EffectGuidance(
             mistaken_for=_alike,
             separated_by=_maneuver,
-            effect_class="A",
             needs=("V",),
             source=_source,
         ),
@@ -88,7 +88,6 @@ for _target, _size, _like in (
             mistaken_for=(_like, f"aero.{_target}.alpha2"),
             separated_by="flap down and up again at constant speed and throttle, wings level, "
             "between doublets of the same kind with either setting",
-            effect_class="A",
             needs=("flap",),
             source="Seanor, flight tests: flaps change trim",
         ),
@@ -107,7 +106,6 @@ register_monomial(
         separated_by="maneuvers in which q and alpha' differ: slow and quick doublets, and "
         "rolls with elevator held; short doublets about level flight hardly "
         "separate them",
-        effect_class="A",
         source="Seanor, appendix A: M_adot; downwash lag at the tail",
     ),
 )
@@ -125,26 +123,18 @@ for _target, _size, _alike in (
             states=("x",),
             parameters=(
                 Parameter(
-                    name=f"{_target}_memory",
-                    unit="",
-                    default=_size,
-                    bounds=(-50.0, 50.0),
-                    description="lagged part of the coefficient, per radian",
+                    f"{_target}_memory",
+                    "",
+                    _size,
+                    (-50.0, 50.0),
+                    "lagged part of the coefficient, per radian",
                 ),
-                Parameter(
-                    name="tau",
-                    unit="s",
-                    default=0.1,
-                    bounds=(0.005, 2.0),
-                    neutral=0.1,
-                    description="time constant",
-                ),
+                Parameter("tau", "s", 0.1, (0.005, 2.0), "time constant", neutral=0.1),
             ),
         ),
         EffectGuidance(
             mistaken_for=_alike,
             separated_by="doublets of very different step times (0.15 to 1 s)",
-            effect_class="A",
             source="indicial lift: one lag of the flow",
             decoy=True,
         ),
@@ -167,39 +157,17 @@ def _stall_factory(target: str, default: float, *, even: bool, words: str) -> Te
             even=even,
             parameters=(
                 Parameter(
-                    name="slope",
-                    unit="",
-                    default=default,
-                    bounds=(-20.0, 20.0),
-                    description="final slope of the departure, per radian",
+                    "slope", "", default, (-20.0, 20.0), "final slope of the departure, per radian"
                 ),
-                Parameter(
-                    name="width",
-                    unit="rad",
-                    default=0.06,
-                    bounds=(1e-3, 1.0),
-                    neutral=0.06,
-                    description="excess at which half of the final slope is reached",
-                    free=False,
+                held_parameter(
+                    "width",
+                    "rad",
+                    0.06,
+                    (1e-3, 1.0),
+                    "excess at which half of the final slope is reached",
                 ),
-                Parameter(
-                    name="alpha_low",
-                    unit="rad",
-                    default=low,
-                    bounds=limit,
-                    neutral=low,
-                    description="lower end of the linear range",
-                    free=False,
-                ),
-                Parameter(
-                    name="alpha_high",
-                    unit="rad",
-                    default=high,
-                    bounds=limit,
-                    neutral=high,
-                    description="upper end of the linear range",
-                    free=False,
-                ),
+                held_parameter("alpha_low", "rad", low, limit, "lower end of the linear range"),
+                held_parameter("alpha_high", "rad", high, limit, "upper end of the linear range"),
             ),
         )
 
@@ -218,7 +186,6 @@ for _target, _size, _even, _words in (
             mistaken_for=(f"aero.{_target}.alpha2", "sensor.alpha.clipping"),
             separated_by="a slow deceleration with the wings level until the break, with height "
             "to spare, and doublets that stay within the linear range",
-            effect_class="A",
             source="departure beyond the linear range of the aircraft file",
             variant_of=f"aero.{_target}.alpha2",
         ),

@@ -11,10 +11,10 @@ from scipy.linalg import expm
 
 from gsapp.aircraft import Aircraft
 from gsapp.dynamics.equations import POLAR_STATES
-from gsapp.dynamics.first_order_lag import filter_first_order
 from gsapp.dynamics.flight_model import MODEL_INPUTS, FlightModel
 from gsapp.dynamics.linearization import LinearModel
 from gsapp.dynamics.model import Model
+from gsapp.dynamics.propulsion import filter_first_order
 from gsapp.dynamics.sensors import OutputModel
 from gsapp.excitation.information.settings import INFORMATION
 from gsapp.excitation.test_points.perturbation_models import PerturbationModels

@@ -26,7 +26,7 @@ from pydantic import Field, field_validator, model_validator
 from gsapp.flight.atomic_files import write_flight_file
 from gsapp.flight.settings import FLIGHT_DATA
 from gsapp.foundation import StrictModel, read_toml
-from gsapp.foundation.shipped_files import ShippedFiles
+from gsapp.foundation.files import ShippedFiles
 from gsapp.foundation.toml import toml_text
 from gsapp.quantities import SURFACE_NAMES
 from gsapp.quantities.constants import DEGREE, FOOT

@@ -11,8 +11,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Final
 
-from gsapp.decoding.frames import MavlinkFrame, Residue
-from gsapp.decoding.framing import TextLine
+from gsapp.decoding.framing import MavlinkFrame, Residue, TextLine
 from gsapp.flight.file_names import FRAMES_FILE, LINES_FILE, RAW_FILES, RESIDUE_FILE
 from gsapp.flight.raw_files.record_files import (
     MAX_RESIDUE_BYTES,
@@ -21,8 +20,8 @@ from gsapp.flight.raw_files.record_files import (
     find_file_end,
 )
 from gsapp.foundation import FlightError
+from gsapp.foundation.errors import DISK_FULL_ERRNOS, format_os_error
 from gsapp.foundation.files import flush_to_disk
-from gsapp.foundation.os_error_text import DISK_FULL_ERRNOS, format_os_error
 
 _FLAGS: Final = os.O_RDWR | os.O_APPEND | getattr(os, "O_BINARY", 0)
 _READ_ONLY: Final = frozenset((errno.EACCES, errno.EPERM, errno.EROFS))

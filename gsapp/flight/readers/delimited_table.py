@@ -16,8 +16,8 @@ from pathlib import Path
 import numpy as np
 
 from gsapp.foundation import FileProblem, FileProblemsError
-from gsapp.foundation.number_parsing import parse_finite_number
 from gsapp.quantities import FloatArray
+from gsapp.quantities.units import parse_finite_number
 
 _ROWS_AT_ONCE = 4096
 _BYTES_AT_ONCE = 1 << 20

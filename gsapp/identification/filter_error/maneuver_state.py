@@ -14,8 +14,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from gsapp.dynamics.actuators import simulate_control_path
 from gsapp.dynamics.flight_model import MODEL_INPUTS, FlightModel
-from gsapp.dynamics.recorded_controls import simulate_control_path
 from gsapp.dynamics.signal_terms import SURFACE_CHANNELS, PathResponse, PathTerms, invert_path
 from gsapp.dynamics.terms import COEFFICIENTS
 from gsapp.identification.filter_error.equation_jacobian import CONTROLS

@@ -10,8 +10,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from gsapp.dynamics.actuators import simulate_control_path
 from gsapp.dynamics.flight_model import MODEL_INPUTS, FlightModel
-from gsapp.dynamics.recorded_controls import simulate_control_path
 from gsapp.dynamics.sensors import OutputModel
 from gsapp.dynamics.signal_terms import (
     SURFACE_CHANNELS,

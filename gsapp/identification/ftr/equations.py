@@ -31,8 +31,7 @@ import numpy.typing as npt
 from gsapp.aircraft import Aircraft
 from gsapp.decoding.air_data import density, standard_density
 from gsapp.dynamics.atmosphere import SEA_LEVEL_DENSITY
-from gsapp.dynamics.first_order_lag import filter_first_order
-from gsapp.dynamics.propulsion import thrust
+from gsapp.dynamics.propulsion import filter_first_order, thrust
 from gsapp.dynamics.sensors import accelerations_at_cg, flow_at_cg
 from gsapp.identification.axes import AXIS_COEFFICIENTS
 from gsapp.identification.ftr.axis_dynamics import AxisDynamics, build_axis_dynamics

@@ -12,7 +12,7 @@ from pydantic import model_validator
 from gsapp.dynamics.linearization import LinearModel, OperatingPoint
 from gsapp.flight.readers.columns import parse_name
 from gsapp.foundation import StrictModel, read_toml, toml_text, write_atomically
-from gsapp.foundation.shipped_files import ShippedFiles
+from gsapp.foundation.files import ShippedFiles
 from gsapp.quantities import FloatArray, channel
 from gsapp.quantities.fields import Density, Mass, Speed
 

@@ -12,9 +12,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from gsapp.dynamics.actuators import reconstruct_deflection
 from gsapp.dynamics.equations import POLAR_STATES
 from gsapp.dynamics.flight_model import MODEL_INPUTS, FlightModel
-from gsapp.dynamics.recorded_controls import reconstruct_deflection
 from gsapp.dynamics.signal_terms import SURFACE_CHANNELS as SURFACE_NAMES
 from gsapp.dynamics.signal_terms import PathTerms, path_response
 from gsapp.dynamics.terms import Term

@@ -26,7 +26,7 @@ from typing import Annotated, Final, Literal
 from pydantic import Discriminator, Field, field_validator, model_validator
 
 from gsapp.foundation import StrictModel, UnknownNameError, read_toml
-from gsapp.foundation.shipped_files import ShippedFiles
+from gsapp.foundation.files import ShippedFiles
 from gsapp.quantities import channel, parse_quantity
 from gsapp.quantities.fields import Angle, Ratio, RotationSpeed, Time
 

@@ -9,7 +9,7 @@ from concurrent.futures.process import BrokenProcessPool
 from multiprocessing.connection import Connection
 from typing import TYPE_CHECKING, Protocol
 
-from gsapp.foundation.process_shutdown import block_sigint
+from gsapp.foundation.process_control import block_sigint
 
 if TYPE_CHECKING:
     # The window starts without what estimates.

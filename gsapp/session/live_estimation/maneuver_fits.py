@@ -16,7 +16,8 @@ from typing import TYPE_CHECKING, Final
 
 from gsapp.dynamics.model import Model
 from gsapp.excitation.doublets.verdict import InputVerdict
-from gsapp.foundation import FlightError, GroundStationError, process_priority
+from gsapp.foundation import FlightError, GroundStationError
+from gsapp.foundation.process_control import lower_priority
 from gsapp.identification.campaign import (
     CampaignResult,
     CampaignSettings,
@@ -75,7 +76,7 @@ def initialize_fit_worker(wanted: Connection) -> None:
         The process ends at once when the other end is closed, or its parent was killed.
     """
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    process_priority.lower_priority(_WORKER_NICENESS)
+    lower_priority(_WORKER_NICENESS)
     threading.Thread(target=_end_when_closed, args=(wanted,), name="wanted", daemon=True).start()
 
 

@@ -4,8 +4,7 @@ The recorder alone owns the link: it records what comes, and sends on what it is
 download follows its record and asks for what is missing, until every byte is there.
 """
 
-from gsapp.telemetry.log_download.log_fetcher import DownloadedLog, LogFetcher
+from gsapp.telemetry.log_download.log_fetcher import DownloadedLog, LogFetcher, parse_log_link
 from gsapp.telemetry.log_download.log_protocol import DownloadState, LogEntry
-from gsapp.telemetry.log_download.recorder_link import parse_log_link
 
 __all__ = ["DownloadState", "DownloadedLog", "LogEntry", "LogFetcher", "parse_log_link"]

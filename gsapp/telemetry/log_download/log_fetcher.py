@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import contextlib
+import json
+import shutil
 import threading
 import time
 from collections.abc import Callable
@@ -10,61 +12,280 @@ from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
 from types import TracebackType
-from typing import Self
+from typing import IO, Final, Self
 
+from gsapp.flight.file_names import FRAMES_FILE
 from gsapp.flight.folder import FlightFolder
-from gsapp.flight.raw_files import read_tlog
-from gsapp.foundation import FlightError, LinkError
-from gsapp.foundation.file_lock import FileLock
-from gsapp.telemetry.log_download.log_protocol import DownloadState, LogDownloadProtocol, LogEntry
-from gsapp.telemetry.log_download.partial_log import PartialLog
-from gsapp.telemetry.log_download.recorder_link import DOWNLOAD_LOCK, open_recorder_link
+from gsapp.flight.raw_files import FrameFile, read_tlog
+from gsapp.foundation import FlightError, LinkError, write_atomically
+from gsapp.foundation.errors import format_os_error
+from gsapp.foundation.file_lock import FileLock, lock_holder
+from gsapp.foundation.files import flush_to_disk, move_into_place
+from gsapp.telemetry.link_kinds import LinkAddress
+from gsapp.telemetry.link_registry import kind_of, parse_link
+from gsapp.telemetry.log_download.log_protocol import (
+    DownloadState,
+    LogDownloadProtocol,
+    LogEntry,
+    MissingRanges,
+)
+from gsapp.telemetry.recorder_control import (
+    RecorderHandle,
+    find_recorder,
+    find_recorders,
+    start_recorder,
+)
+from gsapp.telemetry.send_queue import request_send
 from gsapp.telemetry.settings import TELEMETRY
+
+_MAGICS = ((b"\xa3\x95", ".bin"), (b"ULog\x01\x12\x35", ".ulg"))
+_TLOG_MAGICS = (0xFD, 0xFE)
+
+
+class PartialLog:
+    """The bytes that have come, and a note of those that have not.
+
+    The note is never ahead of the bytes: it is written after they are on the disk. Whatever kills
+    the program, at most the last seconds are asked for again. What lies in the folder of the very
+    same log is gone on with. Raise FlightError if the folder cannot be written to.
+    """
+
+    def __init__(self, folder: Path, entry: LogEntry) -> None:
+        self.entry = entry
+        self.path = folder / f"onboard-{entry.id}.part"
+        self._note = folder / f"onboard-{entry.id}.json"
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+            self.missing = self._found()
+            mode = "r+b" if self.path.exists() else "w+b"
+            self._stream: IO[bytes] = self.path.open(mode, buffering=0)
+            self._stream.truncate(entry.size)
+        except OSError as error:
+            raise self._refusal(error) from error
+
+    def write(self, offset: int, data: bytes) -> None:
+        """Write bytes at their place.
+
+        Raise FlightError if the disk refuses.
+        """
+        try:
+            self._stream.seek(offset)
+            self._stream.write(data)
+        except OSError as error:
+            raise self._refusal(error) from error
+
+    def save(self) -> None:
+        """See what came onto the disk, then note it.
+
+        Raise FlightError if the disk refuses.
+        """
+        try:
+            flush_to_disk(self._stream.fileno())
+            write_atomically(
+                self._note,
+                json.dumps({"log": self._identity(), "missing": self.missing.ranges}),
+            )
+        except OSError as error:
+            raise self._refusal(error) from error
+
+    def close(self) -> None:
+        """Give the file back. May be called twice."""
+        self._stream.close()
+
+    def finish(self) -> Path:
+        """Give the whole log its name, with the ending that its first bytes call for.
+
+        Raise FlightError if it is of no kind that can be read, or the disk refuses.
+        """
+        self.save()
+        self.close()
+        ending = log_file_suffix(self.path)
+        if not ending:
+            raise FlightError(
+                f"log {self.entry.id} of the autopilot is of no kind that can be read; its "
+                f"bytes are in {self.path}"
+            )
+        whole = self.path.with_suffix(ending)
+        try:
+            move_into_place(self.path, whole)
+        except OSError as error:
+            raise self._refusal(error) from error
+        with contextlib.suppress(OSError):
+            self._note.unlink(missing_ok=True)
+        return whole
+
+    def _identity(self) -> list[int]:
+        entry = self.entry
+        return [entry.id, entry.size, entry.time_utc, entry.system]
+
+    def _found(self) -> MissingRanges:
+        """Return what is missing of what lies there; all where it is of another log."""
+        with contextlib.suppress(OSError, ValueError, KeyError, TypeError):
+            note = json.loads(self._note.read_bytes())
+            if note["log"] == self._identity() and self.path.stat().st_size == self.entry.size:
+                return MissingRanges(self.entry.size, note["missing"])
+        self._note.unlink(missing_ok=True)
+        return MissingRanges(self.entry.size)
+
+    def _refusal(self, error: OSError) -> FlightError:
+        return FlightError(
+            f"{self.path} cannot be written ({error.strerror or error}); check the permissions "
+            "and the space on the disk"
+        )
+
+
+def log_file_suffix(path: Path) -> str:
+    """Return the ending that a log's first bytes call for; empty where their kind is not known."""
+    with path.open("rb") as stream:
+        head = stream.read(16)
+    for magic, ending in _MAGICS:
+        if head.startswith(magic):
+            return ending
+    return ".tlog" if len(head) > 8 and head[8] in _TLOG_MAGICS else ""
+
+
+DOWNLOAD_LOCK: Final = "lock"
+"""Held by a download at work, beside what it fetches."""
+LINK_FOLDER: Final = "line"
+"""Where a recorder that is started for a download records to."""
+
+
+class RecorderLink:
+    """Hear what a running recorder records from now on, and ask it to send.
+
+    One's `own` was started for this alone: it is then stopped, and its record thrown away.
+    """
+
+    def __init__(self, handle: RecorderHandle, *, own: bool) -> None:
+        self._handle = handle
+        self._own = own
+        self._file = FrameFile(handle.folder / FRAMES_FILE)
+        size = self._file.size()
+        self._file.seek_end(size)
+        self._file.read(size)
+        self._file.records.clear()
+
+    def receive_frames(self) -> list[bytes]:
+        """Return the frames that have come since the last call.
+
+        Raise LinkError if the recorder has ended.
+        """
+        size = self._file.size()
+        if size > self._file.position:
+            self._file.read(size)
+        frames = [record.data for record in self._file.records]
+        self._file.records.clear()
+        if not frames and not self._handle.is_alive():
+            raise LinkError(
+                f"the recorder in {self._handle.folder} has ended; start again: the download "
+                "resumes"
+            )
+        return frames
+
+    def send(self, frame: bytes) -> None:
+        """Have a frame sent.
+
+        Raise LinkError if the recorder cannot be asked.
+        """
+        try:
+            request_send(self._handle.folder, frame)
+        except OSError as error:
+            what = f"a question to the recorder in {self._handle.folder}"
+            raise LinkError(format_os_error(what, error, "check the permissions")) from error
+
+    def link_state_text(self) -> str:
+        status = self._handle.status()
+        return status.source_state if status is not None else ""
+
+    def close(self) -> None:
+        """Leave a recorder of others running; end one's own and take its record away."""
+        if self._own:
+            self._own = False
+            if self._handle.stop():
+                shutil.rmtree(self._handle.folder, ignore_errors=True)
+
+
+def parse_log_link(text: str) -> LinkAddress:
+    """Read a LINK over which an autopilot can be asked for its logs; raise LinkError for others."""
+    address = parse_link(text)
+    if not kind_of(address).accepts_commands:
+        raise LinkError(
+            f"no log can be requested over '{text}'; name a link for MAVLink, such as "
+            "serial:/dev/ttyACM0:115200"
+        )
+    return address
+
+
+def _is_orphaned(place: Path, ours: Path) -> bool:
+    """Return whether a recorder was started for a download that was killed."""
+    if place.name != LINK_FOLDER:
+        return False
+    lock = place.parent / DOWNLOAD_LOCK
+    return place.parent == ours.absolute() or (lock.is_file() and lock_holder(lock) is None)
+
+
+def open_recorder_link(link: str, flight: Path, folder: Path) -> RecorderLink:
+    """Find the recorder that owns a link, or start one for as long as it is needed.
+
+    An empty link is that of the recorder at work on the flight. A recorder that is started records
+    inside the folder of the download, whose lock is held. Raise FlightError if no link is given and
+    nothing records into the flight, LinkError if the link cannot be opened.
+    """
+    at_work = find_recorder(flight)
+    if at_work is not None:
+        status = at_work.status()
+        if not link or (status is not None and status.link == link):
+            return RecorderLink(at_work, own=False)
+    if not link:
+        raise FlightError(
+            f"no recorder is writing {flight}; link unknown; name it, such as "
+            "serial:/dev/ttyACM0:115200"
+        )
+    parse_log_link(link)
+    for handle in find_recorders():
+        status = handle.status()
+        if status is not None and status.link == link:
+            if _is_orphaned(handle.folder, folder) and handle.stop():
+                continue  # it was about to end by itself
+            return RecorderLink(handle, own=False)
+    scratch = folder / LINK_FOLDER
+    with contextlib.suppress(OSError):
+        shutil.rmtree(scratch)
+    # Many autopilots speak only to who gives a sign of life. A download that is killed takes its
+    # recorder with it, so that the link is free.
+    handle = start_recorder(link, scratch, heartbeat=True, while_held=folder / DOWNLOAD_LOCK)
+    return RecorderLink(handle, own=True)
+
 
 _FOLDER = "download"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DownloadedLog:
-    """A whole log on the disk.
+    """A whole log on the disk."""
 
-    Attributes
-    ----------
-    path : Path
-        In the cache of the flight, to be put in force or thrown away.
-    entry : LogEntry
-        What the autopilot says of it.
-    start_time : datetime or None
-        When it was begun, by the autopilot; None where that did not know the time.
-    """
-
-    path: Path
-    entry: LogEntry
+    path: Path  # In the cache of the flight, to be put in force or thrown away.
+    entry: LogEntry  # What the autopilot says of it.
     start_time: datetime | None
+    """When it was begun, by the autopilot; None where that did not know the time."""
 
 
 class LogFetcher:
     """Fetches logs of the autopilot into the cache of a flight.
 
     A context: on leaving, the conversation is ended and a recorder started for it is stopped.
-    What came of a log that is not whole stays in the cache, so that the next one goes on.
+    What came of a log that is not whole stays in the cache, so that the next one goes on. Raise
+    FlightError or LinkError if there is no such flight, the link cannot be opened, or another
+    download is at work on this flight.
 
     Parameters
     ----------
-    flight : Path or str
-        The flight folder.
     link : str
         The LINK; empty for that of the recorder at work on the flight.
     stop : threading.Event, optional
         Set it, from any thread, to end what is going on.
     tell : callable
         Called a few times a second with a `DownloadState`.
-
-    Raises
-    ------
-    FlightError, LinkError
-        If there is no such flight, the link cannot be opened, or another download is at work on
-        this flight.
     """
 
     def __init__(
@@ -90,7 +311,6 @@ class LogFetcher:
             raise
 
     def __enter__(self) -> Self:
-        """Begin."""
         return self
 
     def __exit__(
@@ -99,7 +319,6 @@ class LogFetcher:
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
-        """End the conversation; a recorder of others goes on."""
         try:
             if self._part is not None:
                 with contextlib.suppress(FlightError, ValueError):
@@ -114,16 +333,12 @@ class LogFetcher:
 
     @property
     def stopped(self) -> bool:
-        """Return whether it was told to stop."""
         return self._stop.is_set()
 
     def list_logs(self) -> tuple[LogEntry, ...]:
         """Return the logs that the autopilot has, the oldest first; none if stopped.
 
-        Raises
-        ------
-        LinkError
-            If nothing answers, or the aircraft is armed.
+        Raise LinkError if nothing answers, or the aircraft is armed.
         """
         talk = self._conversation
         self._converse(("listed",))
@@ -132,17 +347,8 @@ class LogFetcher:
     def select(self, number: int | None = None) -> LogEntry | None:
         """Return the log to fetch: that of a number, else the one begun nearest the flight.
 
-        Autopilots that do not know the time have it on none of their logs; their last one counts.
-
-        Returns
-        -------
-        LogEntry or None
-            None if stopped.
-
-        Raises
-        ------
-        LinkError
-            If there is no such log, or none at all.
+        None if stopped. Autopilots that do not know the time have it on none of their logs; their
+        last one counts. Raise LinkError if there is no such log, or none at all.
         """
         entries = self.list_logs()
         if self.stopped:
@@ -165,19 +371,10 @@ class LogFetcher:
         return min(dated, key=lambda entry: (abs(entry.time_utc - began), -entry.id))
 
     def fetch(self, entry: LogEntry) -> DownloadedLog | None:
-        """Fetch a log as far as it is not there yet.
+        """Fetch a log as far as it is not there yet; None if stopped.
 
-        Returns
-        -------
-        Fetched or None
-            None if stopped; what came is kept.
-
-        Raises
-        ------
-        LinkError
-            If nothing comes any more, or the recorder ends; what came is kept.
-        FlightError
-            If the disk refuses.
+        What came is always kept. Raise LinkError if nothing comes any more, or the recorder ends,
+        FlightError if the disk refuses.
         """
         self._part = PartialLog(self._scratch, entry)
         self._conversation.fetch(entry, self._part.missing)

@@ -7,15 +7,14 @@ when the rest has come, stretches that lie near each other as one.
 
 from __future__ import annotations
 
+from bisect import bisect_left, bisect_right
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import Any, Final, Literal
 
 from gsapp.decoding.dialect import dialect
-from gsapp.telemetry.heartbeat import GROUND_COMPONENT, GROUND_SYSTEM
-from gsapp.telemetry.log_download.missing_ranges import MissingRanges
-from gsapp.telemetry.send_queue import frame_message_id
+from gsapp.telemetry.send_queue import GROUND_COMPONENT, GROUND_SYSTEM, frame_message_id
 from gsapp.telemetry.settings import TELEMETRY
 
 _HEARTBEAT: Final = 0
@@ -31,70 +30,100 @@ DownloadPhase = Literal["listening", "listing", "listed", "fetching", "done", "f
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LogEntry:
-    """A log that the autopilot has.
+    """A log that the autopilot has."""
 
-    Attributes
-    ----------
-    id : int
-        By which it is asked for.
-    size : int
-        Bytes.
-    time_utc : int
-        Seconds since 1970; 0 where the autopilot did not know the time.
-    system, component : int
-        Who has it.
-    """
-
-    id: int
-    size: int
-    time_utc: int
+    id: int  # By which it is asked for.
+    size: int  # Bytes.
+    time_utc: int  # Seconds since 1970; 0 where the autopilot did not know the time.
     system: int = 0
     component: int = 0
+    """Who has it."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DownloadState:
-    """How far a download has come.
-
-    Attributes
-    ----------
-    phase : str
-        ``listening``, ``listing``, ``listed``, ``fetching``, ``done`` or ``failed``.
-    received_bytes, size : int
-        Bytes that are there, and of the whole log.
-    rate : float
-        New bytes per second over the last seconds.
-    seconds_left : float or None
-        At this rate; None while nothing comes.
-    why : str
-        Why it failed.
-    """
+    """How far a download has come."""
 
     phase: DownloadPhase
+    """``listening``, ``listing``, ``listed``, ``fetching``, ``done`` or ``failed``."""
     received_bytes: int = 0
     size: int = 0
-    rate: float = 0.0
-    seconds_left: float | None = None
-    why: str = ""
+    """Bytes that are there, and of the whole log."""
+    rate: float = 0.0  # New bytes per second over the last seconds.
+    seconds_left: float | None = None  # At this rate; None while nothing comes.
+    why: str = ""  # Why it failed.
+
+
+class MissingRanges:
+    """Stretches of bytes of a file that have not come, in order; at first all, or those given.
+
+    A stretch is its first byte and the one after the last. Raise ValueError if they lie outside the
+    file or over each other.
+    """
+
+    def __init__(self, size: int, stretches: Iterable[tuple[int, int]] | None = None) -> None:
+        given = [(0, size)] if stretches is None else [(int(a), int(b)) for a, b in stretches]
+        given = [(a, b) for a, b in given if a < b]
+        ends = [edge for pair in given for edge in pair]
+        if ends != sorted(ends) or (ends and not 0 <= ends[0] <= ends[-1] <= size):
+            raise ValueError(f"{given} are no stretches of a file of {size} bytes")
+        self._starts = [a for a, _ in given]
+        self._stops = [b for _, b in given]
+        self.missing_bytes = sum(b - a for a, b in given)
+
+    @property
+    def ranges(self) -> tuple[tuple[int, int], ...]:
+        """Return them: first byte and the one after the last."""
+        return tuple(zip(self._starts, self._stops, strict=True))
+
+    def __bool__(self) -> bool:
+        return bool(self._starts)
+
+    def mark_received(self, start: int, stop: int) -> int:
+        """Note that bytes have come; return how many of them had been missing."""
+        if stop <= start:
+            return 0
+        first = bisect_right(self._stops, start)
+        last = bisect_left(self._starts, stop)
+        if first >= last:
+            return 0
+        left = self._starts[first], min(start, self._stops[first])
+        right = max(stop, self._starts[last - 1]), self._stops[last - 1]
+        before = sum(self._stops[k] - self._starts[k] for k in range(first, last))
+        kept = [pair for pair in (left, right) if pair[0] < pair[1]]
+        self._starts[first:last] = [pair[0] for pair in kept]
+        self._stops[first:last] = [pair[1] for pair in kept]
+        came = before - sum(b - a for a, b in kept)
+        self.missing_bytes -= came
+        return came
+
+    def is_missing_any(self, start: int, stop: int) -> bool:
+        return start < stop and bisect_right(self._stops, start) < bisect_left(self._starts, stop)
+
+    def next_range(self, position: int, most: int, join: int) -> tuple[int, int] | None:
+        """Return what to ask for next: the first missing stretch at or after a position, or None.
+
+        It begins anew where nothing is missing beyond, and is at most `most` bytes long. Missing
+        stretches no farther apart than `join` are asked for as one.
+        """
+        if not self._starts:
+            return None
+        place = bisect_right(self._stops, position)
+        if place == len(self._starts):
+            place, position = 0, 0
+        start = max(self._starts[place], position)
+        stop = self._stops[place]
+        while place + 1 < len(self._starts) and self._starts[place + 1] - stop <= join:
+            place += 1
+            stop = self._stops[place]
+        return start, min(stop, start + most)
 
 
 class LogDownloadProtocol:
-    """Asks for the list of logs, then for one of them.
+    """Asks for the list of logs (`entries`, by number), then for one of them.
 
     Nothing happens by itself: `receive_frame` is given what comes, `pending_requests` returns what
-    is to be sent.
-
-    Parameters
-    ----------
-    keep : callable
-        Called with offset and bytes of what came new.
-
-    Attributes
-    ----------
-    phase : str
-        See `DownloadState`.
-    entries : dict of int to LogEntry
-        The logs, by number.
+    is to be sent. `keep` is called with offset and bytes of what came new.
     """
 
     def __init__(self, keep: Callable[[int, bytes], None]) -> None:
@@ -125,7 +154,6 @@ class LogDownloadProtocol:
         self._interval = 0.0
 
     def state(self, now: float) -> DownloadState:
-        """Return how far it has come."""
         size = self._entry.size if self._entry is not None else 0
         rate = self._rate(now)
         return DownloadState(
@@ -146,7 +174,6 @@ class LogDownloadProtocol:
         self.phase = "fetching" if missing else "done"
 
     def receive_frame(self, frame: bytes, now: float) -> None:
-        """Take a whole frame that came over the link."""
         kind = frame_message_id(frame)
         if kind not in (_HEARTBEAT, _LOG_ENTRY, _LOG_DATA):
             return
@@ -162,7 +189,6 @@ class LogDownloadProtocol:
             self._hear_piece(message, now)
 
     def pending_requests(self, now: float) -> list[bytes]:
-        """Return the frames that are to be sent now."""
         if self._begun < 0.0:
             self._begun = now
         if self._armed and self.phase not in ("done", "failed"):
@@ -178,11 +204,9 @@ class LogDownloadProtocol:
         return []
 
     def pack_request_end(self) -> bytes:
-        """Return the frame that ends the conversation."""
         return self._pack(self._names.MAVLink_log_request_end_message(*self._target))
 
     def fail(self, why: str) -> None:
-        """Give up."""
         self.phase, self._why = "failed", why
 
     def _hear_heartbeat(self, message: Any) -> None:

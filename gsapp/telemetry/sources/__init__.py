@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from gsapp.telemetry.clock import Clock, HostClock
-from gsapp.telemetry.link_address import LinkAddress
+from gsapp.telemetry.link_kinds import LinkAddress
 from gsapp.telemetry.link_registry import kind_of, parse_link
 from gsapp.telemetry.sources.link_source import Chunk, LinkSource, LinkUnavailableError
 
@@ -17,19 +17,8 @@ def open_source(
 ) -> LinkSource:
     """Make the source of a link. It connects with its first `read`, or with `open`.
 
-    Parameters
-    ----------
-    address : LinkAddress or str
-        The link.
-    clock : Clock, optional
-        Where stamps and waits come from; the computer's clock by default.
-    **options
-        Handed to the source, for example ``speed`` of a recorded flight.
-
-    Raises
-    ------
-    LinkError
-        If the address is none.
+    Options are handed to the source, for example ``speed`` of a recorded flight. Stamps and waits
+    come from the computer's clock by default. Raise LinkError if the address is none.
     """
     link = parse_link(address) if isinstance(address, str) else address
     kind = kind_of(link)

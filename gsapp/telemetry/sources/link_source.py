@@ -17,8 +17,7 @@ from typing import Final, NamedTuple
 from gsapp.decoding.framing import Framer, LineFramer
 from gsapp.foundation import LinkError
 from gsapp.telemetry.clock import Clock
-from gsapp.telemetry.link_address import LinkAddress
-from gsapp.telemetry.link_kinds import Framing, NetworkLink
+from gsapp.telemetry.link_kinds import Framing, LinkAddress, NetworkLink
 from gsapp.telemetry.link_registry import find_link_kind
 
 
@@ -27,32 +26,16 @@ class LinkUnavailableError(LinkError):
 
 
 class Chunk(NamedTuple):
-    """Bytes that came at one time.
+    """Bytes that came at one time."""
 
-    Attributes
-    ----------
-    stamp_us : int
-        Host time of arrival, microseconds since 1970 (UTC).
-    data : bytes
-        The bytes; empty where the stream of this peer ended.
-    peer : str
-        Who sent them, where a link has several senders: every peer is a stream of its own.
-    """
-
-    stamp_us: int
-    data: bytes
+    stamp_us: int  # Host time of arrival, microseconds since 1970 (UTC).
+    data: bytes  # The bytes; empty where the stream of this peer ended.
     peer: str = ""
+    """Who sent them, where a link has several senders: every peer is a stream of its own."""
 
 
 class LinkSource(ABC):
     """A source of bytes.
-
-    Parameters
-    ----------
-    address : LinkAddress
-        The link.
-    clock : Clock
-        Stamps and waits.
 
     Attributes
     ----------
@@ -82,12 +65,8 @@ class LinkSource(ABC):
     def open(self) -> None:
         """Connect now.
 
-        Raises
-        ------
-        LinkUnavailableError
-            If the link is away but may come; `read` goes on trying.
-        LinkError
-            If the user has to do something; `read` goes on trying all the same.
+        Raise LinkUnavailableError if the link is away but may come; `read` goes on trying. Raise
+        LinkError if the user has to do something; `read` goes on trying all the same.
         """
 
     @abstractmethod
@@ -119,11 +98,9 @@ class Backoff:
         self._next = first
 
     def reset(self) -> None:
-        """Begin anew after success."""
         self._next = self._first
 
     def next(self) -> float:
-        """Return how long to wait before the next attempt."""
         wait = self._next
         self._next = min(2.0 * wait, self._longest)
         return wait
@@ -141,7 +118,6 @@ class ReconnectingSource(LinkSource):
         self._closed = False
 
     def open(self) -> None:
-        """Connect now; see `LinkSource.open`."""
         if self.connected or self._closed:
             return
         try:
@@ -159,7 +135,6 @@ class ReconnectingSource(LinkSource):
         self.connected = True
 
     def read(self, timeout: float) -> list[Chunk]:
-        """Return what has arrived, waiting for it up to `timeout` seconds; never raises."""
         if self._closed:
             self.clock.sleep(timeout)
             return []
@@ -182,7 +157,6 @@ class ReconnectingSource(LinkSource):
         return chunks
 
     def write(self, data: bytes) -> None:
-        """Send bytes to all peers that are there; see `LinkSource.write`."""
         why = ""
         if self.connected:
             # A connection that has gone is noticed by reading, in the thread that reads.
@@ -195,7 +169,6 @@ class ReconnectingSource(LinkSource):
         self.unsent = why
 
     def close(self) -> None:
-        """Give the device or port back. May be called twice."""
         if not self._closed:
             self._closed = True
             self.connected = False
@@ -204,7 +177,6 @@ class ReconnectingSource(LinkSource):
             self.state = f"{self.address}: closed"
 
     def _lose(self, why: str) -> None:
-        """Note that the connection has gone."""
         self.connected = False
         self.state = why
         self._next_attempt = self.clock.monotonic() + self._backoff.next()
@@ -231,22 +203,13 @@ class ReconnectingSource(LinkSource):
         """
 
     @abstractmethod
-    def _disconnect(self) -> None:
-        """Close what is open."""
+    def _disconnect(self) -> None: ...
 
 
 def send_to_each(peers: Iterable[tuple[str, Callable[[], object]]]) -> None:
-    """Send to several peers; one that cannot be reached does not keep it from the others.
+    """Send to several peers, each a name and what sends to it.
 
-    Parameters
-    ----------
-    peers : iterable of (str, callable)
-        The name of each, and what sends to it.
-
-    Raises
-    ------
-    LinkError
-        If some could not be reached; names them.
+    One that cannot be reached does not keep it from the others; raise LinkError that names them.
     """
     refused = []
     for name, send in peers:

@@ -11,7 +11,7 @@ from gsapp.flight.raw_files import FRAMES_FILE, LINES_FILE, RAW_FILES, RawTail, 
 from gsapp.flight.raw_record import RawRecord
 from gsapp.foundation import FlightError, GroundStationError, LinkError
 from gsapp.telemetry.clock import Clock
-from gsapp.telemetry.link_address import LinkAddress
+from gsapp.telemetry.link_kinds import LinkAddress
 from gsapp.telemetry.settings import TELEMETRY
 from gsapp.telemetry.sources.link_source import Chunk, LinkSource
 
@@ -21,15 +21,8 @@ _MOST_AT_ONCE = 256
 class RecordedSource(LinkSource):
     """Play the raw files of a flight folder, or a ``.tlog``.
 
-    Parameters
-    ----------
-    address : LinkAddress
-        With the path.
-    clock : Clock
-        Stamps and waits.
-    speed : float
-        1 is the pace of the flight; infinite is as fast as it is read. Pauses in the record of
-        more than ten seconds are cut to ten.
+    A speed of 1 is the pace of the flight; infinite is as fast as it is read. Pauses in the record
+    of more than ten seconds are cut to ten.
     """
 
     def __init__(self, address: LinkAddress, *, clock: Clock, speed: float = 1.0) -> None:
@@ -43,7 +36,6 @@ class RecordedSource(LinkSource):
         self._last_stamp: int | None = None
 
     def open(self) -> None:
-        """Find the flight and begin; see `LinkSource.open`."""
         if self._records is not None or self.finished:
             return
         path = Path(self.address.path)
@@ -75,7 +67,6 @@ class RecordedSource(LinkSource):
         return read_nonempty_tlog(path)
 
     def read(self, timeout: float) -> list[Chunk]:
-        """Return what is due, waiting for it up to `timeout` seconds; never raises."""
         try:
             self.open()
         except LinkError:
@@ -125,11 +116,9 @@ class RecordedSource(LinkSource):
         self.finished = True
         self.connected = False
 
-    def write(self, data: bytes) -> None:
-        """Do nothing: a record does not listen."""
+    def write(self, data: bytes) -> None: ...
 
     def close(self) -> None:
-        """Stop playing. May be called twice."""
         self._records = None
         self.finished = True
         self.connected = False

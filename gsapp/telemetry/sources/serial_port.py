@@ -10,8 +10,13 @@ from typing import Any
 
 from gsapp.foundation import LinkError
 from gsapp.telemetry.clock import Clock
-from gsapp.telemetry.link_address import LinkAddress
-from gsapp.telemetry.serial_ports import PortInfo, describe_port, is_same_port, list_serial_ports
+from gsapp.telemetry.link_kinds import (
+    LinkAddress,
+    PortInfo,
+    describe_port,
+    is_same_port,
+    list_serial_ports,
+)
 from gsapp.telemetry.sources.link_source import Chunk, LinkUnavailableError, ReconnectingSource
 
 
@@ -24,7 +29,6 @@ class UsbIdentity:
     serial_number: str | None
 
     def matches(self, port: PortInfo) -> bool:
-        """Return whether a port is the same device."""
         return (port.vid, port.pid, port.serial_number) == (
             self.vid,
             self.pid,
@@ -57,18 +61,8 @@ class SerialSource(ReconnectingSource):
     """Read a serial port.
 
     Once opened, its USB vendor, product and serial number are kept: when it is unplugged, it is
-    looked for by these, since it often comes back as another device.
-
-    Parameters
-    ----------
-    address : LinkAddress
-        With path and baud rate.
-    clock : Clock
-        Stamps and waits.
-    ports : callable
-        Gives the ports that are plugged in.
-    opener : callable
-        Opens path and baud rate.
+    looked for by these, since it often comes back as another device. `ports` gives the ports that
+    are plugged in, `opener` opens path and baud rate.
     """
 
     longest_wait = 1.0  # somebody stands there with the plug in the hand

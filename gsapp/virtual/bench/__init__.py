@@ -1,18 +1,17 @@
 """A virtual aircraft on the ground, to calibrate: volts as its box sends them, and the truth."""
 
-from gsapp.virtual.bench.bench_faults import (
+from gsapp.virtual.bench.bench_instruments import (
     BENCH_FAULT_KINDS,
-    BenchFault,
-    parse_bench_fault,
-)
-from gsapp.virtual.bench.potentiometer import (
     POTENTIOMETER_TRAVEL,
     POTENTIOMETERS,
     SURFACE_POTENTIOMETERS,
     VANE_POTENTIOMETERS,
+    BenchFault,
     Potentiometer,
+    SensorTriad,
+    Transducer,
+    parse_bench_fault,
 )
-from gsapp.virtual.bench.transducers import SensorTriad, Transducer
 from gsapp.virtual.bench.virtual_bench import BenchWeather, VirtualBench
 
 __all__ = [

@@ -20,23 +20,25 @@ from gsapp.aircraft import load_aircraft
 from gsapp.foundation import FlightError
 from gsapp.foundation.name_suggestions import did_you_mean
 from gsapp.quantities import INSTRUMENTS, Block, FloatArray
-from gsapp.virtual.ad_converter import DAQ_CHANNELS
-from gsapp.virtual.bench.bench_attitude import BenchAttitude
-from gsapp.virtual.bench.bench_faults import BenchFault
-from gsapp.virtual.bench.operator_motion import OperatorTremor, PitotBreath, SurfaceMovement
-from gsapp.virtual.bench.potentiometer import (
-    POTENTIOMETERS,
-    Linkage,
-    Potentiometer,
-)
-from gsapp.virtual.bench.transducers import (
+from gsapp.virtual.bench.bench_instruments import (
     ACCELEROMETERS,
     GYROS,
+    POTENTIOMETERS,
+    BenchFault,
+    Linkage,
+    Potentiometer,
     SensorTriad,
     Transducer,
     sample_accelerometers,
     sample_gyros,
 )
+from gsapp.virtual.bench.operator_motion import (
+    BenchAttitude,
+    OperatorTremor,
+    PitotBreath,
+    SurfaceMovement,
+)
+from gsapp.virtual.instruments import DAQ_CHANNELS
 from gsapp.virtual.settings import VIRTUAL
 
 # Faults at work on the volts of the bench.
@@ -99,7 +101,6 @@ class BenchWeather:
 
     @classmethod
     def sample(cls, random: np.random.Generator) -> BenchWeather:
-        """Draw the weather of a day."""
         return cls(
             pressure=float(random.uniform(96e3, 102e3)),
             temperature=float(random.uniform(278.0, 306.0)),
@@ -109,10 +110,7 @@ class BenchWeather:
 class Pitot:
     """What the pitot feels: a light gusty wind, nothing under its cover, or a breath.
 
-    Parameters
-    ----------
-    gust_phases : ndarray, shape (3,)
-        Of the gusts, rad.
+    The phases of the gusts have the shape (3,), rad.
     """
 
     def __init__(self, gust_phases: FloatArray) -> None:
@@ -131,7 +129,6 @@ class Pitot:
         return self._breath.end
 
     def is_blowing(self, now: float) -> bool:
-        """Return whether somebody is at it."""
         return self._breath is not None and self._breath.end > now
 
     def pressure(self, times: FloatArray) -> FloatArray:
@@ -148,6 +145,9 @@ class Pitot:
 class VirtualBench:
     """An aircraft on the ground whose surfaces are moved by hand.
 
+    `potentiometers` (by channel), `gyros` (deg/s), `accelerometers` (g) and `pressures` (by
+    channel, Pa) are as they really are, reversed ones included.
+
     Parameters
     ----------
     seed : int
@@ -156,15 +156,6 @@ class VirtualBench:
         Whose gyros and accelerometers; a file, or the name of a shipped one.
     setting_error : float
         Standard deviation with which the protractor is set, deg.
-
-    Attributes
-    ----------
-    potentiometers : dict of str to Potentiometer
-        As they really are, by channel, reversed ones included.
-    gyros, accelerometers : SensorTriad
-        As they really are; deg/s and g.
-    pressures : dict of str to Transducer
-        As they really are; Pa.
     """
 
     def __init__(
@@ -223,7 +214,6 @@ class VirtualBench:
         self._attitude = BenchAttitude(self._hands)
 
     def _reverse(self, name: str) -> None:
-        """Mount an instrument the other way round."""
         if name in GYROS:
             self.gyros = self.gyros.reversed(GYROS.index(name))
         elif name in ACCELEROMETERS:
@@ -242,7 +232,6 @@ class VirtualBench:
 
     @property
     def ticks(self) -> int:
-        """Return how many samples there were."""
         return self._ticks
 
     def angle(self, channel: str) -> float:
@@ -263,7 +252,6 @@ class VirtualBench:
 
     @property
     def busy(self) -> bool:
-        """Return whether a hand is still at it."""
         now = self.time + 1e-9
         return (
             any(setting.end > now for setting in self._settings.values())
@@ -274,26 +262,11 @@ class VirtualBench:
     # --- what hands do --------------------------------------------------------------------------
 
     def set_angle(self, channel: str, angle: float, *, hold: bool = False) -> float:
-        """Set a surface or vane to an angle by hand.
+        """Set one of the `POTENTIOMETERS` to an angle by hand; return how long it takes, s.
 
-        Parameters
-        ----------
-        channel : str
-            One of `POTENTIOMETERS`.
-        angle : float
-            As read off the protractor, deg. The stops end it.
-        hold : bool
-            Keep it in the hand, which trembles, until `release`; otherwise it is let go there.
-
-        Returns
-        -------
-        float
-            How long it takes, s.
-
-        Raises
-        ------
-        FlightError
-            If it is no surface.
+        The angle is as read off the protractor, deg; the stops end it. With `hold` it is kept in
+        the hand, which trembles, until `release`; otherwise it is let go there. Raise FlightError
+        if it is no surface.
         """
         name = _surface(channel)
         here = float(self._settings[name].angles(np.array([self.time]))[0])
@@ -314,32 +287,17 @@ class VirtualBench:
         return self._attitude.move_to_position(position, self.time) - self.time
 
     def rotate(self, channel: str, angle: float, *, seconds: float | None = None) -> float:
-        """Turn the aircraft on its table.
+        """Turn the aircraft on its table; return how long it takes with all that goes before, s.
 
-        Parameters
-        ----------
-        channel : str
-            ``p``, ``q`` or ``r``: the axis, which is brought upright first where it is not.
-        angle : float
-            deg, right-handed about the body axis: right wing down, nose up, nose right.
-        seconds : float, optional
-            For the turn itself; about 30 deg/s by default.
-
-        Returns
-        -------
-        float
-            How long it takes with all that goes before, s.
-
-        Raises
-        ------
-        FlightError
-            If it is no axis, or the turn takes no time.
+        The axis of ``p``, ``q`` or ``r`` is brought upright first where it is not. The angle is in
+        deg, right-handed about the body axis: right wing down, nose up, nose right. The turn itself
+        takes `seconds`, at about 30 deg/s by default. Raise FlightError if it is no axis, or the
+        turn takes no time.
         """
         self._held = ""
         return self._attitude.rotate(channel, angle, seconds, self.time) - self.time
 
     def cover(self) -> None:
-        """Put the cover on the pitot."""
         self._pitot.covered = True
 
     def uncover(self) -> None:
@@ -353,17 +311,9 @@ class VirtualBench:
     # --- what the box converts ------------------------------------------------------------------
 
     def advance(self, ticks: int) -> FloatArray:
-        """Go on and return the converter's volts.
+        """Go on for ticks, a hundred a second; return the converter's volts, shape (ticks, 20).
 
-        Parameters
-        ----------
-        ticks : int
-            A hundred a second.
-
-        Returns
-        -------
-        ndarray, shape (ticks, 20)
-            V, in the order of `gsapp.virtual.ad_converter.DAQ_CHANNELS`.
+        V, in the order of `gsapp.virtual.instruments.DAQ_CHANNELS`.
         """
         times = (self._ticks + np.arange(ticks)) / VIRTUAL.bench_rate
         # Row by row, so that the numbers do not depend on how far it goes at a time.
@@ -386,12 +336,9 @@ class VirtualBench:
         return quantize(volts)
 
     def step(self, seconds: float) -> Block:
-        """Go on for some time; return what a session's history would hold of it.
+        """Go on for some time (s); return what a session's history would hold of it.
 
-        Returns
-        -------
-        Block
-            ``<instrument>_volts`` of all instruments and ``excitation``, V.
+        ``<instrument>_volts`` of all instruments and ``excitation``, V.
         """
         first = self._ticks
         volts = self.advance(round(seconds * VIRTUAL.bench_rate))

@@ -11,8 +11,8 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from gsapp.foundation import LinkError
+from gsapp.foundation.process_control import start_detached_process
 from gsapp.foundation.settings import command_arguments
-from gsapp.telemetry.detached_process import start_detached_process
 from gsapp.virtual.downlink.flight_settings import FlightSettings
 
 
@@ -24,25 +24,11 @@ def find_free_udp_port() -> int:
 
 
 class BackgroundCommand:
-    """A command of this program in the background; its words go to a log.
+    """A command of this program in the background, which works in a folder.
 
-    Parameters
-    ----------
-    title : str
-        Who it is, for messages.
-    arguments : sequence of str
-        Of ``gsapp``.
-    folder : Path
-        Where it works, and where the log of its words goes.
-    words : str
-        Name of that log.
-    listens : bool
-        Whether it hears what is written to it, and ends when nobody can write any more.
-
-    Raises
-    ------
-    LinkError
-        If the process cannot be started.
+    Its words go to the log `words` there; `title` says who it is, for messages. One that `listens`
+    hears what is written to it, and ends when nobody can write any more. Raise LinkError if the
+    process cannot be started.
     """
 
     def __init__(
@@ -74,7 +60,6 @@ class BackgroundCommand:
             ) from error
 
     def is_running(self) -> bool:
-        """Return whether it still runs."""
         return self._process.poll() is None
 
     def take_error(self) -> str:
@@ -99,7 +84,6 @@ class BackgroundCommand:
             return False
 
     def stop(self) -> None:
-        """End it."""
         if self._process.poll() is None:
             self._told = True
             self._process.terminate()
@@ -119,22 +103,10 @@ def fly_command(port: int, settings: FlightSettings, speed: float = 1.0) -> list
 
 
 class AircraftProcess(BackgroundCommand):
-    """``gsapp fly`` in the background; its words go to ``virtual-aircraft.log``.
+    """``gsapp fly`` in the background; its words go to ``virtual-aircraft.log`` in the folder.
 
-    Parameters
-    ----------
-    folder : Path
-        Where the log of its words goes.
-    port : int
-        UDP port of this machine that it sends to.
-    settings : FlightSettings
-    speed : float
-        Times real time.
-
-    Raises
-    ------
-    LinkError
-        If the process cannot be started.
+    It sends to a UDP port of this machine, `speed` times real time. Raise LinkError if the process
+    cannot be started.
     """
 
     def __init__(
@@ -145,28 +117,12 @@ class AircraftProcess(BackgroundCommand):
 
 
 class BenchProcess(BackgroundCommand):
-    """``gsapp fly --bench`` in the background; its words go to ``virtual-bench.log``.
+    """``gsapp fly --bench`` in the background; its words go to ``virtual-bench.log`` in the folder.
 
-    It obeys the lines of `gsapp.virtual.downlink.bench_downlink.BENCH_HELP`, and ends
-    with the program that started it.
-
-    Parameters
-    ----------
-    folder : Path
-        Where the log of its words goes.
-    port : int
-        UDP port of this machine that it sends to.
-    seed : int
-        Same seed, same aircraft.
-    faults : sequence of str
-        What is wrong with it, ``CHANNEL:KIND``.
-    speed : float
-        Times real time.
-
-    Raises
-    ------
-    LinkError
-        If the process cannot be started.
+    It obeys the lines of `gsapp.virtual.downlink.commanded_downlinks.BENCH_HELP`, and ends with the
+    program that started it. It sends to a UDP port of this machine, `speed` times real time. Same
+    seed, same aircraft; what is wrong with it is ``CHANNEL:KIND``. Raise LinkError if the process
+    cannot be started.
     """
 
     def __init__(
@@ -185,32 +141,16 @@ class BenchProcess(BackgroundCommand):
         super().__init__("the virtual bench", command, folder, "virtual-bench.log", listens=True)
 
     def set_angle(self, channel: str, angle: float) -> bool:
-        """Have a surface or vane set by hand, deg; return whether it could hear."""
         return self.send_line(f"{channel} {angle:.10g}")
 
 
 class TrainingProcess(BackgroundCommand):
     """``gsapp fly --sticks`` in the background; its words go to ``virtual-training.log``.
 
-    It obeys the lines of `gsapp.virtual.downlink.training_downlink.TRAINING_HELP`, and
-    ends with the program that started it. Nothing here waits: what it cannot hear now is lost, and
-    said so.
-
-    Parameters
-    ----------
-    folder : Path
-        Where the log of its words goes.
-    port : int
-        UDP port of this machine that it sends to.
-    seed : int
-        Same seed and same sticks, same flight.
-    turbulence : float
-        Standard deviation of the gusts, m/s.
-
-    Raises
-    ------
-    LinkError
-        If the process cannot be started.
+    It obeys the lines of `gsapp.virtual.downlink.commanded_downlinks.TRAINING_HELP`, and ends with
+    the program that started it. Nothing here waits: what it cannot hear now is lost, and said so.
+    It sends to a UDP port of this machine. Same seed and same sticks, same flight; `turbulence` is
+    the standard deviation of the gusts, m/s. Raise LinkError if the process cannot be started.
     """
 
     def __init__(self, folder: Path, port: int, *, seed: int, turbulence: float) -> None:
@@ -228,15 +168,8 @@ class TrainingProcess(BackgroundCommand):
     def send_sticks(self, pitch: float, roll: float, yaw: float) -> bool:
         """Say where the keys push; to be said at least every second, moved or not.
 
-        Parameters
-        ----------
-        pitch, roll, yaw : float
-            -1 to 1 of the chosen size; pulled, right, right are positive; 0 lets go.
-
-        Returns
-        -------
-        bool
-            Whether it could hear.
+        -1 to 1 of the chosen size; pulled, right, right are positive; 0 lets go. Return whether it
+        could hear.
         """
         return self.send_line(f"sticks {pitch:.4g} {roll:.4g} {yaw:.4g}")
 
@@ -245,11 +178,9 @@ class TrainingProcess(BackgroundCommand):
         return self.send_line("take")
 
     def hand_over(self) -> bool:
-        """Give the aircraft back to the built-in pilot; return whether it could hear."""
         return self.send_line("give")
 
     def land(self) -> bool:
-        """Have the built-in pilot land, which ends the flight; return whether it could hear."""
         return self.send_line("land")
 
     def set_stick_size(self, share: float) -> bool:
@@ -257,17 +188,11 @@ class TrainingProcess(BackgroundCommand):
         return self.send_line(f"size {share:.4g}")
 
     def set_rate_switch(self, *, high: bool) -> bool:
-        """Set the rate switch; return whether it could hear."""
         return self.send_line(f"rate {'high' if high else 'low'}")
 
     def move_lever(self, axis: str, by: float) -> bool:
-        """Move a lever by a share of its travel; return whether it could hear.
+        """Move the ``throttle``, or the trim lever of an axis, by a share of its travel.
 
-        Parameters
-        ----------
-        axis : str
-            ``throttle``, or the trim lever of ``pitch``, ``roll``, ``yaw``.
-        by : float
-            Positive is more throttle, nose up, right.
+        Positive is more throttle, nose up, right. Return whether it could hear.
         """
         return self.send_line(f"click {axis} {by:.4g}")

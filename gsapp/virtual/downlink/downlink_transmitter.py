@@ -11,18 +11,16 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Protocol
 
-from gsapp.decoding.frames import MavlinkFrame
-from gsapp.decoding.framing import Framer
+from gsapp.decoding.framing import Framer, MavlinkFrame
 from gsapp.telemetry.clock import Clock
-from gsapp.virtual.downlink.log_server import LogServer
-from gsapp.virtual.downlink.onboard_log import OnboardLog
+from gsapp.virtual.downlink.onboard_log import LogServer, OnboardLog
 from gsapp.virtual.downlink.onboard_messages import (
     TICK_RATE,
     Message,
+    Packet,
     dialect,
     landed_heartbeat,
 )
-from gsapp.virtual.downlink.packet import Packet
 from gsapp.virtual.settings import VIRTUAL
 
 
@@ -42,15 +40,12 @@ class PacketStream(Protocol):
     @property
     def finished(self) -> bool:
         """Whether there is nothing more to send."""
-        ...
 
     def advance(self, ticks: int) -> Iterator[Packet]:
         """Go on and yield one packet for each tick."""
-        ...
 
     def pack_reply(self, message: Message) -> bytes:
         """Return the frame of an answer to the ground."""
-        ...
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -67,12 +62,6 @@ class DownlinkTransmitter:
 
     Parameters
     ----------
-    stream : PacketStream
-        What to send.
-    line : TransmitLink
-        Over what.
-    clock : Clock
-        For the pace.
     speed : float
         Times real time; infinite sends as fast as it can.
     thin : bool
@@ -105,13 +94,7 @@ class DownlinkTransmitter:
         self.sent_bytes = 0
 
     def transmit(self, progress: Callable[[TransmitProgress], None] = lambda _: None) -> None:
-        """Send the whole flight.
-
-        Parameters
-        ----------
-        progress : callable
-            Told every half second of flight.
-        """
+        """Send the whole flight; `progress` is told every half second of flight."""
         start = self._clock.monotonic()
         # Flown a little ahead of what is sent: a few samples together cost half as much.
         ticks = VIRTUAL.ticks_ahead if self._speed <= 2.0 else VIRTUAL.fast_ticks_ahead

@@ -1,33 +1,60 @@
-"""One flight as a stream of bytes: the live link, and the log kept on board."""
+"""One flight as a stream of bytes: the live link, the log kept on board, and both as files."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+import contextlib
+from collections.abc import Callable, Iterator, Mapping
+from pathlib import Path
+from typing import Final
+
+import numpy as np
 
 from gsapp.quantities import Block
-from gsapp.virtual.downlink.frame_scheduler import FrameScheduler
+from gsapp.virtual.downlink.downlink_transmitter import TransmitProgress
+from gsapp.virtual.downlink.onboard_log import OnboardLog
 from gsapp.virtual.downlink.onboard_messages import (
     TICK_RATE,
+    FrameScheduler,
     Message,
     OnboardSample,
+    Packet,
     telemetry_layout,
 )
-from gsapp.virtual.downlink.packet import Packet
-from gsapp.virtual.downlink.phase_announcements import REPEATED_PHASES, phase_announcement
-from gsapp.virtual.virtual_flight import (
-    FlightSegment,
-    FlightSimulation,
-    truth_block,
-)
+from gsapp.virtual.mission import RECOVERY_PHASE, TRAINEE_PHASE
+from gsapp.virtual.settings import VIRTUAL
+from gsapp.virtual.virtual_flight import FlightSegment, FlightSimulation, truth_block
+
+_ANNOUNCEMENTS: Final = {
+    "preflight": "Telemetry on, recording",
+    "engines running": "Engines running",
+    "range check": "Range check",
+    "take-off": "Take-off run",
+    "climb": "Airborne",
+    "pattern": "In the pattern",
+    "approach": "Approach",
+    "landed": "Landed",
+    "engines off": "Engines off",
+    "crashed": "Crashed",
+    TRAINEE_PHASE: "You have control",
+    RECOVERY_PHASE: "I have control",
+}
+REPEATED_PHASES: Final = (TRAINEE_PHASE, RECOVERY_PHASE)
+"""Phases that are told whenever they begin, not the first time alone."""
+
+
+def phase_announcement(phase: str) -> str:
+    """Return what the box tells the crew when a phase begins; empty for none.
+
+    The box does not know of maneuvers: finding those is the ground's affair.
+    """
+    return _ANNOUNCEMENTS.get(phase, "")
 
 
 class FlightDownlink:
-    """Packs a flight as it goes on.
+    """Packs a flight of 100 samples a second as it goes on.
 
     Parameters
     ----------
-    flight : FlightSimulation
-        What is flown; 100 samples a second.
     thin : bool
         Send what a 57,600-baud radio carries, and keep the full record on board.
     attitude, position : bool
@@ -62,12 +89,10 @@ class FlightDownlink:
 
     @property
     def finished(self) -> bool:
-        """Return whether the flight is over."""
         return self._stopped or self._flight.finished
 
     @property
     def crashed(self) -> bool:
-        """Return whether it ended badly."""
         return self._flight.crashed
 
     def stop(self) -> None:
@@ -79,11 +104,9 @@ class FlightDownlink:
         return Block.concatenate(self._flown)
 
     def pack_reply(self, message: Message) -> bytes:
-        """Return the frame of an answer to the ground."""
         return self._live.pack(message)
 
     def advance(self, ticks: int) -> Iterator[Packet]:
-        """Fly on and yield one packet for each tick."""
         stretch = self._flight.advance(ticks)
         if len(stretch):
             self._flown.append(truth_block([stretch]))
@@ -116,3 +139,41 @@ class FlightDownlink:
             onboard_frames=tuple(kept),
             phase=phase,
         )
+
+
+_TICKS_AT_ONCE = 200
+
+
+def write_record(
+    downlink: FlightDownlink,
+    tlog: Path,
+    kept: Path | None,
+    *,
+    seed: int,
+    progress: Callable[[TransmitProgress], None] = lambda _: None,
+) -> None:
+    """Fly as fast as it goes and write what the ground and the box would have kept.
+
+    The frames in `tlog` have the time at which they would have arrived: a link takes some
+    milliseconds, now and then more, by the seed, and frames never overtake each other. The on-board
+    log, if any, goes to `kept`. `progress` is told every few seconds of flight.
+    """
+    random = np.random.default_rng([seed, 0x11])
+    last = 0
+    sent = 0
+    with contextlib.ExitStack() as stack:
+        ground = OnboardLog(tlog)
+        stack.callback(ground.close)
+        onboard = None
+        if kept is not None:
+            onboard = OnboardLog(kept)
+            stack.callback(onboard.close)
+        while not downlink.finished:
+            for packet in downlink.advance(_TICKS_AT_ONCE):
+                delay = VIRTUAL.travel_time_us + float(random.exponential(VIRTUAL.jitter_us))
+                last = max(last + 1, packet.stamp_us + round(delay))
+                ground.append(last, packet.live_frames)
+                sent += sum(map(len, packet.live_frames))
+                if onboard is not None:
+                    onboard.append(packet.stamp_us, packet.onboard_frames)
+            progress(TransmitProgress(time=packet.time, phase=packet.phase, sent_bytes=sent))

@@ -10,8 +10,7 @@ from gsapp.foundation.settings import Names, SettingsModel, setting
 if TYPE_CHECKING:
     # The window starts without the numerics behind a flight.
     from gsapp.virtual.downlink.flight_downlink import FlightDownlink
-    from gsapp.virtual.downlink.log_server import LogServer
-    from gsapp.virtual.downlink.onboard_log import OnboardLog
+    from gsapp.virtual.downlink.onboard_log import LogServer, OnboardLog
     from gsapp.virtual.virtual_flight import FlightSimulation, StickSourceFactory
 
 
@@ -58,10 +57,7 @@ class FlightSettings(SettingsModel):
     def check(self) -> None:
         """Raise the error that `create_flight` would, quickly.
 
-        Raises
-        ------
-        GroundStationError
-            If a file is missing or holds mistakes, or an effect is unknown.
+        Raise GroundStationError if a file is missing or holds mistakes, or an effect is unknown.
         """
         self.create_flight()
 
@@ -102,8 +98,7 @@ class FlightSettings(SettingsModel):
         self, path: Path, unix_us: int
     ) -> tuple[OnboardLog | None, LogServer | None]:
         """Return the on-board log and what hands it out; none where all goes over the link."""
-        from gsapp.virtual.downlink.log_server import LogServer
-        from gsapp.virtual.downlink.onboard_log import OnboardLog
+        from gsapp.virtual.downlink.onboard_log import LogServer, OnboardLog
 
         if not self.thin:
             return None, None

@@ -1,7 +1,7 @@
 """What the box puts into each MAVLink message, and how often.
 
 The layout is fixed: ``DEBUG_FLOAT_ARRAY`` named ``daq`` carries the converter's volts in the
-order of `gsapp.virtual.DAQ`, everything else is what an autopilot-like board
+order of `gsapp.virtual.instruments.DAQ_CHANNELS`, everything else is what an autopilot-like board
 knows besides. Times are since the box was switched on.
 """
 
@@ -26,33 +26,19 @@ _PWM_CENTER, _PWM_HALF_RANGE = 1500.0, 500.0
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class OnboardSample:
-    """What the box knows at one tick.
+    """What the box knows at one tick."""
 
-    Attributes
-    ----------
-    number : int
-        Since the box was switched on, 100 a second.
-    volts : sequence of float
-        The converter's readings, in the order of the layout.
-    values : mapping of str to float
-        Everything else by channel id, SI units.
-    unix_us : int
-        Time of day, microseconds since 1970.
-    """
-
-    number: int
-    volts: Sequence[float]
-    values: Values
-    unix_us: int
+    number: int  # Since the box was switched on, 100 a second.
+    volts: Sequence[float]  # The converter's readings, in the order of the layout.
+    values: Values  # Everything else by channel id, SI units.
+    unix_us: int  # Time of day, microseconds since 1970.
 
     @property
     def micros(self) -> int:
-        """Return the time since the box was switched on, microseconds."""
         return self.number * (1_000_000 // TICK_RATE)
 
     @property
     def millis(self) -> int:
-        """Return the time since the box was switched on, milliseconds."""
         return self.number * (1000 // TICK_RATE)
 
 
@@ -92,9 +78,7 @@ def servo_output(tick: OnboardSample) -> Message:
         _pwm_unsigned(v["throttle_command"]),
         _pwm(v["servo_rudder"]),
         _pwm_unsigned(v["servo_flap"]),
-        0,
-        0,
-        0,
+        *[0] * 3,
     )
 
 
@@ -180,12 +164,7 @@ def sys_status(tick: OnboardSample) -> Message:
         round(1000.0 * v["battery"]),
         round(100.0 * v["battery_current"]),
         round(100.0 * v["battery_remaining"]),
-        0,
-        0,
-        0,
-        0,
-        0,
-        0,
+        *[0] * 6,
     )
 
 
@@ -224,7 +203,6 @@ def status_text(text: str, severity: int = dialect.MAV_SEVERITY_INFO) -> Message
 
 
 def _wrap_angle(angle: float) -> float:
-    """Return the angle between -pi and pi."""
     return math.remainder(angle, 2.0 * math.pi)
 
 
@@ -237,57 +215,92 @@ class MessageSlot:
     offset: int = 0
 
 
+_RATES: tuple[tuple[Callable[[OnboardSample], Message], float, float], ...] = (
+    (daq, 100, 20),
+    (attitude, 50, 5),
+    (servo_output, 50, 5),
+    (rc_channels, 20, 2),
+    (rpm_left, 10, 2),
+    (rpm_right, 10, 2),
+    (scaled_pressure, 10, 0),
+    (vfr_hud, 5, 0),
+    (sys_status, 1, 0.5),
+    (heartbeat, 1, 1),
+    (system_time, 1, 0),
+    (global_position, 5, 1),
+)
+"""Each message with its rate over a network, and over a 57,600-baud radio; 0 is not sent, Hz."""
+
+
 def telemetry_layout(
     *, thin: bool, attitude_sent: bool, position_sent: bool
 ) -> tuple[MessageSlot, ...]:
-    """Return what is sent when.
+    """Return what is sent when, the converter's volts first.
 
-    Parameters
-    ----------
-    thin : bool
-        For a 57,600-baud radio, instead of 460,800 baud or a network.
-    attitude_sent, position_sent : bool
-        Whether the board knows its attitude, and its position. The source's aircraft knew
-        neither.
-
-    Returns
-    -------
-    tuple of Slot
-        The converter's volts first.
+    `thin` is for a 57,600-baud radio, instead of 460,800 baud or a network. Attitude and position
+    are sent where the board knows them; the source's aircraft knew neither.
     """
-    rates: list[tuple[Callable[[OnboardSample], Message], float]]
-    if thin:
-        rates = [
-            (daq, 20),
-            (attitude, 5),
-            (servo_output, 5),
-            (rc_channels, 2),
-            (rpm_left, 2),
-            (rpm_right, 2),
-            (sys_status, 0.5),
-            (heartbeat, 1),
-        ]
-    else:
-        rates = [
-            (daq, 100),
-            (attitude, 50),
-            (servo_output, 50),
-            (rc_channels, 20),
-            (rpm_left, 10),
-            (rpm_right, 10),
-            (scaled_pressure, 10),
-            (vfr_hud, 5),
-            (sys_status, 1),
-            (heartbeat, 1),
-            (system_time, 1),
-        ]
-    if position_sent:
-        rates.append((global_position, 1 if thin else 5))
-    if not attitude_sent:
-        rates = [pair for pair in rates if pair[0] is not attitude]
+    known: dict[Callable[[OnboardSample], Message], bool] = {
+        attitude: attitude_sent,
+        global_position: position_sent,
+    }
+    rates = [
+        (pack, thin_rate if thin else full_rate)
+        for pack, full_rate, thin_rate in _RATES
+        if known.get(pack, True)
+    ]
     slots = []
-    for number, (pack, rate) in enumerate(rates):
+    for number, (pack, rate) in enumerate((pack, rate) for pack, rate in rates if rate):
         every = round(TICK_RATE / rate)
         # Spread over the ticks, so that a slow radio never has to swallow all at once.
         slots.append(MessageSlot(pack=pack, every=every, offset=(3 * number) % every))
     return tuple(slots)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Packet:
+    """What leaves the box at one tick."""
+
+    time: float  # s since the box was switched on.
+    stamp_us: int  # The box's time of day, microseconds since 1970.
+    live_frames: tuple[bytes, ...]  # Frames for the link.
+    onboard_frames: tuple[bytes, ...]  # Frames for the on-board log; empty where there is none.
+    phase: str  # What the pilot is doing.
+
+
+class FramePacker:
+    """Packs messages into MAVLink 2 frames with a sequence number of their own."""
+
+    def __init__(self) -> None:
+        self._mavlink = dialect.MAVLink(None, srcSystem=1, srcComponent=1)
+
+    def pack(self, message: Message) -> bytes:
+        """Return the frame of a message; the sequence number goes on by one."""
+        frame = bytes(message.pack(self._mavlink))
+        self._mavlink.seq = (self._mavlink.seq + 1) % 256
+        return frame
+
+
+class FrameScheduler:
+    """Turns ticks into the frames of one link.
+
+    Two boxes with different layouts make the live link and the on-board log of one flight.
+    """
+
+    def __init__(self, slots: Sequence[MessageSlot]) -> None:
+        self._slots = tuple(slots)
+        self._packer = FramePacker()
+
+    def frames(self, tick: OnboardSample) -> list[bytes]:
+        """Return the frames due at this tick, in the order in which they are sent."""
+        return [
+            self._packer.pack(slot.pack(tick))
+            for slot in self._slots
+            if tick.number % slot.every == slot.offset
+        ]
+
+    def pack_text(self, text: str) -> bytes:
+        return self._packer.pack(status_text(text))
+
+    def pack(self, message: Message) -> bytes:
+        return self._packer.pack(message)

@@ -12,9 +12,9 @@ from multiprocessing.process import BaseProcess
 from pathlib import Path
 
 from gsapp.foundation import GroundStationError, LinkError
-from gsapp.foundation.process_shutdown import block_sigint
+from gsapp.foundation.process_control import block_sigint
 from gsapp.telemetry.clock import Clock, HostClock
-from gsapp.telemetry.link_address import LinkAddress
+from gsapp.telemetry.link_kinds import LinkAddress
 from gsapp.telemetry.sources.link_source import Chunk, LinkSource
 from gsapp.virtual.downlink.flight_settings import FlightSettings
 from gsapp.virtual.settings import VIRTUAL
@@ -28,18 +28,9 @@ _MOST_AT_ONCE = 256
 
 
 class VirtualSource(LinkSource):
-    """Fly the virtual aircraft and receive what its box sends.
+    """Fly the virtual aircraft and receive what its box sends, `speed` times real time.
 
-    Parameters
-    ----------
-    address : LinkAddress
-        ``virtual``.
-    clock : Clock
-        Stamps and waits.
-    settings : FlightSettings
-        What is flown; the default plan if left out.
-    speed : float
-        Times real time.
+    The default plan is flown where no settings are given.
     """
 
     def __init__(
@@ -59,7 +50,6 @@ class VirtualSource(LinkSource):
         self._connection: PipeEnd | None = None
 
     def open(self) -> None:
-        """Switch the box on; see `LinkSource.open`."""
         if self._process is not None or self.finished:
             return
         try:
@@ -85,7 +75,6 @@ class VirtualSource(LinkSource):
         self.state = f"{self.address}: flying the plan '{self._settings.plan}'"
 
     def read(self, timeout: float) -> list[Chunk]:
-        """Return what has arrived, waiting for it up to `timeout` seconds; never raises."""
         with contextlib.suppress(LinkError):
             self.open()
         if self._connection is None:
@@ -109,13 +98,11 @@ class VirtualSource(LinkSource):
         return self._process is not None and self._process.is_alive()
 
     def write(self, data: bytes) -> None:
-        """Send bytes to the box, such as a request for its log."""
         if self._connection is not None:
             with contextlib.suppress(OSError, ValueError):
                 self._connection.send_bytes(data)
 
     def close(self) -> None:
-        """Switch the box off. May be called twice."""
         if self._connection is not None:
             self._connection.close()
             self._connection = None

@@ -10,7 +10,7 @@ go round with kind, size and seed.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import asdict, dataclass, field, replace
 from typing import Literal
 
 from tests.discrepancy.blind.jsbsim_aircraft import AIR, PROPULSION
@@ -119,26 +119,13 @@ def known_effects() -> tuple[str, ...]:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Recording:
-    """How a case is flown and recorded.
+    """How a case is flown and recorded."""
 
-    Attributes
-    ----------
-    gust : float
-        rms of vertical gusts, m/s.
-    noise : float
-        Times the source's.
-    colored : bool
-    rate : int
-        100 or 50 Hz.
-    attitude : bool
-        Whether phi and theta are recorded.
-    """
-
-    gust: float = 0.0
-    noise: float = 1.0
+    gust: float = 0.0  # rms of vertical gusts, m/s.
+    noise: float = 1.0  # Times the source's.
     colored: bool = False
-    rate: int = 100
-    attitude: bool = True
+    rate: int = 100  # 100 or 50 Hz.
+    attitude: bool = True  # Whether phi and theta are recorded.
 
 
 ROUND: tuple[tuple[Recording, Baseline], ...] = (
@@ -153,55 +140,27 @@ ROUND: tuple[tuple[Recording, Baseline], ...] = (
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Case:
-    """One blind case.
-
-    Attributes
-    ----------
-    id : str
-    group : {"hidden", "nothing", "outside", "pair"}
-    kind : str
-        By which results are gathered.
-    effects : mapping of str to float
-        Hidden effects and their sizes, SI.
-    verdicts : tuple of str
-        Verdicts that are right.
-    accepted : tuple of tuple of str
-        One entry for each name that has to be found: the ids that are right for it.
-    gust, noise, colored, rate, attitude
-        As in `Recording`.
-    baseline : {"fitted", "given", "wrong"}
-        Fitted on the same data by the program, given with true values, or given with values
-        10 to 20 % wrong.
-    plan : int
-        Seed of hands and of the true derivatives.
-    seed : int
-        Of noise and gusts.
-    clock : str
-        ``air`` or ``surfaces``: the box whose clock is late.
-    sigma : float
-        Standard deviations that each effect is to show; 0 where sizes are as given.
-    by : {"jsbsim", "virtual"}
-        Who flies the truth. The virtual aircraft flies in still air only.
-    """
+class Case(Recording):
+    """One blind case."""
 
     id: str
     group: Group
-    kind: str = ""
+    kind: str = ""  # By which results are gathered.
     effects: Mapping[str, float] = field(default_factory=dict)
-    verdicts: tuple[str, ...] = ()
+    """Hidden effects and their sizes, SI."""
+    verdicts: tuple[str, ...] = ()  # Verdicts that are right.
     accepted: tuple[tuple[str, ...], ...] = ()
-    gust: float = 0.0
-    noise: float = 1.0
-    colored: bool = False
-    rate: int = 100
-    attitude: bool = True
+    """One entry for each name that has to be found: the ids that are right for it."""
     baseline: Baseline = "fitted"
-    plan: int = 0
-    seed: int = 0
-    clock: str = ""
+    """Fitted on the same data by the program, given with true values, or given with values 10 to 20
+    % wrong."""
+    plan: int = 0  # Seed of hands and of the true derivatives.
+    seed: int = 0  # Of noise and gusts.
+    clock: str = ""  # ``air`` or ``surfaces``: the box whose clock is late.
     sigma: float = 0.0
+    """Standard deviations that each effect is to show; 0 where sizes are as given."""
     by: Literal["jsbsim", "virtual"] = "jsbsim"
+    """Who flies the truth. The virtual aircraft flies in still air only."""
 
     @property
     def recorded(self) -> Mapping[str, Recorded]:
@@ -214,24 +173,10 @@ class Case:
 
     @property
     def recording(self) -> Recording:
-        return Recording(
-            gust=self.gust,
-            noise=self.noise,
-            colored=self.colored,
-            rate=self.rate,
-            attitude=self.attitude,
-        )
+        return Recording(**{name: getattr(self, name) for name in Recording.__slots__})
 
     def recorded_as(self, recording: Recording, baseline: Baseline) -> Case:
-        return replace(
-            self,
-            gust=recording.gust,
-            noise=recording.noise,
-            colored=recording.colored,
-            rate=recording.rate,
-            attitude=recording.attitude,
-            baseline=baseline,
-        )
+        return replace(self, **asdict(recording), baseline=baseline)
 
     @property
     def air(self) -> str:

@@ -58,25 +58,15 @@ _RECORDED: Mapping[str, tuple[str, float]] = {
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Condition:
-    """Steady flight in which a maneuver starts.
+    """Steady flight in which a maneuver starts."""
 
-    Attributes
-    ----------
-    V : float
-        m/s.
-    throttle : float or None
-        None: level flight. A number: climb or descent, whatever it gives.
-    flap, beta : float
-        rad.
-    mass : float
-        kg.
-    """
-
-    V: float
+    V: float  # m/s.
     throttle: float | None = None
+    """None: level flight. A number: climb or descent, whatever it gives."""
     flap: float = 0.0
     beta: float = 0.0
-    mass: float
+    """rad."""
+    mass: float  # kg.
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

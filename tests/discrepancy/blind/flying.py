@@ -13,14 +13,17 @@
     flown.steady["3"]    # what a perfect model computes: still air, deflections as measured
 
 A clean case: ``Case(id="clean", group="nothing", verdicts=("model-adequate",))``; gusts by
-``gust=0.3`` and so on.
+``gust=0.3`` and so on. Gusts are of the Dryden form at low altitude (MIL-HDBK-1797), by digital
+filters: not the program's own turbulence.
 """
 
 import functools
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.signal import bilinear, lfilter
 
 from gsapp.aircraft import Aircraft, load_aircraft
 from gsapp.dynamics.model import Model, load_model
@@ -28,7 +31,6 @@ from gsapp.identification.maneuver import Maneuver
 from gsapp.quantities import Block, FloatArray
 from tests.discrepancy.blind.cases import MISSING, OUTSIDE_SENSOR, SENSOR, Case, neutral
 from tests.discrepancy.blind.engine import CONTROLS, RATE, SETTLING, STEPS_PER_SECOND, Engine, Trim
-from tests.discrepancy.blind.gusts import dryden
 from tests.discrepancy.blind.instruments import (
     AIR_BOX,
     SURFACES_BOX,
@@ -38,7 +40,7 @@ from tests.discrepancy.blind.instruments import (
     with_faults,
     with_zeros,
 )
-from tests.discrepancy.blind.jsbsim_aircraft import AIR, PROPULSION
+from tests.discrepancy.blind.jsbsim_aircraft import AIR, ALTITUDE, FOOT, PROPULSION
 from tests.discrepancy.blind.plan import (
     PLAN,
     SERVO_LAG,
@@ -49,6 +51,51 @@ from tests.discrepancy.blind.plan import (
     sampled,
 )
 from tests.discrepancy.blind.virtual import flight_model, fly_equations
+
+_GROUND = 200.0
+"""Height of the field, m: maneuvers are flown 100 m above it."""
+
+
+def lengths(rms: float) -> tuple[float, float, float]:
+    height = (ALTITUDE - _GROUND) / FOOT
+    shape = 0.177 + 0.000823 * height
+    return height / shape**1.2 * FOOT, height * FOOT, rms / shape**0.4
+
+
+def dryden(rms: float, V: float, count: int, seed: tuple[int, ...]) -> FloatArray:
+    """Return motion of the air along, across and down, m/s, shape (count, 3).
+
+    Parameters
+    ----------
+    rms : float
+        Of the vertical gust, m/s; horizontal gusts are larger, as near the ground.
+    V : float
+        Airspeed at which the gusts are crossed, m/s.
+    count : int
+        Steps of JSBSim.
+    seed : tuple of int
+    """
+    random = np.random.default_rng(seed)
+    long, tall, wide = lengths(rms)
+    past = 60 * STEPS_PER_SECOND
+    noise = random.standard_normal((3, count + past)) * math.sqrt(STEPS_PER_SECOND)
+
+    def first(x: FloatArray) -> FloatArray:
+        tau = long / V
+        gain = wide * math.sqrt(2.0 * tau)
+        return np.asarray(lfilter(*bilinear([gain], [tau, 1.0], STEPS_PER_SECOND), x))
+
+    def second(x: FloatArray, size: float, length: float) -> FloatArray:
+        tau = length / V
+        gain = size * math.sqrt(tau)
+        above = [gain * math.sqrt(3.0) * tau, gain]
+        return np.asarray(
+            lfilter(*bilinear(above, [tau * tau, 2.0 * tau, 1.0], STEPS_PER_SECOND), x)
+        )
+
+    rows = (first(noise[0]), second(noise[1], wide, long), second(noise[2], rms, tall))
+    return np.stack([row[past:] for row in rows], axis=-1)
+
 
 CLOCK_OFFSET = 0.005
 """Of a box whose clock is off, s."""
@@ -164,34 +211,19 @@ def controls_of(
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class FlownCase:
-    """A case, flown: what the program gets, and what is true.
-
-    Attributes
-    ----------
-    case : Case
-    maneuvers : tuple of Maneuver
-    aircraft : Aircraft
-    model : Model or None
-        The baseline, where it is given.
-    truth : dict of str to float
-        Linear derivatives.
-    effects : mapping of str to float
-        Hidden effects and their true sizes.
-    shown : dict of str to dict of str to ndarray
-        By maneuver: what the instruments would have recorded without noise.
-    steady : dict of str to dict of str to ndarray
-        The same in still air, flown with the deflections that were measured: what a model that
-        lacks nothing computes.
-    """
+    """A case, flown: what the program gets, and what is true."""
 
     case: Case
     maneuvers: tuple[Maneuver, ...]
     aircraft: Aircraft
-    model: Model | None
-    truth: Mapping[str, float]
-    effects: Mapping[str, float]
+    model: Model | None  # The baseline, where it is given.
+    truth: Mapping[str, float]  # Linear derivatives.
+    effects: Mapping[str, float]  # Hidden effects and their true sizes.
     shown: Mapping[str, Mapping[str, FloatArray]]
+    """By maneuver: what the instruments would have recorded without noise."""
     steady: Mapping[str, Mapping[str, FloatArray]]
+    """The same in still air, flown with the deflections that were measured: what a model that lacks
+    nothing computes."""
 
 
 def truth_of(case: Case) -> dict[str, float]:

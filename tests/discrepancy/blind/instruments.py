@@ -58,26 +58,17 @@ SURFACES_BOX = ("de", "da", "dr", "flap")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Faults:
-    """Errors of instruments.
-
-    Attributes
-    ----------
-    scale, bias, delay, lag : mapping of str to float
-        By channel: recorded over true; SI; s; s.
-    reversed : tuple of str
-    swapped : tuple of (str, str)
-        Two channels whose wires were changed over.
-    flexing : mapping of str to float
-        Accelerometers on a structure with a mode at 4 Hz: share of the motion it adds.
-    """
+    """Errors of instruments."""
 
     scale: Mapping[str, float] = field(default_factory=dict)
     bias: Mapping[str, float] = field(default_factory=dict)
     delay: Mapping[str, float] = field(default_factory=dict)
     lag: Mapping[str, float] = field(default_factory=dict)
+    """By channel: recorded over true; SI; s; s."""
     reversed: tuple[str, ...] = ()
-    swapped: tuple[tuple[str, str], ...] = ()
+    swapped: tuple[tuple[str, str], ...] = ()  # Two channels whose wires were changed over.
     flexing: Mapping[str, float] = field(default_factory=dict)
+    """Accelerometers on a structure with a mode at 4 Hz: share of the motion it adds."""
 
 
 def exposed(aircraft: Aircraft, motion: Mapping[str, FloatArray]) -> dict[str, FloatArray]:

@@ -87,21 +87,11 @@ def _tanh(x: str, width: float) -> str:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class AirEffect:
-    """An effect on a coefficient.
+    """An effect on a coefficient."""
 
-    Attributes
-    ----------
-    coefficient : str
-        CN, CA, CY, Cl, Cm, Cn, or CX, CZ.
-    factors : str
-        JSBSim's XML of what the size is multiplied by.
-    typical : float
-        A size from which scaling starts.
-    """
-
-    coefficient: str
-    factors: str
-    typical: float
+    coefficient: str  # CN, CA, CY, Cl, Cm, Cn, or CX, CZ.
+    factors: str  # JSBSim's XML of what the size is multiplied by.
+    typical: float  # A size from which scaling starts.
 
 
 AIR: Mapping[str, AirEffect] = {

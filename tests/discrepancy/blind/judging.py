@@ -27,54 +27,30 @@ class Named:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Outcome:
-    """What the program answered, as much of it as is judged.
+    """What the program answered, as much of it as is judged."""
 
-    Attributes
-    ----------
-    id : str
-        Of the case.
-    verdict : str
-        ``failed`` where the program raised.
-    named : tuple of Named
-    open : tuple of tuple of str
-        Sets that it said it cannot tell apart.
-    ranking : tuple of str
-        Of the competition that the baseline faced.
-    values : tuple of str
-        Derivatives said to be wrong.
-    gust : float
-        rms that it says, m/s; 0 if it says none.
-    told_closed : float or None
-        Share of the reducible gap closed, by the program's own account.
-    closed : float or None
-        The same with the true floor.
-    coefficient, channel, maneuver : str
-        Where it sees the worst disagreement.
-    cpu : float
-        s.
-    error : str
-    """
-
-    id: str
-    verdict: str
+    id: str  # Of the case.
+    verdict: str  # ``failed`` where the program raised.
     named: tuple[Named, ...] = ()
-    ranking: tuple[str, ...] = ()
-    open: tuple[tuple[str, ...], ...] = ()
-    values: tuple[str, ...] = ()
-    gust: float = 0.0
+    ranking: tuple[str, ...] = ()  # Of the competition that the baseline faced.
+    open: tuple[tuple[str, ...], ...] = ()  # Sets that it said it cannot tell apart.
+    values: tuple[str, ...] = ()  # Derivatives said to be wrong.
+    gust: float = 0.0  # rms that it says, m/s; 0 if it says none.
     told_closed: float | None = None
-    closed: float | None = None
+    """Share of the reducible gap closed, by the program's own account."""
+    closed: float | None = None  # The same with the true floor.
     coefficient: str = ""
     channel: str = ""
     maneuver: str = ""
-    cpu: float = 0.0
+    """Where it sees the worst disagreement."""
+    cpu: float = 0.0  # s.
     error: str = ""
 
 
 def outcome_of(
     case: Case, answer: DiscrepancyResult, *, closed: float | None, cpu: float
 ) -> Outcome:
-    """Return what is judged of an answer; see `closing.closed_gap`."""
+    """Return what is judged of an answer; see `answering.closed_gap`."""
     worst = answer.disagreements[0] if answer.disagreements else None
     named = []
     for one in answer.effects:
@@ -116,44 +92,25 @@ def _number(value: float | None) -> float | None:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Marks:
-    """What was right; None where a question does not arise.
-
-    Attributes
-    ----------
-    verdict : bool
-    first, three : bool or None
-        The truth was named first; was among the first three of the ranking (or named).
-    ambiguity : bool or None
-        Where it said that effects cannot be told apart: whether the truth was among them.
-    deserved : bool or None
-        Where it said so: whether those that it did not name truly cannot.
-    false_name : bool
-        A name of the catalog that is not right.
-    abstained : bool or None
-        Outside the catalog: named nothing of it.
-    coefficient, maneuver : bool or None
-    closed : float or None
-    size_error : float or None
-        Relative.
-    covered : bool or None
-        The true size lies within the 95 % interval.
-    confidences : tuple of (float, bool)
-        Of each name said: how sure, and whether right.
-    """
+    """What was right; None where a question does not arise."""
 
     verdict: bool
     first: bool | None = None
     three: bool | None = None
+    """The truth was named first; was among the first three of the ranking (or named)."""
     ambiguity: bool | None = None
+    """Where it said that effects cannot be told apart: whether the truth was among them."""
     deserved: bool | None = None
-    false_name: bool = False
-    abstained: bool | None = None
+    """Where it said so: whether those that it did not name truly cannot."""
+    false_name: bool = False  # A name of the catalog that is not right.
+    abstained: bool | None = None  # Outside the catalog: named nothing of it.
     coefficient: bool | None = None
     maneuver: bool | None = None
     closed: float | None = None
-    size_error: float | None = None
-    covered: bool | None = None
+    size_error: float | None = None  # Relative.
+    covered: bool | None = None  # The true size lies within the 95 % interval.
     confidences: tuple[tuple[float, bool], ...] = field(default_factory=tuple)
+    """Of each name said: how sure, and whether right."""
 
     @property
     def first_or_ambiguous(self) -> bool | None:

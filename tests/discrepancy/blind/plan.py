@@ -36,51 +36,28 @@ DURATION = 10.0
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Move:
-    """One input: alternating pulses of a surface, or a lever moved to a new place.
-
-    Attributes
-    ----------
-    channel : str
-    shape : {"doublet", "3-2-1-1", "lever"}
-    size : float
-        rad, or the change of throttle.
-    width : float
-        Of a pulse (of the 1 of 3-2-1-1), s.
-    start : float
-        s.
-    """
+    """One input: alternating pulses of a surface, or a lever moved to a new place."""
 
     channel: str
     shape: str
-    size: float
-    width: float = 0.4
-    start: float = 1.0
+    size: float  # rad, or the change of throttle.
+    width: float = 0.4  # Of a pulse (of the 1 of 3-2-1-1), s.
+    start: float = 1.0  # s.
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Planned:
-    """One maneuver of the plan.
-
-    Attributes
-    ----------
-    id, flight, kind : str
-    speed : float
-        ft/s.
-    moves : tuple of Move
-    throttle : float or None
-        As in `Condition`.
-    flap, beta : float
-        deg.
-    """
+    """One maneuver of the plan."""
 
     id: str
     flight: str
     kind: str
-    speed: float
+    speed: float  # ft/s.
     moves: tuple[Move, ...]
-    throttle: float | None = None
+    throttle: float | None = None  # As in `Condition`.
     flap: float = 0.0
     beta: float = 0.0
+    """deg."""
 
     @property
     def inputs(self) -> tuple[str, ...]:
@@ -188,15 +165,10 @@ def _pulses(times: FloatArray, start: float, widths: Sequence[float]) -> FloatAr
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Handled:
-    """What hands did in one maneuver, at every step of JSBSim, the settling time included.
-
-    Attributes
-    ----------
-    changes : ndarray, shape (n_steps, 5)
-        Of the controls' commands from trim, in the order of `CONTROLS`.
-    """
+    """What hands did in one maneuver, at every step of JSBSim, the settling time included."""
 
     changes: FloatArray
+    """Shape (n_steps, 5). Of the controls' commands from trim, in the order of `CONTROLS`."""
 
     def levers(self, trim: Trim) -> FloatArray:
         commands = np.array(trim.controls) + self.changes

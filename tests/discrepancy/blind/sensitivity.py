@@ -50,11 +50,11 @@ from tests.discrepancy.blind.flying import (
     controls_of,
     engine_for,
     faults_of,
+    lengths,
     shipped_aircraft,
     true_derivatives,
     truth_of,
 )
-from tests.discrepancy.blind.gusts import lengths
 from tests.discrepancy.blind.instruments import (
     COLOR_TIME,
     COLORED,
@@ -443,21 +443,11 @@ def _shares(total: FloatArray, names: Sequence[str], own: str) -> FloatArray:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Showing:
-    """What all known effects show in a plan that is flown and recorded one way.
+    """What all known effects show in a plan that is flown and recorded one way."""
 
-    Attributes
-    ----------
-    per_size : dict of str to float
-        Standard deviations for each unit away from neutral.
-    alike : dict of str to dict of str to float
-        Cosines between effects, those above 0.6 in size.
-    where : dict of str to dict of str to float
-        By effect: share of each maneuver in what it shows.
-    """
-
-    per_size: Mapping[str, float]
-    alike: Mapping[str, Mapping[str, float]]
-    where: Mapping[str, Mapping[str, float]]
+    per_size: Mapping[str, float]  # Standard deviations for each unit away from neutral.
+    alike: Mapping[str, Mapping[str, float]]  # Cosines between effects, those above 0.6 in size.
+    where: Mapping[str, Mapping[str, float]]  # By effect: share of each maneuver in what it shows.
 
 
 _ALIKE = 0.6

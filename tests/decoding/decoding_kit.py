@@ -2,10 +2,8 @@
 
 from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
-from types import SimpleNamespace
 
 import numpy as np
-import pytest
 
 from gsapp.decoding.decoder import Decoder
 from gsapp.decoding.dialect import dialect
@@ -79,15 +77,3 @@ def write_map(folder: Path, text: str) -> Path:
     path = folder / "map.toml"
     path.write_text(text, encoding="utf-8")
     return path
-
-
-@pytest.fixture(scope="session")
-def cases() -> SimpleNamespace:
-    return SimpleNamespace(
-        HOST=HOST,
-        Sender=Sender,
-        gather=gather,
-        decode_in_chunks=decode_in_chunks,
-        assert_same=assert_same,
-        write_map=write_map,
-    )
