@@ -73,7 +73,7 @@ def run(
     from calibration.curve_selection import create_certificate, fit_calibration
     from calibration.drift import compute_drift
     from calibration.points_file import load_points
-    from calibration.remarks import collect_remarks
+    from calibration.quality import collect_remarks
     from gsapp.cli._json_output import format_json, is_stdout, write_json
     from gsapp.cli._usage_errors import as_usage_error
     from gsapp.foundation import GroundStationError
@@ -127,7 +127,7 @@ def run(
 def _write_report(
     certificate: Certificate, file: Path, former: Sequence[Certificate], report: Path
 ) -> None:
-    from calibration.certificate_overview import evaluate_certificate
+    from calibration.certificate_store import evaluate_certificate
     from gsapp.flight.info import local_timestamp
     from gsapp.report.certificate_report import write_certificate_report
 

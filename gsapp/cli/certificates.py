@@ -14,7 +14,7 @@ from gsapp.cli._tables import print_unwrapped
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from calibration.certificate_overview import CertificateOverview, CertificateStatus
+    from calibration.certificate_store import CertificateOverview, CertificateStatus
     from calibration.validity import CalibrationInForce, CalibrationStatus
 
 _WIDE = 100
@@ -47,7 +47,7 @@ def run(
     GroundStationError
         If there are none, one holds mistakes, or a page cannot be written.
     """
-    from calibration.certificate_overview import load_certificate_overview
+    from calibration.certificate_store import load_certificate_overview
     from calibration.validity import CalibrationInForce
     from gsapp.cli._console import PlainConsole
     from gsapp.cli._json_output import format_json, is_stdout, write_json

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from matplotlib.typing import FillStyleType
 
     from calibration import Certificate
-    from calibration.certificate_overview import CertificateStatus
+    from calibration.certificate_store import CertificateStatus
     from calibration.quality import CalibrationQuality
 
 CERTIFICATE_FIGURE_HEIGHT = 2.6

@@ -11,7 +11,7 @@ from typing import Literal
 import numpy as np
 
 from calibration import Certificate
-from calibration.certificate_overview import CertificateStatus
+from calibration.certificate_store import CertificateStatus
 from calibration.polynomial_fit import evaluate_polynomial
 from calibration.quality import CalibrationQuality
 from calibration.settings import FIT_ORDER_TITLES
@@ -44,7 +44,7 @@ def write_certificate_report(
     Parameters
     ----------
     standing : CertificateStatus
-        The certificate with its quality and the one before (`calibration.certificate_overview`).
+        The certificate with its quality and the one before (`calibration.certificate_store`).
     path : Path
         Ends in ``.html`` or ``.pdf``.
     written : str

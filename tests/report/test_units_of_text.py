@@ -10,7 +10,7 @@ from matplotlib.figure import FigureBase
 from rich.console import Console
 
 from calibration import load_certificate
-from calibration.certificate_overview import evaluate_certificate
+from calibration.certificate_store import evaluate_certificate
 from calibration.certificate_toml import SHIPPED_CERTIFICATES_FOLDER
 from gsapp.cli._discrepancy_text import print_discrepancy
 from gsapp.cli._options import DISPLAY_UNITS

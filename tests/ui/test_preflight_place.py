@@ -11,8 +11,7 @@ from PySide6.QtWidgets import QAbstractButton, QApplication, QComboBox, QFileDia
 from pytestqt.qtbot import QtBot
 
 from calibration import load_certificates, write_certificate
-from calibration.certificate_store import CertificateStore
-from calibration.check_record import CheckRecord
+from calibration.certificate_store import CertificateStore, CheckRecord
 from calibration.drift import CheckResult
 from calibration.plan import CALIBRATION_PLANS
 from calibration.validity import CalibrationInForce
@@ -40,10 +39,9 @@ from tests.ui.window_kit import (
 from ui.dialogs.flight_requests import ConnectRequest
 from ui.main_window import MainWindow
 from ui.number_format import MINUS
-from ui.preflight.calibration_controller import CalibrationController
-from ui.preflight.calibration_folder import CalibrationFolder
-from ui.preflight.card_editor_fields import find_cards_state
-from ui.preflight.flight_card_text import list_missing_values
+from ui.preflight.calibration_controller import CalibrationController, CalibrationFolder
+from ui.preflight.card_set_model import find_cards_state
+from ui.preflight.flight_card_fields import list_missing_values
 from ui.preflight.preflight_model import PreflightModel
 from ui.preflight.preflight_steps import PREFLIGHT_STEPS
 from ui.preflight.wizard_rows import list_instrument_statuses

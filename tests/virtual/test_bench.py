@@ -5,8 +5,9 @@ import itertools
 import numpy as np
 import pytest
 
-from calibration import CalibrationPoint, fit_points
+from calibration import CalibrationPoint
 from calibration.adc import ADC_RESOLUTION
+from calibration.curve_selection import fit_calibration
 from gsapp.foundation import FlightError
 from gsapp.virtual.ad_converter import DAQ_CHANNELS
 from gsapp.virtual.bench import POTENTIOMETERS, BenchFault, VirtualBench, parse_bench_fault
@@ -32,7 +33,7 @@ def readings(bench: VirtualBench, channel: str) -> list[CalibrationPoint]:
 def test_points_taken_by_hand_give_the_true_curve(channel: str, seed: int) -> None:
     bench = VirtualBench(seed)
     points = readings(bench, channel)
-    fit = fit_points(points, 3)
+    fit = fit_calibration(points, degree=3).fit
     potentiometer = bench.potentiometers[channel]
     angles = np.linspace(-20.0, 20.0, 41)
     found = np.polynomial.Polynomial(fit.coefficients)(potentiometer.volts(angles))

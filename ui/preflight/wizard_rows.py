@@ -1,4 +1,4 @@
-"""Beside the large number: points, what the curve is worth, what not to pass over, the end."""
+"""Beside the large number: figure, points, what the curve is worth, remarks, the end."""
 
 from __future__ import annotations
 
@@ -10,10 +10,11 @@ from gsapp.quantities import channel, convert_text_units, from_si
 from ui.display_limits import DISPLAY
 from ui.icons import IndicatorState
 from ui.number_format import DASH, symbol_text
-from ui.preflight.calibration_folder import CalibrationFolder, current_local_time
-from ui.preflight.calibration_point_list import CalibrationPointRow
-from ui.preflight.wizard_start_panel import InstrumentStatus
-from ui.preflight.wizard_summary_panel import CombinedDeflection, InstrumentOutcome
+from ui.preflight.aircraft_figures import AircraftPoseFigure
+from ui.preflight.calibration_charts import CalibrationPointRow
+from ui.preflight.calibration_controller import CalibrationFolder, current_local_time
+from ui.preflight.surface_motion_view import SurfaceFigure
+from ui.preflight.wizard_panels import CombinedDeflection, InstrumentOutcome, InstrumentStatus
 from ui.preflight.wizard_text import (
     describe_shift,
     error_text,
@@ -29,6 +30,52 @@ if TYPE_CHECKING:
     from calibration.plan import CalibrationPlan, InstrumentPlan
     from calibration.wizard import WizardView
     from gsapp.session import SampleHistory
+
+
+def select_figure(view: WizardView) -> SurfaceFigure | AircraftPoseFigure | None:
+    """Return the aircraft as it stands, or as it is to be laid or turned."""
+    instrument = view.instrument
+    if instrument is None:
+        return None
+    if instrument.is_angle_sensor:
+        return _surface_figure(view, instrument)
+    if view.phase == "gyro_turn":
+        return AircraftPoseFigure(
+            kind="turn",
+            accessible_text=view.prompt,
+            axis=instrument.channel,
+            angle=view.target or 0.0,
+            turned=view.amount or 0.0,
+        )
+    if view.phase == "accel_position" and view.position is not None:
+        return AircraftPoseFigure(kind="lie", accessible_text=view.prompt, position=view.position)
+    if view.phase == "pressure_zero":
+        return AircraftPoseFigure(kind="cover", accessible_text=view.prompt)
+    if view.phase == "pressure_blow":
+        return AircraftPoseFigure(kind="blow", accessible_text=view.prompt)
+    return AircraftPoseFigure(kind="still", accessible_text=view.prompt)
+
+
+def _surface_figure(view: WizardView, instrument: InstrumentPlan) -> SurfaceFigure:
+    where = instrument.positive.rpartition(" ")[2]
+    settings = [slot.value for slot in view.remaining] + [point.value for point in view.points]
+    return SurfaceFigure(
+        channel=instrument.channel,
+        title=instrument.title,
+        view="above" if where in ("left", "right") else "side",
+        kind="vane" if instrument.kind == "vane" else "surface",
+        sense=1 if where in ("down", "left") else -1,
+        ticks=tuple(sorted({*instrument.settings, *settings})),
+        angle=view.current_value,
+        target=_target_angle(view, instrument),
+    )
+
+
+def _target_angle(view: WizardView, instrument: InstrumentPlan) -> float | None:
+    """Return where the surface is wanted; while its sign is proven, well to the positive side."""
+    if view.phase == "sign":
+        return max(instrument.settings)
+    return view.target if view.phase == "points" else None
 
 
 def list_instrument_statuses(
@@ -68,7 +115,6 @@ def list_instrument_statuses(
 
 
 def _calibrated_text(certificate: Certificate | None) -> str:
-    """Return when an instrument was calibrated and by whom."""
     if certificate is None:
         return tr("uncalibrated")
     if certificate.who == SHIPPED_EXAMPLE:
@@ -79,7 +125,6 @@ def _calibrated_text(certificate: Certificate | None) -> str:
 
 
 def _check_text(check: CheckResult, instrument: InstrumentPlan) -> str:
-    """Return what a check has found, in few words."""
     verdict = tr("holds") if check.passed else tr("has moved")
     what, size = describe_shift(check, instrument)
     return f"{verdict}: {what} {size}"

@@ -8,7 +8,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from calibration.inertial import Position, specific_force
+from calibration.inertial.accelerometers import Position, specific_force
 from gsapp.foundation import FlightError
 from gsapp.quantities import FloatArray
 from gsapp.virtual.bench.operator_motion import AttitudeMovement, TableRotation

@@ -8,7 +8,7 @@ import threading
 from collections.abc import Callable, Iterator, Mapping
 from typing import IO, Protocol, get_args
 
-from calibration.inertial import Position
+from calibration.inertial.accelerometers import Position
 from gsapp.foundation import FlightError, LinkError
 from gsapp.telemetry.clock import Clock
 from gsapp.telemetry.link_registry import parse_link

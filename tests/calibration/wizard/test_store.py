@@ -7,8 +7,8 @@ import pytest
 
 import calibration.certificate_store
 from calibration import CalibrationError, CalibrationPoint, Certificate, load_certificates
-from calibration.certificate_store import CertificateStore
-from calibration.check_record import CheckRecord
+from calibration.certificate_store import CertificateStore, CheckRecord
+from calibration.curve_selection import create_certificate, fit_calibration
 from calibration.drift import CheckResult
 from gsapp.foundation import UnknownNameError
 
@@ -17,9 +17,10 @@ DAY = dt.datetime(2026, 5, 12, 8, 0)  # noqa: DTZ001 - a field's local time
 
 def certificate(day: int, channel: str = "rudder") -> Certificate:
     points = [CalibrationPoint(volts=1.0 + at, value=10.0 * at + day) for at in range(3)]
-    return Certificate.from_points(
-        channel, "deg", points, degree=1, who="crew", stamp=DAY.replace(day=day)
-    )
+    return create_certificate(
+        fit_calibration(points, degree=1), points, channel_id=channel, unit="deg", who="crew",
+        stamp=DAY.replace(day=day),
+    )  # fmt: skip
 
 
 def check_of(in_force: Certificate, stamp: dt.datetime, *, passed: bool = True) -> CheckRecord:
