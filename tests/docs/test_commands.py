@@ -20,6 +20,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 import pytest
+from typer.main import get_command
 from typer.testing import CliRunner
 
 from gsapp.cli.main import app
@@ -125,7 +126,13 @@ def pages(tmp_path_factory: pytest.TempPathFactory) -> Iterator[PageRunner]:
         yield PageRunner()
 
 
-@pytest.mark.parametrize("index", range(len(STEPS)), ids=lambda index: STEPS[index].page)
+@pytest.mark.parametrize(
+    "index",
+    [
+        pytest.param(n, id=step.page, marks=[pytest.mark.long] * (step.page != "tutorial"))
+        for n, step in enumerate(STEPS)
+    ],
+)
 def test_the_commands_run_in_the_order_shown(pages: PageRunner, index: int) -> None:
     pages.run_through(index)
 
@@ -144,6 +151,15 @@ def test_the_tutorial_gives_the_derivatives_that_it_shows(pages: PageRunner) -> 
     assert Path("results", "report.html").is_file()
 
 
+@pytest.mark.parametrize("line", sorted({line for step in STEPS for line in step.lines}))
+def test_each_command_and_option_shown_exists(line: str) -> None:
+    words = shlex.split(line)
+    if words[0] == "gsapp":
+        with pytest.raises(SystemExit, match="0"):
+            get_command(app)([words[1], *words[2:], "--help"], standalone_mode=True)
+
+
+@pytest.mark.long
 def test_the_guide_finds_the_effect_that_it_hid(pages: PageRunner) -> None:
     pages.run_through(max(n for n, step in enumerate(STEPS) if step.page.endswith("effect")))
     found = json.loads(Path("missing", "discrepancy.json").read_text(encoding="utf-8"))

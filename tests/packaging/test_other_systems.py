@@ -10,6 +10,7 @@ ROOT = Path(__file__).parents[2]
 PACKAGES = ("gsapp", "calibration")
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("platform", sorted({"linux", "darwin", "win32"} - {sys.platform}))
 def test_what_asks_for_the_system_has_its_types_right_on_all(tmp_path: Path, platform: str) -> None:
     asking = [
