@@ -165,28 +165,16 @@ class CertificateStore:
                 write_toml(self._following(channel_id, _SKIPPED), skipped.model_dump())
             self._put_right(channel_id)
 
-    def withdraw(self, channel_id: str, stamp: datetime | None = None) -> None:
-        """Withdraw what is in force; what was before it is in force again, or nothing.
+    def withdraw(self, channel_id: str, stamp: datetime) -> None:
+        """Withdraw what is in force if it carries this stamp; what was before is in force again.
 
         The withdrawn certificate is kept in the history under another name.
-
-        Parameters
-        ----------
-        stamp : datetime, optional
-            Withdraw only what carries this stamp: asking twice then withdraws once.
-
-        Raises
-        ------
-        CalibrationError
-            If there is nothing to withdraw.
         """
         with self._alone():
             newest = self._newest(channel_id)
-            if newest is None and stamp is not None:
-                return
             if newest is None:
-                raise CalibrationError(f"no certificate of {channel_id} is in force; calibrate it")
-            if stamp is None or _stamp_of(newest) == stamp.replace(microsecond=0):
+                return
+            if _stamp_of(newest) == stamp.replace(microsecond=0):
                 newest.rename(newest.with_name(f"{newest.name}{_WITHDRAWN}"))
             self._put_right(channel_id)
 

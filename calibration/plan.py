@@ -142,17 +142,12 @@ class CalibrationPlan:
                 return instrument
         raise UnknownNameError(
             f"the calibration plan '{self.name}' has no '{channel_id}'; it has "
-            f"{self.channel_list_text}"
+            f"{', '.join(self.channels)}"
         )
 
     @property
     def channels(self) -> tuple[str, ...]:
         return tuple(instrument.channel for instrument in self.instruments)
-
-    @property
-    def channel_list_text(self) -> str:
-        """Return its channels for a sentence."""
-        return ", ".join(self.channels)
 
     def select_kinds(self, kinds: Sequence[InstrumentKind]) -> CalibrationPlan:
         """Return the plan reduced to instruments of these kinds."""

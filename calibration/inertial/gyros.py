@@ -78,7 +78,6 @@ def evaluate_turn(
     *,
     angle: float,
     turning: tuple[float, float],
-    angle_error: float = INERTIAL.turn_angle_error,
     factory: Mapping[str, FactoryCalibration] | None = None,
 ) -> Turn:
     """Return what a gyro makes of a turn.
@@ -93,8 +92,6 @@ def evaluate_turn(
         That was turned, deg, with its sign.
     turning : tuple of float
         When the turn began and ended; everything outside was rest. `TurnMonitor` finds it.
-    angle_error : float
-        Half width at 95 % of each end of the turn as set by hand, deg.
     factory : mapping of str to FactoryCalibration, optional
         Volts per unit; of the model airliner by default.
 
@@ -116,7 +113,7 @@ def evaluate_turn(
     own = moved[channel]
     k = own.area / angle
     seconds = end - start
-    in_angle = abs(k) * math.sqrt(2.0) * angle_error / abs(angle)
+    in_angle = abs(k) * math.sqrt(2.0) * INERTIAL.turn_angle_error / abs(angle)
     in_zero = own.zero_uncertainty * own.seconds / abs(angle)
     shares = {name: each.area / (figures[name].sensitivity * angle) for name, each in moved.items()}
     return Turn(

@@ -105,9 +105,7 @@ class TurnMonitor:
             seconds=self._ended - self._began,
         )
 
-    def detected_turn(
-        self, channel: str, angle: float, *, angle_error: float = INERTIAL.turn_angle_error
-    ) -> Turn:
+    def detected_turn(self, channel: str, angle: float) -> Turn:
         """Return the turn that was seen, about the axis of a gyro, through a known angle (deg).
 
         Raises
@@ -125,7 +123,6 @@ class TurnMonitor:
             {name: volts[:, index] for index, name in enumerate(self._channels)},
             angle=angle,
             turning=(self._began, self._ended),
-            angle_error=angle_error,
             factory=self._factory,
         )
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from datetime import datetime
 
-from calibration.instrument_faults import InstrumentFault
 from calibration.plan import InstrumentPlan
 from calibration.pressures import GroundAir
 from calibration.wizard import wizard_text
@@ -218,7 +217,7 @@ class AngleProcedure(CalibrationProcedure[AngleProgress]):
     def _confirm_sign(self) -> StepDraft | ActionFeedback:
         """Take the crew's word that it was moved as asked."""
         faults = self._faults.diagnose_after_movement()
-        hindering = _first(faults)
+        hindering = next((one for one in faults if one.kind in _BLOCKING_FAULTS), None)
         if hindering is not None:
             return ActionFeedback(message=hindering.sentence, tone="error")
         self._look = self._watch.detect_sign(confirmed=True)
@@ -270,7 +269,3 @@ class AngleProcedure(CalibrationProcedure[AngleProgress]):
             )
         added = self._instrument.format_setting(value)
         return StepDraft(kind="add", data={"value": value}, message=f"added: {added}", tone="")
-
-
-def _first(faults: tuple[InstrumentFault, ...]) -> InstrumentFault | None:
-    return next((fault for fault in faults if fault.kind in _BLOCKING_FAULTS), None)

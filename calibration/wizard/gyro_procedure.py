@@ -7,8 +7,6 @@ from datetime import datetime
 
 from calibration.inertial.accelerometers import ACCELEROMETERS
 from calibration.inertial.gyros import (
-    GyroZero,
-    Turn,
     create_inertial_rest_monitor,
     gyro_certificate,
     gyro_zero,
@@ -173,8 +171,10 @@ class GyroProcedure(CalibrationProcedure[GyroProgress]):
                 doubts.append(str(error))
                 continue
             certificates.append(certificate)
-            doubts += _gyro_issues(zero, turns)
-            remarks += [zero.verdict.sentence, *_passed(turns)]
+            verdicts = [zero.verdict, *(turn.verdict for turn in turns)]
+            doubts += [one.sentence for one in verdicts if not one.passed]
+            remarks += [zero.verdict.sentence]
+            remarks += [one.sentence for one in verdicts[1:] if one.passed]
         return CalibrationOutcome(
             certificates=tuple(certificates),
             uncalibrated=uncalibrated,
@@ -240,12 +240,3 @@ _UPRIGHT: Mapping[str, str] = {
     "q": "Put the aircraft on the turntable, one wing straight up.",
     "r": "Put the aircraft on the turntable, upright.",
 }
-
-
-def _gyro_issues(zero: GyroZero, turns: list[Turn]) -> list[str]:
-    verdicts = [zero.verdict, *(turn.verdict for turn in turns)]
-    return [verdict.sentence for verdict in verdicts if not verdict.passed]
-
-
-def _passed(turns: list[Turn]) -> list[str]:
-    return [turn.verdict.sentence for turn in turns if turn.verdict.passed]

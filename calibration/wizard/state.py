@@ -6,7 +6,7 @@ go on at the same point, and what makes undo a matter of the state before.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 from typing import Any, Literal
@@ -119,50 +119,26 @@ class AngleProgress:
 
     def apply(self, step: JournalStep) -> AngleProgress:
         """Return the work that a step leads to."""
-        return _ANGLE_EFFECTS[step.kind](self, step)
-
-
-def _sign(work: AngleProgress, step: JournalStep) -> AngleProgress:
-    return replace(work, rising=bool(step.data["rising"]))
-
-
-def _point(work: AngleProgress, step: JournalStep) -> AngleProgress:
-    taken = RecordedPoint(**{name: step.data[name] for name in RecordedPoint.__slots__})
-    return replace(work, points=(*work.points, taken))
-
-
-def _repeat(work: AngleProgress, step: JournalStep) -> AngleProgress:
-    index = int(step.data["index"])
-    return replace(work, points=work.points[:index] + work.points[index + 1 :])
-
-
-def _delete(work: AngleProgress, step: JournalStep) -> AngleProgress:
-    slot = work.points[int(step.data["index"])].slot
-    return replace(_repeat(work, step), left_out=work.left_out | {slot})
-
-
-def _leave_out(work: AngleProgress, step: JournalStep) -> AngleProgress:
-    return replace(work, left_out=work.left_out | {int(step.data["slot"])})
-
-
-def _add(work: AngleProgress, step: JournalStep) -> AngleProgress:
-    slot = ScheduledSetting(value=float(step.data["value"]), direction="single")
-    return replace(work, slots=(*work.slots, slot))
-
-
-def _degree(work: AngleProgress, step: JournalStep) -> AngleProgress:
-    return replace(work, degree=step.data["degree"])
-
-
-_ANGLE_EFFECTS: Mapping[str, Callable[[AngleProgress, JournalStep], AngleProgress]] = {
-    "sign": _sign,
-    "point": _point,
-    "repeat": _repeat,
-    "delete": _delete,
-    "leave_out": _leave_out,
-    "add": _add,
-    "degree": _degree,
-}
+        data = step.data
+        match step.kind:
+            case "sign":
+                return replace(self, rising=bool(data["rising"]))
+            case "point":
+                taken = RecordedPoint(**{name: data[name] for name in RecordedPoint.__slots__})
+                return replace(self, points=(*self.points, taken))
+            case "repeat" | "delete":
+                index = int(data["index"])
+                gone = {self.points[index].slot} if step.kind == "delete" else set()
+                points = self.points[:index] + self.points[index + 1 :]
+                return replace(self, points=points, left_out=self.left_out | gone)
+            case "leave_out":
+                return replace(self, left_out=self.left_out | {int(data["slot"])})
+            case "add":
+                slot = ScheduledSetting(value=float(data["value"]), direction="single")
+                return replace(self, slots=(*self.slots, slot))
+            case "degree":
+                return replace(self, degree=data["degree"])
+        raise KeyError(step.kind)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -205,7 +181,7 @@ class GyroProgress:
     def apply(self, step: JournalStep) -> GyroProgress:
         """Return the work that a step leads to."""
         if step.kind == "still":
-            return replace(self, rest=_rest_from_json(step.data["rest"]))
+            return replace(self, rest=RestPeriod(**step.data["rest"]))
         if step.kind == "turn":
             turn = (int(step.data["slot"]), _turn_from_json(step.data["turn"]))
             return replace(self, turns=(*self.turns, turn))
@@ -238,7 +214,7 @@ class AccelerometerProgress:
         """Return the work that a step leads to."""
         if step.kind == "position":
             reading = PositionReading(
-                position=step.data["position"], rest=_rest_from_json(step.data["rest"])
+                position=step.data["position"], rest=RestPeriod(**step.data["rest"])
             )
             return replace(self, readings=(*self.readings, reading))
         index = int(step.data["index"])
@@ -267,16 +243,12 @@ class PressureProgress:
         if step.kind == "zero":
             # Journals from before that was looked at say nothing of it.
             lull = bool(step.data.get("lull", False))
-            return replace(self, zero=_rest_from_json(step.data["rest"]), in_wind=lull)
+            return replace(self, zero=RestPeriod(**step.data["rest"]), in_wind=lull)
         if step.kind == "blow":
             return replace(self, blow_detected=True)
         if step.kind == "leave_out":
             return replace(self, left_out=True)
         return PressureProgress()
-
-
-def _rest_from_json(content: Mapping[str, Any]) -> RestPeriod:
-    return RestPeriod(**content)
 
 
 def _turn_from_json(content: Mapping[str, Any]) -> Turn:
@@ -393,11 +365,20 @@ class WizardState:
 
     def apply(self, step: JournalStep) -> WizardState:
         """Return the state that a step leads to."""
-        effect = _EFFECTS.get(step.kind)
-        if effect is not None:
-            return effect(self, step)
-        work = self.progress[step.channel].apply(step)
-        return replace(self, progress={**self.progress, step.channel: work})
+        key = step.channel
+        match step.kind:
+            case "begin":
+                return replace(self, begun=True).advance_from("")
+            case "accept" | "skip":
+                closings = {name: one for name, one in self.closing_steps.items() if name != key}
+                return replace(self, closing_steps={**closings, key: step}).advance_from(key)
+            case "open":
+                return replace(self, begun=True, current_key=key)
+            case "air":
+                return replace(self, ground_air=GroundAir(**step.data))
+            case "abort":
+                return replace(self, aborted=True, current_key="")
+        return replace(self, progress={**self.progress, key: self.progress[key].apply(step)})
 
     def advance_from(self, key: str) -> WizardState:
         """Return the state with the next open group after `current_key` at hand."""
@@ -426,34 +407,3 @@ def _initial_progress(
         return PressureProgress()
     slots = build_schedule(first, mode, any_side=any_side)
     return AngleProgress(slots=slots, rising=rising.get(first.channel))
-
-
-def _begin(state: WizardState, _step: JournalStep) -> WizardState:
-    return replace(state, begun=True).advance_from("")
-
-
-def _close(state: WizardState, step: JournalStep) -> WizardState:
-    closings = {name: one for name, one in state.closing_steps.items() if name != step.channel}
-    return replace(state, closing_steps={**closings, step.channel: step}).advance_from(step.channel)
-
-
-def _open(state: WizardState, step: JournalStep) -> WizardState:
-    return replace(state, begun=True, current_key=step.channel)
-
-
-def _air(state: WizardState, step: JournalStep) -> WizardState:
-    return replace(state, ground_air=GroundAir(**step.data))
-
-
-def _abort(state: WizardState, _step: JournalStep) -> WizardState:
-    return replace(state, aborted=True, current_key="")
-
-
-_EFFECTS: Mapping[str, Callable[[WizardState, JournalStep], WizardState]] = {
-    "begin": _begin,
-    "accept": _close,
-    "skip": _close,
-    "open": _open,
-    "air": _air,
-    "abort": _abort,
-}

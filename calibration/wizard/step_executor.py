@@ -8,6 +8,7 @@ nothing where it was done already.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from datetime import datetime
 from pathlib import Path
 from typing import Any
@@ -264,11 +265,7 @@ class StepExecutor:
         self._renew()
 
     def _renew(self) -> None:
-        self.reference = ReferenceCertificates(
-            former=self.reference.former,
-            current=self._store.in_force(),
-            nominal=self.reference.nominal,
-        )
+        self.reference = replace(self.reference, current=self._store.in_force())
 
 
 def has_unfinished_calibration(journal: Path) -> bool:

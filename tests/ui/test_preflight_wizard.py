@@ -3,6 +3,7 @@
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import replace
+from datetime import UTC, datetime
 from itertools import product
 from pathlib import Path
 from types import SimpleNamespace
@@ -258,12 +259,13 @@ def test_one_instrument_is_calibrated_again_by_itself(at_bench: Open, way: str) 
 
 def test_the_others_keep_their_certificates(at_bench: Open) -> None:
     window = at_bench("elevator_left", "rudder")
-    store, shipped = window.page.folder.store, load_certificates("b777")
+    store = window.page.folder.store
+    morning = datetime(2026, 5, 12, 8, 0, tzinfo=UTC)
     for name in ("elevator_left", "rudder"):
-        store.put_in_force(shipped[name])
+        store.put_in_force(replace(load_certificates("b777")[name], stamp=morning))
     window.page.calibrate_instrument("rudder")
     work_through(window, "done")
-    assert store.in_force()["elevator_left"].stamp == shipped["elevator_left"].stamp
+    assert store.in_force()["elevator_left"].stamp == morning
     assert len(store.history("rudder")) == 2
     assert len(store.history("elevator_left")) == 1
     window.press(KEY.Key_Space)

@@ -231,14 +231,19 @@ def _paint_outline(
     painter.rotate(turn)
     painter.scale(scale, scale)
     painter.translate(-0.5 * outline.size[0], -0.5 * outline.size[1])
-    pen = QPen(look.color("text"), look.px(1.5))
+    paint_body(painter, look, outline, "text")
+    painter.restore()
+
+
+def paint_body(painter: QPainter, look: DisplayStyle, outline: AircraftOutline, ink: str) -> None:
+    """Draw what does not move, in the units of the outline."""
+    pen = QPen(look.color(ink), look.px(1.5))
     pen.setCosmetic(True)
     pen.setJoinStyle(Qt.PenJoinStyle.RoundJoin)
     painter.setPen(pen)
     painter.setBrush(body_color(look))
     for shape in outline.shapes:
         painter.drawPolygon(to_polygon(shape))
-    painter.restore()
 
 
 def _paint_turn(

@@ -19,6 +19,7 @@ from ui.preflight.aircraft_figures import (
     MovingPart,
     ViewDirection,
     body_color,
+    paint_body,
     paint_pose,
     to_polygon,
 )
@@ -121,7 +122,6 @@ class SurfaceMotionView(QWidget):
     def _paint_whole(
         self, painter: QPainter, box: QRectF, outline: AircraftOutline, figure: SurfaceFigure
     ) -> None:
-        look = self._look
         part = outline.parts.get(figure.channel)
         whole = QRectF(0.0, 0.0, *outline.size)
         if part is not None:
@@ -132,13 +132,7 @@ class SurfaceMotionView(QWidget):
         painter.translate(box.center())
         painter.scale(scale, scale)
         painter.translate(-whole.center())
-        pen = QPen(look.color("muted"), look.px(1.5))
-        pen.setCosmetic(True)
-        pen.setJoinStyle(Qt.PenJoinStyle.RoundJoin)
-        painter.setPen(pen)
-        painter.setBrush(body_color(look))
-        for shape in outline.shapes:
-            painter.drawPolygon(to_polygon(shape))
+        paint_body(painter, self._look, outline, "muted")
         if part is not None:
             self._paint_part(painter, part, figure, outline)
         painter.restore()

@@ -10,7 +10,7 @@ from gsapp.quantities import channel, convert_text_units, from_si
 from ui.display_limits import DISPLAY
 from ui.icons import IndicatorState
 from ui.number_format import DASH, symbol_text
-from ui.preflight.aircraft_figures import AircraftPoseFigure
+from ui.preflight.aircraft_figures import AircraftPoseFigure, PoseKind
 from ui.preflight.calibration_charts import CalibrationPointRow
 from ui.preflight.calibration_controller import CalibrationFolder, current_local_time
 from ui.preflight.surface_motion_view import SurfaceFigure
@@ -49,11 +49,8 @@ def select_figure(view: WizardView) -> SurfaceFigure | AircraftPoseFigure | None
         )
     if view.phase == "accel_position" and view.position is not None:
         return AircraftPoseFigure(kind="lie", accessible_text=view.prompt, position=view.position)
-    if view.phase == "pressure_zero":
-        return AircraftPoseFigure(kind="cover", accessible_text=view.prompt)
-    if view.phase == "pressure_blow":
-        return AircraftPoseFigure(kind="blow", accessible_text=view.prompt)
-    return AircraftPoseFigure(kind="still", accessible_text=view.prompt)
+    kinds: dict[str, PoseKind] = {"pressure_zero": "cover", "pressure_blow": "blow"}
+    return AircraftPoseFigure(kind=kinds.get(view.phase, "still"), accessible_text=view.prompt)
 
 
 def _surface_figure(view: WizardView, instrument: InstrumentPlan) -> SurfaceFigure:
@@ -229,31 +226,27 @@ def list_outcomes(view: WizardView, plan: CalibrationPlan) -> tuple[InstrumentOu
         certificate = view.certificates.get(name)
         check = view.accepted_checks.get(name)
         if check is not None:
-            words = _check_text(check, instrument)
-            found.append(
-                InstrumentOutcome(title=instrument.title, text=words, is_calibrated=check.passed)
-            )
+            words, good = _check_text(check, instrument), check.passed
         elif name in view.skipped:
             left = tr("uncalibrated") if view.mode == "full" else tr("not checked")
-            words = f"{left}: {view.skipped[name]}"
-            found.append(InstrumentOutcome(title=instrument.title, text=words, is_calibrated=False))
+            words, good = f"{left}: {view.skipped[name]}", False
         elif certificate is not None:
-            quality = certificate.quality
-            width = quality.uncertainty if quality is not None else None
-            parts = [
-                FIT_ORDER_TITLES[certificate.degree],
-                tr("within ±{error}").format(error=error_text(width, instrument))
-                if width is not None
-                else "",
-                tr("hysteresis {error}").format(
-                    error=error_text(certificate.hysteresis, instrument)
-                )
-                if certificate.hysteresis
-                else "",
-            ]
-            words = ", ".join(part for part in parts if part)
-            found.append(InstrumentOutcome(title=instrument.title, text=words, is_calibrated=True))
+            words, good = _certificate_text(certificate, instrument), True
+        else:
+            continue
+        found.append(InstrumentOutcome(title=instrument.title, text=words, is_calibrated=good))
     return tuple(found)
+
+
+def _certificate_text(certificate: Certificate, instrument: InstrumentPlan) -> str:
+    parts = [FIT_ORDER_TITLES[certificate.degree]]
+    width = certificate.quality.uncertainty if certificate.quality is not None else None
+    if width is not None:
+        parts.append(tr("within ±{error}").format(error=error_text(width, instrument)))
+    if certificate.hysteresis:
+        error = error_text(certificate.hysteresis, instrument)
+        parts.append(tr("hysteresis {error}").format(error=error))
+    return ", ".join(parts)
 
 
 _COMBINED_DEFLECTIONS = (

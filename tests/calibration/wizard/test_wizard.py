@@ -15,7 +15,7 @@ DEG = np.pi / 180.0
 def test_surfaces_and_vanes_cost_no_key(tmp_path: Path) -> None:
     channels = ("elevator_left", "elevator_right", "alpha")
     plan = load_calibration_plan("b777").select_channels(channels)
-    field = Field(tmp_path, plan, seed=3)
+    field = Field(tmp_path, plan, seed=2)
     crew = field.begin(temperature=290.0)
     view = crew.until(lambda now: now.phase == "done")
     assert crew.keys == 0
