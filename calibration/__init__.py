@@ -10,16 +10,13 @@ from calibration.certificate_toml import (
     write_certificate,
 )
 from calibration.points import CalibrationError, CalibrationPoint
-from calibration.polynomial_fit import PolynomialFit, fit_points
 
 __all__ = [
     "CalibrationError",
     "CalibrationPoint",
     "Certificate",
-    "PolynomialFit",
     "certificate_content",
     "certificate_paths",
-    "fit_points",
     "load_certificate",
     "load_certificates",
     "shipped_certificate_sets",

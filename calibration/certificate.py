@@ -7,7 +7,6 @@ the person at the screen, but it is not a measurement.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, field
 from datetime import datetime
 
@@ -15,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from calibration.points import CalibrationPoint
-from calibration.polynomial_fit import evaluate_polynomial, fit_points
+from calibration.polynomial_fit import evaluate_polynomial
 from calibration.quality import CalibrationQuality
 from calibration.settings import CALIBRATION
 from gsapp.quantities import FloatArray, channel, to_si
@@ -71,49 +70,6 @@ class Certificate:
         ends = evaluate_polynomial(slope, np.array(self.range))
         object.__setattr__(self, "end_slopes", (float(ends[0]), float(ends[1])))
 
-    @classmethod
-    def from_points(
-        cls,
-        channel_id: str,
-        unit: str,
-        points: Sequence[CalibrationPoint],
-        *,
-        degree: int,
-        who: str,
-        stamp: datetime,
-        excitation_voltage: float | None = None,
-        ratiometric: bool = False,
-        temperature: float | None = None,
-        instrument: str = "",
-        notes: str = "",
-    ) -> Certificate:
-        """Fit a curve through points and write it down.
-
-        Raises
-        ------
-        CalibrationError
-            If the points do not allow a curve that can be inverted.
-        """
-        fit = fit_points(points, degree)
-        volts = [point.volts for point in points]
-        return cls(
-            channel=channel_id,
-            unit=unit,
-            coefficients=fit.coefficients,
-            range=(min(volts), max(volts)),
-            who=who,
-            stamp=stamp.replace(microsecond=0),
-            points=tuple(points),
-            hysteresis=fit.hysteresis,
-            rms_residual=fit.rms,
-            max_residual=fit.max_residual,
-            excitation_voltage=excitation_voltage,
-            ratiometric=ratiometric,
-            temperature=temperature,
-            instrument=instrument,
-            notes=notes,
-        )
-
     @property
     def value_range(self) -> tuple[float, float]:
         """Return the lowest and highest value that was calibrated, in the SI unit."""
@@ -141,7 +97,6 @@ class Certificate:
 
     @property
     def degree(self) -> int:
-        """Return the degree of the curve."""
         return len(self.coefficients) - 1
 
     def evaluate(self, volts: npt.ArrayLike, excitation: npt.ArrayLike | None = None) -> FloatArray:
@@ -276,6 +231,3 @@ def reference_ratio(certified: float | FloatArray, measured: FloatArray) -> Floa
     """Return certified supply / measured supply; 1 where the measured one is implausible."""
     plausible = (measured > 0.5 * certified) & (measured < 1.5 * certified)
     return certified / np.where(plausible, measured, certified)
-
-
-__all__ = ["Certificate", "reference_ratio"]

@@ -21,14 +21,24 @@ import logging
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass
-from datetime import datetime
+from datetime import datetime, timedelta
 from pathlib import Path
-from urllib.parse import quote
+from urllib.parse import quote, unquote
+
+from pydantic import ConfigDict, Field
 
 from calibration.certificate import Certificate
-from calibration.certificate_toml import certificate_content, load_certificate, write_certificate
-from calibration.check_record import CheckRecord, read_check_record, write_check_record
-from calibration.polynomial_fit import CalibrationError
+from calibration.certificate_toml import (
+    certificate_content,
+    certificate_paths,
+    load_certificate,
+    load_certificates,
+    write_certificate,
+)
+from calibration.curve_selection import fit_calibration
+from calibration.drift import CheckResult, Drift, compute_drift
+from calibration.points import CalibrationError
+from calibration.quality import CalibrationQuality
 from gsapp.foundation import (
     FileProblemsError,
     StrictModel,
@@ -41,6 +51,21 @@ from gsapp.foundation.file_lock import FileLock
 from gsapp.foundation.files import list_files
 from gsapp.quantities import channel
 
+
+class CheckRecord(StrictModel):
+    """A three-point check of one instrument, as its file holds it."""
+
+    model_config = ConfigDict(populate_by_name=True)
+
+    channel: str
+    who: str
+    stamp: datetime
+    certificate: datetime
+    """Stamp of the certificate that was checked."""
+    unit: str
+    result: CheckResult = Field(alias="check")
+
+
 log = logging.getLogger(__name__)
 
 _ENTRY = re.compile(r"(?P<number>\d{4,})-(?P<rest>.+)\.toml")
@@ -49,8 +74,7 @@ _WITHDRAWN = ".withdrawn"
 _STAMP = "%Y-%m-%dT%H%M%S"
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class SkippedChannel:
+class SkippedChannel(StrictModel):
     """Why a channel is uncalibrated."""
 
     channel: str
@@ -58,13 +82,6 @@ class SkippedChannel:
     who: str
     stamp: datetime
     """When, to the second."""
-
-
-class _SkippedFile(StrictModel):
-    channel: str
-    reason: str
-    who: str
-    stamp: datetime
 
 
 class CertificateStore:
@@ -118,7 +135,7 @@ class CertificateStore:
         for name in self._known():
             entry = self._newest(name)
             if entry is not None and _is_skip(entry):
-                found[name] = _read_skip(entry)
+                found[name] = read_toml(entry, SkippedChannel)
         return found
 
     def put_in_force(self, certificate: Certificate) -> None:
@@ -140,45 +157,32 @@ class CertificateStore:
         )
         with self._alone():
             newest = self._newest(channel_id)
-            if newest is None or not _is_skip(newest) or _read_skip(newest) != skipped:
-                content = {
-                    "channel": channel_id,
-                    "reason": reason,
-                    "who": who,
-                    "stamp": skipped.stamp,
-                }
-                write_toml(self._following(channel_id, _SKIPPED), content)
+            if (
+                newest is None
+                or not _is_skip(newest)
+                or read_toml(newest, SkippedChannel) != skipped
+            ):
+                write_toml(self._following(channel_id, _SKIPPED), skipped.model_dump())
             self._put_right(channel_id)
 
-    def withdraw(self, channel_id: str, stamp: datetime | None = None) -> None:
-        """Withdraw what is in force; what was before it is in force again, or nothing.
+    def withdraw(self, channel_id: str, stamp: datetime) -> None:
+        """Withdraw what is in force if it carries this stamp; what was before is in force again.
 
         The withdrawn certificate is kept in the history under another name.
-
-        Parameters
-        ----------
-        stamp : datetime, optional
-            Withdraw only what carries this stamp: asking twice then withdraws once.
-
-        Raises
-        ------
-        CalibrationError
-            If there is nothing to withdraw.
         """
         with self._alone():
             newest = self._newest(channel_id)
-            if newest is None and stamp is not None:
-                return
             if newest is None:
-                raise CalibrationError(f"no certificate of {channel_id} is in force; calibrate it")
-            if stamp is None or _stamp_of(newest) == stamp.replace(microsecond=0):
+                return
+            if _stamp_of(newest) == stamp.replace(microsecond=0):
                 newest.rename(newest.with_name(f"{newest.name}{_WITHDRAWN}"))
             self._put_right(channel_id)
 
     def record_check(self, checked: CheckRecord) -> Path:
         """Keep what a three-point check found, as TOML; it changes nothing in force."""
         folder = self._root / "checks" / checked.channel
-        return write_check_record(checked, folder / f"{checked.stamp.strftime(_STAMP)}.toml")
+        path = folder / f"{checked.stamp.strftime(_STAMP)}.toml"
+        return write_toml(path, checked.model_dump(by_alias=True))
 
     def withdraw_check(self, channel_id: str, stamp: datetime) -> None:
         """Let a check count no more; it is kept under another name. Doing so again does nothing."""
@@ -197,7 +201,7 @@ class CertificateStore:
         newest, files = self._newest(channel_id), self.checks(channel_id)
         if newest is None or _is_skip(newest) or not files:
             return None
-        checked = read_check_record(files[-1])
+        checked = read_toml(files[-1], CheckRecord)
         return checked if checked.certificate == self._load(newest).stamp else None
 
     def failed_checks(self) -> dict[str, datetime]:
@@ -271,7 +275,6 @@ def _number(path: Path) -> int:
 
 
 def _numbered(folder: Path) -> list[Path]:
-    """Return all entries of a history, withdrawn ones included, oldest first."""
     if not folder.is_dir():
         return []
     found = [
@@ -285,10 +288,116 @@ def _is_skip(path: Path) -> bool:
     return match is not None and match["rest"] == _SKIPPED
 
 
-def _read_skip(path: Path) -> SkippedChannel:
-    file = read_toml(path, _SkippedFile)
-    return SkippedChannel(channel=file.channel, reason=file.reason, who=file.who, stamp=file.stamp)
-
-
 def _stamp_of(path: Path) -> datetime:
-    return _read_skip(path).stamp if _is_skip(path) else load_certificate(path).stamp
+    return read_toml(path, SkippedChannel).stamp if _is_skip(path) else load_certificate(path).stamp
+
+
+_IN_FORCE = "in_force"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class CertificateStatus:
+    """A certificate in force."""
+
+    certificate: Certificate
+    file: Path
+    """Where it was read from."""
+    quality: CalibrationQuality | None
+    """Its own, or told anew by its points; None where they do not suffice."""
+    former: Certificate | None
+    """The one before, where it is known."""
+    drift: Drift | None
+    """How far the instrument moved since; None where the two cannot be compared."""
+
+    def age(self, now: datetime) -> timedelta:
+        """Return how long ago it was made; `now` is the field's local time, as the stamp is."""
+        stamp = self.certificate.stamp
+        return (now if stamp.tzinfo is None else now.astimezone(stamp.tzinfo)) - stamp
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class CertificateOverview:
+    """What a folder holds."""
+
+    in_force: tuple[CertificateStatus, ...]
+    """Those in force, by file name."""
+    skipped: tuple[SkippedChannel, ...] = ()
+    """Channels that were left uncalibrated on purpose, by name."""
+
+
+def evaluate_certificate(
+    certificate: Certificate, file: Path, former: Certificate | None = None
+) -> CertificateStatus:
+    """Judge a certificate, and compare it with the one before."""
+    drift = None
+    if former is not None:
+        try:
+            drift = compute_drift(certificate, former)
+        except CalibrationError:
+            drift = None
+    return CertificateStatus(
+        certificate=certificate, file=file, quality=certificate_quality(certificate), former=former,
+        drift=drift,
+    )  # fmt: skip
+
+
+def certificate_quality(certificate: Certificate) -> CalibrationQuality | None:
+    """Return the quality that a certificate states, else what its points tell."""
+    if certificate.quality is not None:
+        return certificate.quality
+    try:
+        return fit_calibration(certificate.points, degree=certificate.degree).quality
+    except CalibrationError:
+        return None
+
+
+def load_certificate_overview(
+    folder_or_name: str | Path, former: str | Path | None = None
+) -> CertificateOverview:
+    """Look through the certificates of a folder.
+
+    Parameters
+    ----------
+    folder_or_name : str or Path
+        See the top of this module.
+    former : str or Path, optional
+        Certificates to compare with; by default those before in a store's history.
+
+    Raises
+    ------
+    FileProblemsError
+        If a file holds mistakes.
+    UnknownNameError
+        If there is no such folder or set, or it holds no certificate.
+    """
+    store = _find_store(Path(folder_or_name))
+    skipped = (
+        () if store is None else tuple(one for _, one in sorted(store.skipped_channels().items()))
+    )
+    before = None if former is None else load_certificates(former)
+    folder = folder_or_name if store is None else store.in_force_folder
+    if store is not None and not list_files(store.in_force_folder, "*.toml") and skipped:
+        return CertificateOverview(in_force=(), skipped=skipped)
+    standing = []
+    for file in certificate_paths(folder):
+        certificate = load_certificate(file)
+        if before is not None:
+            last = before.get(certificate.channel)
+        else:
+            last = None if store is None else _previous_certificate(store, certificate.channel)
+        standing.append(evaluate_certificate(certificate, file, last))
+    return CertificateOverview(in_force=tuple(standing), skipped=skipped)
+
+
+def _find_store(folder: Path) -> CertificateStore | None:
+    """Return the store that a folder belongs to, by its aircraft's folder or its `in_force`."""
+    root = folder.resolve()
+    root = root.parent if root.name == _IN_FORCE else root
+    if not (root / _IN_FORCE).is_dir() or not (root / "history").is_dir():
+        return None
+    return CertificateStore(root.parent, unquote(root.name))
+
+
+def _previous_certificate(store: CertificateStore, channel_id: str) -> Certificate | None:
+    history = store.history(channel_id)
+    return history[-2] if len(history) > 1 else None

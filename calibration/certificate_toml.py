@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from datetime import datetime
 from pathlib import Path
 from typing import Any, Literal
@@ -12,12 +13,6 @@ from calibration.certificate import Certificate
 from calibration.points import CalibrationPoint
 from calibration.polynomial_fit import PolynomialFit, turning_points
 from calibration.quality import CalibrationQuality
-from calibration.quantity_parsing import (
-    difference_unit,
-    parse_quantity,
-    parse_quantity_in_unit,
-    unit_per_volt,
-)
 from calibration.settings import CALIBRATION
 from gsapp.foundation import (
     FileProblem,
@@ -30,8 +25,64 @@ from gsapp.foundation import (
 )
 from gsapp.foundation.files import list_files, path_lexists
 from gsapp.foundation.name_suggestions import did_you_mean
-from gsapp.quantities import channel, from_si, normalize_unit
+from gsapp.quantities import channel, from_si, normalize_unit, to_si
 from gsapp.quantities.fields import Temperature, Voltage
+
+_NUMBER_AND_UNIT = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(.*?)\s*")
+
+
+def _report(problems: list[FileProblem], where: str, what: str, remedy: str) -> None:
+    problems.append(FileProblem(where=where, what=what, remedy=remedy))
+
+
+def unit_per_volt(unit: str, power: int) -> str:
+    """Return the unit of the coefficient of a power of volts."""
+    base = difference_unit(unit) if power else unit
+    if power == 0:
+        return base
+    per = "V" if power == 1 else f"V^{power}"
+    return f"{base or '1'}/{per}"
+
+
+def difference_unit(unit: str) -> str:
+    """Return the unit of a difference: a step of one degree Celsius is one kelvin."""
+    return {"degC": "K", "degF": "delta_degF"}.get(unit, unit)
+
+
+def parse_quantity(text: str, unit: str, where: str, problems: list[FileProblem]) -> float:
+    """Read a number that must carry exactly this unit."""
+    match = _NUMBER_AND_UNIT.fullmatch(text)
+    if match is None or match.group(2).replace(" ", "") != unit:
+        _report(
+            problems,
+            where,
+            f"'{text}' is not a number in {unit or 'no unit'}",
+            f'write for example "1.0 {unit}"'.replace(' "', '"'),
+        )
+        return float("nan")
+    return float(match.group(1))
+
+
+def parse_quantity_in_unit(
+    text: str, unit: str, key: str, where: str, problems: list[FileProblem]
+) -> float:
+    """Read a number in any unit of the quantity, and return it in `unit`."""
+    match = _NUMBER_AND_UNIT.fullmatch(text)
+    if match is None:
+        _report(
+            problems,
+            where,
+            f"'{text}' does not begin with a number",
+            f'write for example "1.0 {unit}"',
+        )
+        return float("nan")
+    number = float(match.group(1))
+    try:
+        written = normalize_unit(match.group(2), key)
+        return number if written == unit else from_si(to_si(number, written, key), unit, key)
+    except UnitError as error:
+        problems.append(FileProblem.from_error(where, error))
+        return float("nan")
 
 
 class _UncertaintySection(StrictModel):
@@ -86,11 +137,7 @@ def read_quality(
         )
         # A single reading covers a single value; a travel without length is none.
         if low > high or (low == high and name == "travel"):
-            problems.append(
-                FileProblem(
-                    where=f"quality.{name}", what="ends before it begins", remedy="swap the two"
-                )
-            )
+            _report(problems, f"quality.{name}", "ends before it begins", "swap the two")
         return low, high
 
     places: tuple[float, ...] = ()
@@ -102,12 +149,11 @@ def read_quality(
             for index, text in enumerate(section.uncertainty.half_width)
         )
         if len(places) != len(half_widths) or sorted(set(places)) != list(places):
-            problems.append(
-                FileProblem(
-                    where="quality.uncertainty",
-                    what="volts are not increasing, or the number of half widths differs",
-                    remedy="write one half width per voltage, in increasing order",
-                )
+            _report(
+                problems,
+                "quality.uncertainty",
+                "volts are not increasing, or the number of half widths differs",
+                "write one half width per voltage, in increasing order",
             )
     return CalibrationQuality(
         degree=len(fit.coefficients) - 1,
@@ -389,26 +435,22 @@ def _channel_and_unit(file: _CertificateFile, problems: list[FileProblem]) -> tu
     except UnitError as error:
         problems.append(FileProblem.from_error("unit", error))
     if file.stamp.microsecond:
-        problems.append(
-            FileProblem(
-                where="stamp",
-                what="has fractions of a second",
-                remedy="write it to the second, as 2003-05-14T08:30:00",
-            )
+        _report(
+            problems,
+            "stamp",
+            "has fractions of a second",
+            "write it to the second, as 2003-05-14T08:30:00",
         )
     if file.ratiometric and file.excitation_voltage is None:
-        problems.append(
-            FileProblem(
-                where="excitation_voltage",
-                what="is missing; a ratiometric instrument requires it",
-                remedy='add the supply during calibration, as excitation_voltage = "5.0 V"',
-            )
+        _report(
+            problems,
+            "excitation_voltage",
+            "is missing; a ratiometric instrument requires it",
+            'add the supply during calibration, as excitation_voltage = "5.0 V"',
         )
     low, high = file.fit.range
     if not low < high:
-        problems.append(
-            FileProblem(where="fit.range", what="ends before it begins", remedy="swap the two")
-        )
+        _report(problems, "fit.range", "ends before it begins", "swap the two")
     return key, unit
 
 
@@ -418,20 +460,18 @@ def _check_curve(
     turning = turning_points(coefficients, *file.fit.range)
     if turning or not any(coefficients[1:]):
         what = f"turns back at {turning[0]:.3f} V" if turning else "is flat"
-        problems.append(
-            FileProblem(
-                where="fit.coefficients",
-                what=f"the curve {what}; a voltage has no unique value",
-                remedy="fit again with a lower degree, or narrow fit.range",
-            )
+        _report(
+            problems,
+            "fit.coefficients",
+            f"the curve {what}; a voltage has no unique value",
+            "fit again with a lower degree, or narrow fit.range",
         )
     low, high = file.fit.range
     for index, point in enumerate(file.points):
         if not low - 1e-9 <= point.volts <= high + 1e-9:
-            problems.append(
-                FileProblem(
-                    where=f"points[{index}].volts",
-                    what=f"{point.volts:g} V lies outside fit.range",
-                    remedy="widen fit.range to cover all points",
-                )
+            _report(
+                problems,
+                f"points[{index}].volts",
+                f"{point.volts:g} V lies outside fit.range",
+                "widen fit.range to cover all points",
             )

@@ -14,9 +14,14 @@ import numpy as np
 
 from calibration.adc import ADC_RESOLUTION
 from calibration.certificate import Certificate
-from calibration.hysteresis_fit import CalibrationReadings, HysteresisFit, fit_with_hysteresis
 from calibration.points import CalibrationError, CalibrationPoint
-from calibration.polynomial_fit import invertible_mean_curve, validate_readings
+from calibration.polynomial_fit import (
+    CalibrationReadings,
+    HysteresisFit,
+    fit_with_hysteresis,
+    invertible_mean_curve,
+    validate_readings,
+)
 from calibration.quality import Calibration, assess_quality
 from calibration.settings import CALIBRATION
 from gsapp.quantities import BoolArray, FloatArray
@@ -100,17 +105,7 @@ def create_certificate(
     instrument: str = "",
     notes: str = "",
 ) -> Certificate:
-    """Write down a calibration as the certificate of an instrument.
-
-    Parameters
-    ----------
-    calibration : Calibration
-        From `fit_calibration`.
-    points : sequence of CalibrationPoint
-        The points that it was drawn through.
-    channel_id, unit, who, stamp, excitation_voltage, ratiometric, temperature, instrument, notes
-        As in `Certificate`.
-    """
+    """Write down a calibration as the certificate of an instrument."""
     volts = [point.volts for point in points]
     return Certificate(
         channel=channel_id,
@@ -141,11 +136,6 @@ def find_outliers(
     all; from the last one back, those count whose distance chance alone would reach in one
     calibration of fifty. So two that are wrong alike do not hide each other (Rosner's
     generalized test).
-
-    Returns
-    -------
-    tuple of int
-        Indices.
     """
     aside: list[int] = []
     outlying = 0

@@ -8,46 +8,43 @@ beyond what the scatter of the points and the uncertainty of the former curve ex
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from calibration.certificate import Certificate
-from calibration.hysteresis_fit import CalibrationReadings, HysteresisFit, fit_with_hysteresis
 from calibration.points import CalibrationError, CalibrationPoint
+from calibration.polynomial_fit import CalibrationReadings, HysteresisFit, fit_with_hysteresis
 from calibration.quality import student_t_95
 from calibration.settings import CALIBRATION
+from gsapp.foundation import StrictModel
 from gsapp.quantities import FloatArray, channel, from_si
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Drift:
-    """How far an instrument has moved from a former certificate."""
+class Shift(StrictModel):
+    """Zero and slope of values against a certificate, with 95 % half widths."""
 
     zero: float
-    """Value now minus value by the former certificate, at zero (or at the middle of the range,
-    where zero is not in it), in the unit of the certificate."""
+    """Value now minus value by the certificate, at zero (or at the middle of the range, where zero
+    is not in it), in the unit of the certificate."""
     zero_uncertainty: float
-    """95 % half width."""
     slope: float
     """Relative: 0.01 where the value now changes by 1 % more for the same volts."""
     slope_uncertainty: float
-    """95 % half width."""
+
+
+class Drift(Shift):
+    """How far an instrument has moved from a former certificate."""
+
     significant: bool
     """Whether zero or slope moved by more than points taken like these explain (99 %)."""
     sentence: str
     """For the person at the screen."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class CheckResult:
+class CheckResult(Shift):
     """What a few points say of the certificate in force."""
 
-    zero: float
-    zero_uncertainty: float
-    slope: float
-    slope_uncertainty: float
-    """As in `Drift`."""
     largest: float
     """Largest distance of a point from the certificate, its branch allowed for, in the unit."""
     off: tuple[float, ...]
@@ -81,17 +78,10 @@ def compute_drift(new: Certificate, former: Certificate) -> Drift:
     if new.ratiometric and former.ratiometric and new.excitation_voltage:
         ratio = (former.excitation_voltage or new.excitation_voltage) / new.excitation_voltage
     points = [replace(point, volts=point.volts * ratio) for point in new.points]
-    shift = _fit_shift(former, points)
-    words = _shift_text(shift, former)
-    return Drift(
-        zero=shift.zero,
-        zero_uncertainty=shift.zero_uncertainty,
-        slope=shift.slope,
-        slope_uncertainty=shift.slope_uncertainty,
-        significant=shift.significant,
-        sentence=f"since {former.stamp:%Y-%m-%d %H:%M} {words}, "
-        + ("more than the points explain" if shift.significant else "within the uncertainty"),
-    )
+    shift, significant, _ = _fit_shift(former, points)
+    verdict = "more than the points explain" if significant else "within the uncertainty"
+    words = f"since {former.stamp:%Y-%m-%d %H:%M} {_shift_text(shift, former)}, {verdict}"
+    return Drift(**shift.model_dump(), significant=significant, sentence=words)
 
 
 def check_certificate(certificate: Certificate, points: Sequence[CalibrationPoint]) -> CheckResult:
@@ -107,19 +97,16 @@ def check_certificate(certificate: Certificate, points: Sequence[CalibrationPoin
     CalibrationError
         If the points are at fewer than two settings.
     """
-    shift = _fit_shift(certificate, points)
+    shift, significant, largest = _fit_shift(certificate, points)
     words = _shift_text(shift, certificate)
     return CheckResult(
+        **shift.model_dump(),
+        largest=largest,
         off=tuple(_branch_residuals(certificate, CalibrationReadings.from_points(points)).tolist()),
-        zero=shift.zero,
-        zero_uncertainty=shift.zero_uncertainty,
-        slope=shift.slope,
-        slope_uncertainty=shift.slope_uncertainty,
-        largest=shift.largest,
-        passed=not shift.significant,
+        passed=not significant,
         sentence=(
             f"{words}; certificate invalid, calibrate again"
-            if shift.significant
+            if significant
             else f"certificate valid: {words}, within the uncertainty"
         ),
     )
@@ -136,20 +123,13 @@ def has_hysteresis(certificate: Certificate) -> bool:
     )
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _Shift:
-    """Zero and slope of values against a curve, with 95 % half widths."""
+def _fit_shift(
+    reference: Certificate, points: Sequence[CalibrationPoint]
+) -> tuple[Shift, bool, float]:
+    """Fit d = zero + slope (shown - pivot), and half the growth of the loop where both are met.
 
-    zero: float
-    zero_uncertainty: float
-    slope: float
-    slope_uncertainty: float
-    largest: float
-    significant: bool
-
-
-def _fit_shift(reference: Certificate, points: Sequence[CalibrationPoint]) -> _Shift:
-    """Fit d = zero + slope (shown - pivot), and half the growth of the loop where both are met."""
+    Return the shift, whether it is significant, and the largest distance of a point.
+    """
     # SciPy's special functions take a third of a second to import; no window waits for them.
     from scipy.special import fdtrc
 
@@ -178,14 +158,14 @@ def _fit_shift(reference: Certificate, points: Sequence[CalibrationPoint]) -> _S
     std = np.sqrt(np.diag(covariance))
     factor = student_t_95(freedom)
     square = float(found[:2] @ np.linalg.pinv(covariance) @ found[:2])
-    return _Shift(
+    shift = Shift(
         zero=float(found[0]),
         zero_uncertainty=float(std[0] * factor),
         slope=float(found[1]),
         slope_uncertainty=float(std[1] * factor),
-        largest=float(np.max(np.abs(apart))),
-        significant=bool(fdtrc(2.0, freedom, 0.5 * square) < CALIBRATION.drift_significance),
     )
+    significant = bool(fdtrc(2.0, freedom, 0.5 * square) < CALIBRATION.drift_significance)
+    return shift, significant, float(np.max(np.abs(apart)))
 
 
 def _indicated_values(certificate: Certificate, volts: FloatArray) -> FloatArray:
@@ -218,7 +198,6 @@ def _pooled_scatter(
 
 
 def _branch_fit(certificate: Certificate) -> HysteresisFit | None:
-    """Return the certificate's curve with its covariance, where it holds points enough."""
     if np.unique([point.volts for point in certificate.points]).size <= certificate.degree:
         return None
     return fit_with_hysteresis(
@@ -246,7 +225,7 @@ def _pivot(shown: FloatArray) -> float:
     return 0.0 if low <= 0.0 <= high else 0.5 * (low + high)
 
 
-def _shift_text(shift: _Shift, certificate: Certificate) -> str:
+def _shift_text(shift: Shift, certificate: Certificate) -> str:
     # Adding zero takes the sign from a rounded -0.
     zero, slope = round(shift.zero, 2) + 0.0, round(100.0 * shift.slope, 1) + 0.0
     return (

@@ -30,7 +30,8 @@ from typing import Literal
 from pydantic import Field
 
 from calibration.certificate_toml import certificate_paths
-from calibration.inertial import ACCELEROMETERS, GYROS
+from calibration.inertial.accelerometers import ACCELEROMETERS
+from calibration.inertial.gyros import GYROS
 from calibration.settings import CALIBRATION
 from gsapp.foundation import (
     FileProblem,
@@ -141,18 +142,12 @@ class CalibrationPlan:
                 return instrument
         raise UnknownNameError(
             f"the calibration plan '{self.name}' has no '{channel_id}'; it has "
-            f"{self.channel_list_text}"
+            f"{', '.join(self.channels)}"
         )
 
     @property
     def channels(self) -> tuple[str, ...]:
-        """Return the ids of its channels, in order."""
         return tuple(instrument.channel for instrument in self.instruments)
-
-    @property
-    def channel_list_text(self) -> str:
-        """Return its channels for a sentence."""
-        return ", ".join(self.channels)
 
     def select_kinds(self, kinds: Sequence[InstrumentKind]) -> CalibrationPlan:
         """Return the plan reduced to instruments of these kinds."""
@@ -246,23 +241,16 @@ class _Reader:
         self._check_ascending(at, "travel", travel)
         if table.kind in ANGLE_SENSOR_KINDS:
             self._check_set_by_hand(at, settings, check_settings, travel)
-        return InstrumentPlan(
-            channel=table.channel,
-            title=table.title or table.channel,
-            kind=table.kind,
-            unit=unit,
-            settings=settings,
-            check_settings=check_settings,
-            travel=(travel[0], travel[1]) if len(travel) == 2 else None,
-            positive=table.positive,
-            negative=table.negative,
-            partner=table.partner,
-            sign_with_partner=table.sign_with_partner,
-            ratiometric=table.ratiometric,
-            view=table.view,
-            setting_error=setting_error[0] if setting_error else None,
-            turn=None if table.turn is None else float(f"{table.turn / DEGREE:.12g}"),
-        )
+        parsed = {
+            "title": table.title or table.channel,
+            "unit": unit,
+            "settings": settings,
+            "check_settings": check_settings,
+            "travel": travel or None,
+            "setting_error": setting_error[0] if setting_error else None,
+            "turn": None if table.turn is None else float(f"{table.turn / DEGREE:.12g}"),
+        }
+        return InstrumentPlan(**{**table.model_dump(), **parsed})
 
     def check_together(self) -> None:
         """Check what concerns several instruments, or the file as a whole."""

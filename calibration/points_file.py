@@ -58,8 +58,6 @@ def load_points(path: str | Path, channel_id: str) -> PointsFile:
 
     Parameters
     ----------
-    path : Path or str
-        CSV, UTF-8.
     channel_id : str
         Whose points they are; its quantity decides which units the values may have.
 

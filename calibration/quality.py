@@ -8,8 +8,13 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from calibration.hysteresis_fit import CalibrationReadings, HysteresisFit
-from calibration.polynomial_fit import PolynomialFit, evaluate_polynomial
+from calibration.points import CalibrationPoint
+from calibration.polynomial_fit import (
+    CalibrationReadings,
+    HysteresisFit,
+    PolynomialFit,
+    evaluate_polynomial,
+)
 from calibration.settings import CALIBRATION
 from gsapp.quantities import FloatArray
 
@@ -25,15 +30,15 @@ class CalibrationQuality:
     """As in `calibration.polynomial_fit.PolynomialFit`."""
     linearity: float
     """Largest distance of the curve from the straight line that fits it best over the range."""
-    scatter: float | None
+    scatter: float | None = None
     """Standard deviation of one setting about its branch: reading the protractor, mostly. None
     where the points leave no freedom to tell."""
-    hysteresis: float | None
-    """Width of the loop, by `calibration.hysteresis_fit`; None where only one direction was
+    hysteresis: float | None = None
+    """Width of the loop, by `calibration.polynomial_fit`; None where only one direction was
     measured."""
-    hysteresis_uncertainty: float | None
+    hysteresis_uncertainty: float | None = None
     """Half width of its 95 % interval."""
-    return_to_zero: float | None
+    return_to_zero: float | None = None
     """How far apart the instrument shows the same zero, reached from below and from above (both by
     the curve); None where zero was not met from both sides."""
     resolution: float
@@ -99,16 +104,12 @@ def assess_quality(
 
     Parameters
     ----------
-    readings : CalibrationReadings
-        The points that it was drawn through.
     rivals : sequence of (float, HysteresisFit)
         Curves of the other degrees, each with the share that the evidence leaves it.
     travel : tuple of float, optional
         Of the surface, lowest and highest.
     count : float
         One count of the converter, V.
-    outliers : tuple of int
-        As found before.
     """
     low, high = float(readings.volts.min()), float(readings.volts.max())
     volts = np.linspace(low, high, 201)
@@ -157,16 +158,6 @@ def linearity(curve: FloatArray) -> float:
 
     Nearest is the line whose largest distance is least. With the line's slope, the spread of the
     curve about it changes convexly, so that its least value can be closed in on.
-
-    Parameters
-    ----------
-    curve : ndarray, shape (n,)
-        Values.
-
-    Returns
-    -------
-    float
-        In the unit of the values.
     """
     steps = np.linspace(-1.0, 1.0, curve.size)
 
@@ -269,7 +260,6 @@ class Calibration:
 
     @property
     def degree(self) -> int:
-        """Return the degree of the curve."""
         return len(self.fit.coefficients) - 1
 
     def value(self, volts: npt.ArrayLike) -> FloatArray:
@@ -281,3 +271,32 @@ class Calibration:
     def uncertainty(self, volts: npt.ArrayLike) -> FloatArray:
         """Return the 95 % half width of the value at volts; NaN outside the range."""
         return self.quality.half_width(volts)
+
+
+def collect_remarks(
+    calibration: Calibration, points: Sequence[CalibrationPoint], unit: str
+) -> tuple[str, ...]:
+    """Return what is odd about a calibration, each with its remedy; empty where all is well."""
+    quality = calibration.quality
+    found = [
+        f"point {index + 1} ({points[index].value:g} {unit}, {points[index].direction}) does not "
+        "fit the others; repeat or delete it"
+        for index in quality.outliers
+    ]
+    if not calibration.losses:
+        found.append("too few settings to choose the fit order; take at least three")
+    if not quality.half_widths:
+        found.append("too few points to estimate the uncertainty; take more")
+    width, std = calibration.branch_fit.hysteresis, calibration.branch_fit.hysteresis_std
+    if width is None:
+        found.append("hysteresis was not measured; take the settings in both directions")
+    elif std is not None and width < -3.0 * std:
+        found.append(
+            "the voltage leads the movement; check whether the directions were noted in reverse"
+        )
+    if quality.coverage is not None and quality.coverage < CALIBRATION.min_coverage:
+        found.append(
+            f"only {100.0 * quality.coverage:.0f} % of the travel is covered; values beyond are "
+            "extrapolated; take settings nearer to the ends"
+        )
+    return tuple(found)

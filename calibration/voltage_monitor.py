@@ -66,7 +66,6 @@ class VoltageMonitor:
 
     @property
     def reading(self) -> VoltageReading:
-        """Return what was known at the last tick of the samples fed."""
         return self._reading
 
     def restart(self) -> None:

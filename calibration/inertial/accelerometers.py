@@ -24,23 +24,17 @@ from typing import Literal, get_args
 import numpy as np
 
 from calibration.certificate import Certificate
-from calibration.inertial.factory_comparison import (
+from calibration.inertial.straight_line import (
     FactoryCalibration,
     SensorVerdict,
+    StraightLineCalibration,
     factory_calibrations,
 )
-from calibration.inertial.settings import INERTIAL
 from calibration.points import CalibrationError, CalibrationPoint
 from calibration.rest_detection import RestPeriod
-from calibration.straight_line import StraightLineCalibration
+from calibration.settings import INERTIAL
 from gsapp.quantities import FloatArray
-from gsapp.quantities.constants import DEGREE, GRAVITY
-
-# Accelerometers and how the aircraft lay, found together by least squares.
-#     v = z + K f,    f = R(tilt) e
-#
-# z (3,) and K (3, 3) are common to all readings; each reading has two tilts of its own, known
-# beforehand to be small. Readings count by their noise, tilts by how well the aircraft is laid.
+from gsapp.quantities.constants import DEGREE
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -157,7 +151,7 @@ _FORCE: Mapping[Position, tuple[float, float, float]] = MappingProxyType(
 
 
 def specific_force(position: Position) -> Mapping[str, float]:
-    """Return what the accelerometers should show in a position, in units of local gravity."""
+    """Return what the accelerometers should show in a position, g."""
     return dict(zip(ACCELEROMETERS, _FORCE[position], strict=True))
 
 
@@ -183,7 +177,7 @@ class PositionReading:
     position: Position
     """How the aircraft lay."""
     rest: RestPeriod
-    """Of `ACCELEROMETERS`, found by `calibration.inertial.still_watch`."""
+    """Of `ACCELEROMETERS`, found by `create_inertial_rest_monitor`."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -215,8 +209,6 @@ class SixPositionResult:
     """How far the aircraft lay from each position, as far as it can be told, deg."""
     issue: str
     """What does not fit together; empty where all does."""
-    gravity: float
-    """At the field, m/s^2."""
     factory: Mapping[str, FactoryCalibration]
     """What they were held against."""
 
@@ -236,7 +228,7 @@ class SixPositionResult:
         points = tuple(
             CalibrationPoint(
                 volts=reading.rest.volts[channel],
-                value=specific_force(reading.position)[channel] * self.gravity / GRAVITY,
+                value=specific_force(reading.position)[channel],
             )
             for reading in self.readings
         )
@@ -275,7 +267,6 @@ def calibrate_accelerometers(
     readings: Sequence[PositionReading],
     *,
     laying_error: float = INERTIAL.leveling_error,
-    gravity: float = GRAVITY,
     factory: Mapping[str, FactoryCalibration] | None = None,
 ) -> SixPositionResult:
     """Find zero, scale and misalignment of three accelerometers.
@@ -286,8 +277,6 @@ def calibrate_accelerometers(
         Each of `POSITIONS` at least once; a position may be read again to gain certainty.
     laying_error : float
         How far the aircraft may lie from a position, about either axis, half width at 95 %, deg.
-    gravity : float
-        At the field, m/s^2; between 9.78 at the equator and 9.83 at the poles.
     factory : mapping of str to FactoryCalibration, optional
         Table 3.5.3 by default.
 
@@ -307,7 +296,7 @@ def calibrate_accelerometers(
         raise CalibrationError("an accelerometer gave no volts; check that all three are recorded")
     spread = np.array([[r.rest.uncertainty[name] for name in ACCELEROMETERS] for r in readings])
     problem = SixPositionProblem(
-        force=np.array([_FORCE[r.position] for r in readings]) * gravity / GRAVITY,
+        force=np.array([_FORCE[r.position] for r in readings]),
         volts=volts,
         noise=np.hypot(0.5 * spread, INERTIAL.min_mean_std),
         tilt=0.5 * laying_error * DEGREE,
@@ -328,7 +317,6 @@ def calibrate_accelerometers(
         readings=tuple(readings),
         tilts=tuple(tilts.tolist()),
         issue=doubt,
-        gravity=gravity,
         factory=figures,
     )
 

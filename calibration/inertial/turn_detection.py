@@ -15,12 +15,11 @@ from typing import Literal
 import numpy as np
 import numpy.typing as npt
 
-from calibration.inertial.factory_comparison import FactoryCalibration, factory_calibrations
-from calibration.inertial.gyros import GYROS
-from calibration.inertial.settings import INERTIAL
-from calibration.inertial.turntable import Turn, evaluate_turn
+from calibration.inertial.gyros import GYROS, Turn, evaluate_turn
+from calibration.inertial.straight_line import FactoryCalibration, factory_calibrations
 from calibration.points import CalibrationError
-from calibration.sample_segments import SampleSegment, SampleSegmenter
+from calibration.rest_detection import SampleSegment, SampleSegmenter
+from calibration.settings import INERTIAL
 
 TurnState = Literal["unsettled", "ready", "turning", "stopping", "turned"]
 
@@ -97,7 +96,6 @@ class TurnMonitor:
 
     @property
     def status(self) -> TurnStatus:
-        """Return how the turn goes on."""
         if self._state in ("unsettled", "ready"):
             return TurnStatus(state=self._state, rate=self._rate)
         return TurnStatus(
@@ -107,9 +105,7 @@ class TurnMonitor:
             seconds=self._ended - self._began,
         )
 
-    def detected_turn(
-        self, channel: str, angle: float, *, angle_error: float = INERTIAL.turn_angle_error
-    ) -> Turn:
+    def detected_turn(self, channel: str, angle: float) -> Turn:
         """Return the turn that was seen, about the axis of a gyro, through a known angle (deg).
 
         Raises
@@ -127,7 +123,6 @@ class TurnMonitor:
             {name: volts[:, index] for index, name in enumerate(self._channels)},
             angle=angle,
             turning=(self._began, self._ended),
-            angle_error=angle_error,
             factory=self._factory,
         )
 

@@ -4,9 +4,9 @@
 `CalibrationWizard.view` is what to show.
 """
 
-from calibration.wizard.setting_schedule import ScheduledSetting
+from calibration.wizard.procedure import WizardAction, WizardView
+from calibration.wizard.state import ScheduledSetting
 from calibration.wizard.step_executor import has_unfinished_calibration
-from calibration.wizard.view import WizardAction, WizardView
 from calibration.wizard.wizard import CalibrationWizard
 
 __all__ = [

@@ -5,21 +5,21 @@ from __future__ import annotations
 from collections.abc import Mapping
 from datetime import datetime
 
-from calibration.inertial import (
+from calibration.inertial.accelerometers import (
     ACCELEROMETERS,
     POSITION_TEXT,
     Position,
     calibrate_accelerometers,
-    create_inertial_rest_monitor,
     recognize_position,
     specific_force,
 )
+from calibration.inertial.gyros import create_inertial_rest_monitor
 from calibration.plan import InstrumentPlan
 from calibration.points import CalibrationError
 from calibration.pressures import GroundAir
 from calibration.rest_detection import RestPeriod
-from calibration.settings import CALIBRATION
-from calibration.wizard.journal_json import to_json_content
+from calibration.settings import CALIBRATION, WIZARD
+from calibration.wizard.journal import to_json_content
 from calibration.wizard.procedure import (
     ActionFeedback,
     CalibrationOutcome,
@@ -27,25 +27,19 @@ from calibration.wizard.procedure import (
     JournalHeader,
     ProcedureView,
     ReferenceCertificates,
+    RestTimeoutMonitor,
+    SampleSlice,
     StepDraft,
+    WizardAction,
+    WizardPhase,
 )
-from calibration.wizard.rest_timeout import RestTimeoutMonitor
-from calibration.wizard.sample_slices import SampleSlice
-from calibration.wizard.sensor_progress import AccelerometerProgress
-from calibration.wizard.settings import WIZARD
-from calibration.wizard.state import GroupProgress, InstrumentGroup
-from calibration.wizard.view import WizardAction, WizardPhase
+from calibration.wizard.state import AccelerometerProgress, InstrumentGroup
 
 
-class AccelerometerProcedure(CalibrationProcedure):
+class AccelerometerProcedure(CalibrationProcedure[AccelerometerProgress]):
     """Looks after the accelerometers.
 
     A position is known by the volts, so that the six may be taken in any order.
-
-    Parameters
-    ----------
-    reference : ReferenceCertificates
-        Holds the factory's figures.
     """
 
     def __init__(
@@ -67,40 +61,36 @@ class AccelerometerProcedure(CalibrationProcedure):
         self._still.feed(one.times, one.volts)
         self._unrest.feed(self._still.status)
 
-    def phase(self, work: GroupProgress) -> WizardPhase:
-        return "accel_position" if _accelerometer_progress(work).open_positions else "fit"
+    def phase(self, work: AccelerometerProgress) -> WizardPhase:
+        return "accel_position" if work.open_positions else "fit"
 
-    def automatic_step(self, work: GroupProgress) -> StepDraft | ActionFeedback | None:
-        lain = _accelerometer_progress(work)
+    def automatic_step(self, work: AccelerometerProgress) -> StepDraft | ActionFeedback | None:
         rest = self._rested
         if rest is None or not self._header.auto:
             return None
         position = recognize_position(rest.volts, factory=self._factory)
-        if position is None or position not in lain.open_positions:
+        if position is None or position not in work.open_positions:
             return None
         return _draft(position, rest)
 
-    def available_actions(self, work: GroupProgress) -> frozenset[str]:
-        lain = _accelerometer_progress(work)
-        kinds = {"take"} if lain.open_positions else set()
-        return frozenset(kinds | {"repeat"} if lain.readings else kinds)
+    def available_actions(self, work: AccelerometerProgress) -> frozenset[str]:
+        kinds = {"take"} if work.open_positions else set()
+        return frozenset(kinds | {"repeat"} if work.readings else kinds)
 
-    def act(self, work: GroupProgress, action: WizardAction) -> StepDraft | ActionFeedback:
-        lain = _accelerometer_progress(work)
+    def act(self, work: AccelerometerProgress, action: WizardAction) -> StepDraft | ActionFeedback:
         if action.kind == "take":
             if self._rested is None:
                 return ActionFeedback(message="not yet still", tone="error")
-            return _draft(lain.open_positions[0], self._rested)
-        at = len(lain.readings) - 1 if action.index is None else action.index
-        if not 0 <= at < len(lain.readings):
+            return _draft(work.open_positions[0], self._rested)
+        at = len(work.readings) - 1 if action.index is None else action.index
+        if not 0 <= at < len(work.readings):
             return ActionFeedback(message=f"there is no position {at + 1}", tone="error")
-        again = POSITION_TEXT[lain.readings[at].position]
+        again = POSITION_TEXT[work.readings[at].position]
         return StepDraft(kind="repeat", data={"index": at}, message=f"{again}: again", tone="")
 
-    def build_view(self, work: GroupProgress, outcome: CalibrationOutcome) -> ProcedureView:
-        lain = _accelerometer_progress(work)
+    def build_view(self, work: AccelerometerProgress, outcome: CalibrationOutcome) -> ProcedureView:
         reading = self._still.status
-        if not lain.open_positions:
+        if not work.open_positions:
             good = not outcome.issues
             return ProcedureView(
                 instrument=self._group.instruments[0],
@@ -111,7 +101,7 @@ class AccelerometerProcedure(CalibrationProcedure):
                 ),
                 spoken="Accelerometers OK" if good else "Check the accelerometers",
             )
-        position = lain.open_positions[0]
+        position = work.open_positions[0]
         return ProcedureView(
             instrument=self._concerned(position),
             prompt=f"Lay the aircraft {POSITION_TEXT[position]}, and leave it still.",
@@ -121,17 +111,16 @@ class AccelerometerProcedure(CalibrationProcedure):
             amount_goal=WIZARD.position_rest,
             amount_unit="s",
             position=position,
-            warnings=self._warnings(lain),
+            warnings=self._warnings(work),
         )
 
     def outcome(
-        self, work: GroupProgress, stamp: datetime, air: GroundAir | None
+        self, work: AccelerometerProgress, stamp: datetime, air: GroundAir | None
     ) -> CalibrationOutcome:
-        lain = _accelerometer_progress(work)
-        if lain.open_positions:
+        if work.open_positions:
             return CalibrationOutcome()
         try:
-            found = calibrate_accelerometers(lain.readings, factory=self._factory)
+            found = calibrate_accelerometers(work.readings, factory=self._factory)
         except CalibrationError as error:
             return CalibrationOutcome(issues=(str(error),))
         temperature = air.temperature if air is not None else self._header.temperature
@@ -168,7 +157,7 @@ class AccelerometerProcedure(CalibrationProcedure):
         axis = max(ACCELEROMETERS, key=lambda name: abs(force[name]))
         return next(one for one in self._group.instruments if one.channel == axis)
 
-    def _warnings(self, lain: AccelerometerProgress) -> tuple[str, ...]:
+    def _warnings(self, work: AccelerometerProgress) -> tuple[str, ...]:
         if self._rested is not None:
             found = recognize_position(self._rested.volts, factory=self._factory)
             if found is None:
@@ -176,7 +165,7 @@ class AccelerometerProcedure(CalibrationProcedure):
                     "the voltages match no position; if the position is right, record it: an "
                     "accelerometer is faulty",
                 )
-            if found not in lain.open_positions:
+            if found not in work.open_positions:
                 return (f"{POSITION_TEXT[found]} was already recorded",)
         return self._unrest.warnings
 
@@ -187,8 +176,3 @@ def _draft(position: Position, rest: RestPeriod) -> StepDraft:
         data={"position": position, "rest": to_json_content(rest)},
         message=f"taken: {POSITION_TEXT[position]}",
     )
-
-
-def _accelerometer_progress(work: GroupProgress) -> AccelerometerProgress:
-    assert isinstance(work, AccelerometerProgress)  # noqa: S101 - paired with its work by the state
-    return work

@@ -5,13 +5,15 @@ from __future__ import annotations
 import math
 from datetime import datetime
 
-from calibration.instrument_faults import InstrumentFault
 from calibration.plan import InstrumentPlan
 from calibration.pressures import GroundAir
 from calibration.wizard import wizard_text
-from calibration.wizard.angle_fault_monitor import AngleFaultMonitor
-from calibration.wizard.angle_monitor import AngleMonitor, PointHint, StepProposal
-from calibration.wizard.angle_progress import AngleProgress
+from calibration.wizard.angle_monitor import (
+    AngleFaultMonitor,
+    AngleMonitor,
+    PointHint,
+    StepProposal,
+)
 from calibration.wizard.point_evaluation import evaluate_check, evaluate_points
 from calibration.wizard.procedure import (
     ActionFeedback,
@@ -20,11 +22,12 @@ from calibration.wizard.procedure import (
     JournalHeader,
     ProcedureView,
     ReferenceCertificates,
+    SampleSlice,
     StepDraft,
+    WizardAction,
+    WizardPhase,
 )
-from calibration.wizard.sample_slices import SampleSlice
-from calibration.wizard.state import GroupProgress
-from calibration.wizard.view import WizardAction, WizardPhase
+from calibration.wizard.state import AngleProgress
 
 _UNUSABLE: dict[PointHint, str] = {
     "absent": "no voltage",
@@ -36,7 +39,7 @@ _BLOCKING_FAULTS = ("dead", "swapped", "clipped")
 """Faults with which no sign can be proven."""
 
 
-class AngleProcedure(CalibrationProcedure):
+class AngleProcedure(CalibrationProcedure[AngleProgress]):
     """Looks after one instrument that is set by hand."""
 
     def __init__(
@@ -69,15 +72,13 @@ class AngleProcedure(CalibrationProcedure):
         self._watch.feed(one.times, one.volts[self._instrument.channel], one.excitation)
         self._faults.feed(one)
 
-    def phase(self, work: GroupProgress) -> WizardPhase:
-        hand = _angle_progress(work)
-        if hand.rising is None:
+    def phase(self, work: AngleProgress) -> WizardPhase:
+        if work.rising is None:
             return "sign"
-        return "points" if hand.open_slot_indices else "fit"
+        return "points" if work.open_slot_indices else "fit"
 
-    def automatic_step(self, work: GroupProgress) -> StepDraft | ActionFeedback | None:
-        hand = _angle_progress(work)
-        phase = self.phase(hand)
+    def automatic_step(self, work: AngleProgress) -> StepDraft | ActionFeedback | None:
+        phase = self.phase(work)
         if phase == "fit":
             return None
         sign = phase == "sign"
@@ -86,9 +87,9 @@ class AngleProcedure(CalibrationProcedure):
             self._look = self._watch.detect_sign(confirmed=False)
         else:
             self._look = self._watch.detect_point(
-                hand, hand.open_slot_indices[0], by_key=self._armed
+                work, work.open_slot_indices[0], by_key=self._armed
             )
-        asked = sign or (self._header.mode == "check" and not hand.points)
+        asked = sign or (self._header.mode == "check" and not work.points)
         self._faults.update(moved=self._look.hint != "unmoved", sign_asked=asked)
         if self._look.hint == "moving" and before.hint in _PERSISTENT_HINTS:
             self._look = before
@@ -103,34 +104,32 @@ class AngleProcedure(CalibrationProcedure):
                 return self._remark()
             return self._sign_draft()
         if self._header.auto or self._armed:
-            return self._point_draft(hand)
+            return self._point_draft(work)
         return self._remark()
 
-    def available_actions(self, work: GroupProgress) -> frozenset[str]:
-        hand = _angle_progress(work)
-        phase = self.phase(hand)
+    def available_actions(self, work: AngleProgress) -> frozenset[str]:
+        phase = self.phase(work)
         kinds = {"confirm_sign", "take"} if phase == "sign" else {"add"}
         if phase == "points":
             kinds |= {"take", "next"}
         if phase == "fit" and self._header.mode == "full":
             kinds.add("choose_degree")
-        if hand.points:
+        if work.points:
             kinds |= {"repeat", "delete"}
         return frozenset(kinds)
 
-    def act(self, work: GroupProgress, action: WizardAction) -> StepDraft | ActionFeedback:
-        hand = _angle_progress(work)
+    def act(self, work: AngleProgress, action: WizardAction) -> StepDraft | ActionFeedback:
         if action.kind in ("take", "confirm_sign"):
-            if self.phase(hand) == "points":
-                return self._take(hand)
+            if self.phase(work) == "points":
+                return self._take(work)
             return self._confirm_sign() if action.yes else self._deny_sign()
         if action.kind in ("repeat", "delete"):
-            return self._remove(hand, action)
+            return self._remove(work, action)
         if action.kind == "add":
             return self._add(action)
         if action.kind == "next":
-            at = hand.open_slot_indices[0]
-            gone = self._instrument.format_setting(hand.slots[at].value)
+            at = work.open_slot_indices[0]
+            gone = self._instrument.format_setting(work.slots[at].value)
             return StepDraft(
                 kind="leave_out", data={"slot": at}, message=f"left out: {gone}", tone=""
             )
@@ -138,14 +137,13 @@ class AngleProcedure(CalibrationProcedure):
         text = "fit order automatic" if degree is None else f"curve of degree {degree}"
         return StepDraft(kind="degree", data={"degree": degree}, message=text, tone="")
 
-    def build_view(self, work: GroupProgress, outcome: CalibrationOutcome) -> ProcedureView:
-        hand = _angle_progress(work)
-        phase = self.phase(hand)
-        slot = hand.remaining[0] if phase == "points" else None
+    def build_view(self, work: AngleProgress, outcome: CalibrationOutcome) -> ProcedureView:
+        phase = self.phase(work)
+        slot = work.remaining[0] if phase == "points" else None
         if slot is not None:
             prompt = wizard_text.point_prompt(self._instrument, slot, self._look)
             spoken = wizard_text.point_speech(self._instrument, slot, self._look)
-            if self._header.mode == "check" and not hand.points:
+            if self._header.mode == "check" and not work.points:
                 # No page before it has said which one is meant.
                 spoken = f"{self._instrument.title}: {spoken[0].lower()}{spoken[1:]}"
         elif phase == "sign":
@@ -163,23 +161,23 @@ class AngleProcedure(CalibrationProcedure):
             direction="single" if slot is None else slot.direction,
             reading=self._watch.reading,
             current_value=self._watch.current_value(drawn),
-            points=tuple(taken.point for taken in hand.points),
-            remaining=hand.remaining,
-            degree=hand.degree,
+            points=tuple(taken.point for taken in work.points),
+            remaining=work.remaining,
+            degree=work.degree,
             faults=self._faults.faults,
             warnings=self._warnings(phase),
         )
 
     def outcome(
-        self, work: GroupProgress, stamp: datetime, air: GroundAir | None
+        self, work: AngleProgress, stamp: datetime, air: GroundAir | None
     ) -> CalibrationOutcome:
         channel = self._instrument.channel
         former = self._reference.former.get(channel)
         if self._header.mode == "check":
-            return evaluate_check(_angle_progress(work), former)
+            return evaluate_check(work, former)
         return evaluate_points(
             self._instrument,
-            _angle_progress(work),
+            work,
             self._header,
             former=former,
             partner=self._reference.current.get(self._instrument.partner),
@@ -219,7 +217,7 @@ class AngleProcedure(CalibrationProcedure):
     def _confirm_sign(self) -> StepDraft | ActionFeedback:
         """Take the crew's word that it was moved as asked."""
         faults = self._faults.diagnose_after_movement()
-        hindering = _first(faults)
+        hindering = next((one for one in faults if one.kind in _BLOCKING_FAULTS), None)
         if hindering is not None:
             return ActionFeedback(message=hindering.sentence, tone="error")
         self._look = self._watch.detect_sign(confirmed=True)
@@ -234,28 +232,28 @@ class AngleProcedure(CalibrationProcedure):
         self._watch.reset()
         return ActionFeedback(message="move it again")
 
-    def _take(self, hand: AngleProgress) -> StepDraft | ActionFeedback:
-        self._look = self._watch.detect_point(hand, hand.open_slot_indices[0], by_key=True)
+    def _take(self, work: AngleProgress) -> StepDraft | ActionFeedback:
+        self._look = self._watch.detect_point(work, work.open_slot_indices[0], by_key=True)
         if self._look.data is not None:
-            return self._point_draft(hand)
+            return self._point_draft(work)
         unusable = _UNUSABLE.get(self._look.hint)
         if unusable is not None:
             return ActionFeedback(message=unusable, tone="error")
         self._armed = True
         return ActionFeedback(message="hold still: recorded as soon as it is steady")
 
-    def _point_draft(self, hand: AngleProgress) -> StepDraft:
+    def _point_draft(self, work: AngleProgress) -> StepDraft:
         data = self._look.data
         assert data is not None  # noqa: S101 - asked by the callers
-        slot = hand.slots[data["slot"]]
+        slot = work.slots[data["slot"]]
         message = wizard_text.recorded_point_text(self._instrument, data, slot, self._look.hint)
         return StepDraft(kind="point", data=data, message=message)
 
-    def _remove(self, hand: AngleProgress, action: WizardAction) -> StepDraft | ActionFeedback:
-        at = len(hand.points) - 1 if action.index is None else action.index
-        if not 0 <= at < len(hand.points):
+    def _remove(self, work: AngleProgress, action: WizardAction) -> StepDraft | ActionFeedback:
+        at = len(work.points) - 1 if action.index is None else action.index
+        if not 0 <= at < len(work.points):
             return ActionFeedback(message=f"there is no point {at + 1}", tone="error")
-        gone = self._instrument.format_setting(hand.points[at].value)
+        gone = self._instrument.format_setting(work.points[at].value)
         message = f"{gone}: again" if action.kind == "repeat" else f"{gone}: deleted"
         return StepDraft(kind=action.kind, data={"index": at}, message=message, tone="")
 
@@ -271,12 +269,3 @@ class AngleProcedure(CalibrationProcedure):
             )
         added = self._instrument.format_setting(value)
         return StepDraft(kind="add", data={"value": value}, message=f"added: {added}", tone="")
-
-
-def _angle_progress(work: GroupProgress) -> AngleProgress:
-    assert isinstance(work, AngleProgress)  # noqa: S101 - the state pairs stations with their work
-    return work
-
-
-def _first(faults: tuple[InstrumentFault, ...]) -> InstrumentFault | None:
-    return next((fault for fault in faults if fault.kind in _BLOCKING_FAULTS), None)

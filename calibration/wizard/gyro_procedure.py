@@ -5,20 +5,18 @@ from __future__ import annotations
 from collections.abc import Mapping
 from datetime import datetime
 
-from calibration.inertial import (
-    ACCELEROMETERS,
-    GyroZero,
-    Turn,
-    TurnMonitor,
+from calibration.inertial.accelerometers import ACCELEROMETERS
+from calibration.inertial.gyros import (
     create_inertial_rest_monitor,
     gyro_certificate,
     gyro_zero,
 )
+from calibration.inertial.turn_detection import TurnMonitor
 from calibration.plan import InstrumentPlan
 from calibration.points import CalibrationError
 from calibration.pressures import GroundAir
-from calibration.settings import CALIBRATION
-from calibration.wizard.journal_json import to_json_content
+from calibration.settings import CALIBRATION, WIZARD
+from calibration.wizard.journal import to_json_content
 from calibration.wizard.procedure import (
     ActionFeedback,
     CalibrationOutcome,
@@ -26,26 +24,19 @@ from calibration.wizard.procedure import (
     JournalHeader,
     ProcedureView,
     ReferenceCertificates,
+    RestTimeoutMonitor,
+    SampleSlice,
     StepDraft,
+    WizardAction,
+    WizardPhase,
 )
-from calibration.wizard.rest_timeout import RestTimeoutMonitor
-from calibration.wizard.sample_slices import SampleSlice
-from calibration.wizard.sensor_progress import GyroProgress, RequestedTurn
-from calibration.wizard.settings import WIZARD
-from calibration.wizard.state import GroupProgress, InstrumentGroup
-from calibration.wizard.view import WizardAction, WizardPhase
+from calibration.wizard.state import GyroProgress, InstrumentGroup, RequestedTurn
 
 _SILENT = "The {} gyro did not respond to a turn; check its wires."
 
 
-class GyroProcedure(CalibrationProcedure):
-    """Looks after the gyros.
-
-    Parameters
-    ----------
-    reference : ReferenceCertificates
-        Holds the factory's figures.
-    """
+class GyroProcedure(CalibrationProcedure[GyroProgress]):
+    """Looks after the gyros."""
 
     def __init__(
         self, group: InstrumentGroup, header: JournalHeader, reference: ReferenceCertificates
@@ -77,15 +68,13 @@ class GyroProcedure(CalibrationProcedure):
         self._unrest.feed(self._still.status)
         self._turn.feed(one.times, one.volts)
 
-    def phase(self, work: GroupProgress) -> WizardPhase:
-        gyro = _gyro_progress(work)
-        if gyro.rest is None:
+    def phase(self, work: GyroProgress) -> WizardPhase:
+        if work.rest is None:
             return "gyro_still"
-        return "gyro_turn" if gyro.open_turn_indices else "fit"
+        return "gyro_turn" if work.open_turn_indices else "fit"
 
-    def automatic_step(self, work: GroupProgress) -> StepDraft | ActionFeedback | None:
-        gyro = _gyro_progress(work)
-        phase = self.phase(gyro)
+    def automatic_step(self, work: GyroProgress) -> StepDraft | ActionFeedback | None:
+        phase = self.phase(work)
         if phase == "gyro_still":
             reading = self._still.status
             if reading.state != "rested" or reading.rest is None:
@@ -93,34 +82,31 @@ class GyroProcedure(CalibrationProcedure):
             rest = to_json_content(reading.rest)
             return StepDraft(kind="still", data={"rest": rest}, message="gyro zeros recorded")
         if phase == "gyro_turn" and self._turn.status.state == "turned":
-            return self._turned(gyro)
+            return self._turned(work)
         return None
 
-    def available_actions(self, work: GroupProgress) -> frozenset[str]:
-        gyro = _gyro_progress(work)
-        kinds = {"next", "take"} if self.phase(gyro) == "gyro_turn" else set()
-        return frozenset(kinds | {"repeat", "delete"} if gyro.turns else kinds)
+    def available_actions(self, work: GyroProgress) -> frozenset[str]:
+        kinds = {"next", "take"} if self.phase(work) == "gyro_turn" else set()
+        return frozenset(kinds | {"repeat", "delete"} if work.turns else kinds)
 
-    def act(self, work: GroupProgress, action: WizardAction) -> StepDraft | ActionFeedback:
-        gyro = _gyro_progress(work)
+    def act(self, work: GyroProgress, action: WizardAction) -> StepDraft | ActionFeedback:
         if action.kind == "next":
             return StepDraft(
                 kind="leave_out",
-                data={"slot": gyro.open_turn_indices[0]},
+                data={"slot": work.open_turn_indices[0]},
                 message="turn skipped; the data-sheet scale applies where none was made",
                 tone="",
             )
         if action.kind == "take":
-            return self._without_answer(gyro)
-        at = len(gyro.turns) - 1 if action.index is None else action.index
-        if not 0 <= at < len(gyro.turns):
+            return self._without_answer(work)
+        at = len(work.turns) - 1 if action.index is None else action.index
+        if not 0 <= at < len(work.turns):
             return ActionFeedback(message=f"there is no turn {at + 1}", tone="error")
         message = "repeat the turn" if action.kind == "repeat" else "turn deleted"
         return StepDraft(kind=action.kind, data={"index": at}, message=message, tone="")
 
-    def build_view(self, work: GroupProgress, outcome: CalibrationOutcome) -> ProcedureView:
-        gyro = _gyro_progress(work)
-        phase = self.phase(gyro)
+    def build_view(self, work: GyroProgress, outcome: CalibrationOutcome) -> ProcedureView:
+        phase = self.phase(work)
         if phase == "gyro_still":
             reading = self._still.status
             return ProcedureView(
@@ -133,9 +119,9 @@ class GyroProcedure(CalibrationProcedure):
                 amount_unit="s",
                 warnings=self._unrest.warnings,
             )
-        points = tuple(turn.point for _, turn in gyro.turns)
+        points = tuple(turn.point for _, turn in work.turns)
         if phase == "gyro_turn":
-            asked = gyro.requested_turns[gyro.open_turn_indices[0]]
+            asked = work.requested_turns[work.open_turn_indices[0]]
             turning = self._turn.status
             return ProcedureView(
                 instrument=self._instrument(asked.channel),
@@ -158,20 +144,19 @@ class GyroProcedure(CalibrationProcedure):
         )
 
     def outcome(
-        self, work: GroupProgress, stamp: datetime, air: GroundAir | None
+        self, work: GyroProgress, stamp: datetime, air: GroundAir | None
     ) -> CalibrationOutcome:
-        gyro = _gyro_progress(work)
-        if gyro.rest is None:
+        if work.rest is None:
             return CalibrationOutcome()
         certificates, doubts, remarks = [], [], []
         uncalibrated: dict[str, str] = {}
         for channel in self._group.channels:
-            if channel in gyro.unresponsive:
+            if channel in work.unresponsive:
                 uncalibrated[channel] = _SILENT.format(channel)
                 doubts.append(uncalibrated[channel])
                 continue
-            zero = gyro_zero(channel, gyro.rest, factory=self._factory)
-            turns = [turn for _, turn in gyro.turns if turn.channel == channel]
+            zero = gyro_zero(channel, work.rest, factory=self._factory)
+            turns = [turn for _, turn in work.turns if turn.channel == channel]
             try:
                 certificate = gyro_certificate(
                     zero,
@@ -186,8 +171,10 @@ class GyroProcedure(CalibrationProcedure):
                 doubts.append(str(error))
                 continue
             certificates.append(certificate)
-            doubts += _gyro_issues(zero, turns)
-            remarks += [zero.verdict.sentence, *_passed(turns)]
+            verdicts = [zero.verdict, *(turn.verdict for turn in turns)]
+            doubts += [one.sentence for one in verdicts if not one.passed]
+            remarks += [zero.verdict.sentence]
+            remarks += [one.sentence for one in verdicts[1:] if one.passed]
         return CalibrationOutcome(
             certificates=tuple(certificates),
             uncalibrated=uncalibrated,
@@ -196,9 +183,9 @@ class GyroProcedure(CalibrationProcedure):
             ready=True,
         )
 
-    def _turned(self, gyro: GyroProgress) -> StepDraft | ActionFeedback:
-        slot = gyro.open_turn_indices[0]
-        asked = gyro.requested_turns[slot]
+    def _turned(self, work: GyroProgress) -> StepDraft | ActionFeedback:
+        slot = work.open_turn_indices[0]
+        asked = work.requested_turns[slot]
         try:
             turn = self._turn.detected_turn(asked.channel, asked.angle)
         except CalibrationError as error:
@@ -215,13 +202,13 @@ class GyroProcedure(CalibrationProcedure):
             tone="taken" if turn.verdict.usable else "error",
         )
 
-    def _without_answer(self, gyro: GyroProgress) -> StepDraft | ActionFeedback:
+    def _without_answer(self, work: GyroProgress) -> StepDraft | ActionFeedback:
         """Take the crew's word that the table was turned, though no gyro saw it."""
         if self._turn.status.state in ("turning", "stopping"):
             return ActionFeedback(
                 message="turn detected: hold the table still; it is recorded automatically"
             )
-        channel = gyro.requested_turns[gyro.open_turn_indices[0]].channel
+        channel = work.requested_turns[work.open_turn_indices[0]].channel
         return StepDraft(
             kind="silent", data={"gyro": channel}, message=_SILENT.format(channel), tone="error"
         )
@@ -253,17 +240,3 @@ _UPRIGHT: Mapping[str, str] = {
     "q": "Put the aircraft on the turntable, one wing straight up.",
     "r": "Put the aircraft on the turntable, upright.",
 }
-
-
-def _gyro_progress(work: GroupProgress) -> GyroProgress:
-    assert isinstance(work, GyroProgress)  # noqa: S101 - the state pairs stations with their work
-    return work
-
-
-def _gyro_issues(zero: GyroZero, turns: list[Turn]) -> list[str]:
-    verdicts = [zero.verdict, *(turn.verdict for turn in turns)]
-    return [verdict.sentence for verdict in verdicts if not verdict.passed]
-
-
-def _passed(turns: list[Turn]) -> list[str]:
-    return [turn.verdict.sentence for turn in turns if turn.verdict.passed]

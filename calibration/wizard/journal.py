@@ -10,13 +10,14 @@ import contextlib
 import json
 import os
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields, is_dataclass
 from datetime import datetime
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
-from calibration.polynomial_fit import CalibrationError
+from calibration.plan import CalibrationPlan, InstrumentPlan
+from calibration.points import CalibrationError
 from gsapp.foundation import write_atomically
 from gsapp.foundation.files import flush_to_disk
 
@@ -46,13 +47,7 @@ class Journal:
         self.path = path
 
     def append(self, step: JournalStep) -> None:
-        """Write a step and see it onto the disk.
-
-        Raises
-        ------
-        CalibrationError
-            If the disk refuses; the step then did not happen.
-        """
+        """Write a step and see it onto the disk."""
         content = {
             "step": step.kind,
             "channel": step.channel,
@@ -83,24 +78,13 @@ class Journal:
                 raise
 
     def read(self) -> tuple[JournalStep, ...]:
-        """Return the steps, as far as the file is good.
-
-        Raises
-        ------
-        CalibrationError
-            If the file cannot be read.
-        """
+        """Return the steps, as far as the file is good."""
         return self._read()[0]
 
     def recover(self) -> tuple[JournalStep, ...]:
         """Return the steps, and make the file ready to go on after the last good one.
 
         Where more than that is in the file, it is kept whole beside it as ``.damaged``.
-
-        Raises
-        ------
-        CalibrationError
-            If the file cannot be read.
         """
         steps, data, good = self._read()
         if good < len(data):
@@ -153,3 +137,28 @@ def _parse(line: bytes) -> JournalStep | None:
     if not isinstance(kind, str) or not isinstance(name, str):
         return None
     return JournalStep(kind=kind, channel=name, stamp=stamp, data=content)
+
+
+_TUPLES = ("settings", "check_settings", "travel")
+
+
+def to_json_content(value: Any) -> Any:
+    """Return a frozen record as tables, lists, texts and numbers."""
+    if is_dataclass(value):
+        return {one.name: to_json_content(getattr(value, one.name)) for one in fields(value)}
+    if isinstance(value, Mapping):
+        return {str(key): to_json_content(one) for key, one in value.items()}
+    if isinstance(value, (tuple, list)):
+        return [to_json_content(one) for one in value]
+    return value
+
+
+def plan_from_json(content: Mapping[str, Any]) -> CalibrationPlan:
+    """Return the plan that a journal kept: it goes on by the plan that it was begun with."""
+    instruments = tuple(_instrument(one) for one in content["instruments"])
+    return CalibrationPlan(**{**content, "instruments": instruments})
+
+
+def _instrument(content: Mapping[str, Any]) -> InstrumentPlan:
+    tuples = {key: tuple(content[key]) for key in _TUPLES if content[key] is not None}
+    return InstrumentPlan(**{**content, **tuples})

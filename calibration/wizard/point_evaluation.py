@@ -14,9 +14,9 @@ from calibration.drift import Drift, check_certificate, compute_drift
 from calibration.plan import InstrumentPlan
 from calibration.points import DIRECTION_TEXT, CalibrationError, CalibrationPoint
 from calibration.quality import Calibration
-from calibration.wizard.angle_progress import AngleProgress, RecordedPoint
+from calibration.settings import WIZARD
 from calibration.wizard.procedure import CalibrationOutcome, JournalHeader
-from calibration.wizard.settings import WIZARD
+from calibration.wizard.state import AngleProgress, RecordedPoint
 
 
 def evaluate_points(
@@ -29,17 +29,7 @@ def evaluate_points(
     stamp: datetime,
     temperature: float | None,
 ) -> CalibrationOutcome:
-    """Return what the points of a calibration come to.
-
-    Parameters
-    ----------
-    partner : Certificate or None
-        Of the instrument on the other side, in force now.
-    stamp : datetime
-        Of the certificate.
-    temperature : float or None
-        Of the surroundings, K.
-    """
+    """Return what the points of a calibration come to."""
     if len(work.points) < 2:
         return CalibrationOutcome()
     supply = mean_supply_voltage(work.points) if instrument.ratiometric else None

@@ -14,10 +14,9 @@ from calibration.pressures import (
     dynamic_pressure_zero,
     static_pressure_check,
 )
-from calibration.pressures.settings import PRESSURES
 from calibration.rest_detection import RestPeriod
-from calibration.settings import CALIBRATION
-from calibration.wizard.journal_json import to_json_content
+from calibration.settings import CALIBRATION, PRESSURES, WIZARD
+from calibration.wizard.journal import to_json_content
 from calibration.wizard.procedure import (
     ActionFeedback,
     CalibrationOutcome,
@@ -25,14 +24,13 @@ from calibration.wizard.procedure import (
     JournalHeader,
     ProcedureView,
     ReferenceCertificates,
+    RestTimeoutMonitor,
+    SampleSlice,
     StepDraft,
+    WizardAction,
+    WizardPhase,
 )
-from calibration.wizard.rest_timeout import RestTimeoutMonitor
-from calibration.wizard.sample_slices import SampleSlice
-from calibration.wizard.sensor_progress import PressureProgress
-from calibration.wizard.settings import WIZARD
-from calibration.wizard.state import GroupProgress, InstrumentGroup
-from calibration.wizard.view import WizardAction, WizardPhase
+from calibration.wizard.state import InstrumentGroup, PressureProgress
 
 _DYNAMIC, _STATIC = "dynamic_pressure", "static_pressure"
 _WITHOUT_BAROMETER = (
@@ -41,23 +39,11 @@ _WITHOUT_BAROMETER = (
 )
 
 
-class PressureProcedure(CalibrationProcedure):
+class PressureProcedure(CalibrationProcedure[PressureProgress]):
     """Looks after the pressures.
 
     A key says that the pitot is covered. Where the pressure then moves as it does in wind, the
     cover is asked for once more; the same key takes it in a lull, with a bound for the wind.
-
-    Parameters
-    ----------
-    group : InstrumentGroup
-        Dynamic pressure, and static pressure where it is measured.
-    reference : ReferenceCertificates
-        Its certificates give the slopes, which are kept.
-
-    Raises
-    ------
-    CalibrationError
-        If there is no certificate to start from.
     """
 
     def __init__(
@@ -100,23 +86,21 @@ class PressureProcedure(CalibrationProcedure):
         if self._blow is not None:
             self._blow.feed(one.times, one.volts)
 
-    def phase(self, work: GroupProgress) -> WizardPhase:
-        pressure = _pressure_progress(work)
-        if pressure.zero is None:
+    def phase(self, work: PressureProgress) -> WizardPhase:
+        if work.zero is None:
             return "pressure_zero"
-        return "fit" if pressure.blow_detected or pressure.left_out else "pressure_blow"
+        return "fit" if work.blow_detected or work.left_out else "pressure_blow"
 
-    def automatic_step(self, work: GroupProgress) -> StepDraft | ActionFeedback | None:
-        pressure = _pressure_progress(work)
-        phase = self.phase(pressure)
+    def automatic_step(self, work: PressureProgress) -> StepDraft | ActionFeedback | None:
+        phase = self.phase(work)
         if phase == "pressure_zero":
             return self._zero_draft()
         if phase == "pressure_blow":
-            return self._follow_breath(pressure)
+            return self._follow_breath(work)
         return None
 
-    def available_actions(self, work: GroupProgress) -> frozenset[str]:
-        phase = self.phase(_pressure_progress(work))
+    def available_actions(self, work: PressureProgress) -> frozenset[str]:
+        phase = self.phase(work)
         kinds = {"enter"}
         if phase == "pressure_zero":
             kinds.add("take")
@@ -126,20 +110,18 @@ class PressureProcedure(CalibrationProcedure):
             kinds.add("next")
         return frozenset(kinds)
 
-    def act(self, work: GroupProgress, action: WizardAction) -> StepDraft | ActionFeedback:
+    def act(self, work: PressureProgress, action: WizardAction) -> StepDraft | ActionFeedback:
         if action.kind == "take":
             return self._take()
         if action.kind == "repeat":
-            again = (
-                "repeated from zero" if _pressure_progress(work).blow_detected else "zero repeated"
-            )
+            again = "repeated from zero" if work.blow_detected else "zero repeated"
             return StepDraft(kind="repeat", message=again, tone="")
         if action.kind == "next":
             return StepDraft(kind="leave_out", message="pitot blow skipped", tone="")
         return self._entered(action)
 
-    def build_view(self, work: GroupProgress, outcome: CalibrationOutcome) -> ProcedureView:
-        phase = self.phase(_pressure_progress(work))
+    def build_view(self, work: PressureProgress, outcome: CalibrationOutcome) -> ProcedureView:
+        phase = self.phase(work)
         instrument = self._group.instruments[0]
         if phase == "pressure_zero":
             reading = self._still.status
@@ -177,18 +159,17 @@ class PressureProcedure(CalibrationProcedure):
         )
 
     def outcome(
-        self, work: GroupProgress, stamp: datetime, air: GroundAir | None
+        self, work: PressureProgress, stamp: datetime, air: GroundAir | None
     ) -> CalibrationOutcome:
-        pressure = _pressure_progress(work)
-        if pressure.zero is None:
+        if work.zero is None:
             return CalibrationOutcome()
         uncalibrated: dict[str, str] = {}
         found: list[PressureZero] = []
         doubts: list[str] = []
-        zero, lull = pressure.zero, pressure.in_wind
+        zero, lull = work.zero, work.in_wind
         for name in self._group.channels:
             if name == _STATIC and air is None:
-                doubts += _WITHOUT_BAROMETER if pressure.fraction_done == 1.0 else ()
+                doubts += _WITHOUT_BAROMETER if work.fraction_done == 1.0 else ()
                 continue
             try:
                 found.append(self._at_known_pressure(name, zero, lull, stamp, air))
@@ -196,12 +177,12 @@ class PressureProcedure(CalibrationProcedure):
                 uncalibrated[name] = str(error)
                 doubts.append(str(error))
         doubts += [one.sentence for one in found if not one.passed]
-        if pressure.in_wind:
+        if work.in_wind:
             doubts.append(
                 "the dynamic pressure moved as in wind during zeroing: the zero may be off by "
                 f"{PRESSURES.wind_uncertainty:.0f} Pa"
             )
-        if pressure.left_out:
+        if work.left_out:
             doubts.append("the pitot was not blown into: hoses not checked")
         return CalibrationOutcome(
             certificates=tuple(one.certificate for one in found),
@@ -262,9 +243,9 @@ class PressureProcedure(CalibrationProcedure):
                 )
         return None
 
-    def _follow_breath(self, pressure: PressureProgress) -> StepDraft | ActionFeedback | None:
+    def _follow_breath(self, work: PressureProgress) -> StepDraft | ActionFeedback | None:
         if self._blow is None:
-            self._blow = PitotBlowDetector(self._today(pressure), self._known.get(_STATIC))
+            self._blow = PitotBlowDetector(self._today(work), self._known.get(_STATIC))
         reading = self._blow.status
         if reading.state == "green":
             return StepDraft(kind="blow", message=reading.sentence)
@@ -273,13 +254,13 @@ class PressureProcedure(CalibrationProcedure):
             return ActionFeedback(message=reading.sentence, tone="error")
         return None
 
-    def _today(self, pressure: PressureProgress) -> Certificate:
+    def _today(self, work: PressureProgress) -> Certificate:
         """Return the curve of the dynamic pressure through today's zero."""
         former = self._known[_DYNAMIC]
-        if pressure.zero is None:
+        if work.zero is None:
             return former
         try:
-            zero = dynamic_pressure_zero(pressure.zero, former, who="", stamp=former.stamp)
+            zero = dynamic_pressure_zero(work.zero, former, who="", stamp=former.stamp)
         except CalibrationError:
             return former
         return zero.certificate
@@ -297,8 +278,3 @@ class PressureProcedure(CalibrationProcedure):
             message=f"air at the field: {air.pressure / 100.0:.1f} hPa",
             tone="",
         )
-
-
-def _pressure_progress(work: GroupProgress) -> PressureProgress:
-    assert isinstance(work, PressureProgress)  # noqa: S101 - the state pairs stations with their work
-    return work

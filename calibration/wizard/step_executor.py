@@ -8,23 +8,44 @@ nothing where it was done already.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from datetime import datetime
 from pathlib import Path
 from typing import Any
 
 from calibration.certificate import Certificate
-from calibration.certificate_store import CertificateStore
+from calibration.certificate_store import CertificateStore, CheckRecord
 from calibration.certificate_toml import load_certificates
-from calibration.check_record import CheckRecord
 from calibration.drift import CheckResult, has_hysteresis
 from calibration.plan import CalibrationPlan
 from calibration.points import CalibrationError
-from calibration.wizard.journal import Journal, JournalStep
-from calibration.wizard.journal_json import plan_from_json, to_json_content
-from calibration.wizard.procedure import CalibrationOutcome, JournalHeader, ReferenceCertificates
-from calibration.wizard.procedure_registry import create_procedure
-from calibration.wizard.setting_schedule import CalibrationMode
-from calibration.wizard.state import WizardState
+from calibration.wizard.accelerometer_procedure import AccelerometerProcedure
+from calibration.wizard.angle_procedure import AngleProcedure
+from calibration.wizard.gyro_procedure import GyroProcedure
+from calibration.wizard.journal import Journal, JournalStep, plan_from_json, to_json_content
+from calibration.wizard.pressure_procedure import PressureProcedure
+from calibration.wizard.procedure import (
+    CalibrationOutcome,
+    CalibrationProcedure,
+    JournalHeader,
+    ReferenceCertificates,
+)
+from calibration.wizard.state import CalibrationMode, InstrumentGroup, WizardState
+
+
+def create_procedure(
+    group: InstrumentGroup, header: JournalHeader, reference: ReferenceCertificates
+) -> CalibrationProcedure[Any]:
+    """Return what looks after a group."""
+    kind = group.instruments[0].kind
+    if kind == "gyro":
+        return GyroProcedure(group, header, reference)
+    if kind == "accelerometer":
+        return AccelerometerProcedure(group, header, reference)
+    if kind == "pressure":
+        return PressureProcedure(group, header, reference)
+    return AngleProcedure(group.instruments[0], header, reference)
+
 
 _HEADER_KIND = "calibration"
 """Kind of the first line of a journal."""
@@ -40,17 +61,10 @@ class StepHistory:
 
     @property
     def state(self) -> WizardState:
-        """Return how far it has come."""
         return self._states[-1]
 
     def apply(self, step: JournalStep) -> None:
-        """Take a step.
-
-        Raises
-        ------
-        CalibrationError
-            If it cannot be taken from here.
-        """
+        """Take a step."""
         try:
             if step.kind == "undo":
                 self.undone = self.steps.pop()
@@ -104,13 +118,7 @@ class StepExecutor:
         auto: bool,
         stamp: datetime,
     ) -> StepExecutor:
-        """Begin a calibration; a former journal is set aside.
-
-        Raises
-        ------
-        CalibrationError
-            If there is nothing to do, or the journal cannot be written.
-        """
+        """Begin a calibration; a former journal is set aside."""
         former = store.in_force()
         rising: dict[str, bool] = {}
         any_side: list[str] = []
@@ -138,13 +146,7 @@ class StepExecutor:
 
     @classmethod
     def resume(cls, path: Path, store: CertificateStore) -> StepExecutor:
-        """Go on with the calibration of a journal.
-
-        Raises
-        ------
-        CalibrationError
-            If it holds none that could go on.
-        """
+        """Go on with the calibration of a journal."""
         journal = Journal(path)
         steps = journal.recover()
         header = _parse_header(steps, path)
@@ -164,12 +166,10 @@ class StepExecutor:
 
     @property
     def state(self) -> WizardState:
-        """Return how far the calibration has come."""
         return self._track.state
 
     @property
     def last_step(self) -> JournalStep | None:
-        """Return the step that undo would take back."""
         return self._track.steps[-1] if self._track.steps else None
 
     def execute(self, step: JournalStep) -> None:
@@ -265,11 +265,7 @@ class StepExecutor:
         self._renew()
 
     def _renew(self) -> None:
-        self.reference = ReferenceCertificates(
-            former=self.reference.former,
-            current=self._store.in_force(),
-            nominal=self.reference.nominal,
-        )
+        self.reference = replace(self.reference, current=self._store.in_force())
 
 
 def has_unfinished_calibration(journal: Path) -> bool:
@@ -294,7 +290,6 @@ def _initial_state(header: JournalHeader) -> WizardState:
 def _checkable_plan(
     plan: CalibrationPlan, former: Mapping[str, Certificate], aircraft: str
 ) -> CalibrationPlan:
-    """Return the plan of those instruments that have a certificate to be checked."""
     known = [
         one.channel for one in plan.instruments if one.is_angle_sensor and one.channel in former
     ]

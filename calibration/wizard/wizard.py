@@ -15,28 +15,24 @@ from typing import Any
 from calibration.certificate_store import CertificateStore
 from calibration.plan import CalibrationPlan
 from calibration.points import CalibrationError
+from calibration.settings import WIZARD
 from calibration.wizard import wizard_text
 from calibration.wizard.journal import JournalStep
 from calibration.wizard.procedure import (
     ActionFeedback,
     CalibrationOutcome,
     CalibrationProcedure,
-    ProcedureView,
-    StepDraft,
-)
-from calibration.wizard.procedure_registry import create_procedure
-from calibration.wizard.sample_slices import SampleSlice, SampleSlicer
-from calibration.wizard.setting_schedule import CalibrationMode
-from calibration.wizard.settings import WIZARD
-from calibration.wizard.state import GroupProgress, InstrumentGroup, WizardState
-from calibration.wizard.step_executor import StepExecutor
-from calibration.wizard.view import (
     FeedbackTone,
+    SampleSlice,
+    SampleSlicer,
+    StepDraft,
     WizardAction,
     WizardActionKind,
     WizardPhase,
     WizardView,
 )
+from calibration.wizard.state import CalibrationMode, GroupProgress, InstrumentGroup, WizardState
+from calibration.wizard.step_executor import StepExecutor, create_procedure
 from gsapp.quantities import Block
 
 _SHOWN: Mapping[CalibrationMode, float] = {"full": 3.0, "check": 0.5}
@@ -54,8 +50,6 @@ class CalibrationWizard:
         Where certificates go.
     journal : Path
         Every step is kept there as it is taken. A former journal is set aside, not lost.
-    temperature : float, optional
-        Of the surroundings, K.
     mode : {"full", "check"}
         All settings, or the three-point check of surfaces and vanes.
     auto : bool
@@ -111,7 +105,7 @@ class CalibrationWizard:
         self._ledger = ledger
         self._now = now
         self._slicer = SampleSlicer(ledger.header.plan.channels)
-        self._station: CalibrationProcedure | None = None
+        self._station: CalibrationProcedure[Any] | None = None
         self._held = False
         self._since: float | None = None
         self._end: float | None = None
@@ -161,7 +155,6 @@ class CalibrationWizard:
 
     @property
     def state(self) -> WizardState:
-        """Return how far the calibration has come."""
         return self._ledger.state
 
     # Steps.
@@ -287,7 +280,6 @@ class CalibrationWizard:
 
     @property
     def phase(self) -> WizardPhase:
-        """Return which page it is."""
         state = self.state
         if state.aborted:
             return "aborted"
@@ -299,13 +291,13 @@ class CalibrationWizard:
 
     @property
     def view(self) -> WizardView:
-        """Return the wizard as it is to be shown."""
         state, phase = self.state, self.phase
         outcome = self._outcome()
-        showing = self._showing(outcome)
-        parts = {one.name: getattr(showing, one.name) for one in fields(showing)} if showing else {}
-        warnings = parts.pop("warnings", ())
-        faults = parts.get("faults", ())
+        parts: dict[str, Any] = {}
+        if self._station is not None:
+            shown = self._station.build_view(state.progress[state.current_key], outcome)
+            parts = {one.name: getattr(shown, one.name) for one in fields(shown)}
+        faults = [one.sentence for one in parts.get("faults", ())]
         today, checks = self._ledger.reference.current, self._ledger.accepted_checks()
         place = _PHASE_TEXT.get(phase, {})
         if phase == "done":
@@ -324,7 +316,7 @@ class CalibrationWizard:
             calibration=outcome.calibration,
             drift=outcome.drift,
             check_result=outcome.check_result,
-            problems=(*(one.sentence for one in faults), *warnings, *outcome.issues),
+            problems=(*faults, *parts.get("warnings", ()), *outcome.issues),
             remarks=outcome.remarks,
             accepted_checks=checks,
             available_actions=self._can(),
@@ -336,11 +328,6 @@ class CalibrationWizard:
             tone=self._tone,
             event_count=self._event,
         )
-
-    def _showing(self, outcome: CalibrationOutcome) -> ProcedureView | None:
-        if self._station is None:
-            return None
-        return self._station.build_view(self.state.progress[self.state.current_key], outcome)
 
     def _can(self) -> frozenset[str]:
         state, phase = self.state, self.phase

@@ -10,7 +10,7 @@ from calibration.plan import CalibrationPlan, InstrumentPlan
 from calibration.points import DIRECTION_TEXT
 from calibration.wizard.angle_monitor import PointHint, StepProposal
 from calibration.wizard.procedure import CalibrationOutcome
-from calibration.wizard.setting_schedule import ScheduledSetting
+from calibration.wizard.state import ScheduledSetting
 
 
 def sign_prompt(instrument: InstrumentPlan, hint: PointHint, *, ask: bool) -> str:

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from rich.table import Table
 
     from calibration import Certificate
-    from calibration.certificate_overview import CertificateOverview, CertificateStatus
+    from calibration.certificate_store import CertificateOverview, CertificateStatus
     from calibration.drift import Drift
     from calibration.points_file import PointsFile
     from calibration.quality import Calibration, CalibrationQuality
@@ -77,7 +77,7 @@ def calibrate(
     from calibration.curve_selection import create_certificate, fit_calibration
     from calibration.drift import compute_drift
     from calibration.points_file import load_points
-    from calibration.remarks import collect_remarks
+    from calibration.quality import collect_remarks
     from gsapp.cli._console import is_stdout, write_json
     from gsapp.cli._usage_errors import as_usage_error
     from gsapp.foundation import GroundStationError
@@ -128,7 +128,7 @@ def calibrate(
 def _write_report(
     certificate: Certificate, file: Path, former: Sequence[Certificate], report: Path
 ) -> None:
-    from calibration.certificate_overview import evaluate_certificate
+    from calibration.certificate_store import evaluate_certificate
     from gsapp.flight.info import local_timestamp
     from gsapp.report.certificate_report import write_certificate_report
 
@@ -294,7 +294,7 @@ def certificates(
 
     Example: gsapp certificates flights/2026-05-12-a --report pages
     """
-    from calibration.certificate_overview import load_certificate_overview
+    from calibration.certificate_store import load_certificate_overview
     from calibration.validity import CalibrationInForce
     from gsapp.cli._console import PlainConsole, is_stdout, write_json
 

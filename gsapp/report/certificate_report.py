@@ -12,7 +12,7 @@ import numpy as np
 from matplotlib.ticker import MaxNLocator
 
 from calibration import Certificate
-from calibration.certificate_overview import CertificateStatus
+from calibration.certificate_store import CertificateStatus
 from calibration.points import DIRECTION_TEXT, Direction
 from calibration.polynomial_fit import evaluate_polynomial
 from calibration.quality import CalibrationQuality
@@ -41,7 +41,7 @@ if TYPE_CHECKING:
     from matplotlib.typing import FillStyleType
 
     from calibration import Certificate
-    from calibration.certificate_overview import CertificateStatus
+    from calibration.certificate_store import CertificateStatus
     from calibration.quality import CalibrationQuality
 
 CERTIFICATE_FIGURE_HEIGHT = 2.6
@@ -188,7 +188,7 @@ def write_certificate_report(
     Parameters
     ----------
     standing : CertificateStatus
-        The certificate with its quality and the one before (`calibration.certificate_overview`).
+        The certificate with its quality and the one before (`calibration.certificate_store`).
     written : str
         When, for the head of the page; the only words that differ between two writings.
     units : {"US", "SI"}

@@ -15,7 +15,8 @@ import numpy as np
 from scipy.stats import binom
 
 from calibration import load_certificates
-from calibration.inertial import ACCELEROMETERS, GYROS, gyro_scale
+from calibration.inertial.accelerometers import ACCELEROMETERS
+from calibration.inertial.gyros import GYROS, gyro_scale
 from calibration.pressures import (
     PitotBlowDetector,
     create_covered_pitot_monitor,
@@ -126,7 +127,7 @@ def _pair(names: tuple[str, ...], trial: int) -> tuple[str, str]:
 
 
 def _gyro_verdict(bench: VirtualBench, channel: str) -> str:
-    from calibration.inertial import evaluate_turn
+    from calibration.inertial.gyros import evaluate_turn
 
     bench.step(bench.rotate(channel, 0.0, seconds=0.01) + 0.5)
     stop = bench.time + bench.rotate(channel, 360.0)

@@ -50,7 +50,7 @@ def whole_aircraft(seeds: int) -> None:
                 truth = crew.bench.potentiometers[name]
                 shares.append(within(certificate, truth, random))
                 slops.append((certificate.hysteresis, truth.play))
-    print(f"{seeds} aircraft, {PLAN.channel_list_text}")
+    print(f"{seeds} aircraft, {', '.join(PLAN.channels)}")
     print(f"keys an aircraft: {np.mean(keys):.2f} on average, {max(keys)} at most; 70 would be one")
     print("                  for each point; each was for a curve that asked for a look")
     print(f"minutes an aircraft, hands included: {np.mean(minutes):.1f}")

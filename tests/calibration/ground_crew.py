@@ -4,19 +4,21 @@ import datetime as dt
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from calibration.inertial import (
+from calibration.inertial.accelerometers import (
     ACCELEROMETERS,
-    GYROS,
     POSITIONS,
-    GyroZero,
     PositionReading,
     SixPositionResult,
-    Turn,
-    TurnMonitor,
     calibrate_accelerometers,
+)
+from calibration.inertial.gyros import (
+    GYROS,
+    GyroZero,
+    Turn,
     create_inertial_rest_monitor,
     gyro_zero,
 )
+from calibration.inertial.turn_detection import TurnMonitor
 from calibration.rest_detection import RestMonitor, RestPeriod
 from gsapp.virtual.bench import VirtualBench
 

@@ -9,16 +9,16 @@ import numpy as np
 import pytest
 
 from calibration import CalibrationError, load_certificate, write_certificate
-from calibration.inertial import (
+from calibration.inertial.accelerometers import (
     ACCELEROMETERS,
     POSITIONS,
     PositionReading,
     SixPositionResult,
     calibrate_accelerometers,
-    factory_calibrations,
     recognize_position,
     specific_force,
 )
+from calibration.inertial.straight_line import factory_calibrations
 from calibration.rest_detection import RestPeriod
 from gsapp.quantities import FloatArray
 from gsapp.quantities.constants import GRAVITY
@@ -153,17 +153,6 @@ def test_what_is_wrong_is_named(fault: str, kinds: dict[str, str]) -> None:
         if expected in ("dead", "swapped"):
             with pytest.raises(CalibrationError, match=name):
                 found.certificate(name, who="crew", stamp=STAMP)
-
-
-def test_local_gravity_counts() -> None:
-    zero, matrix = nominal()
-    readings = exact(zero, matrix, np.zeros((6, 2)))
-    here, standard = (
-        calibrate_accelerometers(readings, gravity=9.80),
-        calibrate_accelerometers(readings),
-    )
-    ratio = here.fits["an"].sensitivity / standard.fits["an"].sensitivity
-    assert ratio == pytest.approx(9.80665 / 9.80, abs=1e-5)
 
 
 def test_a_missing_position_is_named() -> None:

@@ -9,15 +9,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from calibration import (
-    CalibrationError,
     CalibrationPoint,
     Certificate,
-    fit_points,
     load_certificate,
     load_certificates,
     shipped_certificate_sets,
     write_certificate,
 )
+from calibration.curve_selection import create_certificate, fit_calibration
 from gsapp.foundation import FileProblemsError, UnknownNameError
 from gsapp.quantities import INSTRUMENTS
 
@@ -30,9 +29,9 @@ def curve(degree: int, falling: bool = False) -> Certificate:
     shape = (-50 + 20 * volts, 0.8 * volts**2, 0.15 * volts**3)
     values = sum(shape[:degree]) * (-1.0 if falling else 1.0)
     points = [CalibrationPoint(volts=v, value=x) for v, x in zip(volts, values, strict=True)]
-    return Certificate.from_points(
-        "alpha", "deg", points, degree=degree, who="test", stamp=STAMP,
-        excitation_voltage=5.0, ratiometric=True,
+    return create_certificate(
+        fit_calibration(points, degree=degree), points, channel_id="alpha", unit="deg", who="test",
+        stamp=STAMP, excitation_voltage=5.0, ratiometric=True,
     )  # fmt: skip
 
 
@@ -92,25 +91,11 @@ def test_a_fit_knows_its_hysteresis_and_residuals() -> None:
         for direction, shift in (("up", 0.3), ("down", -0.3))
         for v in volts
     ]
-    fit = fit_points(points, 1)
+    fit = fit_calibration(points, degree=1).fit
     np.testing.assert_allclose(fit.coefficients, [0, 10], atol=1e-12)
     assert fit.hysteresis == pytest.approx(0.6)
     assert fit.max_residual == pytest.approx(0.3)
     assert fit.rms == pytest.approx(0.3 * np.sqrt(14 / 12))
-
-
-def test_points_that_allow_no_curve_are_refused() -> None:
-    few = [CalibrationPoint(volts=1.0, value=x) for x in (0.0, 1.0, 2.0)]
-    with pytest.raises(CalibrationError, match="2 different"):
-        fit_points(few, 1)
-    hill = [CalibrationPoint(volts=v, value=-((v - 2) ** 2)) for v in (0.0, 1.0, 2.0, 3.0, 4.0)]
-    with pytest.raises(CalibrationError, match="turns back"):
-        fit_points(hill, 2)
-    flat = [CalibrationPoint(volts=v, value=3.0) for v in (1.0, 2.0, 3.0)]
-    with pytest.raises(CalibrationError, match="same value"):
-        fit_points(flat, 1)
-    with pytest.raises(CalibrationError, match="degree 4"):
-        fit_points(hill, 4)
 
 
 def test_extrapolation_is_flagged_and_straight() -> None:

@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 
 from calibration import CalibrationError, CalibrationPoint
 from calibration.curve_selection import fit_calibration
-from calibration.hysteresis_fit import CalibrationReadings
-from calibration.remarks import collect_remarks
+from calibration.polynomial_fit import CalibrationReadings
+from calibration.quality import collect_remarks
 from gsapp.quantities import FloatArray
 from tests.calibration.potentiometer_kit import quick_sweep, recovered
 
@@ -173,6 +173,8 @@ def test_what_allows_no_curve_is_refused() -> None:
     hill = [CalibrationPoint(volts=v, value=-((v - 2.0) ** 2)) for v in (0.0, 1.0, 2.0, 3.5, 5.0)]
     with pytest.raises(CalibrationError, match="turns back"):
         fit_calibration(hill, degree=2)
+    with pytest.raises(CalibrationError, match="degree 4"):
+        fit_calibration(hill, degree=4)
     assert fit_calibration(hill).degree == 1
 
 

@@ -7,16 +7,16 @@ import numpy as np
 import pytest
 
 from calibration import CalibrationError, load_certificate, write_certificate
-from calibration.inertial import (
+from calibration.inertial.gyros import (
     GYROS,
-    TurnMonitor,
     create_inertial_rest_monitor,
     evaluate_turn,
-    factory_calibrations,
     gyro_certificate,
     gyro_scale,
     gyro_zero,
 )
+from calibration.inertial.straight_line import factory_calibrations
+from calibration.inertial.turn_detection import TurnMonitor
 from gsapp.virtual.bench import VirtualBench, parse_bench_fault
 from tests.calibration.ground_crew import STAMP, gyro_work, rest, turned
 

@@ -72,7 +72,7 @@ def test_a_covered_pitot_gives_the_zero(seed: int, tmp_path: Path) -> None:
     assert np.all(found.certificate.uncertainty(true_volts) < 25.0)
 
 
-@pytest.mark.parametrize("seed", range(3, 9))
+@pytest.mark.parametrize("seed", range(3, 6))
 def test_wind_is_no_zero(seed: int) -> None:
     bench = VirtualBench(seed)
     watch = create_covered_pitot_monitor(DYNAMIC)
@@ -87,7 +87,7 @@ def test_wind_is_no_zero(seed: int) -> None:
 
 
 def test_a_zero_taken_in_a_lull_says_so_by_its_bound() -> None:
-    for seed in range(3, 9):
+    for seed in range(3, 6):
         bench = VirtualBench(seed)
         found = rest(bench, create_covered_pitot_monitor(DYNAMIC, lull=True), patience=60.0)
         truth = bench.pressures["dynamic_pressure"]

@@ -15,7 +15,7 @@ from calibration import (
     write_certificate,
 )
 from calibration.curve_selection import create_certificate, fit_calibration
-from calibration.hysteresis_fit import CalibrationReadings, fit_with_hysteresis
+from calibration.polynomial_fit import CalibrationReadings, fit_with_hysteresis
 from calibration.quality import compute_half_widths, linearity
 from gsapp.foundation import FileProblemsError
 from gsapp.quantities.constants import DEGREE
@@ -153,5 +153,7 @@ def test_mistakes_in_the_quality_have_a_place_and_a_remedy(
 def test_numbers_of_arrays_are_written_as_numbers(tmp_path: Path) -> None:
     volts = np.linspace(1.0, 4.0, 5)
     points = [CalibrationPoint(volts=v, value=x) for v, x in zip(volts, 20 * volts, strict=True)]
-    made = Certificate.from_points("rudder", "deg", points, degree=1, who="crew", stamp=STAMP)
+    made = create_certificate(
+        fit_calibration(points), points, channel_id="rudder", unit="deg", who="crew", stamp=STAMP
+    )
     assert load_certificate(write_certificate(made, tmp_path / "c.toml")).points[4].value == 80.0

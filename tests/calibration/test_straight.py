@@ -8,8 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from calibration.adc import ADC_RESOLUTION
+from calibration.inertial.straight_line import StraightLineCalibration
 from calibration.points import CalibrationPoint
-from calibration.straight_line import StraightLineCalibration
 
 VOLTS = np.array([0.5, 2.4, 3.0, 4.6])
 SCALES = st.floats(0.02, 2.0).flatmap(lambda size: st.sampled_from([size, -size]))

@@ -17,8 +17,11 @@ from calibration import (
     load_certificates,
     write_certificate,
 )
-from calibration.certificate_overview import evaluate_certificate, load_certificate_overview
-from calibration.certificate_store import CertificateStore
+from calibration.certificate_store import (
+    CertificateStore,
+    evaluate_certificate,
+    load_certificate_overview,
+)
 from calibration.certificate_toml import SHIPPED_CERTIFICATES_FOLDER
 from calibration.curve_selection import create_certificate, fit_calibration
 from calibration.points import DIRECTION_TEXT

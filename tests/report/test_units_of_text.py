@@ -9,7 +9,7 @@ import pytest
 from matplotlib.figure import FigureBase
 
 from calibration import load_certificate
-from calibration.certificate_overview import evaluate_certificate
+from calibration.certificate_store import evaluate_certificate
 from calibration.certificate_toml import SHIPPED_CERTIFICATES_FOLDER
 from gsapp.cli._console import PlainConsole
 from gsapp.cli._discrepancy_text import print_discrepancy

@@ -155,7 +155,7 @@ def _calibrated_channel(view: WizardView) -> str:
 
 def _capture_certificate(folder: Path) -> Path:
     """Save what the page of a shipped certificate draws."""
-    from calibration.certificate_overview import load_certificate_overview
+    from calibration.certificate_store import load_certificate_overview
     from gsapp.foundation import write_atomically
     from gsapp.report.certificate_report import certificate_document
     from gsapp.report.document import render_png

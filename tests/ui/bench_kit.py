@@ -144,17 +144,7 @@ class BenchWindow(QMainWindow):
 
 
 def work_through(window: BenchWindow, stop: str = "", most: int = 400) -> None:
-    """Do at the surfaces what the page asks for until it asks for nothing more.
-
-    Parameters
-    ----------
-    window : BenchWindow
-        Its page is at work.
-    stop : str
-        A phase or a channel at which to stop.
-    most : int
-        Movements, at most.
-    """
+    """Do at the surfaces what the page asks for until it asks for nothing more."""
     for _ in range(most):
         view = window.view
         instrument = view.instrument
@@ -185,13 +175,7 @@ def work_through(window: BenchWindow, stop: str = "", most: int = 400) -> None:
 
 
 def try_out(window: BenchWindow, channel: str) -> list[tuple[str, str, str]]:
-    """Prove the sign of an instrument by hand, then go to both ends.
-
-    Returns
-    -------
-    list of (str, str, str)
-        The faults that the page named meanwhile: kind, channel, the other channel of a swap.
-    """
+    """Prove the sign of an instrument by hand, then go to both ends."""
     named: list[tuple[str, str, str]] = []
 
     def note() -> None:

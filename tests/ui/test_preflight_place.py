@@ -10,9 +10,8 @@ from PySide6.QtGui import QDesktopServices
 from PySide6.QtWidgets import QAbstractButton, QApplication, QComboBox, QFileDialog, QLineEdit
 from pytestqt.qtbot import QtBot
 
-from calibration import load_certificates, write_certificate
-from calibration.certificate_store import CertificateStore
-from calibration.check_record import CheckRecord
+from calibration import Certificate, load_certificates, write_certificate
+from calibration.certificate_store import CertificateStore, CheckRecord
 from calibration.drift import CheckResult
 from calibration.plan import CALIBRATION_PLANS
 from calibration.validity import CalibrationInForce
@@ -40,10 +39,9 @@ from tests.ui.window_kit import (
 from ui.dialogs.flight_requests import ConnectRequest
 from ui.main_window import MainWindow
 from ui.number_format import MINUS
-from ui.preflight.calibration_controller import CalibrationController
-from ui.preflight.calibration_folder import CalibrationFolder
-from ui.preflight.card_editor_fields import find_cards_state
-from ui.preflight.flight_card_text import list_missing_values
+from ui.preflight.calibration_controller import CalibrationController, CalibrationFolder
+from ui.preflight.card_set_model import find_cards_state
+from ui.preflight.flight_card_fields import list_missing_values
 from ui.preflight.preflight_model import PreflightModel
 from ui.preflight.preflight_steps import PREFLIGHT_STEPS
 from ui.preflight.wizard_rows import list_instrument_statuses
@@ -84,6 +82,17 @@ def test_alt_and_a_number_go_to_the_step_of_the_place_on_screen(
     assert window.preflight_page.pages["checklist"].list.hasFocus()
 
 
+def check_of(certificate: Certificate, zero: float, slope: float, *, passed: bool) -> CheckRecord:
+    result = CheckResult(
+        zero=zero, zero_uncertainty=0.1, slope=slope, slope_uncertainty=0.01, largest=1.6,
+        off=(1.4, 1.5, 1.6), passed=passed, sentence="",
+    )  # fmt: skip
+    return CheckRecord(
+        channel="rudder", who="", stamp=certificate.stamp, certificate=certificate.stamp,
+        unit="deg", result=result,
+    )  # fmt: skip
+
+
 def test_a_check_that_failed_stands_at_its_step(tmp_path: Path) -> None:
     store = SettingsStore(tmp_path / "window.toml")
     rudder = load_certificates(store.current.calibration)["rudder"]
@@ -92,15 +101,7 @@ def test_a_check_that_failed_stands_at_its_step(tmp_path: Path) -> None:
     books = PreflightModel(store)
     books.read_calibration()
     assert "moved" not in books.step_states()["calibration"].text
-    result = CheckResult(
-        zero=1.5, zero_uncertainty=0.1, slope=0.0, slope_uncertainty=0.01, largest=1.6,
-        off=(1.4, 1.5, 1.6), passed=False, sentence="the zero moved",
-    )  # fmt: skip
-    checked = CheckRecord(
-        channel="rudder", who="", stamp=rudder.stamp, certificate=rudder.stamp, unit="deg",
-        result=result,
-    )  # fmt: skip
-    calibrations.record_check(checked)
+    calibrations.record_check(check_of(rudder, 1.5, 0.0, passed=False))
     books.read_calibration()
     state = books.step_states()["calibration"]
     assert (state.state, state.text) == ("warning", "1 moved")
@@ -127,14 +128,7 @@ def test_a_check_names_what_moved(
     rudder = load_certificates("b777")["rudder"]
     shelf = CalibrationFolder(calibrations_path(tmp_path / "window.toml"), "B777")
     shelf.store.put_in_force(rudder)
-    result = CheckResult(
-        zero=zero, zero_uncertainty=0.1, slope=slope, slope_uncertainty=0.01, largest=1.6,
-        off=(0.0, 0.0), passed=passed, sentence="",
-    )  # fmt: skip
-    checked = CheckRecord(
-        channel="rudder", who="", stamp=rudder.stamp, certificate=rudder.stamp, unit="deg",
-        result=result,
-    )  # fmt: skip
+    checked = check_of(rudder, zero, slope, passed=passed)
     shelf.store.record_check(checked)
     plan = shelf.load_plan_in_use().select_kinds(("surface",))
     (standing,) = [one for one in list_instrument_statuses(plan, shelf) if one.title == "Rudder"]
@@ -147,7 +141,7 @@ def test_a_check_names_what_moved(
         phase="fit",
         prompt="",
         mode="check",
-        check_result=result,
+        check_result=checked.result,
     )
     cue = build_prompt(view)
     assert (cue.caption, cue.main_text) == (f"The {what} has moved by", size)

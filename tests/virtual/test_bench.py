@@ -14,8 +14,9 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from calibration import CalibrationPoint, fit_points
+from calibration import CalibrationPoint
 from calibration.adc import ADC_RESOLUTION
+from calibration.curve_selection import fit_calibration
 from gsapp.cli.main import app
 from gsapp.decoding.channel_map import load_channel_map
 from gsapp.decoding.decoder import Decoder
@@ -56,7 +57,7 @@ def readings(bench: VirtualBench, channel: str) -> list[CalibrationPoint]:
 def test_points_taken_by_hand_give_the_true_curve(channel: str, seed: int) -> None:
     bench = VirtualBench(seed)
     points = readings(bench, channel)
-    fit = fit_points(points, 3)
+    fit = fit_calibration(points, degree=3).fit
     potentiometer = bench.potentiometers[channel]
     angles = np.linspace(-20.0, 20.0, 41)
     found = np.polynomial.Polynomial(fit.coefficients)(potentiometer.volts(angles))

@@ -1,4 +1,4 @@
-"""The test cards: the list as it is to be flown, and the card chosen to be changed."""
+"""The test cards: the list as it is to be flown, and the form of the card chosen."""
 
 from __future__ import annotations
 
@@ -7,10 +7,11 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from PySide6.QtCore import Qt, QTimer
+from PySide6.QtCore import Qt
 from PySide6.QtGui import QAction, QKeyEvent, QResizeEvent
 from PySide6.QtWidgets import QFileDialog, QHBoxLayout, QVBoxLayout, QWidget
 
+from gsapp.flight.cards import CardSet, TestCard
 from gsapp.foundation import GroundStationError
 from ui.background_job import BackgroundJob, JobProgress
 from ui.commands import CommandRequirement
@@ -18,45 +19,145 @@ from ui.dialogs.file_dialogs import ask_save_file
 from ui.dialogs.form_dialog import FieldMessage
 from ui.display_style import DisplayStyle
 from ui.number_format import count_text
-from ui.preflight.card_editor import CardEditor
-from ui.preflight.card_editor_fields import build_card_item
-from ui.preflight.card_set_model import CardSetModel
-from ui.preflight.form_fields import set_touch_height
+from ui.preflight.card_set_model import (
+    CardSetModel,
+    build_card_item,
+    create_amplitude_field,
+    create_card_fields,
+    create_surfaces_field,
+    create_tolerance_fields,
+    replace_surfaces,
+)
+from ui.preflight.flight_card_fields import CardField, format_field
+from ui.preflight.form_editor import FormEditor
+from ui.preflight.form_fields import FormField, FormPart, set_touch_height
 from ui.preflight.preflight_model import PreflightModel
-from ui.preflight.step_page import PreflightStepPage
+from ui.preflight.preflight_steps import SavingStepPage
 from ui.settings import SettingsStore, initial_dialog_folder
 from ui.translation import QT_TR_NOOP, tr
 from ui.undo import UndoHistory
 from ui.widgets.action_button import ActionButton
 from ui.widgets.labels import create_label
-from ui.widgets.layout_widgets import create_button_row
+from ui.widgets.layout_widgets import FormColumns, FormSection, create_button_row
 from ui.widgets.status_list import StatusListView
 
 if TYPE_CHECKING:
     from gsapp.flight.maneuvers import DetectedManeuver
 
+
+_SI = {"speed": "m/s", "alpha": "rad", "amplitude": "", "width": ""}
+_SURFACES = ("de", "da", "dr")
+
+
+class CardEditor(FormPart[CardSet]):
+    """Everything on a card."""
+
+    def __init__(self, look: DisplayStyle) -> None:
+        super().__init__(look)
+        self._row = 0
+        self.fields: dict[str, FormField] = {}
+        self.area = FormColumns(look, 2)
+        self._column.addWidget(self.area)
+        point, maneuver = FormSection(look, tr("Test point")), FormSection(look, tr("Maneuver"))
+        allowed = FormSection(look, tr("Tolerance"))
+        plain = {value.key[-1]: value for value in create_card_fields(0)}
+        for name in ("id", "title", "speed", "alpha", "height", "flap"):
+            point.add(self._field(name, plain[name]))
+        maneuver.add(self._field("kind", plain["kind"]))
+        maneuver.add(self._field("surfaces", create_surfaces_field(0)))
+        for surface in _SURFACES:
+            maneuver.add(self._field(surface, create_amplitude_field(0, surface, alone=False)))
+        for name in ("width", "repeats", "remarks"):
+            maneuver.add(self._field(name, plain[name]))
+        for value in create_tolerance_fields(0):
+            allowed.add(self._field(f"tolerance.{value.key[-1]}", value))
+        self.area.head.addWidget(create_label(tr("Esc: back to the list"), "hint"))
+        self.area.show_sections([(point, 0), (maneuver, 1), (allowed, 0)])
+
+    def _field(self, name: str, value: CardField) -> FormField:
+        rows = 2 if value.kind == "lines" else 1
+        field = FormField(self._look, value.name, rows=rows, choices=value.choices)
+        field.text_edited.connect(lambda text: self._typed(name, text))
+        field.editing_finished.connect(self.editing_finished)
+        self.fields[name] = field
+        return field
+
+    def _values(self, card: TestCard) -> Mapping[str, CardField]:
+        row = self._row
+        alone = len(card.surfaces) == 1
+        return {
+            **{value.key[-1]: value for value in create_card_fields(row)},
+            **{f"tolerance.{value.key[-1]}": value for value in create_tolerance_fields(row)},
+            **{name: create_amplitude_field(row, name, alone=alone) for name in card.surfaces},
+        }
+
+    def show_card(self, editor: FormEditor[CardSet], row: int) -> None:
+        """Show a card of the set."""
+        self._editor, self._row = editor, row
+        cards = editor.file.model.cards
+        if row >= len(cards):
+            return
+        card, units = cards[row], self._look.units
+        order = ",".join(card.surfaces)
+        self.fields["surfaces"].set_choices(
+            create_surfaces_field(row, card.surfaces).choices, order
+        )
+        values = self._values(card)
+        for name in _SURFACES:
+            self.fields[name].setVisible(name in card.surfaces)
+        for name, value in values.items():
+            field = self.fields[name]
+            field.name.setText(tr(value.name))
+            field.set_text(editor.field_text(value, units))
+            field.show_unit(value.unit_label(units) if value.kind == "number" else "")
+            if name.startswith("tolerance."):
+                part = value.key[-1]
+                usual = f"{getattr(card.tolerance, part)!r} {_SI[part]}"
+                field.show_hint(format_field(value, usual, units))
+        self.fields["title"].show_hint(card.display_title)
+        self.validate()
+
+    def validate(self) -> None:
+        editor = self._editor
+        if editor is None:
+            return
+        for name, value in self._values(editor.file.model.cards[self._row]).items():
+            problem = editor.problems.get(value.key, "")
+            self.fields[name].show_message(
+                tr("Not saved: {problem}").format(problem=problem) if problem else "", "warning"
+            )
+
+    def _typed(self, name: str, text: str) -> None:
+        editor = self._editor
+        if editor is None:
+            return
+        card = editor.file.model.cards[self._row]
+        if name == "surfaces":
+            place = ("cards", str(self._row))
+            editor.set_values(
+                {place: replace_surfaces(editor.stored_value(place), text.split(","))}
+            )
+            self.show_card(editor, self._row)
+        else:
+            editor.enter_text(self._values(card)[name], text, self._look.units)
+            self.validate()
+        self.edited.emit()
+
+    def begin(self) -> None:
+        """Put the keyboard into the first field, ready to be typed over."""
+        self.fields["id"].setFocus()
+        self.fields["id"].select_all()
+
+
 _CARD_FILE_FILTER = QT_TR_NOOP("Test cards (*.toml)")
-_SAVE_MS = 400
 _SIDE_BY_SIDE_WIDTH = 900
 """Points of width below which the card stands in place of the list."""
 _SEARCH_SECONDS = 15.0
 """Between two looks for maneuvers of a flight that goes on."""
 
 
-class CardsPage(PreflightStepPage):
-    """Plans the maneuvers of a flight.
-
-    Parameters
-    ----------
-    display_style : DisplayStyle
-        Colors, sizes, units.
-    actions : mapping of str to QAction
-        The commands.
-    store : SettingsStore
-        Remembers where files were opened.
-    fail : callable
-        Takes an error that the user must see.
-    """
+class CardsPage(SavingStepPage):
+    """Plans the maneuvers of a flight."""
 
     def __init__(
         self,
@@ -65,9 +166,8 @@ class CardsPage(PreflightStepPage):
         store: SettingsStore,
         fail: Callable[[BaseException], object],
     ) -> None:
-        super().__init__(look, tr("Test cards"))
+        super().__init__(look, tr("Test cards"), fail)
         self._store = store
-        self._fail = fail
         self.model: CardSetModel | None = None
         self._job: BackgroundJob | None = None
         self._searched: float | None = None
@@ -107,10 +207,6 @@ class CardsPage(PreflightStepPage):
         self.form.edited.connect(self._typed)
         self.form.editing_finished.connect(self._field_left)
         self._row.addWidget(self.form, 1)
-        self._save_timer = QTimer(self)
-        self._save_timer.setSingleShot(True)
-        self._save_timer.setInterval(_SAVE_MS)
-        self._save_timer.timeout.connect(self.flush)
         look.changed.connect(self._restyle)
         self._fit()
 
@@ -128,7 +224,6 @@ class CardsPage(PreflightStepPage):
 
     @property
     def is_side_by_side(self) -> bool:
-        """Return whether there is room for list and card side by side."""
         return self.width() >= self.display_style.px(_SIDE_BY_SIDE_WIDTH)
 
     def edit(self) -> None:
@@ -163,7 +258,6 @@ class CardsPage(PreflightStepPage):
 
     @property
     def present(self) -> tuple[CommandRequirement, ...]:
-        """Return what commands may act on."""
         if self.model is None or self.model.editor is None:
             return ()
         return ("cards", "card") if self.list.current_key else ("cards",)
@@ -178,7 +272,7 @@ class CardsPage(PreflightStepPage):
         self._show_list()
         self.list.select_row(0)
         self._show_card()
-        self._show_status()
+        self.show_save_state()
 
     def refresh(self) -> None:
         """Look now and then for what was flown, and for what another program wrote."""
@@ -207,7 +301,6 @@ class CardsPage(PreflightStepPage):
 
     @property
     def row(self) -> int:
-        """Return which card the keyboard is on."""
         return self.list.currentIndex().row()
 
     def _show_card(self) -> None:
@@ -215,7 +308,7 @@ class CardsPage(PreflightStepPage):
         if model is not None and model.editor is not None and self.row >= 0:
             self.form.show_card(model.editor, self.row)
 
-    def _show_status(self) -> None:
+    def show_save_state(self) -> None:
         """Say what is wrong with the cards, else whose they are."""
         model = self.model
         if model is None or model.editor is None:
@@ -264,7 +357,7 @@ class CardsPage(PreflightStepPage):
             if model.session is session:
                 model.set_maneuvers(maneuvers)
                 self._show_list()
-                self._show_status()
+                self.show_save_state()
                 self.changed.emit()
 
         self._job = BackgroundJob(tr("Looking for maneuvers"), run, self)
@@ -279,24 +372,16 @@ class CardsPage(PreflightStepPage):
         if self.model is not None:
             self.model.compare_with_flight()
         self._show_list()
-        self._show_status()
+        self.show_save_state()
         self.changed.emit()
 
     def _field_left(self) -> None:
         self.flush()
         self._show_card()
 
-    def flush(self) -> None:
-        """Write what was changed to the disk."""
-        self._save_timer.stop()
-        editor = None if self.model is None else self.model.editor
-        if editor is None or editor.file.is_saved:
-            return
-        try:
-            editor.save()
-        except GroundStationError as error:
-            self._fail(error)
-        self._show_status()
+    @property
+    def form_editor(self) -> FormEditor[CardSet] | None:
+        return None if self.model is None else self.model.editor
 
     def _cards_changed(self, row: int | None = None) -> None:
         """Show the cards after they were changed as a whole."""
@@ -307,7 +392,7 @@ class CardsPage(PreflightStepPage):
             self.list.select_row(row)
         self._show_card()
         self.flush()
-        self._show_status()
+        self.show_save_state()
         self.changed.emit()
 
     # Commands

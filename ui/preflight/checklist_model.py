@@ -36,13 +36,6 @@ class ChecklistModel:
     ----------
     own : Path
         The crew's own list; the shipped one counts until it is there.
-
-    Attributes
-    ----------
-    items : tuple of EvaluatedItem
-        As of the last look; what is not green comes first.
-    own_list_error : str
-        Why the crew's own list could not be used; empty if it could.
     """
 
     def __init__(self, own: Path) -> None:
@@ -108,17 +101,10 @@ class ChecklistModel:
 
     @property
     def name(self) -> str:
-        """Return what the list is called."""
         return self._file.name if self._file is not None else ""
 
     def create_own_list(self) -> Path:
-        """Return the crew's own list, made from the shipped one if there is none yet.
-
-        Raises
-        ------
-        OSError
-            If the disk refuses.
-        """
+        """Return the crew's own list, made from the shipped one if there is none yet."""
         if not self.own.is_file():
             write_atomically(self.own, SHIPPED_CHECKLISTS.find(self.shipped).read_bytes())
         return self.own
@@ -139,12 +125,10 @@ class ChecklistModel:
 
     @property
     def ticks(self) -> Ticks:
-        """Return what is ticked by hand."""
         return frozenset(self._going.checklist.ticks) if self._going is not None else frozenset()
 
     @property
     def open_items(self) -> tuple[EvaluatedItem, ...]:
-        """Return what is not green."""
         return tuple(item for item in self.items if item.state != "green")
 
     @property
@@ -165,7 +149,6 @@ class ChecklistModel:
 
     @property
     def state(self) -> StepStatus:
-        """Return how the step stands."""
         left = self.open_items
         if not self.accepts_ticks:
             return StepStatus(
@@ -183,13 +166,7 @@ class ChecklistModel:
     # What the crew does
 
     def toggle(self, item_id: str) -> bool:
-        """Tick an item, or take its tick back; return whether it can be ticked.
-
-        Raises
-        ------
-        FlightError
-            If it cannot be written.
-        """
+        """Tick an item, or take its tick back; return whether it can be ticked."""
         item = next((one for one in self.items if one.id == item_id), None)
         if item is None or not item.can_tick or not self.accepts_ticks:
             return False
@@ -199,13 +176,7 @@ class ChecklistModel:
         return True
 
     def restart(self) -> None:
-        """Begin anew: no tick stands and nothing was seen.
-
-        Raises
-        ------
-        FlightError
-            If it cannot be written.
-        """
+        """Begin anew: no tick stands and nothing was seen."""
         if self._going is not None and self.accepts_ticks:
             former = self.ticks
             self._going.restart()
@@ -228,13 +199,7 @@ class ChecklistModel:
         self.update_items()
 
     def record_start(self) -> str:
-        """Record that the flight begins as the list stands; return that in words, else nothing.
-
-        Raises
-        ------
-        FlightError
-            If it cannot be written.
-        """
+        """Record that the flight begins as the list stands; return that in words, else nothing."""
         if not isinstance(self._going, SessionChecklist) or not self.accepts_ticks:
             return ""
         self._going.start()

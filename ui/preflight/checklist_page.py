@@ -17,7 +17,7 @@ from ui.icons import IndicatorState, paint_indicator
 from ui.preflight.checklist_model import ChecklistModel, describe_summary
 from ui.preflight.form_fields import set_touch_height
 from ui.preflight.preflight_model import PreflightModel
-from ui.preflight.step_page import PreflightStepPage
+from ui.preflight.preflight_steps import PreflightStepPage
 from ui.translation import QT_TR_NOOP, tr
 from ui.undo import UndoHistory
 from ui.widgets.action_button import ActionButton
@@ -98,17 +98,7 @@ def _build_item(item: EvaluatedItem) -> StatusListItem:
 
 
 class ChecklistPage(PreflightStepPage):
-    """Goes through the checklist.
-
-    Parameters
-    ----------
-    display_style : DisplayStyle
-        Colors and sizes.
-    actions : mapping of str to QAction
-        The commands.
-    fail : callable
-        Takes an error that the user must see.
-    """
+    """Goes through the checklist."""
 
     def __init__(
         self,
@@ -177,7 +167,6 @@ class ChecklistPage(PreflightStepPage):
 
     @property
     def present(self) -> tuple[CommandRequirement, ...]:
-        """Return what commands may act on."""
         if self.model is None or not self.model.accepts_ticks:
             return ()
         return ("checklist", "checklist_ticked") if self.model.ticks else ("checklist",)

@@ -4,18 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
-from PySide6.QtCore import QTimer
 from PySide6.QtWidgets import QHBoxLayout, QVBoxLayout, QWidget
 
 from gsapp.aircraft import Aircraft
 from gsapp.flight.info import FlightInfo
 from gsapp.flight.info_checks import check_flight_info
-from gsapp.foundation import GroundStationError
 from ui.dialogs.form_dialog import FieldMessage
 from ui.display_style import DisplayStyle
-from ui.preflight.card_payload import PayloadForm
-from ui.preflight.card_transmitter import TransmitterForm
-from ui.preflight.card_weighing import WeighingForm
 from ui.preflight.flight_card_fields import (
     DEBRIEF_FIELDS,
     FLIGHT_FIELDS,
@@ -25,33 +20,22 @@ from ui.preflight.flight_card_fields import (
     WEIGHT_FIELDS,
     CardField,
 )
+from ui.preflight.flight_card_forms import PayloadForm, TransmitterForm, WeighingForm
 from ui.preflight.form_editor import FormEditor
 from ui.preflight.form_fields import FormField
 from ui.preflight.preflight_model import PreflightModel
-from ui.preflight.step_page import PreflightStepPage
+from ui.preflight.preflight_steps import SavingStepPage
 from ui.translation import tr
 from ui.undo import UndoHistory
 from ui.widgets.labels import create_label
 from ui.widgets.layout_widgets import FormColumns, FormSection
 
-_SAVE_MS = 400
-"""Quiet after which what was typed goes to the disk."""
 
-
-class FlightCardPage(PreflightStepPage):
-    """Asks for everything that no instrument writes down.
-
-    Parameters
-    ----------
-    display_style : DisplayStyle
-        Colors, sizes, units.
-    fail : callable
-        Takes an error that the user must see.
-    """
+class FlightCardPage(SavingStepPage):
+    """Asks for everything that no instrument writes down."""
 
     def __init__(self, look: DisplayStyle, fail: Callable[[BaseException], object]) -> None:
-        super().__init__(look, tr("Flight card"))
-        self._fail = fail
+        super().__init__(look, tr("Flight card"), fail)
         self._aircraft: Aircraft | None = None
         self.editor: FormEditor[FlightInfo] | None = None
         self.fields: dict[str, tuple[CardField, FormField]] = {}
@@ -64,10 +48,6 @@ class FlightCardPage(PreflightStepPage):
         self.transmitter = TransmitterForm(look)
         self.loading = PayloadForm(look)
         self._sections()
-        self._save_timer = QTimer(self)
-        self._save_timer.setSingleShot(True)
-        self._save_timer.setInterval(_SAVE_MS)
-        self._save_timer.timeout.connect(self.flush)
         for form in (self.weighing, self.transmitter, self.loading):
             form.edited.connect(self._typed_below)
             form.editing_finished.connect(self._left)
@@ -173,9 +153,9 @@ class FlightCardPage(PreflightStepPage):
             else:
                 field.show_message(" ".join(doubts.get(name, ())), "caution")
         self.weighing.show_warning(" ".join(doubts.get("weighing", ())))
-        self._show_save_state()
+        self.show_save_state()
 
-    def _show_save_state(self) -> None:
+    def show_save_state(self) -> None:
         editor = self.editor
         if editor is None:
             return
@@ -214,17 +194,9 @@ class FlightCardPage(PreflightStepPage):
             self.flush()
             self.show_card()
 
-    def flush(self) -> None:
-        """Write what was typed to the disk."""
-        self._save_timer.stop()
-        editor = self.editor
-        if editor is None or editor.file.is_saved:
-            return
-        try:
-            editor.save()
-        except GroundStationError as error:
-            self._fail(error)
-        self._show_save_state()
+    @property
+    def form_editor(self) -> FormEditor[FlightInfo] | None:
+        return self.editor
 
     # Undo
 

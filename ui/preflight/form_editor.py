@@ -18,18 +18,7 @@ Model = TypeVar("Model", bound=BaseModel)
 
 
 class FormEditor(Generic[Model]):
-    """One file and what is being typed into it.
-
-    Parameters
-    ----------
-    file : TomlDocument
-        The file.
-
-    Attributes
-    ----------
-    problems : dict of path to str
-        Why something that stands on screen is not in the file.
-    """
+    """One file and what is being typed into it."""
 
     def __init__(self, file: TomlDocument[Model]) -> None:
         self.file = file
@@ -51,13 +40,7 @@ class FormEditor(Generic[Model]):
         return self.file.value(key)
 
     def reload_if_changed(self) -> bool:
-        """Read the file again if another program changed it; return whether one did.
-
-        Raises
-        ------
-        FileProblemsError
-            If it holds mistakes now.
-        """
+        """Read the file again if another program changed it; return whether one did."""
         if not self.file.is_saved or may_block(self.file.path) or not self.file.reload_if_changed():
             return False
         self.problems.clear()
@@ -174,13 +157,7 @@ class FormEditor(Generic[Model]):
         self._undo_stack.redo()
 
     def save(self) -> None:
-        """Write what changed to the disk.
-
-        Raises
-        ------
-        FlightError
-            If the disk refuses, or does not respond.
-        """
+        """Write what changed to the disk."""
         if may_block(self.file.path):
             raise FlightError(
                 tr("{path} does not respond; not saved yet").format(path=self.file.path)

@@ -22,25 +22,11 @@ _MOVE_SECONDS = 1.2
 
 
 class PracticeBench(QObject):
-    """Flies nothing: a bench that sends the volts of an aircraft on the ground.
-
-    Parameters
-    ----------
-    controller : FlightController
-        Records and follows it as it would an aircraft.
-    seed : int
-        Which aircraft it is.
-    speed : float
-        Of the bench, times real time.
-
-    Attributes
-    ----------
-    seed, speed : int, float
-        As given; they count when the bench is switched on.
-    """
+    """Flies nothing: a bench that sends the volts of an aircraft on the ground."""
 
     def __init__(self, controller: FlightController, *, seed: int = 0, speed: float = 1.0) -> None:
         super().__init__()
+        # Both count when the bench is switched on.
         self.seed = seed
         self.speed = speed
         self._pending_target: tuple[str, float, float] | None = None
@@ -48,7 +34,6 @@ class PracticeBench(QObject):
 
     @property
     def running(self) -> bool:
-        """Return whether the bench runs and is what is open."""
         return self._flight.running
 
     def start(self) -> None:

@@ -16,14 +16,14 @@ from gsapp.flight.info_checks import check_flight_info
 from gsapp.foundation import GroundStationError
 from gsapp.session import Session
 from ui.disk_checks import may_block
-from ui.preflight.calibration_folder import (
+from ui.preflight.calibration_controller import (
     CalibrationFolder,
     current_local_time,
     find_current_aircraft,
 )
 from ui.preflight.card_set_model import CardSetModel
 from ui.preflight.checklist_model import ChecklistModel
-from ui.preflight.flight_card_text import card_state, describe_card_owner
+from ui.preflight.flight_card_fields import card_state, describe_card_owner
 from ui.preflight.form_editor import FormEditor
 from ui.settings import SettingsStore, calibrations_path, checklist_path, next_flight_path
 from ui.translation import tr
@@ -33,28 +33,7 @@ _CHECK_INTERVAL_SECONDS = 0.4
 
 
 class PreflightModel:
-    """Card, checklist and test cards that belong together.
-
-    Parameters
-    ----------
-    store : SettingsStore
-        Beside it lies what waits for the next flight; names the aircraft where no flight does.
-
-    Attributes
-    ----------
-    card : FormEditor[FlightInfo] or None
-        None where the card cannot be read.
-    card_owner_text : str
-        Whose card that is, in words.
-    aircraft : Aircraft or None
-        What it is held against.
-    folder : Path
-        Where everything lies.
-    checklist : ChecklistModel
-        What must be green.
-    cards : CardSetModel
-        What is to be flown.
-    """
+    """Card, checklist and test cards that belong together."""
 
     def __init__(self, store: SettingsStore) -> None:
         self._store = store
@@ -71,13 +50,7 @@ class PreflightModel:
         self._looked = 0.0
 
     def set_session(self, session: Session | None) -> None:
-        """Take what belongs to another flight, or to the next one.
-
-        Raises
-        ------
-        GroundStationError
-            If the card holds mistakes; there is none then.
-        """
+        """Take what belongs to another flight, or to the next one."""
         self.session = session
         own = session is not None and session.path.is_dir()
         self.folder = (

@@ -13,8 +13,7 @@ from ui.commands import shortcut_text
 from ui.display_style import DisplayStyle
 from ui.error_reporter import ErrorReporter
 from ui.flight_controller import FlightController
-from ui.preflight.preflight_steps import PREFLIGHT_STEPS
-from ui.preflight.step_page import PreflightStepPage
+from ui.preflight.preflight_steps import PREFLIGHT_STEPS, PreflightStepPage
 from ui.settings import SettingsStore
 from ui.translation import QT_TR_NOOP, tr
 from ui.window_frame.banners import BannerStack
@@ -22,7 +21,7 @@ from ui.window_frame.step_page import AbstractStepPage, MultiStepPage
 
 if TYPE_CHECKING:
     from ui.preflight.preflight_model import PreflightModel
-    from ui.preflight.prompter import Prompter
+    from ui.preflight.wizard_controller import Prompter
     from ui.preflight.wizard_page import WizardPage
 
 
@@ -31,28 +30,6 @@ class PreflightPage(MultiStepPage[AbstractStepPage]):
 
     Pages and what they hold are made when they are first seen: a window that only flies does
     without them.
-
-    Parameters
-    ----------
-    actions : mapping of str to QAction
-        The commands.
-    look : DisplayStyle
-        Colors, sizes, units.
-    store : SettingsStore
-        Remembers the step that was looked at; beside it lies what waits for the next flight.
-    banners : BannerStack
-        Tells what went wrong.
-    error_reporter : ErrorReporter
-        Where errors go.
-    controller : FlightController
-        The open flight.
-    prompter : Prompter, optional
-        Speaks and sounds while the crew looks at the aircraft.
-
-    Attributes
-    ----------
-    flight_started : Signal
-        The crew says that the flight begins.
     """
 
     prefix = "preflight"
@@ -179,7 +156,6 @@ class PreflightPage(MultiStepPage[AbstractStepPage]):
 
     @property
     def is_practice(self) -> bool:
-        """Return whether the flight that is open is for practice."""
         return self._wizard_page is not None and self._wizard_page.practice.running
 
     def close_calibration(self) -> None:

@@ -12,13 +12,17 @@ from PySide6.QtWidgets import QSizePolicy, QWidget
 
 from ui.display_style import DisplayStyle
 from ui.number_format import number_text
-from ui.preflight.aircraft_outlines import (
+from ui.preflight.aircraft_figures import (
     OUTLINES_BY_VIEW,
     AircraftOutline,
+    AircraftPoseFigure,
     MovingPart,
     ViewDirection,
+    body_color,
+    paint_body,
+    paint_pose,
+    to_polygon,
 )
-from ui.preflight.aircraft_pose_figure import AircraftPoseFigure, body_color, paint_pose, to_polygon
 from ui.translation import tr
 
 SurfaceKind = Literal["surface", "vane"]
@@ -28,37 +32,25 @@ _TALL_ASPECT = 0.5
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SurfaceFigure:
-    """What is drawn.
-
-    Attributes
-    ----------
-    channel : str
-        The surface or vane.
-    title : str
-        Its name.
-    view : {"side", "above"}
-        From where its turning is seen close up.
-    kind : {"surface", "vane"}
-        A surface behind a fixed part, or a vane on a pivot.
-    sense : {-1, 1}
-        1 where a positive angle turns the trailing edge down (from the side) or to the left
-        (from above).
-    ticks : tuple of float
-        Angles on the protractor, deg, ascending.
-    angle : float or None
-        As measured now, deg; None where it is not known.
-    target : float or None
-        To be set, deg.
-    """
+    """What is drawn."""
 
     channel: str
+    """The surface or vane."""
     title: str
+    """Its name."""
     view: ViewDirection
+    """From where its turning is seen close up."""
     kind: SurfaceKind
+    """A surface behind a fixed part, or a vane on a pivot."""
     sense: int
+    """1 where a positive angle turns the trailing edge down (from the side) or to the left (from
+    above)."""
     ticks: tuple[float, ...]
+    """Angles on the protractor, deg, ascending."""
     angle: float | None = None
+    """As measured now, deg; None where it is not known."""
     target: float | None = None
+    """To be set, deg."""
 
     @property
     def travel_end_texts(self) -> tuple[str, str]:
@@ -68,7 +60,6 @@ class SurfaceFigure:
 
     @property
     def accessible_text(self) -> str:
-        """Return the picture in a sentence, for those who hear it."""
         if self.angle is None:
             return tr("{title}: angle unknown").format(title=self.title)
         return tr("{title}: trailing edge {side}").format(
@@ -77,7 +68,6 @@ class SurfaceFigure:
 
     @property
     def trailing_edge_side(self) -> str:
-        """Return where the trailing edge is now."""
         if self.angle is None:
             return tr("not known")
         if abs(self.angle) < 1.0:
@@ -86,13 +76,7 @@ class SurfaceFigure:
 
 
 class SurfaceMotionView(QWidget):
-    """Draws a figure; simple, large, the trailing edge named.
-
-    Parameters
-    ----------
-    look : DisplayStyle
-        Colors and sizes.
-    """
+    """Draws a figure; simple, large, the trailing edge named."""
 
     def __init__(self, look: DisplayStyle) -> None:
         super().__init__()
@@ -138,7 +122,6 @@ class SurfaceMotionView(QWidget):
     def _paint_whole(
         self, painter: QPainter, box: QRectF, outline: AircraftOutline, figure: SurfaceFigure
     ) -> None:
-        look = self._look
         part = outline.parts.get(figure.channel)
         whole = QRectF(0.0, 0.0, *outline.size)
         if part is not None:
@@ -149,13 +132,7 @@ class SurfaceMotionView(QWidget):
         painter.translate(box.center())
         painter.scale(scale, scale)
         painter.translate(-whole.center())
-        pen = QPen(look.color("muted"), look.px(1.5))
-        pen.setCosmetic(True)
-        pen.setJoinStyle(Qt.PenJoinStyle.RoundJoin)
-        painter.setPen(pen)
-        painter.setBrush(body_color(look))
-        for shape in outline.shapes:
-            painter.drawPolygon(to_polygon(shape))
+        paint_body(painter, self._look, outline, "muted")
         if part is not None:
             self._paint_part(painter, part, figure, outline)
         painter.restore()
@@ -220,15 +197,7 @@ def _arrange_views(
 
 
 class SurfaceCloseup:
-    """One surface in section with a protractor around its hinge.
-
-    Parameters
-    ----------
-    look : DisplayStyle
-        Colors and sizes.
-    figure : SurfaceFigure
-        What is drawn.
-    """
+    """One surface in section with a protractor around its hinge."""
 
     def __init__(self, look: DisplayStyle, figure: SurfaceFigure) -> None:
         self._look = look

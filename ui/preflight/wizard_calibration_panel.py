@@ -4,29 +4,190 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from PySide6.QtCore import QSize, Qt, Signal
-from PySide6.QtGui import QResizeEvent
-from PySide6.QtWidgets import QBoxLayout, QFrame, QScrollArea, QVBoxLayout, QWidget
+from PySide6.QtCore import QRectF, QSize, Qt, Signal
+from PySide6.QtGui import QColor, QFont, QFontMetricsF, QPainter, QPaintEvent, QPen, QResizeEvent
+from PySide6.QtWidgets import QBoxLayout, QFrame, QScrollArea, QSizePolicy, QVBoxLayout, QWidget
 
-from ui.display_style import DisplayStyle
-from ui.preflight.calibration_charts import CalibrationCharts
-from ui.preflight.calibration_point_list import CalibrationPointList
+from ui.display_style import DisplayStyle, sans_serif_font
+from ui.icons import IndicatorState, paint_indicator
+from ui.preflight.calibration_charts import CalibrationCharts, CalibrationPointList
 from ui.preflight.surface_motion_view import SurfaceMotionView
-from ui.preflight.wizard_figure import select_figure
-from ui.preflight.wizard_prompt_view import WizardPromptView
 from ui.preflight.wizard_rows import (
     WizardRemark,
     build_point_rows,
     build_quality_rows,
     list_remarks,
+    select_figure,
 )
-from ui.preflight.wizard_text import build_prompt
+from ui.preflight.wizard_text import WizardPrompt, build_prompt
 from ui.widgets.flow_layout import clear_layout
 from ui.widgets.labels import create_label
 from ui.widgets.layout_widgets import NameValueTable
 
 if TYPE_CHECKING:
     from calibration.wizard import WizardView
+
+
+_FULL_HEIGHT, _COMPACT_HEIGHT = 212, 140
+"""Points of height: with room, and at least."""
+_MAIN_FONT_SIZE, _PROMPT_FONT_SIZE, _MIN_FONT_SIZE = 76, 22, 13
+_ALIGN = Qt.AlignmentFlag
+_FILLS: dict[IndicatorState, str] = {
+    "good": "good_fill",
+    "caution": "caution_fill",
+    "warning": "warning_fill",
+}
+
+
+def fit_text_font(
+    text: str, box: QRectF, largest: int, least: int, *, bold: bool = False, wrap: bool = False
+) -> QFont:
+    """Return the largest font, in pixels between two sizes, in which a text fits into a box."""
+    flags = Qt.TextFlag.TextWordWrap if wrap else Qt.TextFlag.TextSingleLine
+    # As narrow as a word may be: a box without height still asks for the width.
+    room = QRectF(0, 0, box.width(), 10_000)
+    for pixels in range(largest, least, -1):
+        font = sans_serif_font(pixels, bold=bold)
+        taken = QFontMetricsF(font).boundingRect(room, flags, text)
+        if taken.width() <= box.width() and taken.height() <= box.height():
+            return font
+    return sans_serif_font(least, bold=bold)
+
+
+class WizardPromptView(QWidget):
+    """Draws a `WizardPrompt`; everything keeps its place, so that nothing jitters."""
+
+    def __init__(self, look: DisplayStyle) -> None:
+        super().__init__()
+        self._look = look
+        self.prompt = WizardPrompt()
+        self._low = False
+        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Maximum)
+        look.changed.connect(self._restyle)
+        self._restyle()
+
+    def _restyle(self) -> None:
+        # Held by the widget itself: a column that scrolls would squeeze a mere hint.
+        self.setMinimumHeight(self._look.px(_COMPACT_HEIGHT))
+        self.updateGeometry()
+        self.update()
+
+    def sizeHint(self) -> QSize:
+        return QSize(
+            self._look.px(480), self._look.px(_COMPACT_HEIGHT if self._low else _FULL_HEIGHT)
+        )
+
+    def minimumSizeHint(self) -> QSize:
+        return QSize(self._look.px(240), self._look.px(_COMPACT_HEIGHT))
+
+    def set_compact(self, *, low: bool) -> None:
+        """Take the least height, or all that it would like."""
+        if low != self._low:
+            self._low = low
+            self.updateGeometry()
+
+    def show_prompt(self, cue: WizardPrompt) -> None:
+        """Show another cue."""
+        if cue == self.prompt:
+            return
+        self.prompt = cue
+        self.setAccessibleName(cue.accessible_text)
+        self.update()
+
+    def paintEvent(self, _event: QPaintEvent) -> None:
+        px, cue = self._look.px, self.prompt
+        painter = QPainter(self)
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        wide = float(self.width())
+        self._paint_head(painter, QRectF(0, 0, wide, px(28)))
+        side = min(max(0.3 * wide, px(140)), px(240))
+        # Where the window is low the number and the prompt share what is left.
+        share = (self.height() - px(_COMPACT_HEIGHT)) / max(
+            px(_FULL_HEIGHT) - px(_COMPACT_HEIGHT), 1
+        )
+        spare = min(max(share, 0.0), 1.0)
+        top, high = px(34 + 4 * spare), px(60 + 34 * spare)
+        self._paint_big(painter, QRectF(0, top, wide - side - px(12), high))
+        self._paint_measured(painter, QRectF(wide - side, top, side, high))
+        prompt = QRectF(0, top + high + px(4 * spare), wide, px(28 + 28 * spare))
+        painter.setPen(self._look.color("text"))
+        painter.setFont(
+            fit_text_font(
+                cue.prompt, prompt, px(_PROMPT_FONT_SIZE), px(_MIN_FONT_SIZE), bold=True, wrap=True
+            )
+        )
+        painter.drawText(prompt, Qt.TextFlag.TextWordWrap | _ALIGN.AlignVCenter, cue.prompt)
+        message = QRectF(0, self.height() - px(18), wide, px(18))
+        painter.setPen(self._look.color("muted"))
+        painter.setFont(fit_text_font(cue.message, message, px(14), px(10)))
+        painter.drawText(message, _ALIGN.AlignVCenter, cue.message)
+        painter.end()
+
+    def _paint_head(self, painter: QPainter, box: QRectF) -> None:
+        look, px = self._look, self._look.px
+        painter.setPen(look.color("muted"))
+        painter.setFont(look.font("value"))
+        painter.drawText(box, _ALIGN.AlignVCenter | _ALIGN.AlignRight, self.prompt.position_text)
+        taken = QFontMetricsF(painter.font()).horizontalAdvance(self.prompt.position_text)
+        room = box.adjusted(0, 0, -taken - px(8), 0)
+        painter.setPen(look.color("text"))
+        painter.setFont(fit_text_font(self.prompt.title, room, px(22), px(12), bold=True))
+        painter.drawText(room, _ALIGN.AlignVCenter, self.prompt.title)
+        track = QRectF(box.left(), box.bottom() + px(1), box.width(), px(4))
+        painter.setPen(Qt.PenStyle.NoPen)
+        painter.setBrush(look.color("chosen"))
+        painter.drawRoundedRect(track, px(2), px(2))
+        painter.setBrush(look.color("text"))
+        track.setWidth(track.width() * min(max(self.prompt.progress, 0.0), 1.0))
+        painter.drawRoundedRect(track, px(2), px(2))
+
+    def _paint_big(self, painter: QPainter, box: QRectF) -> None:
+        look, px, cue = self._look, self._look.px, self.prompt
+        painter.setPen(look.color("muted"))
+        painter.setFont(look.font("body"))
+        painter.drawText(box, _ALIGN.AlignTop, cue.caption)
+        number = box.adjusted(0, px(14), 0, 0)
+        beside = min(0.42 * box.width(), px(170)) if cue.side_text else 0.0
+        number.setWidth(box.width() - beside - (px(10) if beside else 0))
+        painter.setPen(look.color("target" if cue.is_target else "text"))
+        painter.setFont(
+            fit_text_font(cue.main_text, number, px(_MAIN_FONT_SIZE), px(18), bold=True)
+        )
+        painter.drawText(number, _ALIGN.AlignVCenter, cue.main_text)
+        if beside:
+            taken = QFontMetricsF(painter.font()).horizontalAdvance(cue.main_text)
+            words = QRectF(taken + px(10), number.top(), beside, number.height())
+            painter.setFont(
+                fit_text_font(cue.side_text, words, px(20), px(11), bold=True, wrap=True)
+            )
+            flags = Qt.TextFlag.TextWordWrap | _ALIGN.AlignVCenter
+            painter.drawText(words, flags, cue.side_text)
+
+    def _paint_measured(self, painter: QPainter, box: QRectF) -> None:
+        look, px, cue = self._look, self._look.px, self.prompt
+        if not cue.state_text:
+            return
+        chip = QRectF(box.left(), box.top(), box.width(), 0.37 * box.height())
+        fill = _FILLS.get(cue.state)
+        painter.setPen(Qt.PenStyle.NoPen if fill else QPen(look.color("axis"), 1))
+        painter.setBrush(QColor(look.color(fill)) if fill else Qt.BrushStyle.NoBrush)
+        painter.drawRoundedRect(chip, px(6), px(6))
+        ink = look.color("fill_text" if fill else "text")
+        sign = QRectF(chip.left() + px(10), chip.center().y() - px(8), px(16), px(16))
+        paint_indicator(painter, cue.state, sign, ink)
+        words = chip.adjusted(px(34), 0, -px(6), 0)
+        painter.setPen(ink)
+        painter.setFont(fit_text_font(cue.state_text, words, px(18), px(10), bold=True))
+        painter.drawText(words, _ALIGN.AlignVCenter, cue.state_text)
+        now = QRectF(box.left(), chip.bottom() + px(2), box.width(), 0.35 * box.height())
+        painter.setPen(look.color("text"))
+        painter.setFont(fit_text_font(cue.value_text, now, px(26), px(12), bold=True))
+        painter.drawText(now, _ALIGN.AlignVCenter | _ALIGN.AlignRight, cue.value_text)
+        volts = QRectF(box.left(), now.bottom(), box.width(), 0.24 * box.height())
+        painter.setPen(look.color("muted"))
+        painter.setFont(fit_text_font(cue.volts_text, volts, px(18), px(10)))
+        painter.drawText(volts, _ALIGN.AlignVCenter | _ALIGN.AlignRight, cue.volts_text)
+
 
 _SIGNS = {"warning": "■", "caution": "▲", "plain": "·"}
 _ROLES = {"warning": "strong", "caution": "strong", "plain": "muted"}
@@ -62,20 +223,9 @@ class RemarkList(QWidget):
 
 
 class WizardCalibrationPanel(QWidget):
-    """Shows a view of the wizard.
+    """Shows a view of the wizard."""
 
-    Parameters
-    ----------
-    look : DisplayStyle
-        Colors and sizes.
-
-    Attributes
-    ----------
-    point_chosen : Signal(int)
-        The mouse chose a point.
-    """
-
-    point_chosen = Signal(int)
+    point_chosen = Signal(int)  # place among the points taken
 
     def __init__(self, look: DisplayStyle) -> None:
         super().__init__()

@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from dataclasses import replace
+from typing import Protocol
 
 import numpy as np
 from PySide6.QtCore import QObject, Signal
@@ -15,7 +16,27 @@ from gsapp.quantities import INSTRUMENTS, Block
 from ui.display_limits import DISPLAY
 from ui.error_reporter import ErrorReporter
 from ui.flight_controller import FlightController
-from ui.preflight.prompter import Prompter
+
+
+class Prompter(Protocol):
+    """Says short sentences and gives tones; mute is its own affair."""
+
+    def say(self, words: str) -> None:
+        """Say words; what waits to be said and is out of date by now is dropped."""
+
+    def play_tone(self, name: str) -> None:
+        """Give a tone: ``steady``, ``taken``, ``moved``, ``error``."""
+
+
+class SilentPrompter:
+    """Says nothing."""
+
+    def say(self, words: str) -> None:
+        """Say nothing."""
+
+    def play_tone(self, name: str) -> None:
+        """Give no tone."""
+
 
 _VOLTAGE_CHANNELS = tuple(f"{name}_volts" for name in INSTRUMENTS)
 _MAX_NAMED_CHANNELS = 15
@@ -23,28 +44,9 @@ _MAX_NAMED_CHANNELS = 15
 
 
 class WizardController(QObject):
-    """Feeds a wizard from the open flight, ten times a second, while its page is on screen.
+    """Feeds a wizard from the open flight, ten times a second, while its page is on screen."""
 
-    Parameters
-    ----------
-    wizard : CalibrationWizard
-        The state machine.
-    controller : FlightController
-        The open flight.
-    prompter : Prompter
-        Speaks and sounds.
-    error_reporter : ErrorReporter
-        Where errors go.
-
-    Attributes
-    ----------
-    view_changed : Signal(object)
-        Another `WizardView` is to be shown.
-    certificates_changed : Signal
-        Other certificates are in force.
-    """
-
-    view_changed = Signal(object)
+    view_changed = Signal(object)  # WizardView
     certificates_changed = Signal()
 
     def __init__(

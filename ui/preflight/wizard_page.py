@@ -12,28 +12,28 @@ from PySide6.QtWidgets import QApplication, QLineEdit, QStackedWidget, QVBoxLayo
 
 from calibration.plan import InstrumentKind
 from calibration.wizard import CalibrationWizard, WizardAction, has_unfinished_calibration
-from calibration.wizard.setting_schedule import CalibrationMode
-from calibration.wizard.view import WizardActionKind
+from calibration.wizard.procedure import WizardActionKind
+from calibration.wizard.state import CalibrationMode
 from gsapp.foundation import GroundStationError
 from gsapp.quantities import convert_text_units
 from ui.display_style import DisplayStyle
 from ui.flight_controller import FlightController
-from ui.preflight.calibration_controller import CalibrationController
-from ui.preflight.calibration_folder import CalibrationFolder, current_local_time
-from ui.preflight.calibration_questions import CalibrationQuestions
-from ui.preflight.certificate_printer import CertificatePrinter
+from ui.preflight.calibration_controller import (
+    CalibrationController,
+    CalibrationFolder,
+    CertificatePrinter,
+    current_local_time,
+)
 from ui.preflight.practice_bench import PracticeBench
-from ui.preflight.prompter import Prompter, SilentPrompter
-from ui.preflight.question_bar import QuestionBar
+from ui.preflight.question_bar import CalibrationQuestions, QuestionBar
 from ui.preflight.wizard_calibration_panel import WizardCalibrationPanel
-from ui.preflight.wizard_controller import WizardController
+from ui.preflight.wizard_controller import Prompter, SilentPrompter, WizardController
+from ui.preflight.wizard_panels import WizardStartPanel, WizardSummaryPanel
 from ui.preflight.wizard_rows import (
     list_combined_deflections,
     list_instrument_statuses,
     list_outcomes,
 )
-from ui.preflight.wizard_start_panel import WizardStartPanel
-from ui.preflight.wizard_summary_panel import WizardSummaryPanel
 from ui.preflight.wizard_text import (
     PRACTICE_ACTION,
     PRINT_ACTION,
@@ -59,24 +59,7 @@ _ARROW_STEPS = {Qt.Key.Key_Up: -1, Qt.Key.Key_Down: 1}
 
 
 class WizardPage(AbstractStepPage):
-    """Leads through the calibration of surfaces, vanes and instruments.
-
-    Parameters
-    ----------
-    look : DisplayStyle
-        Colors, sizes, units.
-    store : SettingsStore
-        Remembers what is in force; beside it lie the calibrations.
-    controller : FlightController
-        The open flight, whose volts are watched.
-    prompter : Prompter, optional
-        Speaks and sounds; nobody by default.
-
-    Attributes
-    ----------
-    run : WizardController or None
-        The calibration at hand.
-    """
+    """Leads through the calibration of surfaces, vanes and instruments."""
 
     def __init__(
         self,
@@ -148,7 +131,6 @@ class WizardPage(AbstractStepPage):
 
     @property
     def folder(self) -> CalibrationFolder:
-        """Return the calibrations of the aircraft at hand."""
         return self._calibration.folder
 
     # Beginning

@@ -1,4 +1,4 @@
-"""Beside the large number: points, what the curve is worth, what not to pass over, the end."""
+"""Beside the large number: figure, points, what the curve is worth, remarks, the end."""
 
 from __future__ import annotations
 
@@ -10,10 +10,11 @@ from gsapp.quantities import channel, convert_text_units, from_si
 from ui.display_limits import DISPLAY
 from ui.icons import IndicatorState
 from ui.number_format import DASH, symbol_text
-from ui.preflight.calibration_folder import CalibrationFolder, current_local_time
-from ui.preflight.calibration_point_list import CalibrationPointRow
-from ui.preflight.wizard_start_panel import InstrumentStatus
-from ui.preflight.wizard_summary_panel import CombinedDeflection, InstrumentOutcome
+from ui.preflight.aircraft_figures import AircraftPoseFigure, PoseKind
+from ui.preflight.calibration_charts import CalibrationPointRow
+from ui.preflight.calibration_controller import CalibrationFolder, current_local_time
+from ui.preflight.surface_motion_view import SurfaceFigure
+from ui.preflight.wizard_panels import CombinedDeflection, InstrumentOutcome, InstrumentStatus
 from ui.preflight.wizard_text import (
     describe_shift,
     error_text,
@@ -29,6 +30,49 @@ if TYPE_CHECKING:
     from calibration.plan import CalibrationPlan, InstrumentPlan
     from calibration.wizard import WizardView
     from gsapp.session import SampleHistory
+
+
+def select_figure(view: WizardView) -> SurfaceFigure | AircraftPoseFigure | None:
+    """Return the aircraft as it stands, or as it is to be laid or turned."""
+    instrument = view.instrument
+    if instrument is None:
+        return None
+    if instrument.is_angle_sensor:
+        return _surface_figure(view, instrument)
+    if view.phase == "gyro_turn":
+        return AircraftPoseFigure(
+            kind="turn",
+            accessible_text=view.prompt,
+            axis=instrument.channel,
+            angle=view.target or 0.0,
+            turned=view.amount or 0.0,
+        )
+    if view.phase == "accel_position" and view.position is not None:
+        return AircraftPoseFigure(kind="lie", accessible_text=view.prompt, position=view.position)
+    kinds: dict[str, PoseKind] = {"pressure_zero": "cover", "pressure_blow": "blow"}
+    return AircraftPoseFigure(kind=kinds.get(view.phase, "still"), accessible_text=view.prompt)
+
+
+def _surface_figure(view: WizardView, instrument: InstrumentPlan) -> SurfaceFigure:
+    where = instrument.positive.rpartition(" ")[2]
+    settings = [slot.value for slot in view.remaining] + [point.value for point in view.points]
+    return SurfaceFigure(
+        channel=instrument.channel,
+        title=instrument.title,
+        view="above" if where in ("left", "right") else "side",
+        kind="vane" if instrument.kind == "vane" else "surface",
+        sense=1 if where in ("down", "left") else -1,
+        ticks=tuple(sorted({*instrument.settings, *settings})),
+        angle=view.current_value,
+        target=_target_angle(view, instrument),
+    )
+
+
+def _target_angle(view: WizardView, instrument: InstrumentPlan) -> float | None:
+    """Return where the surface is wanted; while its sign is proven, well to the positive side."""
+    if view.phase == "sign":
+        return max(instrument.settings)
+    return view.target if view.phase == "points" else None
 
 
 def list_instrument_statuses(
@@ -68,7 +112,6 @@ def list_instrument_statuses(
 
 
 def _calibrated_text(certificate: Certificate | None) -> str:
-    """Return when an instrument was calibrated and by whom."""
     if certificate is None:
         return tr("uncalibrated")
     if certificate.who == SHIPPED_EXAMPLE:
@@ -79,7 +122,6 @@ def _calibrated_text(certificate: Certificate | None) -> str:
 
 
 def _check_text(check: CheckResult, instrument: InstrumentPlan) -> str:
-    """Return what a check has found, in few words."""
     verdict = tr("holds") if check.passed else tr("has moved")
     what, size = describe_shift(check, instrument)
     return f"{verdict}: {what} {size}"
@@ -184,31 +226,27 @@ def list_outcomes(view: WizardView, plan: CalibrationPlan) -> tuple[InstrumentOu
         certificate = view.certificates.get(name)
         check = view.accepted_checks.get(name)
         if check is not None:
-            words = _check_text(check, instrument)
-            found.append(
-                InstrumentOutcome(title=instrument.title, text=words, is_calibrated=check.passed)
-            )
+            words, good = _check_text(check, instrument), check.passed
         elif name in view.skipped:
             left = tr("uncalibrated") if view.mode == "full" else tr("not checked")
-            words = f"{left}: {view.skipped[name]}"
-            found.append(InstrumentOutcome(title=instrument.title, text=words, is_calibrated=False))
+            words, good = f"{left}: {view.skipped[name]}", False
         elif certificate is not None:
-            quality = certificate.quality
-            width = quality.uncertainty if quality is not None else None
-            parts = [
-                FIT_ORDER_TITLES[certificate.degree],
-                tr("within ±{error}").format(error=error_text(width, instrument))
-                if width is not None
-                else "",
-                tr("hysteresis {error}").format(
-                    error=error_text(certificate.hysteresis, instrument)
-                )
-                if certificate.hysteresis
-                else "",
-            ]
-            words = ", ".join(part for part in parts if part)
-            found.append(InstrumentOutcome(title=instrument.title, text=words, is_calibrated=True))
+            words, good = _certificate_text(certificate, instrument), True
+        else:
+            continue
+        found.append(InstrumentOutcome(title=instrument.title, text=words, is_calibrated=good))
     return tuple(found)
+
+
+def _certificate_text(certificate: Certificate, instrument: InstrumentPlan) -> str:
+    parts = [FIT_ORDER_TITLES[certificate.degree]]
+    width = certificate.quality.uncertainty if certificate.quality is not None else None
+    if width is not None:
+        parts.append(tr("within ±{error}").format(error=error_text(width, instrument)))
+    if certificate.hysteresis:
+        error = error_text(certificate.hysteresis, instrument)
+        parts.append(tr("hysteresis {error}").format(error=error))
+    return ", ".join(parts)
 
 
 _COMBINED_DEFLECTIONS = (

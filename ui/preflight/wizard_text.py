@@ -33,51 +33,35 @@ _STATIONARY_PHASES = frozenset({"gyro_still", "accel_position", "pressure_zero"}
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class WizardPrompt:
-    """The large part of the page: one number, one action.
-
-    Attributes
-    ----------
-    title, position_text : str
-        The instrument, and the how-manieth it is.
-    caption : str
-        Above the number: what it is.
-    main_text : str
-        The number, or a word.
-    side_text : str
-        What the number means on the aircraft.
-    is_target : bool
-        Whether it is a target, in the color of targets.
-    state : str
-        Of the volts: sign and color.
-    state_text : str
-        The same in words.
-    value_text, volts_text : str
-        As measured at this moment.
-    prompt : str
-        What to do now.
-    message : str
-        What just happened.
-    progress : float
-        0 to 1.
-    """
+    """The large part of the page: one number, one action."""
 
     title: str = ""
     position_text: str = ""
+    """The instrument, and the how-manieth it is."""
     caption: str = ""
+    """Above the number: what it is."""
     main_text: str = ""
+    """The number, or a word."""
     side_text: str = ""
+    """What the number means on the aircraft."""
     is_target: bool = False
+    """Whether it is a target, in the color of targets."""
     state: IndicatorState = "unknown"
+    """Of the volts: sign and color."""
     state_text: str = ""
+    """The same in words."""
     value_text: str = ""
     volts_text: str = ""
+    """As measured at this moment."""
     prompt: str = ""
+    """What to do now."""
     message: str = ""
+    """What just happened."""
     progress: float = 0.0
+    """0 to 1."""
 
     @property
     def accessible_text(self) -> str:
-        """Return all of it for those who hear it."""
         parts = (
             self.title,
             self.caption,
@@ -162,8 +146,6 @@ def build_prompt(view: WizardView, *, catching_up: bool = False) -> WizardPrompt
 
     Parameters
     ----------
-    view : WizardView
-        Of the wizard.
     catching_up : bool
         Whether the flight is still being read: no volts are no fault then.
     """
@@ -313,8 +295,6 @@ def build_start_actions(
     ----------
     plan : CalibrationPlan or None
         Of the instrument selected and those that go with it; None where none is.
-    chosen : str
-        Its channel.
     left : bool
         Whether a calibration was not finished.
     made : bool

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from calibration.inertial import Position, specific_force
+from calibration.inertial.accelerometers import Position, specific_force
 from gsapp.foundation import FlightError
 from gsapp.quantities import FloatArray
 from gsapp.virtual.bench.bench_instruments import GYROS

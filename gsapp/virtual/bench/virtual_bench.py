@@ -15,7 +15,7 @@ import numpy as np
 
 from calibration import load_certificates
 from calibration.adc import ADC_FULL_SCALE, quantize
-from calibration.inertial import Position
+from calibration.inertial.accelerometers import Position
 from gsapp.aircraft import load_aircraft
 from gsapp.foundation import FlightError
 from gsapp.foundation.name_suggestions import did_you_mean

@@ -8,7 +8,7 @@ import threading
 from collections.abc import Callable, Iterator, Mapping
 from typing import IO, Final, Protocol, get_args
 
-from calibration.inertial import Position
+from calibration.inertial.accelerometers import Position
 from gsapp.foundation import FlightError, LinkError
 from gsapp.quantities import Block
 from gsapp.telemetry.clock import Clock

@@ -9,17 +9,7 @@ from tests.calibration.wizard.wizard_kit import Field
 
 
 class BenchCrew:
-    """A crew, a virtual bench, and a wizard.
-
-    Parameters
-    ----------
-    folder : Path
-        For journal and certificates.
-    plan : CalibrationPlan
-        What is calibrated.
-    bench : VirtualBench
-        The aircraft on the ground.
-    """
+    """A crew, a virtual bench, and a wizard."""
 
     def __init__(self, folder: Path, plan: CalibrationPlan, bench: VirtualBench) -> None:
         self.field = Field(folder, plan)

@@ -7,8 +7,8 @@ import pytest
 
 import calibration.certificate_store
 from calibration import CalibrationError, CalibrationPoint, Certificate, load_certificates
-from calibration.certificate_store import CertificateStore
-from calibration.check_record import CheckRecord
+from calibration.certificate_store import CertificateStore, CheckRecord
+from calibration.curve_selection import create_certificate, fit_calibration
 from calibration.drift import CheckResult
 from gsapp.foundation import UnknownNameError
 
@@ -17,9 +17,10 @@ DAY = dt.datetime(2026, 5, 12, 8, 0)  # noqa: DTZ001 - a field's local time
 
 def certificate(day: int, channel: str = "rudder") -> Certificate:
     points = [CalibrationPoint(volts=1.0 + at, value=10.0 * at + day) for at in range(3)]
-    return Certificate.from_points(
-        channel, "deg", points, degree=1, who="crew", stamp=DAY.replace(day=day)
-    )
+    return create_certificate(
+        fit_calibration(points, degree=1), points, channel_id=channel, unit="deg", who="crew",
+        stamp=DAY.replace(day=day),
+    )  # fmt: skip
 
 
 def check_of(in_force: Certificate, stamp: dt.datetime, *, passed: bool = True) -> CheckRecord:
@@ -74,18 +75,13 @@ def test_skipped_is_uncalibrated_until_a_certificate_comes(tmp_path: Path) -> No
     assert not list(store.in_force_folder.glob("*.toml"))
     skipped = CertificateStore(tmp_path, "B777").skipped_channels()["rudder"]
     assert (skipped.reason, skipped.who, skipped.stamp) == ("wire broken", "crew", DAY)
+    store.mark_uncalibrated("rudder", "no time", "crew", DAY.replace(hour=9))
+    skipped = store.skipped_channels()["rudder"]
+    assert (skipped.reason, skipped.stamp.hour) == ("no time", 9)
     assert days(store) == [12]
     store.put_in_force(certificate(13))
     assert store.skipped_channels() == {}
     assert set(store.in_force()) == {"rudder"}
-
-
-def test_a_channel_that_is_skipped_for_another_reason_says_the_new_one(tmp_path: Path) -> None:
-    store = CertificateStore(tmp_path, "B777")
-    store.mark_uncalibrated("rudder", "wire broken", "crew", DAY)
-    store.mark_uncalibrated("rudder", "no time", "crew", DAY.replace(hour=9))
-    skipped = store.skipped_channels()["rudder"]
-    assert (skipped.reason, skipped.stamp.hour) == ("no time", 9)
 
 
 def test_the_last_check_of_the_certificate_in_force_counts(tmp_path: Path) -> None:
@@ -119,32 +115,23 @@ def test_a_check_made_twice_in_a_second_is_taken_back_twice(tmp_path: Path) -> N
         assert not store.checks("rudder")
 
 
-def test_revert_goes_back_one_at_a_time(tmp_path: Path) -> None:
+def test_revert_goes_back_one_at_a_time_and_by_stamp_once(tmp_path: Path) -> None:
     store = CertificateStore(tmp_path, "B777")
     store.put_in_force(certificate(12))
-    store.mark_uncalibrated("rudder", "wire broken", "crew", DAY)
-    store.put_in_force(certificate(13))
-    store.withdraw("rudder")
-    assert set(store.skipped_channels()) == {"rudder"}
-    store.withdraw("rudder")
-    assert store.in_force()["rudder"].stamp.day == 12
-    store.withdraw("rudder")
-    assert store.in_force() == {}
-    assert store.skipped_channels() == {}
-    with pytest.raises(CalibrationError, match="rudder"):
-        store.withdraw("rudder")
-    assert len(list(tmp_path.rglob("*.withdrawn"))) == 3
-    store.put_in_force(certificate(14))
-    assert days(store) == [14]
-
-
-def test_revert_by_stamp_is_done_once(tmp_path: Path) -> None:
-    store = CertificateStore(tmp_path, "B777")
-    store.put_in_force(certificate(12))
+    store.mark_uncalibrated("rudder", "wire broken", "crew", DAY.replace(hour=9))
     store.put_in_force(certificate(13))
     for _ in range(2):
         store.withdraw("rudder", DAY.replace(day=13))
+    assert set(store.skipped_channels()) == {"rudder"}
+    store.withdraw("rudder", DAY.replace(hour=9))
     assert store.in_force()["rudder"].stamp.day == 12
+    for _ in range(2):
+        store.withdraw("rudder", DAY)
+    assert store.in_force() == {}
+    assert store.skipped_channels() == {}
+    assert len(list(tmp_path.rglob("*.withdrawn"))) == 3
+    store.put_in_force(certificate(14))
+    assert days(store) == [14]
 
 
 def test_a_change_that_was_interrupted_is_whole_when_opened_again(

@@ -12,14 +12,15 @@ from tests.calibration.wizard.wizard_kit import SMALL, Field
 DEG = np.pi / 180.0
 
 
-def test_a_whole_aircraft_costs_no_key(tmp_path: Path) -> None:
-    plan = load_calibration_plan("b777").select_kinds(("surface", "vane"))
-    field = Field(tmp_path, plan, seed=3)
+def test_surfaces_and_vanes_cost_no_key(tmp_path: Path) -> None:
+    channels = ("elevator_left", "elevator_right", "alpha")
+    plan = load_calibration_plan("b777").select_channels(channels)
+    field = Field(tmp_path, plan, seed=2)
     crew = field.begin(temperature=290.0)
     view = crew.until(lambda now: now.phase == "done")
     assert crew.keys == 0
     assert view.accepted == plan.channels
-    assert view.prompt == "7 instruments calibrated."
+    assert view.prompt == "3 instruments calibrated."
     assert view.progress == 1.0
     for channel, certificate in load_certificates(field.store.in_force_folder).items():
         assert [point.direction for point in certificate.points] == ["up"] * 5 + ["down"] * 5

@@ -37,13 +37,11 @@ def certified(
     )  # fmt: skip
 
 
-@pytest.mark.parametrize("moved", [0.0, 0.7])
-def test_a_whole_aircraft_is_checked_in_a_minute(tmp_path: Path, moved: float) -> None:
-    """Seven instruments between two flights, hands included: a minute, and what moved is told.
+def test_a_whole_aircraft_is_checked_in_a_minute(tmp_path: Path) -> None:
+    """Seven instruments between two flights, hands included: a minute, and no key.
 
-    A zero that moved by 0.7 deg, twice a usual bound, is found in each of them; it costs a key,
-    for that is not accepted by itself. (One certificate in a hundred is doubted by chance: those
-    are counted by the bench, over many aircraft. In this one there is none.)
+    (One certificate in a hundred is doubted by chance: those are counted by the bench, over many
+    aircraft. In this one there is none.)
     """
     plan = load_calibration_plan("b777").select_kinds(("surface", "vane"))
     bench = VirtualBench(8)
@@ -52,16 +50,13 @@ def test_a_whole_aircraft_is_checked_in_a_minute(tmp_path: Path, moved: float) -
     for name in plan.channels:
         truth = bench.potentiometers[name]
         crew.field.store.put_in_force(certified(plan[name], truth, random))
-        bench.potentiometers[name] = replace(truth, center=truth.center + moved * truth.slope)
     crew.wizard = crew.field.begin(mode="check").wizard
     crew.finish()
-    assert {one.passed for one in crew.view.accepted_checks.values()} == {not moved}
+    assert all(one.passed for one in crew.view.accepted_checks.values())
     assert tuple(crew.view.accepted_checks) == plan.channels
-    said = "calibrate again before the flight" if moved else "All certificates valid"
-    assert said in crew.view.prompt
-    if not moved:
-        assert crew.keys == 0
-        assert bench.time < 60.0
+    assert "All certificates valid" in crew.view.prompt
+    assert crew.keys == 0
+    assert bench.time < 60.0
 
 
 def checking(folder: Path) -> Operator:
@@ -137,6 +132,7 @@ def test_the_check_takes_three_points_and_tells_a_shift(tmp_path: Path) -> None:
     assert crew.keys == 0
     crew.press("accept")
     assert crew.wizard.view.phase == "done"
+    assert "calibrate again before the flight" in crew.wizard.view.prompt
     assert {name: one.stamp for name, one in field.store.in_force().items()} == stamps
     assert len(field.store.checks("elevator_left")) == 1
     assert {name: one.passed for name, one in crew.wizard.view.accepted_checks.items()} == {
@@ -166,11 +162,7 @@ def test_a_pause_beside_the_setting_is_no_point_of_a_check(tmp_path: Path) -> No
     crew = field.begin(mode="check")
     view = crew.until(lambda now: now.phase == "points")
     assert view.target == -10.0
-    for beside, words in (
-        (-14.0, "at about 14 deg"),
-        (-6.0, "at about 6 deg"),
-        (-15.0, "at about 15 deg"),
-    ):
+    for beside, words in ((-14.0, "at about 14 deg"), (-6.0, "at about 6 deg")):
         crew.see(field.bench.move("elevator_left", beside))
         crew.wait(4.0)
         assert crew.wizard.view.points == ()

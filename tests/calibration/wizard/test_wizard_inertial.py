@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from calibration.inertial import POSITIONS
+from calibration.inertial.accelerometers import POSITIONS
 from calibration.plan import CalibrationPlan, load_calibration_plan
 from gsapp.virtual.bench import BenchFault, VirtualBench
 from tests.calibration.wizard.bench_crew import BenchCrew

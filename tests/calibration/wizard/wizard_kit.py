@@ -27,15 +27,7 @@ class Clock:
 
 
 class Bench:
-    """Instruments with slope, zero, curvature, slop and noise, sampled through 12 bits.
-
-    Parameters
-    ----------
-    plan : CalibrationPlan
-        Its instruments.
-    seed : int
-        Of curves and noise.
-    """
+    """Instruments with slope, zero, curvature, slop and noise, sampled through 12 bits."""
 
     def __init__(self, plan: CalibrationPlan, seed: int = 1) -> None:
         self.plan = plan
@@ -125,17 +117,7 @@ SMALL = CalibrationPlan(
 
 
 class Operator:
-    """Does what the wizard asks, and counts the keys.
-
-    Parameters
-    ----------
-    wizard : CalibrationWizard
-        Gives the orders.
-    bench : Bench
-        What is moved.
-    by_key : bool
-        Whether each point is taken by a key.
-    """
+    """Does what the wizard asks, and counts the keys."""
 
     def __init__(self, wizard: CalibrationWizard, bench: Bench, *, by_key: bool = False) -> None:
         self.wizard = wizard
@@ -200,17 +182,7 @@ class Operator:
 
 
 class Field:
-    """A folder, a clock, a bench: where wizards come and go.
-
-    Parameters
-    ----------
-    folder : Path
-        For journal and certificates.
-    plan : CalibrationPlan
-        What is calibrated.
-    seed : int
-        Of the bench.
-    """
+    """A folder, a clock, a bench: where wizards come and go."""
 
     def __init__(self, folder: Path, plan: CalibrationPlan = SMALL, seed: int = 1) -> None:
         self.plan = plan

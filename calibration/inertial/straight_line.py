@@ -1,4 +1,4 @@
-"""Certificates of straight instruments: a zero and a sensitivity, each with its uncertainty.
+"""Straight instruments: certificates from zero and sensitivity, and the figures of the factory.
 
 With x = (v - z) / k the half width of the value that one sample v tells is
 
@@ -9,18 +9,22 @@ u_z and u_k being half widths at 95 %, s the standard deviation of a sample.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from datetime import datetime
+from functools import cache
+from types import MappingProxyType
+from typing import Literal
 
 import numpy as np
 
 from calibration.adc import ADC_RESOLUTION
 from calibration.certificate import Certificate
+from calibration.certificate_toml import load_certificates
 from calibration.points import CalibrationPoint
 from calibration.quality import CalibrationQuality
 from calibration.settings import CALIBRATION
-from gsapp.quantities import FloatArray
+from gsapp.quantities import FloatArray, channel, from_si, to_si
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -76,10 +80,6 @@ class StraightLineCalibration:
             rms=rms,
             max_residual=largest,
             linearity=0.0,
-            scatter=None,
-            hysteresis=None,
-            hysteresis_uncertainty=None,
-            return_to_zero=None,
             resolution=ADC_RESOLUTION / abs(self.sensitivity),
             covered=(float(values.min()), float(values.max())),
             uncertainty_volts=tuple(places.tolist()),
@@ -100,3 +100,64 @@ class StraightLineCalibration:
             notes=notes,
             quality=quality,
         )
+
+
+SensorVerdictKind = Literal["agrees", "differs", "dead", "reversed", "swapped", "clipped"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SensorVerdict:
+    """What became of the comparison with the factory's figures."""
+
+    kind: SensorVerdictKind
+    """``agrees`` and ``differs``: the instrument can be used as measured."""
+    sentence: str
+
+    @property
+    def passed(self) -> bool:
+        """Return whether the instrument is as the factory made it."""
+        return self.kind == "agrees"
+
+    @property
+    def usable(self) -> bool:
+        """Return whether its own volts tell its own quantity, whatever the figures."""
+        return self.kind in ("agrees", "differs", "reversed")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FactoryCalibration:
+    """A straight line by the factory."""
+
+    channel: str
+    unit: str
+    """Of what is measured."""
+    zero: float
+    """Volts at zero."""
+    sensitivity: float
+    """V per unit."""
+    range: tuple[float, float]
+    """Volts between which it holds."""
+
+    @classmethod
+    def from_certificate(cls, certificate: Certificate) -> FactoryCalibration:
+        """Return the figures that a certificate stands for; straight between its ends if curved."""
+        ends = certificate.evaluate(np.array(certificate.range))
+        key = channel(certificate.channel).quantity
+        rise = from_si(float(ends[1] - ends[0]), certificate.unit, key)
+        return cls(
+            channel=certificate.channel,
+            unit=certificate.unit,
+            zero=float(certificate.volts(to_si(0.0, certificate.unit, key))),
+            sensitivity=(certificate.range[1] - certificate.range[0]) / rise,
+            range=certificate.range,
+        )
+
+
+@cache
+def factory_calibrations() -> Mapping[str, FactoryCalibration]:
+    """Return the figures of the model airliner: gyros in deg/s, accelerometers in g (3.5.3)."""
+    names = ("p", "q", "r", "ax", "ay", "an")
+    certificates = load_certificates("b777")
+    return MappingProxyType(
+        {name: FactoryCalibration.from_certificate(certificates[name]) for name in names}
+    )
