@@ -11,9 +11,7 @@ from gsapp.cli._options import DISPLAY_UNITS
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from gsapp.excitation.debrief import Debrief
-    from gsapp.excitation.debrief_maneuver import EvaluatedManeuver
-    from gsapp.excitation.debrief_trends import FlightTrend
+    from gsapp.excitation.debrief import Debrief, EvaluatedManeuver, FlightTrend
     from gsapp.flight.catalog import CardScore
 
 _COLORS = {"good": "green", "unclear": "yellow"}

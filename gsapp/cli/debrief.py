@@ -8,8 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from gsapp.excitation.debrief import Debrief
-    from gsapp.excitation.debrief_trends import FlightTrend
+    from gsapp.excitation.debrief import Debrief, FlightTrend
     from gsapp.flight.catalog import Catalog
     from gsapp.session import Session
 
@@ -55,7 +54,7 @@ def run(
     from gsapp.cli._flight_text import check_catalog, check_is_catalog
     from gsapp.cli._json_output import format_json, is_stdout, write_json
     from gsapp.cli._usage_errors import CommandUsageError
-    from gsapp.excitation.debrief_trends import compute_flight_trend
+    from gsapp.excitation.debrief import compute_flight_trend
     from gsapp.flight.catalog import Catalog
 
     if not flights and catalog is None:
@@ -141,7 +140,7 @@ def _store(catalog: Path, session: Session, debrief: Debrief) -> None:
 
 
 def _trends(catalog: Catalog) -> tuple[FlightTrend, ...]:
-    from gsapp.excitation.debrief_trends import compute_trends
+    from gsapp.excitation.debrief import compute_trends
     from gsapp.flight.catalog import list_card_scores, search_verdicts
 
     verdicts = search_verdicts(catalog)

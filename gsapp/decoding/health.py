@@ -292,7 +292,7 @@ class LinkHealth:
         ----------
         records : iterable of (int, str, bytes)
             Stamp in microseconds, kind (``frame``, ``line``, ``residue``) and bytes, as
-            `gsapp.flight.raw_record.RawRecord` holds them, in the order of the stamps.
+            `gsapp.flight.raw_files.record_files.RawRecord` holds them, in the order of the stamps.
         """
         for stamp, kind, data in records:
             if self.last_stamp is None:

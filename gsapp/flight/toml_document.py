@@ -1,17 +1,24 @@
-"""A file of a flight being filled in: changed value by value, checked at once, saved whole."""
+"""Files of a flight being filled in: changed value by value, checked at once, saved whole."""
 
 from __future__ import annotations
 
 import copy
+import tomllib
 from abc import ABC, abstractmethod
+from collections import Counter
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Generic, TypeVar
 
 from pydantic import BaseModel
 
-from gsapp.foundation import FlightError
+from gsapp.flight.atomic_files import write_flight_file
+from gsapp.flight.cards import SHIPPED_CARDS, CardSet, load_cards
+from gsapp.flight.folder import FlightFolder
+from gsapp.flight.info import FlightInfo
+from gsapp.foundation import FileProblem, FileProblemsError, FlightError, read_toml
 from gsapp.foundation.files import file_stamp
+from gsapp.foundation.toml import toml_text, validate_content
 
 KeyPath = tuple[str, ...]
 """Path of a value in the file: ``("weather", "temperature")``; a place in a list is its number."""
@@ -159,3 +166,106 @@ def _set_value(place: Any, key: KeyPath, value: Any) -> None:
         del place[head]
     else:
         place.pop(head, None)
+
+
+class FlightInfoFile(TomlDocument[FlightInfo]):
+    """The card of one flight; see `TomlDocument`.
+
+    Comments that people wrote into the file stay, except within tables that change.
+
+    Parameters
+    ----------
+    folder : FlightFolder
+        Its folder; neither it nor the file need be there yet.
+    """
+
+    def __init__(self, folder: FlightFolder) -> None:
+        self.folder = folder
+        super().__init__(folder.info_file)
+
+    def _load(self) -> tuple[TomlContent, FlightInfo]:
+        if not self.path.exists():
+            return {}, FlightInfo()
+        info = read_toml(self.path, FlightInfo)
+        return tomllib.loads(self.path.read_text(encoding="utf-8")), info
+
+    def _checked(self, content: TomlContent) -> FlightInfo:
+        return validate_content(self.path, content, FlightInfo)
+
+    def _store(self, content: TomlContent, saved: TomlContent) -> None:
+        names = dict.fromkeys((*content, *saved))
+        changes = {name: content.get(name) for name in names}
+        self.folder.update_info(
+            **{name: value for name, value in changes.items() if value != saved.get(name)}
+        )
+
+
+class CardSetFile(TomlDocument[CardSet]):
+    """A set of test cards; see `TomlDocument`. Values stay in the units they were typed in.
+
+    Parameters
+    ----------
+    path : Path
+        ``cards.toml`` of a flight, or of the next one.
+    usual : str
+        Name of the shipped set that counts while there is no such file.
+    """
+
+    def __init__(self, path: Path, usual: str) -> None:
+        self._usual = usual
+        super().__init__(path)
+
+    def _load(self) -> tuple[TomlContent, CardSet]:
+        path = self.path if self.path.is_file() else SHIPPED_CARDS.find(self._usual)
+        cards = load_cards(path)
+        return tomllib.loads(path.read_text(encoding="utf-8")), cards
+
+    def _checked(self, content: TomlContent) -> CardSet:
+        cards = validate_content(self.path, content, CardSet)
+        count = Counter(card.id for card in cards.cards)
+        twice = [name for name, number in count.items() if number > 1]
+        if twice:
+            raise FileProblemsError(
+                self.path,
+                [
+                    FileProblem(
+                        where="cards",
+                        what=f"two cards have the id '{twice[0]}'",
+                        remedy="give each its own",
+                    )
+                ],
+            )
+        return cards
+
+    def _store(self, content: TomlContent, saved: TomlContent) -> None:  # noqa: ARG002
+        write_flight_file(self.path, toml_text(content))
+
+    def save_as(self, path: Path) -> None:
+        """Write the cards into another file as well.
+
+        Raises
+        ------
+        FlightError
+            If the disk refuses.
+        """
+        write_flight_file(path, toml_text(self.content))
+
+    # The cards as a list
+
+    @property
+    def rows(self) -> list[dict[str, Any]]:
+        """Return a copy of the cards as the file holds them, to be changed and put back."""
+        return copy.deepcopy(list(self.content["cards"]))
+
+    def with_duplicated_row(self, row: int) -> list[dict[str, Any]]:
+        """Return the cards with a copy of one below it, under an id of its own."""
+        rows = self.rows
+        made = copy.deepcopy(rows[row])
+        known = {str(one["id"]) for one in rows}
+        stem = str(made["id"]).rstrip("0123456789") or str(made["id"])
+        number = 1
+        while f"{stem}{number}" in known:
+            number += 1
+        made["id"] = f"{stem}{number}"
+        rows.insert(row + 1, made)
+        return rows

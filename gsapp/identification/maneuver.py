@@ -10,8 +10,12 @@ import numpy as np
 from gsapp.aircraft import Aircraft
 from gsapp.flight import Flight
 from gsapp.flight.info import FlightInfo
-from gsapp.flight.maneuvers.clipping import clipping_ranges, is_at_range_limit
-from gsapp.flight.maneuvers.dead_instruments import dead_instruments_text, find_dead_instruments
+from gsapp.flight.maneuvers.dead_instruments import (
+    clipping_ranges,
+    dead_instruments_text,
+    find_dead_instruments,
+    is_at_range_limit,
+)
 from gsapp.flight.uniform_grid import median_step
 from gsapp.foundation import FlightError
 from gsapp.identification.air_data import add_air_data

@@ -11,7 +11,7 @@ from typing import Final
 
 import numpy as np
 
-from gsapp.flight.maneuvers.stuck_sensors import is_stuck, sensor_noise
+from gsapp.flight.maneuvers.dead_instruments import is_stuck, sensor_noise
 from gsapp.foundation import FlightError
 from gsapp.identification.axes import AXIS_SURFACES, Axis
 from gsapp.identification.deflections import COMMAND_CHANNELS

@@ -24,7 +24,7 @@ from gsapp.decoding.gridder import Gridder
 from gsapp.decoding.message_stream import linear_factors
 from gsapp.decoding.messages import decode_columns, message_id, message_layout, number_reader
 from gsapp.decoding.pipeline import Pipeline
-from gsapp.flight.raw_record import RawRecord
+from gsapp.flight.raw_files.record_files import RawRecord
 from gsapp.quantities import CHANNELS, Block, channel, to_si
 
 MAPS = ("b777", "b777-thin", "ardupilot-plane", "px4")

@@ -8,7 +8,7 @@ import pytest
 
 from gsapp.decoding.channel_map import load_channel_map
 from gsapp.decoding.decoder import Decoder
-from gsapp.flight.raw_record import RawRecord
+from gsapp.flight.raw_files.record_files import RawRecord
 
 G = 9.80665
 

@@ -10,8 +10,7 @@ from hypothesis import strategies as st
 
 from gsapp.aircraft import Aircraft, load_aircraft
 from gsapp.aircraft.config import Limits
-from gsapp.excitation.alerts.active_alerts import ActiveAlerts, AlertCondition
-from gsapp.excitation.alerts.alert import AlertLevel
+from gsapp.excitation.alerts.alert import ActiveAlerts, AlertCondition, AlertLevel
 from gsapp.excitation.alerts.alert_monitor import AlertMonitor
 from gsapp.excitation.alerts.clipping_monitor import ClippingMonitor
 from gsapp.excitation.alerts.geofence import Geofence, load_geofence

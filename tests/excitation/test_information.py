@@ -30,13 +30,14 @@ from gsapp.excitation.information.flight_knowledge import (
 from gsapp.excitation.information.information_matrix import CombinedInformation
 from gsapp.excitation.information.information_tracker import InformationTracker
 from gsapp.excitation.information.outlook import BoundReduction
-from gsapp.excitation.information.pilot_error_model import (
+from gsapp.excitation.information.planned_maneuver import (
     ErrorDistribution,
     PilotErrorModel,
     draw_executions,
+    simulate_maneuver,
 )
-from gsapp.excitation.information.planned_maneuver import simulate_maneuver
 from gsapp.excitation.information.predicted_bounds import (
+    assumed_noise,
     compute_sensitivities,
     fit_maximum_likelihood,
     information_from_fit,
@@ -44,7 +45,6 @@ from gsapp.excitation.information.predicted_bounds import (
     predict_information,
 )
 from gsapp.excitation.information.remaining_time import RemainingTimeEstimator
-from gsapp.excitation.information.response_noise import assumed_noise
 from gsapp.excitation.information.settings import INFORMATION
 from gsapp.excitation.test_points.perturbation_models import linearize_level_flight
 from gsapp.flight.cards import CardSet, TestCard, load_cards

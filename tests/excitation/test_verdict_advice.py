@@ -9,7 +9,7 @@ import pytest
 from gsapp.aircraft import load_aircraft
 from gsapp.excitation.doublets.doublet_monitor import DoubletMonitor
 from gsapp.excitation.doublets.verdict import InputVerdict
-from gsapp.excitation.test_points.target_input import TargetInput, ToleranceBand
+from gsapp.excitation.test_points.point import TargetInput, ToleranceBand
 from gsapp.quantities import Block
 from gsapp.quantities.constants import DEGREE
 from tests.excitation.verdict_kit import RATE, FlownInput, point_of, rows_in_ticks, wanted_of

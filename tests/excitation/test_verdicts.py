@@ -17,12 +17,12 @@ from gsapp.excitation.doublets.doublet_monitor import DoubletMonitor
 from gsapp.excitation.doublets.gust_analysis import GustAnalyzer
 from gsapp.excitation.doublets.verdict import InputVerdict
 from gsapp.excitation.flight_rows import FlightRowStream
-from gsapp.excitation.test_points.target_input import TargetInput, ToleranceBand
-from gsapp.excitation.trim.tolerances import DEFAULT_TOLERANCES
+from gsapp.excitation.test_points.point import TargetInput, ToleranceBand
+from gsapp.excitation.trim.trim_cue import DEFAULT_TOLERANCES
 from gsapp.flight.cards import TestCard
 from gsapp.flight.maneuvers import DetectedManeuver, NoiseFloor, detect_maneuvers
 from gsapp.flight.maneuvers.detection import build_maneuver
-from gsapp.flight.maneuvers.input_criteria import INPUT_CRITERIA, Criterion
+from gsapp.flight.maneuvers.input_measures import INPUT_CRITERIA, Criterion
 from gsapp.quantities import Block
 from gsapp.quantities.constants import DEGREE
 from tests.excitation.verdict_kit import (
@@ -467,7 +467,7 @@ def test_what_samples_alone_make_invalid_is_no_a_without_a_verdict(
         grades.append((found := build_maneuver(*arguments)).grade)
         return found
 
-    monkeypatch.setattr("gsapp.excitation.doublets.input_evaluation.build_maneuver", build)
+    monkeypatch.setattr("gsapp.excitation.doublets.verdict_criteria.build_maneuver", build)
     flown = fly_input(5103, **{**CLEAN, **flaw})
     watch = DoubletMonitor(load_aircraft("b777"), RATE)
     for rows in rows_in_ticks(flown.measured):

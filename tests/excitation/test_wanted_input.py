@@ -12,8 +12,8 @@ from gsapp.dynamics.linearization import linearize_lateral
 from gsapp.dynamics.model import Model
 from gsapp.dynamics.trim import trim
 from gsapp.excitation.test_points.amplitudes import channel_noise
-from gsapp.excitation.test_points.model_update import update_model
-from gsapp.excitation.test_points.target_input import TargetInput, ToleranceBand
+from gsapp.excitation.test_points.perturbation_models import update_model
+from gsapp.excitation.test_points.point import TargetInput, ToleranceBand
 from gsapp.excitation.test_points.target_selection import DEFAULT_STEP_WIDTH, select_target_input
 from gsapp.flight.cards import TestCard, load_cards
 from gsapp.flight.maneuvers.input_measures import GradingContext, ManeuverSamples

@@ -12,10 +12,9 @@ from gsapp.dynamics.model import load_model
 from gsapp.excitation.doublets.doublet_monitor import DoubletMonitor
 from gsapp.excitation.doublets.verdict import InputVerdict
 from gsapp.excitation.flight_rows import FlightRows, FlightRowStream
-from gsapp.excitation.test_points.point import TestPoint
-from gsapp.excitation.test_points.target_input import TargetInput
+from gsapp.excitation.test_points.point import TargetInput, TestPoint
 from gsapp.excitation.test_points.target_selection import select_target_input
-from gsapp.excitation.trim.tolerances import DEFAULT_TOLERANCES
+from gsapp.excitation.trim.trim_cue import DEFAULT_TOLERANCES
 from gsapp.quantities import Block
 from gsapp.quantities.constants import DEGREE, FOOT
 from tests.virtual.inputs import FlownInput

@@ -4,13 +4,12 @@ from pathlib import Path
 
 import pytest
 
-from gsapp.flight.card_set_file import CardSetFile
 from gsapp.flight.cards import load_cards
 from gsapp.flight.events import Event, read_events
-from gsapp.flight.flight_draft import apply_draft
-from gsapp.flight.flight_info_file import FlightInfoFile
 from gsapp.flight.folder import FlightFolder
+from gsapp.flight.folder_setup import apply_draft
 from gsapp.flight.info import FlightInfo
+from gsapp.flight.toml_document import CardSetFile, FlightInfoFile
 from gsapp.foundation import FileProblemsError, FlightError
 
 PILOT, WEIGHT = ("crew", "pilot"), ("takeoff_weight",)

@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 
 from gsapp.flight import load_flight
 from gsapp.flight.processing import (
+    Interpolation,
     append_records,
     cut_windows,
     drop_channels,
@@ -20,7 +21,6 @@ from gsapp.flight.processing import (
     resample,
     shift_time,
 )
-from gsapp.flight.processing.resample_filter import Interpolation
 from gsapp.flight.writers import write_block
 from gsapp.foundation import FlightError, UnknownNameError
 from gsapp.quantities import Block

@@ -97,11 +97,11 @@ def test_mat_for_matlab(tmp_path):
 def test_a_mat_too_long_for_matlab_is_refused_before_it_is_written(tmp_path, monkeypatch):
     """A variable of version 5 holds 2 GB: past that savemat would fail after minutes."""
     block, path = sample_block(rows=50), tmp_path / "f.mat"
-    monkeypatch.setattr("gsapp.flight.writers.matlab._MOST_BYTES", 50 * 8 - 1)
+    monkeypatch.setattr("gsapp.flight.writers._MOST_BYTES", 50 * 8 - 1)
     with pytest.raises(FlightError, match="50 samples"):
         write_block(path, block, "mat")
     assert not path.exists()
-    monkeypatch.setattr("gsapp.flight.writers.matlab._MOST_BYTES", 50 * 8)
+    monkeypatch.setattr("gsapp.flight.writers._MOST_BYTES", 50 * 8)
     assert write_block(path, block, "mat").exists()
 
 

@@ -7,7 +7,7 @@ from typing import Final
 import numpy as np
 from PySide6.QtWidgets import QGridLayout, QWidget
 
-from gsapp.excitation.debrief_maneuver import EvaluatedManeuver
+from gsapp.excitation.debrief import EvaluatedManeuver
 from gsapp.quantities import SURFACE_NAMES, FloatArray, channel, from_si, trace_color
 from ui.display_style import DisplayStyle
 from ui.number_format import symbol_text, unit_text

@@ -9,9 +9,7 @@ from PySide6.QtCore import Qt, Signal
 from PySide6.QtGui import QAction, QKeyEvent, QResizeEvent
 from PySide6.QtWidgets import QHBoxLayout, QScrollArea, QVBoxLayout, QWidget
 
-from gsapp.excitation.debrief import Debrief
-from gsapp.excitation.debrief_maneuver import EvaluatedManeuver
-from gsapp.excitation.debrief_trends import FlightTrend
+from gsapp.excitation.debrief import Debrief, EvaluatedManeuver, FlightTrend
 from ui.commands import shortcut_text
 from ui.display_style import DisplayStyle
 from ui.pilot.debrief_charts import ManeuverCharts

@@ -5,8 +5,7 @@ from __future__ import annotations
 from itertools import groupby
 from pathlib import Path
 
-from gsapp.excitation.debrief import Debrief
-from gsapp.excitation.debrief_trends import FlightTrend, compute_trends
+from gsapp.excitation.debrief import Debrief, FlightTrend, compute_trends
 from gsapp.flight.catalog import Catalog, list_card_scores, search_verdicts, store_debrief
 from gsapp.flight.flight_loader import load_flight
 

@@ -5,9 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Final
 
-from gsapp.excitation.debrief import Debrief
-from gsapp.excitation.debrief_maneuver import EvaluatedManeuver
-from gsapp.excitation.debrief_trends import FlightTrend
+from gsapp.excitation.debrief import Debrief, EvaluatedManeuver, FlightTrend
 from gsapp.quantities import SURFACE_NAMES, channel
 from ui.icons import IndicatorState
 from ui.number_format import (

@@ -6,7 +6,7 @@ from typing import Final
 
 from gsapp.excitation.cues import CueSnapshot
 from gsapp.excitation.doublets.verdict import InputInProgress, InputVerdict
-from gsapp.excitation.test_points.target_input import TargetInput, ToleranceBand
+from gsapp.excitation.test_points.point import TargetInput, ToleranceBand
 from gsapp.quantities import SURFACE_NAMES, ChannelSpec, channel
 from ui.pilot.cue_display import Gauge
 from ui.pilot.pilot_text import coarse_number_text, display_unit_text

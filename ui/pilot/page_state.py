@@ -7,7 +7,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from gsapp.excitation.cues import CueSnapshot
-from gsapp.excitation.test_points.target_input import TargetInput
+from gsapp.excitation.test_points.point import TargetInput
 from ui.pilot.card_browser import CardBrowser, find_last_flown_card
 from ui.pilot.cue_display import CueDisplay
 from ui.pilot.cue_display_builder import CueDisplayInput, build_cue_display

@@ -5,11 +5,11 @@ from __future__ import annotations
 from pathlib import Path
 
 from gsapp.aircraft import Aircraft
-from gsapp.flight.card_set_file import CardSetFile
 from gsapp.flight.cards import CardProgress, CardSet, CardSetProgress, match_cards, shipped_cards
 from gsapp.flight.file_names import CARDS_FILE
 from gsapp.flight.flight import Flight
 from gsapp.flight.maneuvers import DetectedManeuver, collect_maneuvers
+from gsapp.flight.toml_document import CardSetFile
 from gsapp.foundation import FlightError, GroundStationError
 from gsapp.session import Session
 from ui.preflight.card_editor_fields import find_cards_state

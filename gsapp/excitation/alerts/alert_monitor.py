@@ -12,8 +12,7 @@ import math
 from functools import cache
 
 from gsapp.aircraft import Aircraft, load_aircraft
-from gsapp.excitation.alerts.active_alerts import ActiveAlerts, AlertCondition
-from gsapp.excitation.alerts.alert import Alert, AlertLevel
+from gsapp.excitation.alerts.alert import ActiveAlerts, Alert, AlertCondition, AlertLevel
 from gsapp.excitation.alerts.clipping_monitor import ClippingMonitor
 from gsapp.excitation.alerts.geofence import Geofence, GeofenceMonitor
 from gsapp.excitation.alerts.instrument_monitor import InstrumentMonitor

@@ -14,12 +14,10 @@ import numpy as np
 import numpy.typing as npt
 
 from gsapp.aircraft import Aircraft
-from gsapp.excitation.alerts.active_alerts import AlertCondition
-from gsapp.excitation.alerts.alert import AlertLevel
-from gsapp.excitation.alerts.alert_text import INSTRUMENT_TITLES
+from gsapp.excitation.alerts.alert import INSTRUMENT_TITLES, AlertCondition, AlertLevel
 from gsapp.excitation.alerts.row_frames import FlightFrame
 from gsapp.excitation.alerts.settings import ALERTS
-from gsapp.flight.maneuvers.clipping import clipping_ranges, is_at_range_limit
+from gsapp.flight.maneuvers.dead_instruments import clipping_ranges, is_at_range_limit
 from gsapp.quantities import BoolArray, FloatArray
 
 IndexArray = npt.NDArray[np.int64]

@@ -7,9 +7,7 @@ from pathlib import Path
 
 from pydantic import Field, model_validator
 
-from gsapp.excitation.alerts.active_alerts import AlertCondition
-from gsapp.excitation.alerts.alert import AlertLevel
-from gsapp.excitation.alerts.alert_text import format_amount
+from gsapp.excitation.alerts.alert import AlertCondition, AlertLevel, format_amount
 from gsapp.excitation.alerts.row_frames import FlightFrame
 from gsapp.excitation.alerts.settings import ALERTS
 from gsapp.foundation import StrictModel, read_toml

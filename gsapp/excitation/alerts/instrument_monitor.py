@@ -14,9 +14,7 @@ from typing import Final
 import numpy as np
 
 from gsapp.aircraft import Aircraft
-from gsapp.excitation.alerts.active_alerts import AlertCondition
-from gsapp.excitation.alerts.alert import AlertLevel
-from gsapp.excitation.alerts.alert_text import INSTRUMENT_TITLES
+from gsapp.excitation.alerts.alert import INSTRUMENT_TITLES, AlertCondition, AlertLevel
 from gsapp.excitation.alerts.kinematic_monitor import KinematicMonitor
 from gsapp.excitation.alerts.row_frames import FlightFrame
 from gsapp.excitation.alerts.sensor_activity_monitor import SensorActivityMonitor

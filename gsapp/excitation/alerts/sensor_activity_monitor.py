@@ -16,7 +16,7 @@ import numpy as np
 from gsapp.aircraft import Aircraft
 from gsapp.excitation.alerts.settings import ALERTS
 from gsapp.excitation.flight_rows import FlightRows
-from gsapp.flight.maneuvers.clipping import clipping_ranges
+from gsapp.flight.maneuvers.dead_instruments import clipping_ranges
 
 MONITORED_SENSORS: Final = ("alpha", "beta", "V", "p", "q", "r")
 _AIRSPEED: Final = ("dynamic_pressure", "qbar", "Vc", "V")

@@ -11,9 +11,7 @@ from __future__ import annotations
 import math
 
 from gsapp.aircraft import Aircraft
-from gsapp.excitation.alerts.active_alerts import AlertCondition
-from gsapp.excitation.alerts.alert import AlertLevel
-from gsapp.excitation.alerts.alert_text import format_amount
+from gsapp.excitation.alerts.alert import AlertCondition, AlertLevel, format_amount
 from gsapp.excitation.alerts.row_frames import FlightFrame
 from gsapp.excitation.alerts.settings import ALERTS
 from gsapp.quantities.constants import GRAVITY

@@ -4,32 +4,76 @@ from __future__ import annotations
 
 import bisect
 from collections import deque
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 from gsapp.aircraft import Aircraft
 from gsapp.dynamics.model import Model
+from gsapp.excitation.alerts.alert import Alert
 from gsapp.excitation.alerts.alert_monitor import AlertMonitor
 from gsapp.excitation.alerts.geofence import Geofence
 from gsapp.excitation.announcer import Announcement, Announcer
-from gsapp.excitation.cueing.card_selector import CardSelector
-from gsapp.excitation.cueing.card_text import input_duration
-from gsapp.excitation.cueing.cue_log import CueLog
+from gsapp.excitation.cueing.card_selector import CardSelector, assign_card, input_duration
 from gsapp.excitation.cueing.estimation_progress import EstimationProgress
-from gsapp.excitation.cueing.limitations_text import list_limitations
-from gsapp.excitation.cueing.recent_rows import RecentRows
-from gsapp.excitation.cueing.verdict_matching import assign_card
-from gsapp.excitation.cues import CueEvent, CueSnapshot
-from gsapp.excitation.debrief_maneuver import EvaluatedManeuver, extract_curves
+from gsapp.excitation.cues import CueEvent, CueLog, CueSnapshot
+from gsapp.excitation.debrief import EvaluatedManeuver, extract_curves
 from gsapp.excitation.doublets.doublet_monitor import DoubletMonitor
 from gsapp.excitation.doublets.verdict import InputInProgress, InputVerdict
-from gsapp.excitation.flight_rows import FlightRows, FlightRowStream, mask_implausible
+from gsapp.excitation.flight_rows import FlightRows, FlightRowStream, RecentRows, mask_implausible
+from gsapp.excitation.information.outlook import Outlook
 from gsapp.excitation.settings import CUES
 from gsapp.excitation.trim.trim_cue import TrimCue
 from gsapp.excitation.trim.trim_monitor import TrimMonitor
 from gsapp.flight.cards import CardSet, CardSetProgress
 from gsapp.foundation import UnknownNameError
 from gsapp.foundation.name_suggestions import did_you_mean
-from gsapp.quantities import Block
+from gsapp.identification.compatibility.instrument_text import join_names
+from gsapp.quantities import SURFACE_NAMES, Block, channel
+
+NO_AIRCRAFT = "no aircraft file: stall, sensor ranges and stick shares are not known"
+NO_MODEL = "no model: inputs are judged by the card and by their shape, bounds are not predicted"
+NO_CARDS = "no test cards: any speed is a test point"
+
+
+def list_limitations(
+    aircraft: Aircraft | None,
+    model: Model | None,
+    *,
+    has_cards: bool,
+    trim: TrimCue | None,
+    dangers: Sequence[Alert] = (),
+    outlook: Outlook | None = None,
+    unseen: Sequence[str] = (),
+) -> tuple[str, ...]:
+    """Return what cannot be judged, the gravest first.
+
+    Parameters
+    ----------
+    has_cards : bool
+        Whether there are test cards.
+    dangers : sequence of Alert
+        Their channels are not believed.
+    outlook : Outlook or None
+        Says what stands in for what is not known.
+    unseen : sequence of str
+        Surfaces that nothing shows.
+    """
+    found: list[str] = []
+    doubted = dict.fromkeys(name for danger in dangers for name in danger.channels)
+    if doubted:
+        found.append(f"ignored: {', '.join(channel(name).title for name in doubted)}")
+    if unseen:
+        words = join_names([SURFACE_NAMES[name] for name in unseen])
+        found.append(f"inputs of {words}: the surface is not measured")
+    found += [] if trim is None else trim.limitations
+    found += [NO_AIRCRAFT] if aircraft is None else []
+    found += [NO_MODEL] if model is None else []
+    found += [] if has_cards else [NO_CARDS]
+    found += [] if outlook is None else outlook.remarks
+    return _without_duplicates(found)
+
+
+def _without_duplicates(words: Iterable[str]) -> tuple[str, ...]:
+    return tuple(dict.fromkeys(words))
 
 
 class TrimHistory:

@@ -9,9 +9,8 @@ import numpy as np
 
 from gsapp.aircraft import Aircraft
 from gsapp.dynamics.model import Model
-from gsapp.excitation.cueing.recent_rows import RecentRows
 from gsapp.excitation.doublets.verdict import InputVerdict
-from gsapp.excitation.flight_rows import FAST_CHANNELS, FlightRows, concatenate_rows
+from gsapp.excitation.flight_rows import FAST_CHANNELS, FlightRows, RecentRows, concatenate_rows
 from gsapp.excitation.information.information_tracker import InformationTracker
 from gsapp.excitation.information.outlook import Outlook
 from gsapp.excitation.information.settings import INFORMATION

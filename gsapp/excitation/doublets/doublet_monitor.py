@@ -9,20 +9,17 @@ import numpy as np
 
 from gsapp.aircraft import Aircraft
 from gsapp.dynamics.model import Model
-from gsapp.excitation.doublets.flight_context import FlightContext, default_aircraft
+from gsapp.excitation.doublets.flight_context import FlightContext, SignalHistory, default_aircraft
 from gsapp.excitation.doublets.gust_analysis import GustAnalyzer
-from gsapp.excitation.doublets.input_candidate import InputCandidate
-from gsapp.excitation.doublets.input_evaluation import InputRequest, evaluate_input
 from gsapp.excitation.doublets.input_measurement import measure_input
 from gsapp.excitation.doublets.settings import DOUBLETS
-from gsapp.excitation.doublets.signal_history import SignalHistory
-from gsapp.excitation.doublets.stick_release import StickReleaseDetector
+from gsapp.excitation.doublets.stick_release import InputCandidate, StickReleaseDetector
 from gsapp.excitation.doublets.verdict import InputInProgress, InputVerdict
+from gsapp.excitation.doublets.verdict_criteria import InputRequest, evaluate_input
 from gsapp.excitation.flight_rows import FlightRows
 from gsapp.excitation.settings import CUES
-from gsapp.excitation.test_points.point import TestPoint
-from gsapp.excitation.test_points.target_input import TargetInput
-from gsapp.excitation.trim.tolerances import DEFAULT_TOLERANCES, TrimTolerances
+from gsapp.excitation.test_points.point import TargetInput, TestPoint
+from gsapp.excitation.trim.trim_cue import DEFAULT_TOLERANCES, TrimTolerances
 from gsapp.flight.cards import TestCard
 from gsapp.flight.maneuvers.input_shape import SurfaceInput
 from gsapp.flight.maneuvers.rapid_moves import UNAMBIGUOUS_SHAPES, is_deliberate_input

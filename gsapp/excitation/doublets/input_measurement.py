@@ -12,14 +12,14 @@ import numpy as np
 from gsapp.aircraft import Aircraft
 from gsapp.decoding import air_data
 from gsapp.dynamics.atmosphere import SEA_LEVEL_DENSITY
+from gsapp.excitation.doublets.flight_context import SignalHistory
 from gsapp.excitation.doublets.gust_analysis import GUST_ANALYSIS_CHANNELS, GustAnalyzer
 from gsapp.excitation.doublets.settings import DOUBLETS
-from gsapp.excitation.doublets.signal_history import SignalHistory
 from gsapp.excitation.settings import CUES
 from gsapp.excitation.trim.bank_observer import BankObserver
 from gsapp.flight.maneuvers.airborne_detection import flying_speed
-from gsapp.flight.maneuvers.input_criteria import INPUT_CRITERIA
 from gsapp.flight.maneuvers.input_measures import (
+    INPUT_CRITERIA,
     GradingContext,
     ManeuverSamples,
     clipped_samples,

@@ -1,16 +1,16 @@
-"""Whether the sticks were let go, what was moved, and when a hand was put on again."""
+"""Quick moves that may be an input: sticks let go or not, what was moved, hands on again."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from dataclasses import dataclass, field
 
 import numpy as np
 
-from gsapp.excitation.doublets.flight_context import FlightContext
-from gsapp.excitation.doublets.input_candidate import InputCandidate
+from gsapp.excitation.doublets.flight_context import FlightContext, SignalHistory
 from gsapp.excitation.doublets.settings import DOUBLETS
-from gsapp.excitation.doublets.signal_history import SignalHistory
+from gsapp.excitation.doublets.verdict_criteria import InputRequest
 from gsapp.excitation.settings import CUES
 from gsapp.flight.maneuvers.input_shape import SurfaceInput, measure_surface_input, smooth_samples
 from gsapp.flight.maneuvers.rapid_moves import (
@@ -24,6 +24,65 @@ from gsapp.flight.maneuvers.rapid_moves import (
 from gsapp.flight.maneuvers.settings import DETECTION
 from gsapp.flight.maneuvers.signals import SURFACES
 from gsapp.quantities import FloatArray
+
+
+@dataclass(slots=True)
+class InputCandidate:
+    """Quick moves that may be an input.
+
+    Attributes
+    ----------
+    first_move_time, last_move_time : float
+        Time of the first and of the last quick move, s.
+    surfaces : list of str
+        Surfaces in the order of their first quick move.
+    began_in_recovery : bool
+        Whether the pilot was recovering when it began.
+    inputs : list of SurfaceInput
+        Measured when the sticks were let go; empty before.
+    t_end : float
+        When the last surface was back, s.
+    request : InputRequest
+        What the input is held against, once it is known.
+    hands_off : float
+        Seconds for which the hands should be off.
+    previous_inputs : list of SurfaceInput
+        What was found before the sticks moved again so soon that it seemed to go on; empty for
+        nothing.
+    resume_time : float
+        When they did, s.
+    is_confirmed : bool
+        Whether it was what had been expected, so that nothing that follows makes it steering.
+    """
+
+    first_move_time: float
+    last_move_time: float
+    began_in_recovery: bool
+    surfaces: list[str] = field(default_factory=list)
+    inputs: list[SurfaceInput] = field(default_factory=list)
+    t_end: float = math.nan
+    request: InputRequest = field(default_factory=InputRequest)
+    hands_off: float = DETECTION.min_free_response_time
+    previous_inputs: list[SurfaceInput] = field(default_factory=list)
+    resume_time: float = math.nan
+    is_confirmed: bool = False
+
+    @property
+    def expected_surfaces(self) -> set[str]:
+        """Return the surfaces that the crew expects to be moved."""
+        return (
+            set() if self.request.target_input is None else set(self.request.target_input.surfaces)
+        )
+
+    @property
+    def pending_surfaces(self) -> set[str]:
+        """Return the surfaces expected that have not moved yet."""
+        return self.expected_surfaces - set(self.surfaces)
+
+    @property
+    def expected_kind(self) -> str:
+        """Return the shape expected; empty for none."""
+        return "" if self.request.target_input is None else self.request.target_input.kind
 
 
 def remove_steering(

@@ -24,10 +24,13 @@ from gsapp.excitation.information.information_matrix import (
     compute_bounds,
 )
 from gsapp.excitation.information.outlook import BoundReduction, CardForecast
-from gsapp.excitation.information.pilot_error_model import PilotErrorModel, draw_executions
-from gsapp.excitation.information.planned_maneuver import CardExecution, simulate_maneuver
-from gsapp.excitation.information.predicted_bounds import predict_information
-from gsapp.excitation.information.response_noise import ResponseNoise
+from gsapp.excitation.information.planned_maneuver import (
+    CardExecution,
+    PilotErrorModel,
+    draw_executions,
+    simulate_maneuver,
+)
+from gsapp.excitation.information.predicted_bounds import ResponseNoise, predict_information
 from gsapp.excitation.information.settings import INFORMATION
 from gsapp.excitation.test_points.perturbation_models import (
     PerturbationModels,

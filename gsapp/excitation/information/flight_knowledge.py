@@ -15,17 +15,19 @@ from gsapp.dynamics.model import Model
 from gsapp.excitation.doublets.verdict import InputVerdict
 from gsapp.excitation.flight_rows import FlightRows
 from gsapp.excitation.information.information_matrix import CombinedInformation
-from gsapp.excitation.information.pilot_error_model import USABLE_RESULTS, PilotErrorModel
+from gsapp.excitation.information.planned_maneuver import USABLE_RESULTS, PilotErrorModel
 from gsapp.excitation.information.predicted_bounds import (
+    ResponseNoise,
+    assumed_noise,
     compute_sensitivities,
     fit_maximum_likelihood,
     information_from_fit,
     noise_from_quiet_segment,
     noise_from_residuals,
+    pool_noise,
 )
-from gsapp.excitation.information.response_noise import ResponseNoise, assumed_noise, pool_noise
 from gsapp.excitation.information.settings import INFORMATION
-from gsapp.excitation.test_points.model_update import update_model
+from gsapp.excitation.test_points.perturbation_models import update_model
 from gsapp.flight import Flight
 from gsapp.flight.cards import TestCard
 from gsapp.flight.maneuvers.signals import RESPONSE_SIGNALS, SURFACES

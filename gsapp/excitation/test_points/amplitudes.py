@@ -12,11 +12,10 @@ import numpy as np
 
 from gsapp.aircraft import Aircraft, Control
 from gsapp.excitation.test_points.perturbation_models import InputResponse, PerturbationModels
+from gsapp.excitation.test_points.point import ToleranceBand
 from gsapp.excitation.test_points.settings import INPUTS
-from gsapp.excitation.test_points.target_input import ToleranceBand
-from gsapp.flight.maneuvers.clipping import clipping_ranges
-from gsapp.flight.maneuvers.input_criteria import INPUT_CRITERIA
-from gsapp.flight.maneuvers.input_measures import MIN_NOISE, RESPONSE_CHANNELS
+from gsapp.flight.maneuvers.dead_instruments import clipping_ranges
+from gsapp.flight.maneuvers.input_measures import INPUT_CRITERIA, MIN_NOISE, RESPONSE_CHANNELS
 from gsapp.quantities import FloatArray
 from gsapp.quantities.constants import GRAVITY
 

@@ -14,8 +14,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from gsapp.dynamics.linearization import LinearModel
+from gsapp.excitation.test_points.point import ToleranceBand
 from gsapp.excitation.test_points.settings import INPUTS
-from gsapp.excitation.test_points.target_input import ToleranceBand
 from gsapp.flight.maneuvers.settings import DETECTION
 from gsapp.quantities import FloatArray
 from gsapp.virtual.flight_plan import INPUT_SHAPES

@@ -21,15 +21,14 @@ from gsapp.excitation.test_points.input_timing import (
     roll_subsidence,
     short_period,
 )
-from gsapp.excitation.test_points.model_update import update_model
 from gsapp.excitation.test_points.perturbation_models import (
     PerturbationModels,
     linearize_level_flight,
     simulate_input_response,
+    update_model,
 )
-from gsapp.excitation.test_points.point import TestPoint
+from gsapp.excitation.test_points.point import TargetInput, TestPoint, ToleranceBand
 from gsapp.excitation.test_points.settings import INPUTS
-from gsapp.excitation.test_points.target_input import TargetInput, ToleranceBand
 from gsapp.flight.cards import TestCard
 from gsapp.flight.maneuvers.settings import DETECTION
 from gsapp.foundation import FlightError

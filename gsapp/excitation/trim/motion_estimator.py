@@ -12,14 +12,12 @@ import numpy as np
 
 from gsapp.aircraft import Aircraft
 from gsapp.excitation.settings import CUES
-from gsapp.excitation.trim.bank_observer import BankObserver
+from gsapp.excitation.trim.bank_observer import BankObserver, TwoStateKalmanFilter
 from gsapp.excitation.trim.leg_monitor import LegMonitor
 from gsapp.excitation.trim.settings import TRIM
 from gsapp.excitation.trim.tick_means import TICK_INDEX
-from gsapp.excitation.trim.tolerances import TrimTolerances
-from gsapp.excitation.trim.trim_evaluation import ATTITUDE_SOURCE, MeanMotion
+from gsapp.excitation.trim.trim_cue import ATTITUDE_SOURCE, MeanMotion, TrimTolerances
 from gsapp.excitation.trim.turbulence_monitor import TURBULENCE_CHANNELS, TurbulenceMonitor
-from gsapp.excitation.trim.two_state_filter import TwoStateKalmanFilter
 from gsapp.flight.maneuvers.airborne_detection import AirborneDetector, flying_speed
 from gsapp.flight.maneuvers.settings import DETECTION
 from gsapp.flight.maneuvers.signals import SIGNAL_COLUMNS, SIGNALS

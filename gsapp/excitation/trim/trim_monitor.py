@@ -18,11 +18,14 @@ from gsapp.excitation.test_points.point import TestPoint
 from gsapp.excitation.trim.motion_estimator import MotionEstimator
 from gsapp.excitation.trim.settings import TRIM
 from gsapp.excitation.trim.tick_means import TickMeans
-from gsapp.excitation.trim.tolerances import DEFAULT_TOLERANCES, TrimTolerances
-from gsapp.excitation.trim.trim_cue import TrimCue, TrimDeviation, TrimState
-from gsapp.excitation.trim.trim_evaluation import (
+from gsapp.excitation.trim.trim_cue import (
     ATTITUDE_SOURCE,
+    DEFAULT_TOLERANCES,
     MeanMotion,
+    TrimCue,
+    TrimDeviation,
+    TrimState,
+    TrimTolerances,
     average_motion,
     evaluate_trim,
     list_sources,

@@ -14,7 +14,7 @@ from typing import Final
 from gsapp.aircraft import Aircraft
 from gsapp.dynamics.atmosphere import SEA_LEVEL_DENSITY
 from gsapp.excitation.trim.settings import TRIM
-from gsapp.excitation.trim.tolerances import TrimTolerances
+from gsapp.excitation.trim.trim_cue import TrimTolerances
 
 TURBULENCE_CHANNELS: Final = ("p", "q", "r", "an", "alpha", "beta")
 """Channels by which unrest is judged."""

@@ -2,19 +2,17 @@
 
 from gsapp.flight.cards.card import (
     SHIPPED_CARDS,
-    CardSet,
-    TestCard,
-    Tolerance,
-    load_cards,
-    save_cards,
-    shipped_cards,
-)
-from gsapp.flight.cards.card_matching import (
     Attempt,
     CardProgress,
+    CardSet,
     CardSetProgress,
+    TestCard,
+    Tolerance,
     compare_with_card,
+    load_cards,
     match_cards,
+    save_cards,
+    shipped_cards,
 )
 
 __all__ = [

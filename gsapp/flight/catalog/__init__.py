@@ -12,7 +12,6 @@ from gsapp.flight.catalog.campaign_runs import (
     store_weights,
     update_campaign_run,
 )
-from gsapp.flight.catalog.catalog_export import export_catalog, maneuvers_csv, table_csv
 from gsapp.flight.catalog.entries import (
     add_entry,
     store_entry,
@@ -21,11 +20,14 @@ from gsapp.flight.catalog.entries import (
     store_maneuvers,
 )
 from gsapp.flight.catalog.queries import (
+    export_catalog,
     get_model,
     get_weights,
     list_flights,
+    maneuvers_csv,
     search_maneuvers,
     search_runs,
+    table_csv,
 )
 from gsapp.flight.catalog.records import (
     CampaignRun,

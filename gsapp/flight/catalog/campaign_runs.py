@@ -8,7 +8,8 @@ from dataclasses import asdict
 from typing import Any
 
 from gsapp.flight.catalog.records import CampaignRun, EstimationRun, StoredModel
-from gsapp.flight.catalog.row_ids import (
+from gsapp.flight.catalog.store import (
+    Catalog,
     finite_or_none,
     flight_row_id,
     maneuver_row_id,
@@ -16,7 +17,6 @@ from gsapp.flight.catalog.row_ids import (
     to_json_text,
     utc_timestamp,
 )
-from gsapp.flight.catalog.store import Catalog
 from gsapp.flight.provenance import InputFile
 from gsapp.foundation import FlightError, UnknownNameError
 

@@ -8,14 +8,14 @@ from dataclasses import replace
 from typing import Any
 
 from gsapp.flight.catalog.records import FlightCondition, FlightEntry
-from gsapp.flight.catalog.row_ids import (
+from gsapp.flight.catalog.store import (
+    Catalog,
     finite_or_none,
     flight_row_id,
     maneuver_row_id,
     to_json_text,
     utc_timestamp,
 )
-from gsapp.flight.catalog.store import Catalog
 from gsapp.flight.flight import Flight
 from gsapp.flight.maneuvers.detected_maneuver import GRADED_BY_CREW, GRADES, DetectedManeuver
 from gsapp.foundation import FlightError

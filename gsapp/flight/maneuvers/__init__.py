@@ -8,7 +8,6 @@ from gsapp.flight.maneuvers.detected_maneuver import (
     Grade,
 )
 from gsapp.flight.maneuvers.detection import ManeuverDetector, detect_maneuvers, run_detector
-from gsapp.flight.maneuvers.edit_log import ManeuverEditLog, apply_edits
 from gsapp.flight.maneuvers.flight_maneuvers import (
     FlightManeuvers,
     ManeuverAssessor,
@@ -22,7 +21,12 @@ from gsapp.flight.maneuvers.flight_maneuvers import (
     surface_remarks,
     uncalibrated_text,
 )
-from gsapp.flight.maneuvers.maneuver_list import EditableManeuverList, ManeuverEdit
+from gsapp.flight.maneuvers.maneuver_list import (
+    EditableManeuverList,
+    ManeuverEdit,
+    ManeuverEditLog,
+    apply_edits,
+)
 from gsapp.flight.maneuvers.noise_floor import NoiseFloor
 
 __all__ = [

@@ -15,9 +15,9 @@ from gsapp.flight.events import EventLog, convert_to_flown_clock, events_path, r
 from gsapp.flight.flight import Flight
 from gsapp.flight.maneuvers.detected_maneuver import GRADES, DetectedManeuver, Grade
 from gsapp.flight.maneuvers.detection import build_maneuver, check_detectable, run_detector
-from gsapp.flight.maneuvers.edit_log import ManeuverEditLog, apply_edits
 from gsapp.flight.maneuvers.input_measures import RESPONSE_CHANNELS, GradingContext, ManeuverSamples
 from gsapp.flight.maneuvers.input_shape import SurfaceInput, measure_plain_input
+from gsapp.flight.maneuvers.maneuver_list import ManeuverEditLog, apply_edits
 from gsapp.flight.maneuvers.noise_floor import NoiseFloor
 from gsapp.flight.maneuvers.rapid_moves import measure_moved_inputs
 from gsapp.flight.maneuvers.settings import DETECTION

@@ -15,10 +15,10 @@ from gsapp.flight.raw_files.record_files import (
     LineFile,
     RawDamage,
     RawFile,
+    RawRecord,
     RecordKind,
     ResidueFile,
 )
-from gsapp.flight.raw_record import RawRecord
 from gsapp.foundation import FlightError
 
 

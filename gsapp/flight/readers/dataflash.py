@@ -19,7 +19,7 @@ import numpy as np
 import numpy.typing as npt
 
 from gsapp.flight.events import Event
-from gsapp.flight.readers.log_table import ForeignLog, LogTable, find_valid_times
+from gsapp.flight.readers.log_mapping import ForeignLog, LogTable, find_valid_times
 from gsapp.foundation import FlightError
 from gsapp.quantities import FloatArray
 

@@ -5,18 +5,140 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from gsapp.decoding.channel_map import TABLE, ChannelMap
 from gsapp.flight.readers.columns import check_spacing
 from gsapp.flight.readers.delimited_table import DelimitedTable, read_delimited_table
-from gsapp.flight.readers.log_table import ForeignLog, LogTable, find_valid_times
-from gsapp.flight.readers.matlab import read_mat_columns
-from gsapp.flight.readers.parquet import read_parquet_columns
-from gsapp.foundation import FileProblem, FileProblemsError, UnitError
+from gsapp.flight.readers.log_mapping import ForeignLog, LogTable, find_valid_times
+from gsapp.foundation import FileProblem, FileProblemsError, FlightError, UnitError
 from gsapp.foundation.name_suggestions import did_you_mean, format_names
 from gsapp.quantities import FloatArray, normalize_unit, to_si
+
+_HDF5 = b"\x89HDF\r\n\x1a\n"
+_HDF5_AT = 512
+
+
+def read_mat_columns(path: Path | str) -> tuple[dict[str, FloatArray], dict[str, str]]:
+    """Read the arrays of numbers of a ``.mat`` file.
+
+    Returns
+    -------
+    columns : dict of str to ndarray, shape (n,) or (n, k)
+        By variable; a member of a structure is ``gyro.q``, one of the second in an array of
+        structures ``gyro[1].q``. Rows stand for time.
+    units : dict of str to str
+        The texts of a structure called ``units``, by member.
+
+    Raises
+    ------
+    FlightError
+        If the file cannot be read, or is of version 7.3, which is HDF5.
+    """
+    file = Path(path)
+    try:
+        with file.open("rb") as stream:
+            head = stream.read(_HDF5_AT + len(_HDF5))
+    except OSError as error:
+        raise FlightError(
+            f"{file} cannot be read ({error.strerror}); check the path and the permissions"
+        ) from error
+    if head.startswith((b"MATLAB 7.3", _HDF5)) or head[_HDF5_AT:] == _HDF5:
+        raise FlightError(
+            f"{file} is of version 7.3, which is HDF5; in MATLAB save it with "
+            "save('file.mat', '-v7')"
+        )
+    if not head.startswith(b"MATLAB 5.0"):
+        raise FlightError(f"{file} is not a MATLAB .mat file of version 5 to 7; name another file")
+    from scipy.io import loadmat  # a tenth of a second
+
+    try:
+        content = loadmat(file, simplify_cells=True)
+    except Exception as error:
+        # A damaged file makes SciPy's parser raise whatever it stumbles over.
+        raise FlightError(
+            f"{file} is damaged ({type(error).__name__}: {error}); save it again in MATLAB with "
+            "save('file.mat', '-v7')"
+        ) from error
+    columns: dict[str, FloatArray] = {}
+    stated = content.pop("units", None)
+    units = (
+        {str(name): text for name, text in stated.items() if isinstance(text, str)}
+        | {str(name): "" for name, text in stated.items() if _is_empty(text)}
+        if isinstance(stated, Mapping)
+        else {}
+    )
+    _collect("", {k: v for k, v in content.items() if not k.startswith("__")}, columns)
+    return columns, units
+
+
+def _is_empty(value: Any) -> bool:
+    return isinstance(value, np.ndarray) and value.size == 0
+
+
+def _collect(prefix: str, content: Mapping[str, Any], columns: dict[str, FloatArray]) -> None:
+    for name, value in content.items():
+        if isinstance(value, Mapping):
+            _collect(f"{prefix}{name}.", value, columns)
+        elif isinstance(value, list) and all(isinstance(one, Mapping) for one in value):
+            for place, one in enumerate(value):
+                _collect(f"{prefix}{name}[{place}].", one, columns)
+        elif isinstance(value, (int, float)) and not isinstance(value, bool):
+            columns[prefix + name] = np.array([value], dtype=np.float64)
+        elif isinstance(value, np.ndarray) and value.dtype.kind in "fiub" and 1 <= value.ndim <= 2:
+            columns[prefix + name] = value.astype(np.float64)
+
+
+def read_parquet_columns(path: Path | str) -> tuple[dict[str, FloatArray], dict[str, str]]:
+    """Read the columns of numbers of a Parquet file.
+
+    Returns
+    -------
+    columns : dict of str to ndarray, shape (n,)
+        By name; null becomes NaN. Columns of text and times of day are passed over.
+    units : dict of str to str
+        What the metadata of the columns states under ``unit``.
+
+    Raises
+    ------
+    FlightError
+        If pyarrow is not installed, or the file cannot be read.
+    """
+    file = Path(path)
+    try:
+        import pyarrow
+        from pyarrow import parquet
+    except ImportError as error:
+        raise FlightError(
+            "reading Parquet needs pyarrow, which is not installed; install it with "
+            "'pip install gsapp-ground-station[parquet]'"
+        ) from error
+    try:
+        # Through a handle: given a path, Arrow would also read folders and other places.
+        with file.open("rb") as stream:
+            table = parquet.read_table(stream)
+    except (OSError, pyarrow.ArrowException) as error:
+        raise FlightError(
+            f"{file} cannot be read as Parquet ({_first_line(error)}); write it again"
+        ) from error
+    columns: dict[str, FloatArray] = {}
+    units: dict[str, str] = {}
+    for field, column in zip(table.schema, table.columns, strict=True):
+        if not (pyarrow.types.is_floating(field.type) or pyarrow.types.is_integer(field.type)):
+            continue
+        numbers = column.cast(pyarrow.float64()).to_numpy(zero_copy_only=False)
+        columns[field.name] = np.array(numbers, dtype=np.float64)
+        metadata: dict[bytes, bytes] = field.metadata or {}
+        if b"unit" in metadata:
+            units[field.name] = metadata[b"unit"].decode("utf-8", "replace")
+    return columns, units
+
+
+def _first_line(error: Any) -> str:
+    return str(error).splitlines()[0] if str(error) else type(error).__name__
+
 
 _CLOCKS = ("time", "t", "timestamp", "time_s", "times", "seconds", "sec")
 _WITH_UNIT = re.compile(r"(?P<name>[^\[\]()]+?)\s*[\[(](?P<unit>[^\[\]()]*)[\])]\s*")

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from gsapp.flight.events import Event
-from gsapp.flight.readers.log_table import BoolArray, ForeignLog, LogTable, find_valid_times
+from gsapp.flight.readers.log_mapping import BoolArray, ForeignLog, LogTable, find_valid_times
 from gsapp.foundation import FlightError
 from gsapp.quantities import FloatArray
 
