@@ -79,20 +79,13 @@ def _follows_number(words: str, place: int) -> bool:
 
 
 class Announcer:
-    """Decides what is said.
-
-    Parameters
-    ----------
-    system : {"US", "SI"}
-        Units in which amounts are said; others may be set at any time.
-    """
+    """Decides what is said."""
 
     def __init__(self, system: str = "US") -> None:
         self.system = system
         self.restart()
 
     def restart(self) -> None:
-        """Forget what was said; the flight begins anew."""
         self._silent_until = -math.inf
         self._recovers_until = -math.inf
         self._level_at = -math.inf  # when a turn should be over
@@ -116,8 +109,6 @@ class Announcer:
 
         Parameters
         ----------
-        time : float
-            Flight time, s.
         moving : bool
             Whether the sticks move quickly: an input, unless it turns out to be steering.
         """

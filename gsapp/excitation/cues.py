@@ -40,7 +40,6 @@ class CueEvent:
     """Further values that JSON can hold, SI."""
 
     def to_json(self) -> dict[str, Any]:
-        """Return what a program reads."""
         return {
             "time": round(self.time, 6),
             "kind": self.kind,
@@ -124,20 +123,13 @@ _URGENCY: Mapping[AlertLevel, str] = {AlertLevel.CAUTION: "caution", AlertLevel.
 
 
 class CueLog:
-    """Notes changes from one tick to the next.
-
-    Parameters
-    ----------
-    system : {"US", "SI"}
-        Units of the words; others may be set at any time.
-    """
+    """Notes changes from one tick to the next."""
 
     def __init__(self, system: str = "US") -> None:
         self.system = system
         self.restart()
 
     def restart(self) -> None:
-        """Forget everything; the flight begins anew."""
         self.events: list[CueEvent] = []
         self._trim = ""
         self._answer: float | None = None  # when the input began whose answer is awaited

@@ -86,13 +86,7 @@ class EvaluatedManeuver:
 
     @staticmethod
     def from_record(record: object) -> EvaluatedManeuver:
-        """Return the maneuver that `to_record` made.
-
-        Raises
-        ------
-        FlightError
-            If it is none.
-        """
+        """Return the maneuver that `to_record` made."""
         try:
             return _read(cast("Mapping[str, Any]", record))
         except (KeyError, TypeError, ValueError, AttributeError) as error:
@@ -112,8 +106,6 @@ def extract_curves(
         Of the maneuver; None gives empty curves.
     surfaces : tuple of str
         That moved.
-    rate : float
-        Of the grid, Hz.
     """
     if rows is None:
         return ManeuverCurves(times=np.empty(0), series={})
@@ -155,7 +147,6 @@ def _sample(value: float) -> float | None:
 
 
 def _json(content: Any) -> Any:
-    """Return content with numbers that JSON has no word for as texts, which are read back."""
     if isinstance(content, dict):
         return {name: _json(one) for name, one in content.items()}
     if isinstance(content, list):
@@ -187,12 +178,10 @@ class Debrief:
 
     @property
     def good(self) -> int:
-        """Return how many inputs were good."""
         return sum(one.verdict.result == "good" for one in self.maneuvers)
 
     @property
     def results(self) -> dict[str, int]:
-        """Return how many inputs came to each verdict, the most frequent first."""
         return dict(Counter(one.verdict.result for one in self.maneuvers).most_common())
 
     @property
@@ -308,7 +297,6 @@ class FlightTrend:
         return self.good / self.inputs if self.inputs else 0.0
 
     def to_json(self) -> dict[str, Any]:
-        """Return what a program reads."""
         return {
             **{name: getattr(self, name) for name in FlightTrend.__slots__},
             "results": dict(self.results),
@@ -329,11 +317,6 @@ def compute_trends(
         As `gsapp.flight.catalog.search_verdicts` gives them: flight by flight.
     scores : mapping of str to sequence of CardScore, optional
         By flight.
-
-    Raises
-    ------
-    FlightError
-        If a stored verdict cannot be read.
     """
     return tuple(
         compute_flight_trend(

@@ -108,11 +108,6 @@ class FlightRows:
 class FlightRowStream:
     """Joins blocks of some channels to rows.
 
-    Parameters
-    ----------
-    rate : float
-        Of the grid, Hz.
-
     Attributes
     ----------
     tick : int
@@ -129,7 +124,6 @@ class FlightRowStream:
         self.restart()
 
     def restart(self) -> None:
-        """Forget all samples."""
         self._first = _NOT_YET  # number of the next row to give
         self._began = 0  # number of the first row with a sample
         self._fresh = True
@@ -244,8 +238,6 @@ def rows_from_block(block: Block, rate: float) -> FlightRows:
     ----------
     block : Block
         Without a pause of more than 5 s.
-    rate : float
-        Of its grid, Hz.
     """
     stream = FlightRowStream(rate)
     before = list(stream.feed(block))
@@ -268,7 +260,6 @@ class RecentRows:
         self._parts: deque[FlightRows] = deque()
 
     def clear(self) -> None:
-        """Forget all rows."""
         self._parts.clear()
 
     def add(self, rows: FlightRows) -> None:

@@ -67,7 +67,6 @@ class AppliedCertificates:
         return f"{head} those of the flight; {' and '.join(parts)}"
 
     def to_json(self) -> dict[str, Any]:
-        """Return this for programs."""
         return {
             "certificates": {
                 name: {"stamp": one.stamp.isoformat(), "who": one.who}

@@ -71,13 +71,7 @@ class Event:
 
     @staticmethod
     def from_json(content: object) -> Event:
-        """Return the event of a parsed line.
-
-        Raises
-        ------
-        ValueError
-            If the line does not hold an event.
-        """
+        """Return the event of a parsed line."""
         if not isinstance(content, dict):
             raise ValueError("a line of events holds no JSON object")
         kind, text = content.get("kind"), content.get("text", "")
@@ -276,13 +270,7 @@ class EventLog:
         return event
 
     def write_line(self, event: Event, line: str) -> None:
-        """Write the line of an event.
-
-        Raises
-        ------
-        FlightError
-            If the disk refuses.
-        """
+        """Write the line of an event."""
         try:
             _append_line(self.path, f"{line}\n".encode())
         except OSError as error:
@@ -328,13 +316,7 @@ class EventFileContent:
 
 
 def read_events(path: Path | str) -> EventFileContent:
-    """Read a whole events file; a missing one holds no events, a torn last line is counted.
-
-    Raises
-    ------
-    FlightError
-        If the file is there but cannot be read.
-    """
+    """Read a whole events file; a missing one holds no events, a torn last line is counted."""
     try:
         data = Path(path).read_bytes()
     except FileNotFoundError:

@@ -145,11 +145,6 @@ def load_with_log(folder: FlightFolder, log: Path) -> Flight:
     -------
     Flight
         If the log is put into the folder under its name, the flight opens at once.
-
-    Raises
-    ------
-    FlightError
-        If nothing can be read.
     """
     return _load_folder(folder, FlightReadSettings.load(folder.path), log)
 

@@ -243,7 +243,6 @@ def _inertia_text(file: MassProperties, found: MassProperties) -> list[str]:
 
 
 def _reference_point_text(center: Position, aircraft: Aircraft) -> str:
-    """Return what another CG means for the moments, by r x F with r between the two."""
     x, _, _ = center
     geometry = aircraft.geometry
     return (

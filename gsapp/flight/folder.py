@@ -133,13 +133,7 @@ class FlightFolder:
 
     @property
     def name(self) -> str:
-        """Return what the crew calls the flight, else the name of the folder.
-
-        Raises
-        ------
-        FileProblemsError
-            If ``flight.toml`` holds mistakes.
-        """
+        """Return what the crew calls the flight, else the name of the folder."""
         info = self.info()
         return (info.name if info else "") or self.path.resolve().name
 
@@ -150,7 +144,6 @@ class FlightFolder:
 
     @property
     def tlog_file(self) -> Path:
-        """Return the path of the frames."""
         return self.path / FRAMES_FILE
 
     @property
@@ -160,49 +153,34 @@ class FlightFolder:
 
     @property
     def nonempty_raw_files(self) -> tuple[Path, ...]:
-        """Return the raw files that hold anything."""
         return tuple(path for path in self.raw_files if path.stat().st_size)
 
     @property
     def aircraft_file(self) -> Path:
-        """Return where the copy of the aircraft file is."""
         return self.path / AIRCRAFT_FILE
 
     @property
     def channel_map_file(self) -> Path:
-        """Return where the copy of the channel map is."""
         return self.path / CHANNEL_MAP_FILE
 
     @property
     def calibration_folder(self) -> Path:
-        """Return where the copies of the certificates are."""
         return self.path / CALIBRATION_FOLDER
 
     @property
     def cards_file(self) -> Path:
-        """Return where the test cards of the flight are."""
         return self.path / CARDS_FILE
 
     @property
     def cache_folder(self) -> Path:
-        """Return where engineering units are cached."""
         return self.path / CACHE_FOLDER
 
     @property
     def events(self) -> EventLog:
-        """Return the events file, for appending and following."""
         return EventLog(self.path / EVENTS_FILE)
 
     def info(self) -> FlightInfo | None:
-        """Read ``flight.toml``; None if there is none.
-
-        Raises
-        ------
-        FileProblemsError
-            If it holds mistakes; all are named.
-        FlightError
-            If the folder may not be read.
-        """
+        """Read ``flight.toml``; None if there is none."""
         if not self.path.is_dir() or INFO_FILE not in _entries(self.path):
             return None
         return read_toml(self.info_file, FlightInfo)
@@ -256,11 +234,9 @@ class FlightFolder:
         return path
 
     def store_aircraft(self, path: Path | str) -> Path:
-        """Copy the aircraft file in force into the folder."""
         return self._keep(Path(path), self.aircraft_file)
 
     def store_channel_map(self, path: Path | str) -> Path:
-        """Copy the channel map in force into the folder."""
         return self._keep(Path(path), self.channel_map_file)
 
     def store_certificates(self, paths: Iterable[Path | str]) -> tuple[Path, ...]:
@@ -305,13 +281,7 @@ class FlightFolder:
         return load_cards(self.cards_file) if path_lexists(self.cards_file) else None
 
     def certificate_files(self) -> tuple[Path, ...]:
-        """Return the copies of the certificates, sorted.
-
-        Raises
-        ------
-        GroundStationError
-            If they cannot be told.
-        """
+        """Return the copies of the certificates, sorted."""
         return list_files(self.calibration_folder, "*.toml")
 
     def aircraft(self) -> Aircraft | None:

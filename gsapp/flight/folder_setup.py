@@ -157,8 +157,6 @@ def apply_draft(
     ------
     FileProblemsError
         If a card holds mistakes; nothing was handed over then.
-    FlightError
-        If the disk refuses.
     """
     if not waiting.is_dir() or folder.nonempty_raw_files:
         return False
@@ -185,15 +183,7 @@ def apply_draft(
 
 
 def reset_draft(waiting: Path) -> None:
-    """Leave of what waits only what stays from flight to flight: the rest was handed over.
-
-    Raises
-    ------
-    FileProblemsError
-        If a card holds mistakes.
-    FlightError
-        If the disk refuses.
-    """
+    """Leave of what waits only what stays from flight to flight: the rest was handed over."""
     prepared = FlightInfoFile(FlightFolder(path=waiting))
     prepared.restore(
         {key: value for key, value in prepared.content.items() if key in CARRIED_OVER_KEYS}

@@ -71,8 +71,6 @@ def check_flight_info(
     ----------
     aircraft : Aircraft, optional
         As its file says; what weights and fuel are held against.
-    system : {"US", "SI"}
-        Units of the sentences.
     """
     units = _SHOWN[system]
     return tuple(

@@ -35,13 +35,7 @@ class TimeWindow(NamedTuple):
 
 
 def parse_time_window(text: str) -> TimeWindow:
-    """Read ``START:STOP``, seconds; either may be empty for the end of the flight.
-
-    Raises
-    ------
-    FlightError
-        If it is something else.
-    """
+    """Read ``START:STOP``, seconds; either may be empty for the end of the flight."""
     first, separator, last = text.partition(":")
     try:
         start = float(first) if first.strip() else -math.inf
@@ -119,13 +113,7 @@ def rename_channels(block: Block, names: Mapping[str, str]) -> Block:
 
 
 def drop_channels(block: Block, names: Sequence[str]) -> Block:
-    """Leave channels out.
-
-    Raises
-    ------
-    UnknownNameError
-        If the block lacks one of them.
-    """
+    """Leave channels out."""
     for name in names:
         block[name]
     return block.select([name for name in block.channels if name not in names])
@@ -249,7 +237,6 @@ def resample(
 
 
 def _gap_free_segments(times: FloatArray, samples: FloatArray) -> Iterator[np.ndarray]:
-    """Yield the rows of each stretch of samples without a gap."""
     there = np.flatnonzero(np.isfinite(samples))
     if not there.size:
         return
@@ -279,7 +266,6 @@ def _unwrap_angles(name: str, samples: FloatArray) -> FloatArray:
 
 
 def _wrap_angles(name: str, samples: FloatArray, given: FloatArray) -> FloatArray:
-    """Return angles in the turn that the channel was given in."""
     if base_id(name) not in CIRCULAR_CHANNELS:
         return samples
     start = 0.0 if given.min() >= 0.0 and given.max() > np.pi else -np.pi

@@ -42,11 +42,6 @@ def hash_input_file(role: str, path: Path, *, name: str = "") -> InputFile:
     ----------
     name : str
         As it shall be called; the path where empty.
-
-    Raises
-    ------
-    OSError
-        If it cannot be read.
     """
     parts: dict[str, str] = {}
     if path.is_dir():

@@ -65,13 +65,6 @@ class FlightReadSettings:
             In place of those in the folder.
         rate : float, optional
             In place of that of ``flight.toml``.
-
-        Raises
-        ------
-        FileProblemsError
-            If one of the files holds mistakes.
-        UnknownNameError
-            If something of a given name does not exist.
         """
         own = None
         if path.is_dir():
@@ -142,15 +135,7 @@ class FlightReadSettings:
 
 
 def find_aircraft(path: Path, given: Aircraft | NameOrPath | None = None) -> Aircraft | None:
-    """Return the aircraft that is given, else the copy in the flight's folder; None for neither.
-
-    Raises
-    ------
-    FileProblemsError
-        If the file holds mistakes.
-    UnknownNameError
-        If there is none of that name.
-    """
+    """Return the aircraft that is given, else the copy in the flight's folder; None for neither."""
     if given is None and path.is_dir():
         copy = FlightFolder(path=path).aircraft_file
         given = copy if path_lexists(copy) else None

@@ -41,11 +41,6 @@ class TomlDocument(ABC, Generic[Model]):
     ----------
     content : mapping
         What it holds, saved or not. Replaced by a change, never changed in place.
-
-    Raises
-    ------
-    FileProblemsError
-        If the file holds mistakes.
     """
 
     def __init__(self, path: Path) -> None:
@@ -72,11 +67,6 @@ class TomlDocument(ABC, Generic[Model]):
 
         Changes that were not saved are given up then. While its folder is gone, what was known
         stays.
-
-        Raises
-        ------
-        FileProblemsError
-            If it holds mistakes; what was known before stays.
         """
         stamp = file_stamp(self.path)
         if stamp == self._stamp or self._folder_is_gone:
@@ -123,7 +113,6 @@ class TomlDocument(ABC, Generic[Model]):
 
     @property
     def is_saved(self) -> bool:
-        """Return whether the file holds what is known here."""
         return self.content == self._saved
 
     def save(self) -> None:
@@ -241,20 +230,13 @@ class CardSetFile(TomlDocument[CardSet]):
         write_flight_file(self.path, toml_text(content))
 
     def save_as(self, path: Path) -> None:
-        """Write the cards into another file as well.
-
-        Raises
-        ------
-        FlightError
-            If the disk refuses.
-        """
+        """Write the cards into another file as well."""
         write_flight_file(path, toml_text(self.content))
 
     # The cards as a list
 
     @property
     def rows(self) -> list[dict[str, Any]]:
-        """Return a copy of the cards as the file holds them, to be changed and put back."""
         return copy.deepcopy(list(self.content["cards"]))
 
     def with_duplicated_row(self, row: int) -> list[dict[str, Any]]:

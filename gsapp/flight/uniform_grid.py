@@ -21,8 +21,6 @@ def grid_row_indices(present: IndexArray, rate: float) -> IndexArray:
     ----------
     present : ndarray of int64, shape (m,)
         Indices that hold a sample, in any order.
-    rate : float
-        Samples per second.
 
     Returns
     -------
@@ -50,8 +48,6 @@ def combine_on_grid(blocks: Iterable[Block], rate: float) -> Block:
     ----------
     blocks : iterable of Block
         On the grid ``k / rate``; successive blocks of a channel do not overlap.
-    rate : float
-        Samples per second.
 
     Returns
     -------
@@ -84,8 +80,6 @@ def overlay_on_grid(blocks: Sequence[Block], rate: float) -> Block:
     ----------
     blocks : sequence of Block
         On the grid ``k / rate``; they may overlap.
-    rate : float
-        Samples per second.
 
     Returns
     -------

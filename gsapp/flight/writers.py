@@ -33,13 +33,7 @@ class ColumnUnits:
 
     @staticmethod
     def from_channels(channels: Sequence[str], system: str) -> ColumnUnits:
-        """Lay out channels in a system of units.
-
-        Raises
-        ------
-        UnknownNameError
-            If there is no such system.
-        """
+        """Lay out channels in a system of units."""
         if system not in get_args(UnitSystem):
             raise UnknownNameError(
                 f"no system of units is called '{system}'; use one of: us, si, base"
@@ -53,7 +47,6 @@ class ColumnUnits:
         return from_si(values, self.units[place], channel(self.channels[place]).quantity)
 
     def is_unconverted(self, place: int) -> bool:
-        """Return whether the column holds the values as they are inside, unconverted."""
         return self.units[place] == channel(self.channels[place]).unit
 
 
@@ -81,15 +74,8 @@ def write_flight_csv(
 
     Parameters
     ----------
-    system : {"us", "si", "base"}
-        Units of the columns.
     told : callable, optional
         See `gsapp.flight.writers`.
-
-    Raises
-    ------
-    FlightError
-        If the file cannot be written.
     """
     layout = ColumnUnits.from_channels(block.channels, system)
     header = ["time [s]"] + [
@@ -257,13 +243,6 @@ def write_block(
     told : callable, optional
         Receives the share that is written, several times. What it raises ends the writing, and
         leaves no file behind.
-
-    Raises
-    ------
-    UnknownNameError
-        If there is no such format or system of units.
-    FlightError
-        If the file cannot be written.
     """
     check_format(to)
     return WRITERS[to](path, block, units, told)

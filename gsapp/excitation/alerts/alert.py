@@ -86,19 +86,16 @@ class ActiveAlerts:
         self.restart()
 
     def restart(self) -> None:
-        """Forget everything."""
         self._entries: dict[str, _Entry] = {}
         self._log: list[Alert] = []
         self._sorted: tuple[Alert, ...] = ()
 
     @property
     def alerts(self) -> tuple[Alert, ...]:
-        """Return what stands, the most urgent first."""
         return self._sorted
 
     @property
     def log(self) -> tuple[Alert, ...]:
-        """Return each danger as it arose or grew worse, in order of time."""
         return tuple(self._log)
 
     def update(self, time: float, findings: Iterable[AlertCondition]) -> None:

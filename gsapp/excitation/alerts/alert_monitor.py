@@ -43,7 +43,6 @@ class EnduranceMonitor:
         self.restart()
 
     def restart(self) -> None:
-        """Forget everything."""
         self._battery: list[float] = []
         self._fuel_full = math.nan
 
@@ -134,12 +133,8 @@ class AlertMonitor:
     aircraft : Aircraft or None
         Without it nothing is known of stall, ranges and how long it may fly; whether it flies is
         then judged by the figures of the usual aircraft.
-    rate : float
-        Of the rows, Hz.
     fence : Geofence, optional
         The usual one by default; None for none.
-    system : {"US", "SI"}
-        Units of the words; others may be set at any time.
     """
 
     def __init__(
@@ -161,7 +156,6 @@ class AlertMonitor:
         self._standing = ActiveAlerts()
 
     def restart(self) -> None:
-        """Forget everything."""
         for part in (
             self._frames,
             self._instruments,
@@ -175,23 +169,19 @@ class AlertMonitor:
                 part.restart()
 
     def process_rows(self, rows: FlightRows) -> None:
-        """Take in the next rows."""
         for frame in self._frames.split(rows):
             self._judge(frame)
 
     @property
     def active_alerts(self) -> tuple[Alert, ...]:
-        """Return what calls for attention now, the most urgent first."""
         return self._standing.alerts
 
     @property
     def log(self) -> tuple[Alert, ...]:
-        """Return each danger as it arose or grew worse, in order of time."""
         return self._standing.log
 
     @property
     def invalid_channels(self) -> tuple[str, ...]:
-        """Return the channels that are not to be believed now."""
         return tuple(sorted({name for danger in self.active_alerts for name in danger.channels}))
 
     def _judge(self, rows: FlightRows) -> None:

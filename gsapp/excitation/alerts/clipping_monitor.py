@@ -32,8 +32,6 @@ class ClippingMonitor:
     ----------
     aircraft : Aircraft or None
         Knows the ranges; without it only flat tops tell.
-    rate : float
-        Hz.
     """
 
     def __init__(self, aircraft: Aircraft | None, rate: float) -> None:
@@ -42,7 +40,6 @@ class ClippingMonitor:
         self.restart()
 
     def restart(self) -> None:
-        """Forget everything."""
         count = len(_SENSORS)
         self._tails = np.full((self._flat_rows, count), np.nan)
         # Of the latest frames, the oldest first; NaN, and runs of -1, where there were none.
@@ -76,12 +73,7 @@ class ClippingMonitor:
         return found
 
     def _flat_tops(self, values: FloatArray) -> BoolArray:
-        """Return of each sensor whether its highest or lowest value of late is held.
-
-        Parameters
-        ----------
-        values : ndarray, shape (n, n_sensors)
-        """
+        """Return of each sensor whether its highest or lowest value of late is held."""
         whole = np.asarray(np.isfinite(values).all(axis=0))
         line = np.concatenate((self._tails, values))
         self._tails = np.where(whole, line[-self._flat_rows :], np.nan)

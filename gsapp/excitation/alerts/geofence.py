@@ -45,13 +45,7 @@ class Geofence(StrictModel):
 
 
 def load_geofence(path: Path) -> Geofence:
-    """Read a fence from a TOML file.
-
-    Raises
-    ------
-    FileProblemsError
-        If it holds mistakes; all are named.
-    """
+    """Read a fence from a TOML file."""
     return read_toml(path, Geofence)
 
 

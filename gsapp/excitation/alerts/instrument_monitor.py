@@ -44,7 +44,6 @@ class GyroMonitor:
         self.restart()
 
     def restart(self) -> None:
-        """Forget everything."""
         self._apart: dict[tuple[str, int, int], float] = {}
         self._before: tuple[FloatArray, FloatArray] | None = None
         self._lost: dict[str, str] = {}
@@ -165,7 +164,6 @@ class FlightPhaseMonitor:
         self.restart()
 
     def restart(self) -> None:
-        """Forget everything."""
         self._watch = AirborneDetector(self._aircraft)
         self._means: list[FloatArray] = []
         self._altitudes: list[float] = []
@@ -245,8 +243,6 @@ class InstrumentMonitor:
         Knows ranges, noise, and where the instruments sit.
     usual : Aircraft
         Tells how fast it must be to fly; the same unless that is None.
-    rate : float
-        Hz.
     """
 
     def __init__(self, aircraft: Aircraft | None, usual: Aircraft, rate: float) -> None:
@@ -257,7 +253,6 @@ class InstrumentMonitor:
         self.restart()
 
     def restart(self) -> None:
-        """Forget everything."""
         for part in (self._signs, self._gyros, self._motion, self._phase):
             part.restart()
         self._since: dict[str, int] = {}

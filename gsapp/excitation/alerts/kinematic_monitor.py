@@ -146,8 +146,6 @@ def reconstruct_motion(
     ----------
     samples : ndarray, shape (n, len(COLUMNS))
         SI, without gaps.
-    dt : float
-        s.
     """
     rates = samples[:, :3]
     force = samples[:, 3:6] * (1.0, 1.0, -1.0)
@@ -191,7 +189,6 @@ def detrend(values: FloatArray) -> FloatArray:
 
 
 def _fit_lines(values: FloatArray, times: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return value at the start, slope, and what is left, of the line through each column."""
     centered = times - times.mean()
     slope = centered @ values / (centered @ centered)
     start = values.mean(axis=0) - slope * times.mean()
@@ -227,8 +224,6 @@ class KinematicMonitor:
     ----------
     aircraft : Aircraft or None
         Knows where the instruments sit.
-    rate : float
-        Hz.
     """
 
     def __init__(self, aircraft: Aircraft | None, rate: float) -> None:
@@ -240,7 +235,6 @@ class KinematicMonitor:
         self.restart()
 
     def restart(self) -> None:
-        """Forget everything."""
         self._samples = np.full(
             (ALERTS.compared_frames * self._per_frame, len(MOTION_COLUMNS)), np.nan
         )
@@ -366,7 +360,6 @@ class KinematicMonitor:
 
 
 def _flatness(aircraft: Aircraft | None) -> dict[str, float]:
-    """Return the standard deviation below which each sensor shows nothing but its noise."""
     if aircraft is None:
         return dict(_FLAT)
     sensors = aircraft.sensors

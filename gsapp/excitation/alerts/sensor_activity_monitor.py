@@ -59,7 +59,6 @@ class SensorActivityMonitor:
         self.restart()
 
     def restart(self) -> None:
-        """Forget everything."""
         self._lives = {name: _SensorHistory() for name in MONITORED_SENSORS}
         self._airspeed = "V"
 
@@ -151,7 +150,6 @@ class SensorActivityMonitor:
 
 
 def _airspeed_collapse(life: _SensorHistory, rows: FlightRows) -> str:
-    """Return whether the airspeed has collapsed within a moment."""
     speeds = rows["V"][np.isfinite(rows["V"])]
     now = float(speeds.mean()) if speeds.size else np.nan
     if life.before - now > ALERTS.max_speed_drop:

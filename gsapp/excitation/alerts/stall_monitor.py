@@ -32,7 +32,6 @@ class StallMonitor:
         self.restart()
 
     def restart(self) -> None:
-        """Forget everything."""
         self._before: float | None = None
         self._slow = {AlertLevel.CAUTION: 0, AlertLevel.WARNING: 0}
 
@@ -45,8 +44,6 @@ class StallMonitor:
         ----------
         distrusted : frozenset of str
             Channels that are not believed.
-        system : {"US", "SI"}
-            Units of the words.
         """
         limits = self._limits
         if limits is None or frame.time_since_takeoff < ALERTS.takeoff_time or frame.near_ground:

@@ -98,13 +98,7 @@ def assign_card(verdict: InputVerdict, flown: CardSetProgress) -> InputVerdict:
 
 
 class CardTargets:
-    """Finds and remembers wants; the same question costs nothing the second time.
-
-    Parameters
-    ----------
-    system : {"US", "SI"}
-        Units of the sentences.
-    """
+    """Finds and remembers wants; the same question costs nothing the second time."""
 
     def __init__(self, aircraft: Aircraft | None, model: Model | None, system: str) -> None:
         self._aircraft = aircraft
@@ -113,7 +107,6 @@ class CardTargets:
         self.restart()
 
     def restart(self) -> None:
-        """Forget the day and the flight."""
         self._density = SEA_LEVEL_DENSITY
         self._steady: list[tuple[float, float]] = []
         self._estimates: Mapping[str, LiveEstimate] = {}
@@ -142,7 +135,6 @@ class CardTargets:
         self._wanted.clear()
 
     def set_estimates(self, estimates: Mapping[str, LiveEstimate]) -> None:
-        """Let wanted inputs follow from derivatives estimated in this flight."""
         self._estimates = estimates
         self._wanted.clear()
 
@@ -228,11 +220,6 @@ class CardSelector:
 
     The crew's choice comes first, then the card whose point the aircraft is holding, then the one
     that gains most, then the first on the list.
-
-    Parameters
-    ----------
-    system : {"US", "SI"}
-        Units of the words.
     """
 
     def __init__(
@@ -261,7 +248,6 @@ class CardSelector:
         self._points.use_units(system)
 
     def restart(self) -> None:
-        """Forget what was flown and chosen; the flight begins anew."""
         self.card_progress: CardSetProgress | None = None
         self.next_card: NextCard | None = None
         self._points.restart()
@@ -312,7 +298,6 @@ class CardSelector:
             self._capture.set_points(aims)
 
     def set_estimates(self, estimates: Mapping[str, LiveEstimate]) -> None:
-        """Let wanted inputs follow from derivatives estimated in this flight."""
         self._changes += 1
         self._points.set_estimates(estimates)
 
@@ -322,7 +307,6 @@ class CardSelector:
         self._points.set_noise(noise)
 
     def _breathe(self, rows: FlightRows) -> None:
-        """Learn the air of the day, once."""
         if len(self._air) >= CUES.density_samples:
             return
         density = rows["density"]
@@ -378,7 +362,6 @@ class CardSelector:
         return preferred, why
 
     def _held(self, cards: Sequence[TestCard]) -> list[TestCard]:
-        """Return the cards that can be flown at the point that the aircraft has captured."""
         captured = self._capture.captured
         point = None if self.cards is None or captured is None else self.cards.card(captured.card)
         if point is None:

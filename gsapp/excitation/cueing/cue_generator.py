@@ -83,11 +83,9 @@ class TrimHistory:
         self._cues: deque[TrimCue] = deque(maxlen=round(CUES.cue_retention / CUES.tick))
 
     def clear(self) -> None:
-        """Forget all cues."""
         self._cues.clear()
 
     def add(self, cue: TrimCue) -> None:
-        """Take in the cue of a tick."""
         self._cues.append(cue)
 
     def deviations_at(self, time: float) -> dict[str, float]:
@@ -124,12 +122,8 @@ class CueGenerator:
         Without it cues go by the usual figures for an aircraft of this size, and say so.
     model : Model or None
         Without it nothing is known of wanted amplitudes beyond the cards, nor of bounds.
-    rate : float
-        Of the grid, Hz.
     fence : Geofence or None
         Where the aircraft may fly; None for the usual space.
-    system : {"US", "SI"}
-        Units of all words.
 
     Attributes
     ----------
@@ -231,11 +225,6 @@ class CueGenerator:
         -------
         float
             That time, s.
-
-        Raises
-        ------
-        UnknownNameError
-            If there is no such card.
         """
         if card_id and (self.cards is None or self.cards.card(card_id) is None):
             known = [] if self.cards is None else [card.id for card in self.cards.cards]
@@ -282,7 +271,6 @@ class CueGenerator:
 
     @property
     def cards(self) -> CardSet | None:
-        """Return the test cards."""
         return self._card_selector.cards
 
     @property
@@ -414,7 +402,6 @@ class CueGenerator:
         )
 
     def _aim(self) -> None:
-        """Tell the watches what is to be flown."""
         now = self._card_selector.next_card
         point, wanted, card = (now.point, now.target_input, now.card) if now else (None, None, None)
         self._trim.set_test_point(point)

@@ -43,11 +43,6 @@ _LATE: Final = tuple(
 class FlightEstimates:
     """Follows one flight.
 
-    Parameters
-    ----------
-    rate : float
-        Of the grid, Hz.
-
     Attributes
     ----------
     estimates : mapping of str to LiveEstimate
@@ -67,7 +62,6 @@ class FlightEstimates:
         self.restart()
 
     def restart(self) -> None:
-        """Forget everything; the flight begins anew."""
         self._ftr.reset()
         self._held: list[FlightRows] = []
         self._waiting: list[InputVerdict] = []
@@ -76,7 +70,6 @@ class FlightEstimates:
         self.revision = 0
 
     def add_verdict(self, verdict: InputVerdict) -> None:
-        """Learn from a maneuver, as soon as its rows were listened to."""
         if verdict.result in _LEARNED_FROM:
             self._waiting.append(verdict)
 
@@ -120,13 +113,6 @@ class FlightEstimates:
 class EstimationProgress:
     """Follows one flight.
 
-    Parameters
-    ----------
-    rate : float
-        Of the grid, Hz.
-    system : {"US", "SI"}
-        Units of the words.
-
     Attributes
     ----------
     outlook : Outlook or None
@@ -142,7 +128,6 @@ class EstimationProgress:
         self._settle_into()
 
     def restart(self) -> None:
-        """Forget everything; the flight begins anew."""
         self._book.restart()
         if self._estimates is not None:
             self._estimates.restart()
@@ -160,7 +145,6 @@ class EstimationProgress:
 
     @property
     def estimates(self) -> Mapping[str, LiveEstimate]:
-        """Return the derivatives that the flight has earned."""
         return {} if self._estimates is None else self._estimates.estimates
 
     def process_rows(self, rows: FlightRows) -> bool:
@@ -218,7 +202,6 @@ class EstimationProgress:
         return self._book.has_pending_work(time)
 
     def run_slice(self) -> None:
-        """Do a slice of the work that the next look needs."""
         self._book.run_slice(CUES.work_slice)
 
 

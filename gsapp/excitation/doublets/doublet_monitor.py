@@ -39,16 +39,12 @@ class DoubletMonitor:
     ----------
     aircraft : Aircraft or None
         Travel, ranges, linear limits, sticks. None takes usual travels and knows no limits.
-    rate : float
-        Of the rows, Hz.
     model : Model or None
         Tells how much of an answer the input explains, and how much the air.
     wanted_for : callable or None
         What is wanted of an input that nobody expected.
     tolerances : TrimTolerances
         Of the trim before an input.
-    system : {"US", "SI"}
-        Units of the words; others may be set at any time.
     """
 
     def __init__(
@@ -94,7 +90,6 @@ class DoubletMonitor:
 
         Parameters
         ----------
-        wanted : TargetInput or None
         point : TestPoint or None
             Where it should begin.
         card : TestCard or None
@@ -116,7 +111,6 @@ class DoubletMonitor:
 
     @property
     def verdicts(self) -> tuple[InputVerdict, ...]:
-        """Return all verdicts of the flight so far."""
         return tuple(self._verdicts)
 
     @property
@@ -319,14 +313,12 @@ class DoubletMonitor:
         return float(np.nanmean(speed)) if np.isfinite(speed).any() else None
 
     def _dismiss(self) -> None:
-        """Take what was under way for steering."""
         self._around.reject_input()
         self._moving = None
 
     # --- the hands ------------------------------------------------------------------------------
 
     def _watch_hands(self, moving: InputCandidate) -> None:
-        """See whether the hands stayed off for long enough, or are on again."""
         taken = self._sticks.detect_hands_on(moving, self._now, self._rate)
         wanted_end = moving.t_end + moving.hands_off
         if taken is not None and taken < wanted_end:

@@ -27,13 +27,7 @@ _EXTRA_INDEX: Final = {name: len(SIGNALS) + k for k, name in enumerate(EXTRA_CHA
 
 
 class SignalHistory:
-    """Keeps signals and a few more channels of the newest rows.
-
-    Parameters
-    ----------
-    rate : float
-        Of the rows, Hz.
-    """
+    """Keeps signals and a few more channels of the newest rows."""
 
     def __init__(self, rate: float) -> None:
         self._kept = round(DOUBLETS.history_retention * rate)
@@ -41,7 +35,6 @@ class SignalHistory:
         self.clear()
 
     def clear(self) -> None:
-        """Forget all rows."""
         self._times = np.empty(4 * self._kept)
         self._values = np.empty((4 * self._kept, self._width))
         self._count = 0
@@ -51,7 +44,6 @@ class SignalHistory:
 
         Parameters
         ----------
-        rows : FlightRows
         signals : ndarray, shape (n, len(SIGNALS))
             Of these rows, as far as they are believed.
         """
@@ -98,9 +90,6 @@ class FlightContext:
 
     Parameters
     ----------
-    aircraft : Aircraft
-    rate : float
-        Of the rows, Hz.
     tick : int
         Rows in a tick; frames are whole ticks.
 
@@ -122,7 +111,6 @@ class FlightContext:
         self.restart()
 
     def restart(self) -> None:
-        """Forget the flight."""
         self._watch = AirborneDetector(self._aircraft)
         self._meter = NoiseFloorEstimator()
         self.setting = GradingContext(aircraft=self._aircraft, noise=NoiseFloor())
@@ -161,7 +149,6 @@ class FlightContext:
             Of the tick, counted from time zero.
         time : float
             Of its last row, s.
-        rows : ndarray, shape (n, len(SIGNALS))
         peaks : ndarray, shape (3,)
             The furthest that each surface went, as `RapidMoveDetector.measure` gives it.
         steering : bool
@@ -174,7 +161,6 @@ class FlightContext:
             self._end_frame(time)
 
     def reject_input(self) -> None:
-        """Learn from what was taken for an input and was steering."""
         self.move_detector.learn_pilot_activity(self._held)
         self._held = []
 

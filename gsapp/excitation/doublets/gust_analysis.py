@@ -44,40 +44,26 @@ from gsapp.quantities.constants import DEGREE
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ResponseParts:
-    """Standard deviations of the parts of one channel's answer, SI.
-
-    Attributes
-    ----------
-    without_gusts : float
-        Without gusts.
-    gusts : float
-        Of what gusts added.
-    """
+    """Standard deviations of the parts of one channel's answer, SI."""
 
     without_gusts: float
+    """Without gusts."""
     gusts: float
+    """Of what gusts added."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class ResponseChannel:
-    """One channel's answer and what it may consist of.
-
-    Attributes
-    ----------
-    samples : ndarray, shape (n,)
-        SI; NaN where missing.
-    responses : ndarray, shape (n, n_unknown)
-        To everything but gusts.
-    gust_response : ndarray, shape (n,)
-        Response to a push of the air at the first sample, SI per rad.
-    noise : float
-        Standard deviation of a sample where nothing happens, SI.
-    """
+    """One channel's answer and what it may consist of."""
 
     samples: FloatArray
+    """SI; NaN where missing."""
     responses: FloatArray
+    """To everything but gusts."""
     gust_response: FloatArray
+    """Response to a push of the air at the first sample, SI per rad."""
     noise: float
+    """Standard deviation of a sample where nothing happens, SI."""
 
 
 def separate_gusts(
@@ -87,12 +73,9 @@ def separate_gusts(
 
     Parameters
     ----------
-    channels : sequence of ResponseChannel
     known : tuple of ndarray, shape (m, n_unknown) and (m,)
         What is known beforehand of the unknowns that are no gusts, each row in its own standard
         deviations.
-    rate : float
-        Samples per second.
 
     Returns
     -------
@@ -212,15 +195,7 @@ _PUSHED: Final = ("alpha", "beta")
 
 
 class GustAnalyzer:
-    """Explains answers by an aircraft's model.
-
-    Parameters
-    ----------
-    aircraft : Aircraft
-    model : Model
-    rate : float
-        Of the rows, Hz.
-    """
+    """Explains answers by an aircraft's model."""
 
     def __init__(self, aircraft: Aircraft, model: Model, rate: float) -> None:
         self._aircraft = aircraft

@@ -28,55 +28,39 @@ from gsapp.quantities import FloatArray
 
 @dataclass(slots=True)
 class InputCandidate:
-    """Quick moves that may be an input.
-
-    Attributes
-    ----------
-    first_move_time, last_move_time : float
-        Time of the first and of the last quick move, s.
-    surfaces : list of str
-        Surfaces in the order of their first quick move.
-    began_in_recovery : bool
-        Whether the pilot was recovering when it began.
-    inputs : list of SurfaceInput
-        Measured when the sticks were let go; empty before.
-    t_end : float
-        When the last surface was back, s.
-    request : InputRequest
-        What the input is held against, once it is known.
-    hands_off : float
-        Seconds for which the hands should be off.
-    previous_inputs : list of SurfaceInput
-        What was found before the sticks moved again so soon that it seemed to go on; empty for
-        nothing.
-    resume_time : float
-        When they did, s.
-    is_confirmed : bool
-        Whether it was what had been expected, so that nothing that follows makes it steering.
-    """
+    """Quick moves that may be an input."""
 
     first_move_time: float
     last_move_time: float
+    """Time of the first and of the last quick move, s."""
     began_in_recovery: bool
+    """Whether the pilot was recovering when it began."""
     surfaces: list[str] = field(default_factory=list)
+    """Surfaces in the order of their first quick move."""
     inputs: list[SurfaceInput] = field(default_factory=list)
+    """Measured when the sticks were let go; empty before."""
     t_end: float = math.nan
+    """When the last surface was back, s."""
     request: InputRequest = field(default_factory=InputRequest)
+    """What the input is held against, once it is known."""
     hands_off: float = DETECTION.min_free_response_time
+    """Seconds for which the hands should be off."""
     previous_inputs: list[SurfaceInput] = field(default_factory=list)
+    """What was found before the sticks moved again so soon that it seemed to go on; empty for
+    nothing."""
     resume_time: float = math.nan
+    """When they did, s."""
     is_confirmed: bool = False
+    """Whether it was what had been expected, so that nothing that follows makes it steering."""
 
     @property
     def expected_surfaces(self) -> set[str]:
-        """Return the surfaces that the crew expects to be moved."""
         return (
             set() if self.request.target_input is None else set(self.request.target_input.surfaces)
         )
 
     @property
     def pending_surfaces(self) -> set[str]:
-        """Return the surfaces expected that have not moved yet."""
         return self.expected_surfaces - set(self.surfaces)
 
     @property
@@ -160,12 +144,6 @@ class StickReleaseDetector:
 
     def detect_release(self, moving: InputCandidate, now: float) -> list[SurfaceInput] | None:
         """Return what was moved once the sticks are let go, the main surface first.
-
-        Parameters
-        ----------
-        moving : InputCandidate
-        now : float
-            s.
 
         Returns
         -------
@@ -314,7 +292,6 @@ class StickReleaseDetector:
         times: FloatArray,
         rows: FloatArray,
     ) -> SurfaceInput:
-        """Return an input that was not brought back as it shows about its trim before."""
         if abs(one.trim_after - one.trim_before) < DOUBLETS.displaced_share * one.amplitude:
             return one
         noise = self._around.setting.noise.std_of(one.surface)
@@ -346,7 +323,6 @@ class StickReleaseDetector:
         )
 
     def _both_sides(self, moving: InputCandidate, main: SurfaceInput, now: float) -> bool:
-        """Return whether a surface truly went to both sides of where it stood before."""
         _, rows = self._history.segment(main.t_start, min(moving.last_move_time + 0.2, now))
         away = rows[:, SURFACES.index(main.surface)] - main.trim_before
         if not np.isfinite(away).any():
@@ -371,7 +347,6 @@ class StickReleaseDetector:
 
 
 def _is_complete(main: SurfaceInput, idle: float) -> bool:
-    """Return whether an input that ends away from its trim has had all its steps."""
     longest = max(length for _, length in main.excursions)
     return main.kind in UNAMBIGUOUS_SHAPES and idle > max(
         DOUBLETS.last_step_time, 1.5 * longest + 0.2
@@ -395,6 +370,5 @@ def _is_flawed_attempt(moving: InputCandidate, main: SurfaceInput, least: float)
 
 
 def _is_unreturned_doublet(main: SurfaceInput, threshold: float) -> bool:
-    """Return whether a doublet that was not brought back is one all the same."""
     clear = main.kind in UNAMBIGUOUS_SHAPES and main.max_step > threshold
     return clear and main.abruptness > 0.5 and main.motion_before < main.amplitude

@@ -46,36 +46,23 @@ from gsapp.quantities import channel, name_in_text
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class InputCase:
-    """All that a verdict is drawn from.
-
-    Attributes
-    ----------
-    measured : MeasuredInput
-    kind : str
-        Shape of the main input.
-    target_input : TargetInput or None
-        None where nothing is known of what is wanted: shape and answer alone are judged.
-    point : TestPoint or None
-    setting : GradingContext
-    tolerances : TrimTolerances
-    known_aircraft : bool
-        Whether there is an aircraft file.
-    system : {"US", "SI"}
-        Units of the words.
-    """
+    """All that a verdict is drawn from."""
 
     measured: MeasuredInput
     kind: str
+    """Shape of the main input."""
     target_input: TargetInput | None
+    """None where nothing is known of what is wanted: shape and answer alone are judged."""
     point: TestPoint | None
     setting: GradingContext
     tolerances: TrimTolerances
     known_aircraft: bool = True
+    """Whether there is an aircraft file."""
     system: str = "US"
+    """Units of the words."""
 
     @property
     def aircraft(self) -> Aircraft:
-        """Return the aircraft."""
         return self.setting.aircraft
 
     @property
@@ -99,7 +86,6 @@ class InputCase:
 
     @property
     def pre_input_motion_ratio(self) -> float:
-        """Return the unrest before the input over its answer, as the grader measures it."""
         return pre_input_motion_ratio(self.measured.passage, self.setting, self.measured.surfaces)[
             0
         ]
@@ -390,16 +376,8 @@ def evaluate_input(
     ----------
     name : str
         Its id.
-    now : float
-        Flight time, s.
-    measured : MeasuredInput
-    asked : InputRequest
-    setting : GradingContext
-    tolerances : TrimTolerances
     known_aircraft : bool
         Whether there is an aircraft file.
-    system : {"US", "SI"}
-        Units of the words.
     """
     travel = setting.half_travel
     by_size = sorted(measured.inputs, key=lambda one: -one.max_step / travel(one.surface))

@@ -67,7 +67,6 @@ def describe_forecast(
     ----------
     wanted : mapping of str to float
         Bounds asked for; what is below them already is not spoken of.
-    system : {"US", "SI"}
     """
     count = _NUMBERS[repeats] if repeats < len(_NUMBERS) else str(repeats)
     surfaces = "-".join(SURFACE_NAMES[name] for name in card.surfaces)
@@ -101,7 +100,6 @@ def log_bound_reduction(gain: BoundReduction, model: Model) -> float:
 def _largest_reduction(
     gains: Sequence[BoundReduction], model: Model, wanted: Mapping[str, float]
 ) -> BoundReduction | None:
-    """Return the gain that says most among bounds that are still above those wanted."""
     open_ones = [
         gain
         for gain in gains

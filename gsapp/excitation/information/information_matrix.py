@@ -79,10 +79,6 @@ def marginalize_information(
 def compute_bounds(matrix: FloatArray, unrest: FloatArray) -> FloatArray:
     """Return the bounds of a fit with information H and unrest B.
 
-    Parameters
-    ----------
-    matrix, unrest : ndarray, shape (..., n, n)
-
     Returns
     -------
     ndarray, shape (..., n)

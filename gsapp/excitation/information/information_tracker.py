@@ -81,14 +81,10 @@ class InformationTracker:
     ----------
     model : Model or None
         Without either, bounds cannot be told; time left may.
-    rate : float
-        Of the rows, Hz.
     wanted : mapping of str to float, optional
         Bounds asked for, per radian; what has reached its own does not count any more.
     longest : float
         Of the flight, s.
-    system : {"US", "SI"}
-        Units of the words.
     """
 
     def __init__(
@@ -110,7 +106,6 @@ class InformationTracker:
         self.restart()
 
     def restart(self) -> None:
-        """Forget everything; the flight begins anew."""
         self.remaining_time.restart()
         self._held: list[FlightRows] = []
         self._lessons: deque[ManeuverData | FlightRows] = deque()
@@ -276,8 +271,6 @@ class InformationTracker:
 
         Parameters
         ----------
-        time : float
-            s.
         cards : CardSetProgress or CardSet, optional
             Those of the flight, as they stand.
         """
@@ -305,7 +298,6 @@ class InformationTracker:
         )
 
     def _fitting(self, left: int | None) -> tuple[CardForecast, ...]:
-        """Return the prospects of all cards, with no more repeats than there is time for."""
         if left == 0:
             return ()
         return tuple(

@@ -62,10 +62,6 @@ def simulate_maneuver(
     ----------
     motions : PerturbationModels
         Of the aircraft with this model and mass at the speed that it is flown at.
-    mass : float
-        kg.
-    rate : float
-        Samples per second.
     channels : collection of str
         What this flight measures.
     """
@@ -166,8 +162,6 @@ def simulate_linear(linear: LinearModel, inputs: FloatArray, dt: float) -> Float
     ----------
     inputs : ndarray, shape (n, n_inputs)
         In its order.
-    dt : float
-        s.
 
     Returns
     -------

@@ -88,11 +88,6 @@ def assumed_noise(aircraft: Aircraft, responses: Sequence[str], rate: float) -> 
     """Return white noise as strong as the aircraft file says of its instruments.
 
     That is what there is before anything was heard in flight: gusts are not in it.
-
-    Parameters
-    ----------
-    rate : float
-        Samples per second.
     """
     stated = aircraft.sensors.noise_in_flight
     stds = [stated[name] or _USUAL_NOISE[name] for name in responses]
@@ -198,7 +193,6 @@ def compute_sensitivities(
     ----------
     maneuver : Maneuver
         Flown or planned: its surfaces, and the air data and attitude that come with them.
-    axis : {"lon", "lat"}
     responses : collection of str, optional
         Those to be compared; all of the axis by default.
 
@@ -237,7 +231,6 @@ def compute_sensitivities(
 
 
 def _pseudo_inverse(H: FloatArray) -> FloatArray:
-    """Return the inverse of an information matrix, with nothing along what it does not see."""
     found = invert_information(H)
     lost = ~np.isfinite(found.diagonal())
     found[lost] = found[:, lost] = 0.0

@@ -22,8 +22,6 @@ class RemainingTimeEstimator:
     ----------
     aircraft : Aircraft or None
         Fuel on board and its flows; None: by the clock alone, from the first row on.
-    rate : float
-        Of the rows, Hz.
     max_duration : float
         s.
 
@@ -47,7 +45,6 @@ class RemainingTimeEstimator:
         self.restart()
 
     def restart(self) -> None:
-        """Forget all; the flight begins anew."""
         self._watch = None if self._aircraft is None else AirborneDetector(self._aircraft)
         self._rest: FloatArray = np.empty((0, len(SIGNALS)))
         self._next = 0
@@ -62,7 +59,6 @@ class RemainingTimeEstimator:
     # --- what comes in --------------------------------------------------------------------------
 
     def process_rows(self, rows: FlightRows) -> None:
-        """Take in the next rows."""
         if self._watch is None or self._aircraft is None or not len(rows):
             return
         first = rows.first_index
@@ -190,7 +186,6 @@ class RemainingTimeEstimator:
         return self._fuel / flow if flow > 0.0 else None
 
     def maneuvers_left(self, time: float) -> int | None:
-        """Return how many maneuvers fit into the time that is left."""
         left = self.time_left(time)
         return None if left is None else int(left // self.maneuver_interval)
 

@@ -28,7 +28,6 @@ def guidance_text(
     speed, alpha : float or None
         Now, m/s, rad; None or NaN where not measured. Speed counts; at 1 g it fixes alpha, so
         alpha speaks where no speed is measured or asked for, and once the speed is right.
-    system : {"US", "SI"}
     """
     if point is None:
         return ""
@@ -84,7 +83,6 @@ class TestPointCapture:
         self.restart()
 
     def restart(self) -> None:
-        """Forget what was flown."""
         self._times = np.empty(0)
         self._kept = np.empty((0, 2))
         self._captured: int | None = None
@@ -101,7 +99,6 @@ class TestPointCapture:
         return None if self._captured is None else self._points[self._captured]
 
     def process_rows(self, rows: FlightRows) -> None:
-        """Take in the next rows."""
         if rows.starts_segment:
             self.restart()
         if not len(rows):

@@ -78,12 +78,8 @@ def linearize_level_flight(
 
     Parameters
     ----------
-    speed : float
-        True airspeed, m/s.
     density, mass : float, optional
         kg/m^3, kg; sea level and the aircraft file's by default.
-    flap : float
-        rad.
 
     Raises
     ------
@@ -107,7 +103,6 @@ def simulate_input_response(
 
     Parameters
     ----------
-    surface : {"de", "da", "dr"}
     kind : str
         Shape; those without steps of their own are taken as doublets.
     width : float

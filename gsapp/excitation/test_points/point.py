@@ -271,7 +271,6 @@ def _level_flight_row(level: Trim) -> _Row:
 
 
 def _longest_true_run(flags: Sequence[bool]) -> slice:
-    """Return where most successive flags are set."""
     best, start = slice(0, 0), 0
     for place, flag in enumerate([*flags, False]):
         if not flag:
@@ -299,8 +298,6 @@ def create_test_point(
     ----------
     curve : TrimCurve or None
         For the card's flap; None where no model is known.
-    system : {"US", "SI"}
-        Units of the sentences.
 
     Raises
     ------
@@ -341,8 +338,6 @@ def create_point_at(
         A card's usual one by default.
     card, height, flap
         As of `TestPoint`.
-    system : {"US", "SI"}
-        Units of the sentences.
 
     Raises
     ------

@@ -51,7 +51,6 @@ def format_stick(
     ----------
     aircraft : Aircraft or None
         None leaves degrees.
-    surface : {"de", "da", "dr"}
     amplitude : float
         To either side, rad.
     rate_switch : float or None

@@ -117,7 +117,6 @@ def _best_models(
     point: TestPoint | None,
     estimates: Mapping[str, LiveEstimate] | None,
 ) -> tuple[PerturbationModels | None, TargetSource]:
-    """Return the small motions by the best model that flies at a point, and whose it is."""
     if aircraft is None or model is None:
         return None, "usual"
     flown = update_model(model, estimates, aircraft=aircraft)

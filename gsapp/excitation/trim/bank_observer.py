@@ -41,7 +41,6 @@ class TwoStateKalmanFilter:
 
     @property
     def stds(self) -> tuple[float, float]:
-        """Return the standard deviations of both states."""
         return math.sqrt(self._p00), math.sqrt(self._p11)
 
     def predict(
@@ -97,8 +96,6 @@ class BankObserver:
 
     Parameters
     ----------
-    dt : float
-        Between ticks, s.
     usual_speed : float
         Taken where no airspeed is measured, m/s.
 
@@ -118,7 +115,6 @@ class BankObserver:
         self.restart()
 
     def restart(self) -> None:
-        """Forget everything."""
         self._filter = TwoStateKalmanFilter((0.0, 0.0), TRIM.initial_bank_std)
         self.pitch = TRIM.default_pitch
         self.bank, self.bank_std = math.nan, TRIM.initial_bank_std[0]
@@ -140,10 +136,6 @@ class BankObserver:
             p, q, r, rad/s; NaN, as all that follows, where missing.
         ax, ay : float
             m/s^2.
-        speed : float
-            True airspeed, m/s.
-        beta : float
-            rad.
         gusts : float
             Strength of the gusts, m/s.
         """

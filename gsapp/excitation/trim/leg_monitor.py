@@ -33,11 +33,6 @@ class _Leg:
 class LegMonitor:
     """Follows turns and legs tick by tick.
 
-    Parameters
-    ----------
-    dt : float
-        Between ticks, s.
-
     Attributes
     ----------
     time_left : float or None
@@ -51,7 +46,6 @@ class LegMonitor:
         self.restart()
 
     def restart(self) -> None:
-        """Forget all legs."""
         self._legs: deque[_Leg] = deque(maxlen=TRIM.max_legs)
         self._heading = 0.0
         self._turned = 0.0

@@ -99,8 +99,6 @@ class GroundMonitor:
     ----------
     aircraft : Aircraft or None
         Without one an airspeed decides, and without that all counts as flown.
-    dt : float
-        Between ticks, s.
 
     Attributes
     ----------
@@ -170,11 +168,6 @@ def _window_mean(values: tuple[float, ...]) -> float:
 class ClimbObserver:
     """Follows the rate of climb tick by tick.
 
-    Parameters
-    ----------
-    dt : float
-        Between ticks, s.
-
     Attributes
     ----------
     climb : float
@@ -187,7 +180,6 @@ class ClimbObserver:
         self.restart()
 
     def restart(self) -> None:
-        """Forget everything."""
         self._filter: TwoStateKalmanFilter | None = None
         self._lifts: deque[float] = deque([0.0] * self._lag, maxlen=self._lag)
         self._unseen = self._astray = 0.0
@@ -248,11 +240,6 @@ _BANK_SIGNS: Final = ("turn rate", "rate of roll", "lateral acceleration", "beta
 
 class MotionEstimator:
     """Knows the motion tick by tick.
-
-    Parameters
-    ----------
-    dt : float
-        Between ticks, s.
 
     Attributes
     ----------

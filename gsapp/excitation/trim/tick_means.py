@@ -33,8 +33,6 @@ class TickMeans:
 
     Parameters
     ----------
-    tick : int
-        Rows in a tick.
     dt : float
         Length of a tick, s.
 
@@ -51,7 +49,6 @@ class TickMeans:
         self.restart()
 
     def restart(self) -> None:
-        """Forget what the rows before held."""
         self._last = np.full(TRIM.fast_channels, np.nan)
         self._same = np.zeros(TRIM.fast_channels, dtype=np.int64)
 

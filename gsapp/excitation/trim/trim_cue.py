@@ -117,12 +117,7 @@ class TrimDeviation:
     """Of the vocabulary, for units and digits."""
 
     def format_text(self, system: str = "US") -> str:
-        """Return what a spotter says: "3 ft/s slow", "left wing low 6 deg", "nose dropping".
-
-        Parameters
-        ----------
-        system : {"US", "SI"}
-        """
+        """Return what a spotter says: "3 ft/s slow", "left wing low 6 deg", "nose dropping"."""
         words = _WORDS[self.quantity][0 if self.amount > 0.0 else 1]
         if self.channel not in _NUMBERED.get(self.quantity, ()):
             return words

@@ -55,8 +55,6 @@ class StateHysteresis:
 
         Parameters
         ----------
-        time : float
-            Flight time, s.
         wanted : str
             What the state would be at this moment.
         lost : bool
@@ -83,8 +81,6 @@ class TrimMonitor:
     ----------
     aircraft : Aircraft or None
         Without one, alpha is taken as its vane shows it, and an airspeed of 12 m/s is flight.
-    rate : float
-        Of the rows, Hz.
 
     Attributes
     ----------
@@ -135,7 +131,6 @@ class TrimMonitor:
 
     @property
     def changes(self) -> tuple[TrimCue, ...]:
-        """Return one cue for each change of state since the flight began."""
         return tuple(self._changes)
 
     # What others know -----------------------------------------------------------------
@@ -283,7 +278,6 @@ class TrimMonitor:
         return off[0].tolerance_ratio if off else 0.0
 
     def _look_at_the_air(self, time: float) -> None:
-        """Tell air that is too rough now, and air that has been for some seconds."""
         roughness = self._roughness()
         self._rough = roughness > (TRIM.calm_share if self._rough else 1.0)
         self._calm_for = self._calm_for + self._dt if roughness < TRIM.calm_share else 0.0

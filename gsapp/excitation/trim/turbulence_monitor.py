@@ -88,8 +88,6 @@ class TurbulenceMonitor:
         ----------
         powers : sequence of float
             Of `TURBULENCE_CHANNELS`, SI squared; NaN where missing.
-        speed : float
-            True airspeed, m/s.
         """
         self._past.append(self._with_alpha(powers, speed))
         seconds = [self._past[place] for place in range(len(self._past) - 1, -1, -self._second)]

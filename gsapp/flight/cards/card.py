@@ -236,20 +236,12 @@ def load_cards(name_or_path: str | Path) -> CardSet:
     ------
     FileProblemsError
         If the file holds mistakes; all of all cards are named at once.
-    UnknownNameError
-        If there is neither such a file nor such a shipped set.
     """
     return read_toml(SHIPPED_CARDS.find(name_or_path), CardSet, distinct="cards")
 
 
 def save_cards(path: Path | str, cards: CardSet) -> Path:
-    """Write a set of test cards, whole or not at all; values are written in SI.
-
-    Raises
-    ------
-    FlightError
-        If the disk refuses.
-    """
+    """Write a set of test cards, whole or not at all; values are written in SI."""
     return write_flight_file(path, toml_text(cards.content()))
 
 
@@ -269,7 +261,6 @@ class Attempt:
 
     @property
     def is_counted(self) -> bool:
-        """Return whether it is one of the repeats that the card asks for."""
         return not self.reasons
 
 
@@ -283,12 +274,10 @@ class CardProgress:
 
     @property
     def good_count(self) -> int:
-        """Return how many attempts count."""
         return sum(attempt.is_counted for attempt in self.attempts)
 
     @property
     def remaining_count(self) -> int:
-        """Return how many good ones are still wanted."""
         return max(self.card.repeats - self.good_count, 0)
 
     @property
@@ -315,7 +304,6 @@ class CardSetProgress:
 
     @property
     def is_complete(self) -> bool:
-        """Return whether every card has its repeats."""
         return self.next_card is None
 
 

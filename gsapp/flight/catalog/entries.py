@@ -115,15 +115,7 @@ def _insert_maneuver(
 def store_grade(
     catalog: Catalog, flight: str, name: str, grade: str, reasons: Sequence[str] = (), *, by: str
 ) -> None:
-    """Give a maneuver another grade; former ones stay in the history.
-
-    Raises
-    ------
-    FlightError
-        If there is no such grade.
-    UnknownNameError
-        If the catalog has no such maneuver.
-    """
+    """Give a maneuver another grade; former ones stay in the history."""
     if grade not in GRADES:
         raise FlightError(f"there is no grade '{grade}'; grades are {', '.join(GRADES)}")
     with catalog.transaction() as connection:

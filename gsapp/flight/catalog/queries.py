@@ -158,13 +158,7 @@ def get_weights(catalog: Catalog, flight: str) -> dict[str, float]:
 
 
 def get_model(catalog: Catalog, name: str) -> StoredModel:
-    """Return a stored model.
-
-    Raises
-    ------
-    UnknownNameError
-        If there is none of that name.
-    """
+    """Return a stored model."""
     rows = catalog.query("SELECT * FROM models WHERE name = ?", (name,))
     if not rows:
         stored = [row["name"] for row in catalog.query("SELECT name FROM models ORDER BY name")]
@@ -268,13 +262,7 @@ def export_catalog(catalog: Catalog) -> dict[str, Any]:
 
 
 def table_csv(catalog: Catalog, table: str) -> str:
-    """Return one table as CSV with its column names.
-
-    Raises
-    ------
-    UnknownNameError
-        If there is no such table.
-    """
+    """Return one table as CSV with its column names."""
     if table not in TABLES:
         raise UnknownNameError(f"a catalog has no table '{table}'; it has {', '.join(TABLES)}")
     columns = [row["name"] for row in catalog.query(f"PRAGMA table_info({table})")]

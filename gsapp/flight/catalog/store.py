@@ -18,13 +18,7 @@ from gsapp.foundation import FlightError, UnknownNameError
 
 
 def flight_row_id(connection: sqlite3.Connection, name: str) -> int:
-    """Return the number of a flight.
-
-    Raises
-    ------
-    UnknownNameError
-        If the catalog does not have it.
-    """
+    """Return the number of a flight."""
     row = connection.execute("SELECT id FROM flights WHERE name = ?", (name,)).fetchone()
     if row is None:
         raise UnknownNameError(f"the catalog has no flight '{name}'; store it first")
@@ -55,13 +49,7 @@ def model_row_id(connection: sqlite3.Connection, name: str | None) -> int | None
 
 
 def to_json_text(content: Any) -> str:
-    """Return what JSON can hold as text.
-
-    Raises
-    ------
-    FlightError
-        If it cannot.
-    """
+    """Return what JSON can hold as text."""
     try:
         return json.dumps(
             dict(content) if isinstance(content, Mapping) else content,
@@ -161,7 +149,6 @@ class Catalog:
             self.path.unlink()
 
     def close(self) -> None:
-        """Close the file. May be called twice."""
         self._connection.close()
 
     def __enter__(self) -> Self:
@@ -177,7 +164,6 @@ class Catalog:
 
     @property
     def version(self) -> int:
-        """Return the version of the tables in the file."""
         return int(self.query("PRAGMA user_version")[0][0])
 
     def query(self, statement: str, values: Sequence[Any] = ()) -> list[sqlite3.Row]:

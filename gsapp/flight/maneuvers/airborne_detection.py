@@ -105,7 +105,6 @@ class _SpeedCriterion:
 
     @property
     def distrusted(self) -> bool:
-        """Whether the airspeed was low for long while the aircraft turned in the air."""
         return self._contradicted >= DETECTION.frames_to_reject_airspeed
 
     def add(self, speed: float, *, moving: bool) -> None:
@@ -141,7 +140,6 @@ class _MotionCriterion:
 
     @property
     def turning(self) -> bool:
-        """Whether it rolls or pitches in this frame as wheels do not allow."""
         return bool(self._active) and self._active[-1]
 
     def add(self, means: FloatArray) -> None:

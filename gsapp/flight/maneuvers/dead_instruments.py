@@ -83,7 +83,6 @@ def find_dead_instruments(
     samples : callable
         Gives the samples (SI) of a channel within the maneuver, missing ones as NaN or left out;
         empty or all NaN for a channel that there is not.
-    aircraft : Aircraft
 
     Returns
     -------

@@ -45,26 +45,18 @@ from gsapp.quantities import Block, FloatArray
 
 @dataclass(slots=True)
 class _Candidate:
-    """Quick moves that may become a maneuver.
-
-    Attributes
-    ----------
-    moved : set of str
-        The surfaces.
-    first, last : float
-        Time of the first and of the last quick move, s.
-    strongest, strongest_at : float
-        The quickest move as a share of travel, and the end of its frame, s.
-    closed : bool
-        Whether the input is over and its answer awaited.
-    """
+    """Quick moves that may become a maneuver."""
 
     first: float
     last: float
+    """Time of the first and of the last quick move, s."""
     moved: set[str] = field(default_factory=set)
+    """The surfaces."""
     strongest: float = 0.0
     strongest_at: float = 0.0
+    """The quickest move as a share of travel, and the end of its frame, s."""
     closed: bool = False
+    """Whether the input is over and its answer awaited."""
 
 
 class ManeuverDetector:
@@ -74,8 +66,6 @@ class ManeuverDetector:
     ----------
     aircraft : Aircraft
         Travel of the surfaces, stall speed, ranges of the instruments.
-    rate : float
-        Samples per second.
 
     Raises
     ------
@@ -123,17 +113,14 @@ class ManeuverDetector:
 
     @property
     def maneuvers(self) -> tuple[DetectedManeuver, ...]:
-        """Return the maneuvers so far. The latest may yet turn out to be part of a landing."""
         return tuple(self._found)
 
     @property
     def noise(self) -> NoiseFloor:
-        """Return the noise floor of each channel as far as it is known."""
         return self._meter.floor
 
     @property
     def airborne(self) -> bool:
-        """Return whether the aircraft flies."""
         return self._watch.airborne
 
     def was_airborne(self, start: float, stop: float) -> bool:
@@ -142,12 +129,10 @@ class ManeuverDetector:
 
     @property
     def airborne_criterion(self) -> str:
-        """Return what tells whether it flies, in words."""
         return self._watch.criterion
 
     @property
     def is_input_active(self) -> bool:
-        """Return whether an input is being made, or its answer awaited."""
         return self._candidate is not None
 
     # Samples --------------------------------------------------------------------------
@@ -299,7 +284,6 @@ class ManeuverDetector:
 
     @staticmethod
     def _separate(candidate: _Candidate, now: float, surfaces: set[str]) -> bool:
-        """Return whether new quick moves do not belong to the input under way."""
         idle = now - candidate.last
         return candidate.closed or (
             idle >= DETECTION.input_end_pause and surfaces.isdisjoint(candidate.moved)
@@ -326,7 +310,6 @@ class ManeuverDetector:
             self._conclude()
 
     def _stretch(self, start: float) -> tuple[FloatArray, FloatArray]:
-        """Return times and rows from a time on."""
         kept = [frame for frame in self._frames if frame[0][-1] >= start]
         times = np.concatenate([frame[0] for frame in kept])
         rows = np.concatenate([frame[1] for frame in kept])
@@ -363,7 +346,6 @@ class ManeuverDetector:
         self._dismiss()
 
     def _dismiss(self) -> None:
-        """Take what was under way for steering."""
         self._learn(self._held)
         self._held = []
         self._candidate = None
@@ -450,7 +432,6 @@ def build_maneuver(
 
 
 def _drop_signals(passage: ManeuverSamples, names: Sequence[str]) -> ManeuverSamples:
-    """Return a passage in which some signals are missing."""
     gone = [SIGNAL_COLUMNS[name] for name in names if name in SIGNAL_COLUMNS]
     if not gone:
         return passage
@@ -464,7 +445,6 @@ def detect_maneuvers(flight: Flight, aircraft: Aircraft) -> tuple[DetectedManeuv
 
     Parameters
     ----------
-    flight : Flight
     aircraft : Aircraft
         As that flight flew it.
 

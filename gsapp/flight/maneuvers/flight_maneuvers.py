@@ -39,25 +39,16 @@ class ManeuverWindow:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FlightManeuvers:
-    """The maneuvers of a flight and what they were judged by.
-
-    Attributes
-    ----------
-    maneuvers : tuple of DetectedManeuver
-    noise : NoiseFloor
-    airborne_criterion : str
-        What told whether it flew, in words.
-    remarks : tuple of str
-        Sentences for the crew: stuck surfaces, a record taken whole, changes by hand.
-    on_ground : tuple of str
-        Ids of windows that were named while the aircraft was on the ground.
-    """
+    """The maneuvers of a flight and what they were judged by."""
 
     maneuvers: tuple[DetectedManeuver, ...]
     noise: NoiseFloor
     airborne_criterion: str
+    """What told whether it flew, in words."""
     remarks: tuple[str, ...] = ()
+    """Sentences for the crew: stuck surfaces, a record taken whole, changes by hand."""
     on_ground: tuple[str, ...] = ()
+    """Ids of windows that were named while the aircraft was on the ground."""
 
 
 def parse_maneuver_windows(texts: Sequence[str], flights: int = 1) -> tuple[ManeuverWindow, ...]:
@@ -106,24 +97,16 @@ def _window(text: str, flights: int) -> ManeuverWindow:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RecordedVerdict:
-    """A verdict as the crew was told it, or as a debrief gives it.
-
-    Attributes
-    ----------
-    t_input : float
-        When the input began, s.
-    result : str
-        ``good``, ``too-large`` ...
-    advice : str
-        In words.
-    grade : {"A", "B", "C", "D"} or None
-        None in records from before there was one.
-    """
+    """A verdict as the crew was told it, or as a debrief gives it."""
 
     t_input: float
+    """When the input began, s."""
     result: str
+    """``good``, ``too-large`` ..."""
     advice: str
+    """In words."""
     grade: Grade | None = None
+    """None in records from before there was one."""
 
 
 def read_recorded_verdicts(flight: Flight) -> tuple[RecordedVerdict, ...]:
@@ -155,8 +138,6 @@ class ManeuverAssessor:
 
     Parameters
     ----------
-    flight : Flight
-    aircraft : Aircraft
     noise : NoiseFloor
         From the detection.
     """
@@ -169,17 +150,10 @@ class ManeuverAssessor:
         self._verdicts = read_recorded_verdicts(flight)
 
     def apply_verdicts(self, found: DetectedManeuver) -> DetectedManeuver:
-        """Return a maneuver graded as the verdicts recorded in flight allow."""
         return apply_verdicts(found, self._verdicts)
 
     def assess(self, name: str, start: float, stop: float) -> DetectedManeuver:
-        """Return the stretch from start to stop (s) as a maneuver, graded.
-
-        Raises
-        ------
-        FlightError
-            If it lies outside the flight.
-        """
+        """Return the stretch from start to stop (s) as a maneuver, graded."""
         low, high = np.searchsorted(self._times, (start - 1e-9, stop + 1e-9))
         if high - low < 2:
             raise FlightError(
@@ -224,7 +198,6 @@ class ManeuverAssessor:
         )
 
     def _better(self, one: SurfaceInput, low: int, high: int) -> SurfaceInput:
-        """Return the input measured against its trim, where the stretch shows one."""
         moves = {one.surface: (one.t_start + DETECTION.look_back, one.t_end)}
         measured = measure_moved_inputs(
             self._times[low:high], self._rows[low:high], moves, self._setting
@@ -247,7 +220,6 @@ def collect_maneuvers(
 
     Parameters
     ----------
-    flight : Flight
     aircraft : Aircraft
         As that flight flew it.
     given : sequence of str
@@ -359,7 +331,6 @@ def explain_no_maneuvers(flight: Flight, found: Sequence[DetectedManeuver] = ())
 
     Parameters
     ----------
-    flight : Flight
     found : sequence of DetectedManeuver
         Those that were found and are not used.
     """
@@ -377,7 +348,6 @@ def explain_no_maneuvers(flight: Flight, found: Sequence[DetectedManeuver] = ())
 
 
 def _instruments_by_channel(flight: Flight) -> dict[str, tuple[str, ...]]:
-    """Return the instruments behind each channel, calibrated or not."""
     measured = [name for name, each in flight.sources.items() if each.kind != "derived"]
     return source_instruments([*measured, *flight.uncalibrated_channels])
 

@@ -33,19 +33,13 @@ DefectSeverity = Literal["small", "large", "fatal"]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Criterion:
-    """Bounds of one measure, which is worse the larger it is.
-
-    Attributes
-    ----------
-    small, large : float
-        Beyond them it is a small or a large defect of the maneuver; infinite for never.
-    invalid : float or None
-        Beyond it the verdict is not good; None where the verdict goes by another measure.
-    """
+    """Bounds of one measure, which is worse the larger it is."""
 
     small: float
     large: float = math.inf
+    """Beyond them it is a small or a large defect of the maneuver; infinite for never."""
     invalid: float | None = None
+    """Beyond it the verdict is not good; None where the verdict goes by another measure."""
 
     def __post_init__(self) -> None:
         if not self.small <= (self.small if self.invalid is None else self.invalid) <= self.large:
@@ -58,7 +52,6 @@ class Criterion:
         return "small" if value > self.small else None
 
     def is_invalid(self, value: float) -> bool:
-        """Return whether the verdict is not good."""
         return self.invalid is not None and value > self.invalid
 
 
@@ -135,21 +128,14 @@ class GradingContext:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class ManeuverSamples:
-    """The samples of one maneuver with a bit of what came before.
-
-    Attributes
-    ----------
-    times : ndarray, shape (n,)
-    rows : ndarray, shape (n, len(SIGNALS))
-    t_input, t_input_end, t_end : float
-        s.
-    """
+    """The samples of one maneuver with a bit of what came before."""
 
     times: FloatArray
     rows: FloatArray
     t_input: float
     t_input_end: float
     t_end: float
+    """s."""
 
     def samples(self, name: str, start: float, stop: float) -> FloatArray:
         """Return the samples of a signal that are there from start to stop, s."""
@@ -291,8 +277,6 @@ def cross_input_ratios(
     ----------
     moved : mapping of str to float
         `cross_deflections`.
-    setting : GradingContext
-    inputs : sequence of SurfaceInput
 
     Returns
     -------

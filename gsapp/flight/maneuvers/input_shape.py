@@ -17,39 +17,26 @@ InputKind = Literal["doublet", "3-2-1-1", "pulse", "multistep", "sweep", "retrim
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SurfaceInput:
-    """What one surface did.
-
-    Attributes
-    ----------
-    surface : str
-    t_start, t_end : float
-        When it left its trim and when it was back, s.
-    amplitude : float
-        Half the peak-to-peak deflection, rad; of a pulse its height.
-    trim_before, trim_after : float
-        Where it stood, rad.
-    excursions : tuple of (int, float)
-        Side (+1, -1) and duration (s) of each excursion.
-    motion_before : float
-        Peak-to-peak in the stretch before, rad.
-    max_excursion, max_step : float
-        Its largest excursion from trim, and the most it went within `DETECTION.look_back`, rad.
-    side_ratio : float
-        The smaller side over the larger one.
-    kind : InputKind
-    """
+    """What one surface did."""
 
     surface: str
     t_start: float
     t_end: float
+    """When it left its trim and when it was back, s."""
     amplitude: float
+    """Half the peak-to-peak deflection, rad; of a pulse its height."""
     trim_before: float
     trim_after: float
+    """Where it stood, rad."""
     excursions: tuple[tuple[int, float], ...]
+    """Side (+1, -1) and duration (s) of each excursion."""
     motion_before: float
+    """Peak-to-peak in the stretch before, rad."""
     max_excursion: float
     max_step: float
+    """Its largest excursion from trim, and the most it went within `DETECTION.look_back`, rad."""
     side_ratio: float
+    """The smaller side over the larger one."""
     kind: InputKind
 
     @property
@@ -59,7 +46,6 @@ class SurfaceInput:
 
     @property
     def has_returned_to_trim(self) -> bool:
-        """Return whether it came back to about where it was."""
         return abs(self.trim_after - self.trim_before) < 0.5 * self.amplitude
 
     @property
@@ -102,7 +88,6 @@ def measure_surface_input(
 
     Parameters
     ----------
-    surface : str
     times, samples : ndarray, shape (n,)
         s and rad, from a good second before to a good second after the moves.
     first, last : float
@@ -270,7 +255,6 @@ def _trim_departure_and_return(
     after: float,
     threshold: float,
 ) -> tuple[float, float]:
-    """Return when the surface last was in trim before, and first is back after."""
     early = np.flatnonzero((times <= edges[0]) & (np.abs(level - before) < threshold))
     late = np.flatnonzero((times >= edges[1]) & (np.abs(level - after) < 1.5 * threshold))
     start = float(times[early[-1]]) if early.size else edges[0]

@@ -50,8 +50,6 @@ def grade_maneuver(
 
     Parameters
     ----------
-    passage : ManeuverSamples
-    setting : GradingContext
     inputs : sequence of SurfaceInput
         What was moved on purpose; the main one first.
 

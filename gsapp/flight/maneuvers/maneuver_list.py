@@ -34,33 +34,22 @@ class AssessFunction(Protocol):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ManeuverEdit:
-    """One change.
-
-    Attributes
-    ----------
-    text : str
-        What was done, for the history on screen.
-    removed : tuple of str
-        Ids of the maneuvers taken out.
-    added : tuple of DetectedManeuver
-        Put in.
-    segments : tuple of (float, float)
-        Where each of those taken out lay, s; empty in files of former versions.
-    number : int
-        Which change of the events file it is, from 1; 0 before it was written.
-    remark : str
-        What had to be done to apply it to a list that was found otherwise; empty for nothing.
-    """
+    """One change."""
 
     text: str
+    """What was done, for the history on screen."""
     removed: tuple[str, ...] = ()
+    """Ids of the maneuvers taken out."""
     added: tuple[DetectedManeuver, ...] = ()
+    """Put in."""
     segments: tuple[tuple[float, float], ...] = ()
+    """Where each of those taken out lay, s; empty in files of former versions."""
     number: int = field(default=0, compare=False)
+    """Which change of the events file it is, from 1; 0 before it was written."""
     remark: str = field(default="", compare=False)
+    """What had to be done to apply it to a list that was found otherwise; empty for nothing."""
 
     def to_json(self) -> dict[str, Any]:
-        """Return the data of an event."""
         return {
             "removed": list(self.removed),
             "stretches": [list(stretch) for stretch in self.segments],
@@ -69,13 +58,7 @@ class ManeuverEdit:
 
     @staticmethod
     def from_json(words: str, data: Any) -> ManeuverEdit:
-        """Return the change that an event tells of.
-
-        Raises
-        ------
-        FlightError
-            If it holds none.
-        """
+        """Return the change that an event tells of."""
         removed, added = data.get("removed"), data.get("added")
         if not isinstance(removed, list) or not isinstance(added, list):
             raise FlightError(f"the event '{words}' contains no maneuver edit; remove it")
@@ -95,21 +78,14 @@ class ManeuverEdit:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class EditableManeuverList:
-    """The maneuvers of a flight with all changes so far. Each change gives a new book.
-
-    Attributes
-    ----------
-    detected : tuple of DetectedManeuver
-        As the detection gave them.
-    edits : tuple of ManeuverEdit
-        In force, in the order in which they were made.
-    undone : tuple of ManeuverEdit
-        Taken back, the latest last; `redo` brings it again.
-    """
+    """The maneuvers of a flight with all changes so far. Each change gives a new book."""
 
     detected: tuple[DetectedManeuver, ...] = ()
+    """As the detection gave them."""
     edits: tuple[ManeuverEdit, ...] = ()
+    """In force, in the order in which they were made."""
     undone: tuple[ManeuverEdit, ...] = ()
+    """Taken back, the latest last; `redo` brings it again."""
 
     @property
     def maneuvers(self) -> tuple[DetectedManeuver, ...]:
@@ -122,13 +98,7 @@ class EditableManeuverList:
         return tuple(sorted(standing.values(), key=lambda one: (one.t_start, one.id)))
 
     def __getitem__(self, name: str) -> DetectedManeuver:
-        """Return the maneuver of that id.
-
-        Raises
-        ------
-        UnknownNameError
-            If none stands under it.
-        """
+        """Return the maneuver of that id."""
         maneuvers = self.maneuvers
         for maneuver in maneuvers:
             if maneuver.id == name:
@@ -191,7 +161,6 @@ class EditableManeuverList:
         return self.apply(ManeuverEdit(text=f"add {given} at {new.t_start:.2f} s", added=(new,)))
 
     def remove(self, *names: str) -> EditableManeuverList:
-        """Take maneuvers out, as one change."""
         found = tuple(self[name].id for name in dict.fromkeys(names))
         return self.apply(ManeuverEdit(text=f"remove {', '.join(found)}", removed=found))
 
@@ -222,20 +191,13 @@ class EditableManeuverList:
         )
 
     def annotate(self, name: str, note: str) -> EditableManeuverList:
-        """Write a note beside a maneuver, in place of the former one."""
         noted = replace(self[name], note=note)
         return self.apply(ManeuverEdit(text=f"note on {name}", removed=(name,), added=(noted,)))
 
     def regrade(
         self, name: str, grade: Grade | None, assess: AssessFunction, reason: str = ""
     ) -> EditableManeuverList:
-        """Give a maneuver the grade that a person finds right; None leaves it to the program.
-
-        Raises
-        ------
-        FlightError
-            If there is no such grade.
-        """
+        """Give a maneuver the grade that a person finds right; None leaves it to the program."""
         old = self[name]
         if grade is None:
             mine = replace(old, graded_by=GRADED_BY_PROGRAM)
@@ -265,11 +227,6 @@ class EditableManeuverList:
         """Return a maneuver as the samples show it now, with what people wrote of it.
 
         One with edges as they were found is what the detection says; others are looked at anew.
-
-        Raises
-        ------
-        FlightError
-            If it lies outside the flight.
         """
         for one in self.detected:
             edges = (one.t_start - maneuver.t_start, one.t_end - maneuver.t_end)

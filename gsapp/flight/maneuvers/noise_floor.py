@@ -24,24 +24,16 @@ _RATE_COLUMNS = [SIGNAL_COLUMNS[name] for name in RATES]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class NoiseFloor:
-    """Standard deviation of what each channel shows when nothing happens.
-
-    Attributes
-    ----------
-    std : mapping of str to float
-        By channel, SI. A channel without samples is absent.
-    source : str
-        Where it was measured, in words.
-    duration : float
-        Length of the stretches it was measured in, s.
-    is_final : bool
-        Whether it was measured before take-off: no flying changes it any more.
-    """
+    """Standard deviation of what each channel shows when nothing happens."""
 
     std: Mapping[str, float] = field(default_factory=dict)
+    """By channel, SI. A channel without samples is absent."""
     source: str = "not measured"
+    """Where it was measured, in words."""
     duration: float = 0.0
+    """Length of the stretches it was measured in, s."""
     is_final: bool = False
+    """Whether it was measured before take-off: no flying changes it any more."""
 
     def std_of(self, name: str) -> float:
         """Return the standard deviation of a channel; 0 where it is not known."""
@@ -94,8 +86,6 @@ class NoiseFloorEstimator:
 
         Parameters
         ----------
-        rows : ndarray, shape (n, len(SIGNALS))
-        airborne : bool
         standing : bool or None
             Whether the airspeed says that it does not roll either; None where it does not tell.
         """
@@ -123,7 +113,6 @@ class NoiseFloorEstimator:
 
     @property
     def floor(self) -> NoiseFloor:
-        """Return the noise floor as far as it is known."""
         if self._floor is None:
             self._floor = self._measure()
         return self._floor

@@ -31,8 +31,6 @@ class RapidMoveDetector:
     ----------
     setting : GradingContext
         The aircraft, for its travel.
-    rate : float
-        Samples per second.
 
     Attributes
     ----------
@@ -97,7 +95,6 @@ def find_strong_moves(
 
     Parameters
     ----------
-    times, rows : ndarray, shape (n,) and (n, len(SIGNALS))
     moved : iterable of str
         Surfaces that made quick moves.
     first, last : float
@@ -152,9 +149,6 @@ def find_pilot_takeover(
         From the last quick move on, or from before.
     last : float
         Its time, s.
-    setting : GradingContext
-    rate : float
-        Samples per second.
     stood : mapping of str to float
         Where surfaces stood before it all, rad: one that goes back there is let go, not taken.
     least : float
@@ -200,7 +194,6 @@ def is_deliberate_input(main: SurfaceInput, free: float, threshold: float) -> bo
 
     Parameters
     ----------
-    main : SurfaceInput
     free : float
         Time without a stick after it, s.
     threshold : float
@@ -233,10 +226,8 @@ def measure_moved_inputs(
 
     Parameters
     ----------
-    times, rows : ndarray, shape (n,) and (n, len(SIGNALS))
     moves : dict
         First and last quick move (s) of each surface that made any.
-    setting : GradingContext
     """
     found = []
     for surface, (first, last) in moves.items():
@@ -253,7 +244,6 @@ def measure_moved_inputs(
 
 
 def _belongs_to_main_input(one: SurfaceInput, main: SurfaceInput, sizes: dict[str, float]) -> bool:
-    """Return whether an input is part of the maneuver that the main one makes."""
     return (
         sizes[one.surface] >= DETECTION.secondary_input_ratio * sizes[main.surface]
         and one.abruptness > DETECTION.abrupt_share

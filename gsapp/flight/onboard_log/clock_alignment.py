@@ -49,7 +49,6 @@ class RecordLag:
 
     @property
     def is_reliable(self) -> bool:
-        """Return whether the two are alike there."""
         return self.correlation >= ALIGNMENT.min_correlation
 
 
@@ -60,8 +59,6 @@ def estimate_record_lag(live: Block, log: Block, rate: float) -> RecordLag | Non
     ----------
     live, log : Block
         On the grid ``k / rate``.
-    rate : float
-        Rows per second.
 
     Returns
     -------
@@ -87,8 +84,6 @@ def find_lag(live: Block, log: Block, rate: float, names: Sequence[str]) -> Reco
     ----------
     live, log : Block
         On the grid ``k / rate``.
-    rate : float
-        Rows per second.
     names : sequence of str
         Channels of both.
 
@@ -211,8 +206,6 @@ def align_clocks(
     ----------
     live, log : Block
         On the grid ``k / rate``.
-    rate : float
-        Rows per second.
     leave_out : collection of str
         Channels that are not to be compared, such as those timed by their arrival.
 
@@ -338,7 +331,6 @@ def _period(values: FloatArray) -> float:
 
 
 def _relative_range(values: FloatArray, start: int, rows: int) -> FloatArray:
-    """Return how far each channel moves in a stretch, as a share of how far it ever does."""
     part = values[start : start + rows]
     there = ~np.isnan(part)
     low = np.where(there, part, np.inf).min(axis=0)
@@ -379,8 +371,6 @@ def _lag_of_channel(
 
     Parameters
     ----------
-    live : ndarray, shape (n,)
-    log : ndarray, shape (n + 2 reach,)
     reach : int
         Rows to try either way.
     alone : float
@@ -495,7 +485,6 @@ def _fit_weighted_line(times: FloatArray, lags: FloatArray, weights: FloatArray)
 
 
 def _median_slope(times: FloatArray, lags: FloatArray) -> float:
-    """Return the median of the slopes between all pairs of lags."""
     first, second = np.triu_indices(times.size, 1)
     if not first.size:
         return 0.0

@@ -24,8 +24,6 @@ def merge_onboard_log(
     ----------
     live, log : DecodedFlight
         On the grid ``k / rate``.
-    rate : float
-        Rows per second.
 
     Returns
     -------
@@ -82,8 +80,6 @@ def resample_to_flight_time(log: Block, clock: LogClock, rate: float) -> Block:
     ----------
     log : Block
         On the grid ``k / rate`` of the log's own time.
-    rate : float
-        Rows per second.
 
     Returns
     -------

@@ -53,7 +53,6 @@ class RawTail:
 
     @property
     def position(self) -> RawPosition:
-        """Return how many bytes of each file have been read."""
         return RawPosition(self._frames.position, self._lines.position, self._pieces.position)
 
     @property
@@ -72,11 +71,6 @@ class RawTail:
         ----------
         limit : int, optional
             How many at most; the others come with the next poll.
-
-        Raises
-        ------
-        FlightError
-            If a file is there but cannot be read.
         """
         pieces, lines, frames = self._files
         while True:
@@ -159,11 +153,6 @@ def read_tlog(path: Path | str, damage: RawDamage | None = None) -> Iterator[Raw
     ------
     RawRecord
         The frames in the order of the file.
-
-    Raises
-    ------
-    FlightError
-        If the file cannot be read.
     """
     file = FrameFile(Path(path))
     if damage is not None:

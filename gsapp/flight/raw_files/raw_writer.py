@@ -280,7 +280,6 @@ class RawWriter:
             self._descriptors.clear()
 
     def _count_removed(self) -> None:
-        """Take for lost what is in files that nobody can open any more."""
         for name, descriptor in self._descriptors.items():
             found = os.fstat(descriptor)
             if found.st_nlink == 0:

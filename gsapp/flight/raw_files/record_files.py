@@ -128,7 +128,6 @@ class RawFile:
         self.damage.torn = max(size - self.position, 0) if self.exhausted else 0
 
     def remaining_bytes(self, size: int) -> bytes:
-        """Return the bytes after the last whole record."""
         return self._bytes(size - self.position)
 
     def _bytes(self, count: int) -> bytes:

@@ -47,7 +47,6 @@ class FileColumn:
 
     @property
     def quantity(self) -> str:
-        """Return the key of the quantity."""
         return TIME if self.id == TIME else channel(self.id).quantity
 
     def to_si(self, values: FloatArray) -> FloatArray:
@@ -340,8 +339,6 @@ def read_flight_csv(path: Path | str) -> ColumnFlight:
 
     Raises
     ------
-    FileProblemsError
-        If it holds mistakes; the first twenty are named with line, column and remedy.
     UnmappedError
         If it is a table of another program.
     """

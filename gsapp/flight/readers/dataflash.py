@@ -210,7 +210,6 @@ def _is_whole_record(data: bytes, place: int, lengths: list[int]) -> bool:
 
 
 def _next_whole_record(data: bytes, start: int, lengths: list[int]) -> int:
-    """Return where the next whole record stands, or the end."""
     place = data.find(_HEADER, start)
     while place >= 0 and not _is_whole_record(data, place, lengths):
         place = data.find(_HEADER, place + 1)
@@ -298,7 +297,6 @@ class _Scales:
         return _LETTERS[form.letters[column]][1]
 
     def unit(self, form: _Format, column: int) -> str:
-        """Return the unit that the log states for a column, or nothing."""
         ids, _ = self.columns.get(form.type, ("", ""))
         return self.units.get(ids[column], "") if column < len(ids) else ""
 

@@ -65,7 +65,6 @@ class ForeignLog:
 
     @property
     def messages(self) -> tuple[str, ...]:
-        """Return the names of the messages, sorted, each once."""
         return tuple(sorted({message for message, _ in self.tables}))
 
     def table(self, message: str, selector: str) -> LogTable | None:
@@ -155,8 +154,6 @@ def map_log(
     channel_map : ChannelMap
         Names messages and fields. Where the log states a unit itself, and the map neither scales
         nor converts, the log is believed.
-    rate : float
-        Rows per second.
 
     Returns
     -------

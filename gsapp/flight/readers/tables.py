@@ -165,8 +165,6 @@ def read_table(path: Path | str, channel_map: ChannelMap) -> ForeignLog:
     ------
     FileProblemsError
         If columns are missing or not numbers; near names are proposed.
-    FlightError
-        If the file cannot be read.
     """
     file = Path(path)
     names, fetch, remarks = _open_table(file)
@@ -229,7 +227,6 @@ Fetch = Callable[[Sequence[str]], Mapping[str, FloatArray]]
 
 
 def _open_table(file: Path) -> tuple[tuple[str, ...], Fetch, list[str]]:
-    """Return the names of the columns, and what reads some of them."""
     ending = file.suffix.casefold()
     if ending in (".mat", ".parquet"):
         columns, _ = read_mat_columns(file) if ending == ".mat" else read_parquet_columns(file)
@@ -245,7 +242,6 @@ def _numbers(table: DelimitedTable, names: Sequence[str]) -> dict[str, FloatArra
 
 
 def _requested_columns(channel_map: ChannelMap) -> dict[str, list[str]]:
-    """Return the columns wanted, by the clock that their entries name."""
     wanted: dict[str, list[str]] = {}
     for entry in channel_map.entries:
         wanted.setdefault(entry.time or "", []).extend(ref.field for ref in entry.inputs)
