@@ -107,10 +107,7 @@ class Announcer:
     ) -> tuple[Announcement, ...]:
         """Take in what happened since, and return what is to be heard, the most urgent first.
 
-        Parameters
-        ----------
-        moving : bool
-            Whether the sticks move quickly: an input, unless it turns out to be steering.
+        Sticks that move quickly (`moving`) are an input, unless it turns out to be steering.
         """
         said: list[Announcement] = []
         self._moving = moving

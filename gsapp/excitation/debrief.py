@@ -98,15 +98,7 @@ class EvaluatedManeuver:
 def extract_curves(
     rows: FlightRows | None, surfaces: tuple[str, ...], rate: float
 ) -> ManeuverCurves:
-    """Return the surfaces and their answers, thinned.
-
-    Parameters
-    ----------
-    rows : FlightRows or None
-        Of the maneuver; None gives empty curves.
-    surfaces : tuple of str
-        That moved.
-    """
+    """Return the surfaces that moved and their answers, thinned; empty without rows."""
     if rows is None:
         return ManeuverCurves(times=np.empty(0), series={})
     every = max(1, round(rate / CUES.plot_rate))
@@ -309,15 +301,7 @@ class FlightTrend:
 def compute_trends(
     verdicts: Sequence[StoredVerdict], scores: Mapping[str, Sequence[CardScore]] | None = None
 ) -> tuple[FlightTrend, ...]:
-    """Return what the flights of a catalog show, in its order.
-
-    Parameters
-    ----------
-    verdicts : sequence of StoredVerdict
-        As `gsapp.flight.catalog.search_verdicts` gives them: flight by flight.
-    scores : mapping of str to sequence of CardScore, optional
-        By flight.
-    """
+    """Return what the verdicts of a catalog show flight by flight, in its order."""
     return tuple(
         compute_flight_trend(
             flight,

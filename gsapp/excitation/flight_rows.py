@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Collection, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import takewhile
 from typing import Final
 
@@ -88,12 +88,7 @@ class FlightRows:
             return self
         values = self.values.copy()
         values[:, gone] = np.nan
-        return FlightRows(
-            first_index=self.first_index,
-            times=self.times,
-            values=values,
-            starts_segment=self.starts_segment,
-        )
+        return replace(self, values=values)
 
     def slice_rows(self, start: int, stop: int) -> FlightRows:
         """Return the rows from `start` to before `stop`, counted from the first of these."""
@@ -106,13 +101,7 @@ class FlightRows:
 
 
 class FlightRowStream:
-    """Joins blocks of some channels to rows.
-
-    Attributes
-    ----------
-    tick : int
-        Rows in a tick; what comes out are whole ticks.
-    """
+    """Joins blocks of some channels to rows, which come out in whole ticks of `tick` rows."""
 
     def __init__(self, rate: float) -> None:
         self.rate = rate
@@ -223,22 +212,15 @@ def concatenate_rows(parts: Sequence[FlightRows]) -> FlightRows:
     """Return successive rows as one."""
     if len(parts) == 1:
         return parts[0]
-    return FlightRows(
-        first_index=parts[0].first_index,
+    return replace(
+        parts[0],
         times=np.concatenate([one.times for one in parts]),
         values=np.concatenate([one.values for one in parts]),
-        starts_segment=parts[0].starts_segment,
     )
 
 
 def rows_from_block(block: Block, rate: float) -> FlightRows:
-    """Return a whole block of a flight as rows; for tests and for what was recorded.
-
-    Parameters
-    ----------
-    block : Block
-        Without a pause of more than 5 s.
-    """
+    """Return a whole block, without a pause of more than 5 s, as rows."""
     stream = FlightRowStream(rate)
     before = list(stream.feed(block))
     (rows,) = (*before, *stream.finish())

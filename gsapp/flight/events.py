@@ -110,13 +110,8 @@ def event_from_notice(notice: Notice) -> Event:
 def vehicle_event(system: int, *, time: float | None = None, stamp_us: int = 0) -> Event:
     """Return the event by which the crew chooses the flown system of the whole flight.
 
-    Parameters
-    ----------
-    time : float, optional
-        Flight time (s) by the clock of the system flown so far, at `stamp_us`; relates the events
-        before to the clock of the system chosen, see `convert_to_flown_clock`.
-    stamp_us : int
-        Host stamp of a record, us.
+    `time` is that of the system flown so far at the host stamp `stamp_us`, us: it relates the
+    events before to the clock of the system chosen, see `convert_to_flown_clock`.
     """
     data = {"system": system} if time is None else {"system": system, "stamp_us": stamp_us}
     return Event(kind=VEHICLE_EVENT, text=f"Flown system: {system}", time=time, data=data)
@@ -130,13 +125,7 @@ def event_system(event: Event) -> int | None:
 
 
 def read_selected_system(path: Path) -> int | None:
-    """Return the flown system that the crew chose last; None if it never did.
-
-    Parameters
-    ----------
-    path : Path
-        The events file; it need not exist.
-    """
+    """Return the flown system that the crew chose last in an events file; None if it never did."""
     try:
         events = read_events(path).events
     except FlightError:
@@ -167,15 +156,10 @@ def clock_readings(events: Iterable[Event]) -> dict[int, float]:
 
 
 def convert_to_flown_clock(events: Sequence[Event]) -> tuple[Event, ...]:
-    """Return events with their times by the clock of the system flown now.
+    """Return events, in the order written, by the clock of the system flown now.
 
-    Flight time is the clock of the flown system: what was written before another was chosen
-    carries the clock of the former one, and is moved where both are known at the choice.
-
-    Parameters
-    ----------
-    events : sequence of Event
-        In the order in which they were written.
+    Flight time is the clock of the flown system: what was written before another was chosen carries
+    the clock of the former one, and is moved where both are known at the choice.
     """
     told = clock_readings(events)
     shift = 0.0
@@ -223,17 +207,9 @@ def events_path(flight: Path) -> Path:
 
 
 class EventLog:
-    """The events file of one flight, for appending and for following.
+    """An events file, which need not exist yet, for appending and following.
 
-    Parameters
-    ----------
-    path : Path or str
-        ``events.jsonl``; it need not exist yet.
-
-    Attributes
-    ----------
-    damaged : int
-        Lines that `poll` had to skip so far.
+    `damaged` counts the lines that `poll` had to skip so far.
     """
 
     def __init__(self, path: Path | str) -> None:
@@ -245,20 +221,9 @@ class EventLog:
         """Write one event at the end of the file, whole, and see it onto the disk.
 
         An event without a host time gets the present one.
-
-        Raises
-        ------
-        FlightError
-            If the file cannot be written, or the data is not JSON.
         """
         if not event.host_time_us:
-            event = Event(
-                kind=event.kind,
-                text=event.text,
-                time=event.time,
-                host_time_us=time.time_ns() // 1000,
-                data=event.data,
-            )
+            event = replace(event, host_time_us=time.time_ns() // 1000)
         try:
             line = json.dumps(event.to_json(), ensure_ascii=False, allow_nan=False)
         except (TypeError, ValueError) as error:

@@ -134,17 +134,9 @@ def check_flight_exists(path: Path) -> None:
 
 
 def load_with_log(folder: FlightFolder, log: Path) -> Flight:
-    """Open a flight as it would be with another on-board log.
+    """Open a flight as it would be with another on-board log; `Flight.onboard`: whether it fits.
 
-    Parameters
-    ----------
-    log : Path
-        Anywhere; `Flight.onboard` says whether it fits.
-
-    Returns
-    -------
-    Flight
-        If the log is put into the folder under its name, the flight opens at once.
+    If the log is put into the folder under its name, the flight opens at once.
     """
     return _load_folder(folder, FlightReadSettings.load(folder.path), log)
 
@@ -445,14 +437,7 @@ def guess_channel_map(records: Sequence[RawRecord], path: Path) -> ChannelMap:
     """Return the shipped map that fits what a record begins with.
 
     The box of the B777 sends an array called ``daq``; other autopilots name themselves in their
-    heartbeats.
-
-    Raises
-    ------
-    UnmappedError
-        If none is known to fit.
-    FlightError
-        If there is nothing to go by.
+    heartbeats. `UnmappedError` if none is known to fit.
     """
     autopilots: Counter[int] = Counter()
     for record in records:

@@ -36,26 +36,10 @@ def prepare_flight_folder(
 ) -> FlightFolder:
     """Make a flight folder that holds what its record is to be read with.
 
-    A folder that has some of it already keeps what the flight began with.
-
-    Parameters
-    ----------
-    path : Path or str
-        The folder; made if missing.
-    name : str
-        What the crew calls the flight; empty takes the folder's name.
-    aircraft, channel_map : str, Path or None
-        Names of shipped files, or paths; None keeps no copy.
-    calibration : str, Path or None
-        Name of a shipped set of certificates, or a folder of them; None takes the set that the
-        channel map names, if any.
-    tell : callable
-        Takes a sentence for each thing asked for that differs from what the flight began with.
-
-    Raises
-    ------
-    GroundStationError
-        If the folder cannot be made, or one of the files holds mistakes.
+    A folder that has some of it already keeps what the flight began with; `tell` takes a sentence
+    for each thing asked for that differs. Of an aircraft or map that is None no copy is kept;
+    certificates (the name of a shipped set, or a folder) that are None are those that the map
+    names, if any. Without a name the flight is called like its folder.
     """
     aircraft_file = None if aircraft is None else AIRCRAFT.find(aircraft)
     if aircraft_file is not None:
@@ -136,27 +120,10 @@ def apply_draft(
 ) -> bool:
     """Put what waits for the next flight into its folder, and begin the one after.
 
-    What the folder knows already stays; a flight that has a record began with its own card and
-    gets nothing.
-
-    Parameters
-    ----------
-    waiting : Path
-        Where it waits; it need not be there.
-    keep : bool
-        Whether it waits for another flight all the same: this one is only for trial.
-    named : bool
-        Whether the flight takes the name that waits.
-
-    Returns
-    -------
-    bool
-        Whether anything was handed over.
-
-    Raises
-    ------
-    FileProblemsError
-        If a card holds mistakes; nothing was handed over then.
+    What the folder knows already stays; a flight that has a record began with its own card and gets
+    nothing. With `keep` all of it waits for another flight as well: this one is only for trial. The
+    flight takes the name that waits if it is `named`. If a card holds mistakes nothing is handed
+    over. Returns whether anything was.
     """
     if not waiting.is_dir() or folder.nonempty_raw_files:
         return False

@@ -51,15 +51,10 @@ def parse_time_window(text: str) -> TimeWindow:
 
 
 def cut_windows(block: Block, windows: Sequence[TimeWindow]) -> Block:
-    """Keep what lies in any of the windows.
+    """Keep what lies in any of the windows, each of which must hold a sample.
 
-    One missing row is left between two windows that do not touch, so that nothing later takes
-    them for one stretch. Times stay as they are.
-
-    Raises
-    ------
-    FlightError
-        If a window holds no sample.
+    One missing row is left between two windows that do not touch, so that nothing later takes them
+    for one stretch. Times stay as they are.
     """
     times = block.times
     kept = np.zeros(times.size, dtype=bool)
@@ -81,19 +76,9 @@ def cut_windows(block: Block, windows: Sequence[TimeWindow]) -> Block:
 
 
 def rename_channels(block: Block, names: Mapping[str, str]) -> Block:
-    """Give channels other ids of the vocabulary.
+    """Give channels, by their old ids, other ids of the vocabulary; two may be swapped.
 
-    Parameters
-    ----------
-    names : mapping of str to str
-        Old id to new id. Two may be swapped.
-
-    Raises
-    ------
-    UnknownNameError
-        If the block lacks an old id, or the vocabulary a new one.
-    FlightError
-        If two channels would have one id, or the new one measures another quantity.
+    `FlightError` if two would have one id, or the new one measures another quantity.
     """
     for old, new in names.items():
         block[old]
@@ -126,21 +111,11 @@ Interpolation = Literal["linear", "cubic"]
 
 
 def low_pass(block: Block, corner: float) -> Block:
-    """Filter every channel both ways with a fourth-order Butterworth low-pass.
+    """Filter every channel both ways with a fourth-order Butterworth low-pass, corner in Hz.
 
     Both ways makes eight orders and no shift of phase; the corner is where 3 dB are lost after
-    both. A stretch too short for the filter to settle in is left out (missing). Switches and
-    counts stay as they are.
-
-    Parameters
-    ----------
-    corner : float
-        Hz.
-
-    Raises
-    ------
-    FlightError
-        If the corner does not lie below half the sample rate.
+    both. It lies below half the sample rate. A stretch too short for the filter to settle in is
+    left out (missing). Switches and counts stay as they are.
     """
     rate = 1.0 / median_step(block.times)
     if not 0.0 < corner < 0.5 * rate:
@@ -285,20 +260,10 @@ def shift_time(block: Block, seconds: float) -> Block:
 def merge_records(
     blocks: Sequence[Block], *, conflict: Conflict = "first", rate: float | None = None
 ) -> Block:
-    """Merge records of one flight by time.
+    """Merge records of one flight by time, by default at the rate of the quickest one.
 
-    Parameters
-    ----------
-    conflict : {"first", "last", "both"}
-        Where two have a channel, the winner's samples count and the other fills its holes; or
-        both are kept, the later ones as a second sensor.
-    rate : float, optional
-        Of the result, Hz; by default that of the quickest record.
-
-    Raises
-    ------
-    FlightError
-        If there is nothing to merge.
+    Where two have a channel, the samples of the winner, ``first`` or ``last``, count and the other
+    fills its holes; or ``both`` are kept, the later ones as a second sensor.
     """
     if not any(len(block) for block in blocks):
         raise FlightError("the flights contain no samples; nothing to merge")
@@ -312,19 +277,9 @@ def merge_records(
 
 
 def append_records(blocks: Sequence[Block], *, pause: float = 10.0) -> Block:
-    """Put records one after the other, a pause without samples between them.
+    """Put records one after the other, a pause (s) without samples between them.
 
-    Parameters
-    ----------
-    blocks : sequence of Block
-        Of the same channels or not; what one lacks is missing there.
-    pause : float
-        Between the last sample of one and the first of the next, s.
-
-    Raises
-    ------
-    FlightError
-        If there is nothing to append.
+    Of the same channels or not; what one lacks is missing there.
     """
     filled = [block for block in blocks if len(block)]
     if not filled:

@@ -30,17 +30,9 @@ Model = TypeVar("Model", bound=BaseModel)
 
 
 class TomlDocument(ABC, Generic[Model]):
-    """A TOML file while people type into it.
+    """A TOML file, which need not be there yet, while people type into it.
 
-    Parameters
-    ----------
-    path : Path
-        The file; it need not be there yet.
-
-    Attributes
-    ----------
-    content : mapping
-        What it holds, saved or not. Replaced by a change, never changed in place.
+    `content` is what it holds, saved or not: replaced by a change, never changed in place.
     """
 
     def __init__(self, path: Path) -> None:
@@ -89,17 +81,9 @@ class TomlDocument(ABC, Generic[Model]):
         return place
 
     def change(self, values: Mapping[KeyPath, Any]) -> None:
-        """Take other values; `save` writes them.
+        """Take other values as they would stand in the file, None for out; `save` writes them.
 
-        Parameters
-        ----------
-        values : mapping of path to value
-            As they would stand in the file; None takes one out.
-
-        Raises
-        ------
-        FileProblemsError
-            If the file would hold mistakes then; key paths say where. All stays as it was.
+        All stays as it was if the file would hold mistakes then.
         """
         content = copy.deepcopy(dict(self.content))
         for key, value in values.items():
@@ -118,11 +102,8 @@ class TomlDocument(ABC, Generic[Model]):
     def save(self) -> None:
         """Write what changed.
 
-        Raises
-        ------
-        FlightError
-            If the disk refuses, or was taken away: a folder made anew in its place would be
-            hidden when it comes back. What changed is still known here then.
+        `FlightError` if the disk refuses, or was taken away: a folder made anew in its place would
+        be hidden when it comes back. What changed is still known here then.
         """
         if not self.is_saved:
             if self._folder_is_gone:
@@ -158,14 +139,9 @@ def _set_value(place: Any, key: KeyPath, value: Any) -> None:
 
 
 class FlightInfoFile(TomlDocument[FlightInfo]):
-    """The card of one flight; see `TomlDocument`.
+    """The card of one flight; see `TomlDocument`. Neither folder nor file need be there yet.
 
     Comments that people wrote into the file stay, except within tables that change.
-
-    Parameters
-    ----------
-    folder : FlightFolder
-        Its folder; neither it nor the file need be there yet.
     """
 
     def __init__(self, folder: FlightFolder) -> None:
@@ -192,12 +168,7 @@ class FlightInfoFile(TomlDocument[FlightInfo]):
 class CardSetFile(TomlDocument[CardSet]):
     """A set of test cards; see `TomlDocument`. Values stay in the units they were typed in.
 
-    Parameters
-    ----------
-    path : Path
-        ``cards.toml`` of a flight, or of the next one.
-    usual : str
-        Name of the shipped set that counts while there is no such file.
+    While there is no such file, the shipped set called `usual` counts.
     """
 
     def __init__(self, path: Path, usual: str) -> None:

@@ -71,11 +71,6 @@ def write_flight_csv(
     Values in SI, and times, are written with as many digits as bring back the very same number;
     converted ones with 15 digits, so that 1.2 deg does not become 1.2000000000000002. Missing
     samples are empty cells.
-
-    Parameters
-    ----------
-    told : callable, optional
-        See `gsapp.flight.writers`.
     """
     layout = ColumnUnits.from_channels(block.channels, system)
     header = ["time [s]"] + [
@@ -125,18 +120,6 @@ def write_mat(
 
     Variables are columns, ``time`` in s among them; ``units.alpha`` holds ``'deg'``. Where an
     instrument had no certificate, so that there are only its volts, ``uncalibrated`` names it.
-
-    Parameters
-    ----------
-    system : {"us", "si", "base"}
-        Units of the variables.
-    told : callable, optional
-        See `gsapp.flight.writers`.
-
-    Raises
-    ------
-    FlightError
-        If the file cannot be written, or the flight is too long for the format.
     """
     from scipy.io import savemat  # a tenth of a second
 
@@ -175,18 +158,8 @@ def write_parquet(
 ) -> Path:
     """Write a block as Parquet, atomically. Missing samples are null.
 
-    Parameters
-    ----------
-    system : {"us", "si", "base"}
-        Units of the columns; each column's metadata states its own under ``unit``. Where an
-        instrument had no certificate, that of its volts names it under ``uncalibrated``.
-    told : callable, optional
-        See `gsapp.flight.writers`.
-
-    Raises
-    ------
-    FlightError
-        If pyarrow is not installed, or the file cannot be written.
+    Each column's metadata states its ``unit``. Where an instrument had no certificate, that of its
+    volts names it under ``uncalibrated``.
     """
     try:
         import pyarrow
@@ -232,17 +205,10 @@ WRITERS: Mapping[str, Callable[[Path | str, Block, str, ProgressCallback | None]
 def write_block(
     path: Path | str, block: Block, to: str, units: str = "us", told: ProgressCallback | None = None
 ) -> Path:
-    """Write a block in a format, atomically.
+    """Write a block in the format ``csv``, ``mat`` or ``parquet``, atomically.
 
-    Parameters
-    ----------
-    to : {"csv", "mat", "parquet"}
-        The format.
-    units : {"us", "si", "base"}
-        Units of the columns.
-    told : callable, optional
-        Receives the share that is written, several times. What it raises ends the writing, and
-        leaves no file behind.
+    `units` are ``us``, ``si`` or ``base``. `told` receives the share that is written, several
+    times; what it raises ends the writing, and leaves no file behind.
     """
     check_format(to)
     return WRITERS[to](path, block, units, told)

@@ -12,6 +12,7 @@ from gsapp.dynamics.flight_model import FlightModel
 from gsapp.dynamics.simulation import ControlCommands, Simulator
 from gsapp.dynamics.trim import trim
 from gsapp.excitation.flight_rows import FlightRows, rows_from_block
+from gsapp.excitation.settings import INPUTS
 from gsapp.excitation.test_points.capture import TestPointCapture, guidance_text
 from gsapp.excitation.test_points.point import (
     TestPoint,
@@ -20,7 +21,6 @@ from gsapp.excitation.test_points.point import (
     create_point_at,
     create_test_point,
 )
-from gsapp.excitation.test_points.settings import INPUTS
 from gsapp.flight.cards import TestCard, load_cards
 from gsapp.foundation import FlightError
 from gsapp.quantities import Block, FloatArray
@@ -127,15 +127,8 @@ def test_without_a_model_that_flies_nothing_is_told() -> None:
 
 
 def _card(speed: str, alpha: str | None = None) -> TestCard:
-    return TestCard.model_validate(
-        {
-            "id": "E9",
-            "speed": speed,
-            "alpha": alpha,
-            "surfaces": ["de"],
-            "amplitude": "4 deg",
-            "width": "0.5 s",
-        }
+    return TestCard(
+        id="E9", speed=speed, alpha=alpha, surfaces=("de",), amplitude="4 deg", width="0.5 s"
     )
 
 

@@ -67,8 +67,8 @@ class EnoughError(Exception):
 
 @pytest.mark.parametrize("to", ["csv", "mat", "parquet"])
 def test_writing_says_how_far_it_is_and_can_be_ended(tmp_path, monkeypatch, to):
-    for kind in ("flight_csv", "parquet"):
-        monkeypatch.setattr(f"gsapp.flight.writers.{kind}._ROWS_AT_ONCE", 20)
+    for name in ("_ROWS_AT_ONCE", "_GROUP_ROWS"):
+        monkeypatch.setattr(f"gsapp.flight.writers.{name}", 20)
     block, path, shares = sample_block(), tmp_path / f"f.{to}", []
     write_block(path, block, to, "si", shares.append)
     assert len(shares) >= 3

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from enum import IntEnum
 from typing import Final
 
-from gsapp.excitation.alerts.settings import ALERTS
+from gsapp.excitation.settings import ALERTS
 from gsapp.quantities import channel, from_si
 
 
@@ -25,14 +26,26 @@ class Alert:
     key: str
     """What it is about: ``nose``, ``alpha``, ``gyro.q``, ``stall``, ``fence``, ``clip.r`` ..."""
     level: AlertLevel
-    since: float
-    """Flight time, s."""
+    since: float = math.nan
+    """Flight time, s; NaN of what was found in one frame."""
     text: str
     """A sentence to be read, with what to do."""
     spoken_text: str
     """A few words to be heard: "nose sensors lost: land"."""
     channels: tuple[str, ...] = ()
     """Channels that are not to be trusted while it stands."""
+
+
+def warning(key: str, text: str, spoken_text: str, channels: tuple[str, ...] = ()) -> Alert:
+    """Return a warning; see `Alert`."""
+    level = AlertLevel.WARNING
+    return Alert(key=key, level=level, text=text, spoken_text=spoken_text, channels=channels)
+
+
+def caution(key: str, text: str, spoken_text: str, channels: tuple[str, ...] = ()) -> Alert:
+    """Return a caution; see `Alert`."""
+    level = AlertLevel.CAUTION
+    return Alert(key=key, level=level, text=text, spoken_text=spoken_text, channels=channels)
 
 
 INSTRUMENT_TITLES: Final[Mapping[str, str]] = {
@@ -62,17 +75,6 @@ _FIRST: Final = (
 """Among equally urgent ones these come first, in this order."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class AlertCondition:
-    """One thing found wrong in one frame; see `Alert`."""
-
-    key: str
-    level: AlertLevel
-    text: str
-    spoken_text: str
-    channels: tuple[str, ...] = ()
-
-
 @dataclass(slots=True)
 class _Entry:
     danger: Alert
@@ -98,20 +100,13 @@ class ActiveAlerts:
     def log(self) -> tuple[Alert, ...]:
         return tuple(self._log)
 
-    def update(self, time: float, findings: Iterable[AlertCondition]) -> None:
+    def update(self, time: float, findings: Iterable[Alert]) -> None:
         """Take in what was found until `time` (s); what was not found for long is over."""
         changed = False
         for found in findings:
             entry = self._entries.get(found.key)
             if entry is None or found.level > entry.danger.level:
-                danger = Alert(
-                    key=found.key,
-                    level=found.level,
-                    since=time,
-                    text=found.text,
-                    spoken_text=found.spoken_text,
-                    channels=found.channels,
-                )
+                danger = replace(found, since=time)
                 seen = {} if entry is None else entry.seen
                 entry = self._entries[found.key] = _Entry(danger, seen)
                 self._log.append(danger)
@@ -120,13 +115,7 @@ class ActiveAlerts:
             if found.level < entry.danger.level and self._past(
                 time, entry.seen[entry.danger.level]
             ):
-                entry.danger = replace(
-                    entry.danger,
-                    level=found.level,
-                    text=found.text,
-                    spoken_text=found.spoken_text,
-                    channels=found.channels,
-                )
+                entry.danger = replace(found, since=entry.danger.since)
                 changed = True
         over = [
             key

@@ -27,7 +27,7 @@ import numpy as np
 from gsapp.aircraft import Aircraft
 from gsapp.dynamics.atmosphere import SEA_LEVEL_DENSITY
 from gsapp.excitation.alerts.row_frames import FlightFrame
-from gsapp.excitation.alerts.settings import ALERTS
+from gsapp.excitation.settings import ALERTS
 from gsapp.identification.compatibility.kinematics import (
     cumulative_integral,
     integrate_rotation_matrices,
@@ -98,19 +98,9 @@ class ReconstructedMotion:
     each without its straight line."""
 
     def reconstruct_rate(self, axis: int) -> tuple[FloatArray, float]:
-        """Return what all other sensors make of one rate.
+        """Return what all other sensors make of a rate (axis 0, 1, 2: p, q, r), rad/s, shape (n,).
 
-        Parameters
-        ----------
-        axis : int
-            0, 1, 2: p, q, r.
-
-        Returns
-        -------
-        rate : ndarray, shape (n,)
-            rad/s.
-        left : float
-            The square sum of misses with that rate, over that with the rate shown.
+        And the square sum of misses with that rate, over that with the rate shown.
         """
         count = len(self.rates)
         hats = _hat_functions(count)
@@ -140,13 +130,7 @@ class ReconstructedMotion:
 def reconstruct_motion(
     samples: FloatArray, dt: float, places: SensorPositions
 ) -> ReconstructedMotion:
-    """Compare one stretch.
-
-    Parameters
-    ----------
-    samples : ndarray, shape (n, len(COLUMNS))
-        SI, without gaps.
-    """
+    """Compare a stretch of samples, shape (n, len(MOTION_COLUMNS)), SI, without gaps."""
     rates = samples[:, :3]
     force = samples[:, 3:6] * (1.0, 1.0, -1.0)
     speed, alpha, beta = samples[:, 6:].T
@@ -218,13 +202,7 @@ _AGAINST: Final = "goes against the motion: pitot blocked or leaking"
 
 
 class KinematicMonitor:
-    """Compares the last seconds, again and again.
-
-    Parameters
-    ----------
-    aircraft : Aircraft or None
-        Knows where the instruments sit.
-    """
+    """Compares the last seconds, again and again."""
 
     def __init__(self, aircraft: Aircraft | None, rate: float) -> None:
         self._places = SensorPositions.from_aircraft(aircraft)
@@ -243,13 +221,7 @@ class KinematicMonitor:
         self._found: dict[str, str] = {}
 
     def evaluate(self, frame: FlightFrame, doubted: frozenset[str]) -> dict[str, str]:
-        """Return the sensors that lie, and how, in words.
-
-        Parameters
-        ----------
-        doubted : frozenset of str
-            Sensors of which others say so already; nothing is compared with those.
-        """
+        """Return the sensors that lie, and how; nothing is compared with those doubted."""
         if frame.rows.starts_segment:
             self._samples[:] = np.nan
         fresh = self._per_frame

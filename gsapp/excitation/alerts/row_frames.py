@@ -12,8 +12,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gsapp.excitation.alerts.settings import ALERTS
 from gsapp.excitation.flight_rows import FlightRows
+from gsapp.excitation.settings import ALERTS
 from gsapp.quantities import FloatArray
 
 

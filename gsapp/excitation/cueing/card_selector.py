@@ -320,10 +320,7 @@ class CardSelector:
     def update_selection(self, outlook: Outlook | None, *, stay: bool = False) -> bool:
         """Settle which card is to be flown; return whether that or what it asks for changed.
 
-        Parameters
-        ----------
-        stay : bool
-            Whether that is still being worked out: the card stays unless it is done.
+        While that is still being worked out (`stay`) the card stays unless it is done.
         """
         # By what follows nothing else can come out than last time, at nearly every tick.
         asked = (outlook, stay, self._chosen, self._capture.captured, self._changes)

@@ -44,19 +44,7 @@ def list_limitations(
     outlook: Outlook | None = None,
     unseen: Sequence[str] = (),
 ) -> tuple[str, ...]:
-    """Return what cannot be judged, the gravest first.
-
-    Parameters
-    ----------
-    has_cards : bool
-        Whether there are test cards.
-    dangers : sequence of Alert
-        Their channels are not believed.
-    outlook : Outlook or None
-        Says what stands in for what is not known.
-    unseen : sequence of str
-        Surfaces that nothing shows.
-    """
+    """Return what cannot be judged, the gravest first; `unseen` are surfaces that nothing shows."""
     found: list[str] = []
     doubted = dict.fromkeys(name for danger in dangers for name in danger.channels)
     if doubted:
@@ -112,25 +100,14 @@ class TrimHistory:
 class CueGenerator:
     """Tells the crew of a flight as it comes in: trimmed? go; how was that input; what next.
 
-    It is a consumer of a session's feed. Rows are judged tick by tick of flight time, and what
-    one watch says to another takes effect with the next tick, so that what comes out depends on
-    the samples alone: a live flight, its replay and a headless run give the same.
+    It is a consumer of a session's feed. Rows are judged tick by tick of flight time, and what one
+    watch says to another takes effect with the next tick, so that what comes out depends on the
+    samples alone: a live flight, its replay and a headless run give the same.
 
-    Parameters
-    ----------
-    aircraft : Aircraft or None
-        Without it cues go by the usual figures for an aircraft of this size, and say so.
-    model : Model or None
-        Without it nothing is known of wanted amplitudes beyond the cards, nor of bounds.
-    fence : Geofence or None
-        Where the aircraft may fly; None for the usual space.
-
-    Attributes
-    ----------
-    announcements : list of Announcement
-        All that was to be heard so far, by flight time; `reset` alone takes something away.
-    maneuvers : list of EvaluatedManeuver
-        All inputs judged so far, for the debrief.
+    Without an aircraft cues go by the usual figures for one of this size, and say so; without a
+    model nothing is known of wanted amplitudes beyond the cards, nor of bounds. `announcements` are
+    all that was to be heard so far, by flight time, and `maneuvers` all inputs judged, for the
+    debrief; `reset` alone takes something away.
     """
 
     def __init__(
@@ -216,15 +193,7 @@ class CueGenerator:
     def select_card(self, card_id: str, *, at: float | None = None) -> float:
         """Let the crew's choice of a card count until that card is flown; an empty one ends it.
 
-        Parameters
-        ----------
-        at : float, optional
-            Flight time from which it counts, s; by default from now on.
-
-        Returns
-        -------
-        float
-            That time, s.
+        It counts from the flight time `at`, by default from now on; returns that time.
         """
         if card_id and (self.cards is None or self.cards.card(card_id) is None):
             known = [] if self.cards is None else [card.id for card in self.cards.cards]

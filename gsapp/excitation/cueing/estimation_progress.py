@@ -13,8 +13,7 @@ from gsapp.excitation.doublets.verdict import InputVerdict
 from gsapp.excitation.flight_rows import FAST_CHANNELS, FlightRows, RecentRows, concatenate_rows
 from gsapp.excitation.information.information_tracker import InformationTracker
 from gsapp.excitation.information.outlook import Outlook
-from gsapp.excitation.information.settings import INFORMATION
-from gsapp.excitation.settings import CUES
+from gsapp.excitation.settings import CUES, INFORMATION
 from gsapp.flight.cards import CardSetProgress, TestCard
 from gsapp.foundation import FlightError
 from gsapp.identification.ftr.channels import FTR_CHANNELS
@@ -41,19 +40,10 @@ _LATE: Final = tuple(
 
 
 class FlightEstimates:
-    """Follows one flight.
+    """Follows one flight, at a rate that the regression can use.
 
-    Attributes
-    ----------
-    estimates : mapping of str to LiveEstimate
-        By derivative; those with enough excitation only.
-    revision : int
-        Grows with every change of them.
-
-    Raises
-    ------
-    FlightError
-        If the rate is too low for the regression.
+    `estimates` has the derivatives with enough excitation; `revision` grows with every change of
+    them.
     """
 
     def __init__(self, aircraft: Aircraft, rate: float) -> None:
@@ -111,13 +101,7 @@ class FlightEstimates:
 
 
 class EstimationProgress:
-    """Follows one flight.
-
-    Attributes
-    ----------
-    outlook : Outlook or None
-        As of the last look; None before the first.
-    """
+    """Follows one flight; `outlook` is as of the last look, None before the first."""
 
     def __init__(
         self, aircraft: Aircraft | None, model: Model | None, rate: float, system: str = "US"
@@ -167,14 +151,9 @@ class EstimationProgress:
         flown: CardSetProgress | None,
         doubted: Collection[str] = (),
     ) -> None:
-        """Learn from a maneuver.
+        """Learn from a maneuver; the cards flown count it already.
 
-        Parameters
-        ----------
-        flown : CardSetProgress or None
-            The cards as they stand, the maneuver counted.
-        doubted : collection of str
-            Channels that were not believed at some time of the maneuver: as good as missing.
+        Channels that were not believed at some time of the maneuver are as good as missing.
         """
         rows = recent.segment(verdict.t_start - INFORMATION.noise_time, verdict.t_end)
         if rows is not None:

@@ -12,12 +12,11 @@ from gsapp.dynamics.model import Model
 from gsapp.excitation.doublets.flight_context import FlightContext, SignalHistory, default_aircraft
 from gsapp.excitation.doublets.gust_analysis import GustAnalyzer
 from gsapp.excitation.doublets.input_measurement import measure_input
-from gsapp.excitation.doublets.settings import DOUBLETS
 from gsapp.excitation.doublets.stick_release import InputCandidate, StickReleaseDetector
 from gsapp.excitation.doublets.verdict import InputInProgress, InputVerdict
 from gsapp.excitation.doublets.verdict_criteria import InputRequest, evaluate_input
 from gsapp.excitation.flight_rows import FlightRows
-from gsapp.excitation.settings import CUES
+from gsapp.excitation.settings import CUES, DOUBLETS
 from gsapp.excitation.test_points.point import TargetInput, TestPoint
 from gsapp.excitation.trim.trim_cue import DEFAULT_TOLERANCES, TrimTolerances
 from gsapp.flight.cards import TestCard
@@ -35,16 +34,9 @@ TargetLookup = Callable[[tuple[str, ...], str, float | None], TargetInput | None
 class DoubletMonitor:
     """Watches the surfaces of one flight.
 
-    Parameters
-    ----------
-    aircraft : Aircraft or None
-        Travel, ranges, linear limits, sticks. None takes usual travels and knows no limits.
-    model : Model or None
-        Tells how much of an answer the input explains, and how much the air.
-    wanted_for : callable or None
-        What is wanted of an input that nobody expected.
-    tolerances : TrimTolerances
-        Of the trim before an input.
+    Without an aircraft usual travels are taken, and no limits are known. A model tells how much of
+    an answer the input explains, and how much the air. `wanted_for` gives what is wanted of an
+    input that nobody expected.
     """
 
     def __init__(
@@ -86,15 +78,7 @@ class DoubletMonitor:
     def expect(
         self, wanted: TargetInput | None, point: TestPoint | None, card: TestCard | None
     ) -> None:
-        """Say what is to be flown next; it holds for inputs that begin from now on.
-
-        Parameters
-        ----------
-        point : TestPoint or None
-            Where it should begin.
-        card : TestCard or None
-            What it is flown for.
-        """
+        """Say what is to be flown next, where and for which card; it holds from now on."""
         self._expected = InputRequest(target_input=wanted, point=point, card=card)
 
     def set_invalid_channels(self, channels: Sequence[str]) -> None:

@@ -10,8 +10,8 @@ from typing import Final
 import numpy as np
 
 from gsapp.aircraft import Aircraft
-from gsapp.excitation.doublets.settings import DOUBLETS
 from gsapp.excitation.flight_rows import FlightRows
+from gsapp.excitation.settings import DOUBLETS
 from gsapp.flight.maneuvers.airborne_detection import AirborneDetector
 from gsapp.flight.maneuvers.input_measures import GradingContext
 from gsapp.flight.maneuvers.noise_floor import NoiseFloor, NoiseFloorEstimator
@@ -40,13 +40,7 @@ class SignalHistory:
         self._count = 0
 
     def add(self, rows: FlightRows, signals: FloatArray) -> None:
-        """Take in the next rows; what they lead to may be asked for row by row.
-
-        Parameters
-        ----------
-        signals : ndarray, shape (n, len(SIGNALS))
-            Of these rows, as far as they are believed.
-        """
+        """Take in the next rows, and their signals as far as they are believed."""
         count = len(rows)
         if self._count + count > self._times.size:
             kept = min(self._count, self._kept)
@@ -64,13 +58,7 @@ class SignalHistory:
         self._count = high
 
     def segment(self, start: float, stop: float) -> tuple[FloatArray, FloatArray]:
-        """Return times and signals from one time to another, both inclusive, s.
-
-        Returns
-        -------
-        times : ndarray, shape (n,)
-        signals : ndarray, shape (n, len(SIGNALS))
-        """
+        """Return times, shape (n,), and signals, shape (n, len(SIGNALS)), both ends included."""
         low, high = self._between(start, stop)
         return self._times[low:high], self._values[low:high, : len(SIGNALS)]
 
@@ -86,21 +74,11 @@ class SignalHistory:
 
 
 class FlightContext:
-    """Follows a flight in frames of about half a second, counted from time zero.
+    """Follows a flight in frames of about half a second (whole ticks), counted from time zero.
 
-    Parameters
-    ----------
-    tick : int
-        Rows in a tick; frames are whole ticks.
-
-    Attributes
-    ----------
-    setting : GradingContext
-        The aircraft with the noise floor of each channel, as far as it is known.
-    move_detector : RapidMoveDetector
-        Thresholds that tell an input from steering.
-    unmeasured_surfaces : tuple of str
-        Surfaces of which the last frame held no sample.
+    `setting` has the noise floor of each channel, as far as it is known, `move_detector` the
+    thresholds that tell an input from steering, and `unmeasured_surfaces` those of which the last
+    frame held no sample.
     """
 
     def __init__(self, aircraft: Aircraft, rate: float, tick: int) -> None:
@@ -141,18 +119,10 @@ class FlightContext:
     def process_tick(
         self, number: int, time: float, rows: FloatArray, peaks: FloatArray, *, steering: bool
     ) -> None:
-        """Take in a tick.
+        """Take in a tick, by its number from time zero, and the time of its last row.
 
-        Parameters
-        ----------
-        number : int
-            Of the tick, counted from time zero.
-        time : float
-            Of its last row, s.
-        peaks : ndarray, shape (3,)
-            The furthest that each surface went, as `RapidMoveDetector.measure` gives it.
-        steering : bool
-            Whether the rows surely hold no input.
+        `peaks` are the furthest moves of each surface, as `RapidMoveDetector.measure` gives them,
+        shape (3,); `steering` is whether the rows surely hold no input.
         """
         self._rows.append(rows)
         self._peaks.append(peaks)

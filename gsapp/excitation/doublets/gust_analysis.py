@@ -30,7 +30,7 @@ from scipy.linalg import expm, toeplitz
 from gsapp.aircraft import Aircraft
 from gsapp.dynamics.linearization import LinearModel
 from gsapp.dynamics.model import Model
-from gsapp.excitation.doublets.settings import DOUBLETS
+from gsapp.excitation.settings import DOUBLETS
 from gsapp.excitation.test_points.perturbation_models import (
     PerturbationModels,
     linearize_level_flight,
@@ -317,9 +317,7 @@ def _simulate_responses(
 ) -> FloatArray:
     """Return the outputs to each input, to each held at one throughout, to each state's beginning.
 
-    Returns
-    -------
-    ndarray, shape (n, n_outputs, 2 n_inputs + n_states)
+    Shape (n, n_outputs, 2 n_inputs + n_states).
     """
     size, count = len(linear.states), len(next(iter(driven.values())))
     columns = [linear.inputs.index(name) for name in driven]

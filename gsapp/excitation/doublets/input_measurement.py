@@ -14,8 +14,7 @@ from gsapp.decoding import air_data
 from gsapp.dynamics.atmosphere import SEA_LEVEL_DENSITY
 from gsapp.excitation.doublets.flight_context import SignalHistory
 from gsapp.excitation.doublets.gust_analysis import GUST_ANALYSIS_CHANNELS, GustAnalyzer
-from gsapp.excitation.doublets.settings import DOUBLETS
-from gsapp.excitation.settings import CUES
+from gsapp.excitation.settings import CUES, DOUBLETS
 from gsapp.excitation.trim.bank_observer import BankObserver
 from gsapp.flight.maneuvers.airborne_detection import flying_speed
 from gsapp.flight.maneuvers.input_measures import (
@@ -34,13 +33,7 @@ from gsapp.quantities import FloatArray
 
 
 def measure_step_durations(passage: ManeuverSamples, one: SurfaceInput) -> tuple[float, ...]:
-    """Return the length of each step of an input, s.
-
-    Parameters
-    ----------
-    one : SurfaceInput
-        One of its surfaces.
-    """
+    """Return the length of each step of an input, s."""
     low, high = np.searchsorted(
         passage.times, (one.t_start - DOUBLETS.edge_search, one.t_end + DOUBLETS.edge_search)
     )
@@ -137,19 +130,7 @@ def measure_input(
     setting: GradingContext,
     explainer: GustAnalyzer | None,
 ) -> MeasuredInput:
-    """Measure an input whose hands-off interval is over.
-
-    Parameters
-    ----------
-    history : SignalHistory
-        Rows up to `t_end` at least.
-    inputs : sequence of SurfaceInput
-        What was moved on purpose.
-    t_end : float
-        End of the hands-off interval, s.
-    explainer : GustAnalyzer or None
-        None without a model.
-    """
+    """Measure an input whose hands-off interval is over; the history reaches to its end."""
     ordered = tuple(sorted(inputs, key=lambda one: one.t_start))
     t_input = ordered[0].t_start
     t_input_end = max(one.t_end for one in ordered)

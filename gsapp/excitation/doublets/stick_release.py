@@ -9,9 +9,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from gsapp.excitation.doublets.flight_context import FlightContext, SignalHistory
-from gsapp.excitation.doublets.settings import DOUBLETS
 from gsapp.excitation.doublets.verdict_criteria import InputRequest
-from gsapp.excitation.settings import CUES
+from gsapp.excitation.settings import CUES, DOUBLETS
 from gsapp.flight.maneuvers.input_shape import SurfaceInput, measure_surface_input, smooth_samples
 from gsapp.flight.maneuvers.rapid_moves import (
     UNAMBIGUOUS_SHAPES,
@@ -80,20 +79,8 @@ def remove_steering(
 ) -> SurfaceInput:
     """Return the input that was expected, where steering ran into it; else what was measured.
 
-    Parameters
-    ----------
-    one : SurfaceInput
-        Measured from the first quick move on, and of another shape than expected.
-    kind : str
-        Shape expected.
-    times, samples : ndarray, shape (n,)
-        Of its surface, s and rad.
-    span : tuple of float
-        First and last quick move of the surface, s.
-    threshold : float
-        Of a quick move, rad.
-    noise : float
-        Standard deviation of the surface's signal, rad.
+    `one` was measured from the first quick move on, and is of another shape than the `kind`
+    expected; `span` has the first and last quick move of the surface, s.
     """
     for begin in _steps(times, samples, span, threshold):
         later = measure_surface_input(one.surface, times, samples, begin, span[1], noise)
@@ -145,10 +132,7 @@ class StickReleaseDetector:
     def detect_release(self, moving: InputCandidate, now: float) -> list[SurfaceInput] | None:
         """Return what was moved once the sticks are let go, the main surface first.
 
-        Returns
-        -------
-        list of SurfaceInput or None
-            Empty if it was steering; None while that is open.
+        Empty if it was steering; None while that is open.
         """
         if moving.last_move_time - moving.first_move_time > DOUBLETS.max_duration:
             return []

@@ -17,8 +17,8 @@ import numpy as np
 
 from gsapp.aircraft import Aircraft
 from gsapp.excitation.doublets.input_measurement import MeasuredInput
-from gsapp.excitation.doublets.settings import DOUBLETS
 from gsapp.excitation.doublets.verdict import InputFinding, InputVerdict, VerdictResult
+from gsapp.excitation.settings import DOUBLETS
 from gsapp.excitation.test_points.point import TargetInput, TestPoint, ToleranceBand
 from gsapp.excitation.test_points.stick_text import (
     format_amplitude_change,
@@ -371,13 +371,6 @@ def evaluate_input(
     Grade and verdict never contradict each other. Good is what is graded A or B; where the judges
     of the verdict have nothing against an input that is graded lower, it is ``unclear``, with the
     grader's reason. An input that is not good is graded B at best.
-
-    Parameters
-    ----------
-    name : str
-        Its id.
-    known_aircraft : bool
-        Whether there is an aircraft file.
     """
     travel = setting.half_travel
     by_size = sorted(measured.inputs, key=lambda one: -one.max_step / travel(one.surface))

@@ -31,7 +31,7 @@ from gsapp.excitation.information.planned_maneuver import (
     simulate_maneuver,
 )
 from gsapp.excitation.information.predicted_bounds import ResponseNoise, predict_information
-from gsapp.excitation.information.settings import INFORMATION
+from gsapp.excitation.settings import INFORMATION
 from gsapp.excitation.test_points.perturbation_models import (
     PerturbationModels,
     linearize_level_flight,
@@ -63,10 +63,7 @@ def describe_forecast(
 ) -> str:
     """Return what some repeats of a card bring, with the derivative that gains most.
 
-    Parameters
-    ----------
-    wanted : mapping of str to float
-        Bounds asked for; what is below them already is not spoken of.
+    What is below the bound wanted already is not spoken of.
     """
     count = _NUMBERS[repeats] if repeats < len(_NUMBERS) else str(repeats)
     surfaces = "-".join(SURFACE_NAMES[name] for name in card.surfaces)

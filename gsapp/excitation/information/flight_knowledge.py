@@ -26,7 +26,7 @@ from gsapp.excitation.information.predicted_bounds import (
     noise_from_residuals,
     pool_noise,
 )
-from gsapp.excitation.information.settings import INFORMATION
+from gsapp.excitation.settings import INFORMATION
 from gsapp.excitation.test_points.perturbation_models import update_model
 from gsapp.flight import Flight
 from gsapp.flight.cards import TestCard
@@ -68,14 +68,7 @@ def maneuver_from_rows(
 ) -> Maneuver:
     """Return a maneuver cut from rows as it will be cut from the record after the flight.
 
-    Parameters
-    ----------
-    rows : FlightRows
-        Some more on both sides help: channels are brought to their right time.
-    t_start, t_end : float
-        Flight time of its first and last sample, s.
-    inputs : sequence of str
-        Surfaces that were moved.
+    Some more rows on both sides help: channels are brought to their right time.
     """
     flight = Flight(name="this flight", path=Path(), block=block_from_rows(rows), sources={})
     return cut_maneuver(

@@ -18,7 +18,7 @@ from gsapp.dynamics.linearization import LinearModel
 from gsapp.dynamics.model import Model
 from gsapp.dynamics.sensors import OutputModel
 from gsapp.excitation.doublets.verdict import InputVerdict
-from gsapp.excitation.information.settings import INFORMATION
+from gsapp.excitation.settings import INFORMATION
 from gsapp.excitation.test_points.perturbation_models import PerturbationModels
 from gsapp.flight.cards import TestCard
 from gsapp.identification.maneuver import Maneuver
@@ -58,12 +58,7 @@ def simulate_maneuver(
 ) -> Maneuver:
     """Return a maneuver as it will be measured, but for the noise.
 
-    Parameters
-    ----------
-    motions : PerturbationModels
-        Of the aircraft with this model and mass at the speed that it is flown at.
-    channels : collection of str
-        What this flight measures.
+    The motions are those of the aircraft with this model and mass at the speed that it is flown at.
     """
     deflections = simulate_surfaces(card, execution, aircraft, 1.0 / rate)
     count = next(iter(deflections.values())).size
@@ -156,16 +151,9 @@ def _sweep(times: FloatArray, length: float) -> FloatArray:
 
 
 def simulate_linear(linear: LinearModel, inputs: FloatArray, dt: float) -> FloatArray:
-    """Return the states of a linear model, from rest, under inputs straight between samples.
+    """Return the states, shape (n, n_states), of a linear model from rest.
 
-    Parameters
-    ----------
-    inputs : ndarray, shape (n, n_inputs)
-        In its order.
-
-    Returns
-    -------
-    ndarray, shape (n, n_states)
+    Its inputs, shape (n, n_inputs), are straight between samples.
     """
     size, width = linear.B.shape
     matrix = np.zeros((size + 2 * width, size + 2 * width))

@@ -20,7 +20,7 @@ from gsapp.excitation.information.information_matrix import (
     ManeuverInformation,
     marginalize_information,
 )
-from gsapp.excitation.information.settings import INFORMATION
+from gsapp.excitation.settings import INFORMATION
 from gsapp.foundation import FlightError
 from gsapp.identification.axes import AXIS_RESPONSES, Axis, axis_derivatives, free_derivatives
 from gsapp.identification.campaign import secondary_input_derivatives
@@ -189,17 +189,8 @@ def compute_sensitivities(
 ) -> ManeuverSensitivities:
     """Return the sensitivities of a maneuver with this input at known parameters.
 
-    Parameters
-    ----------
-    maneuver : Maneuver
-        Flown or planned: its surfaces, and the air data and attitude that come with them.
-    responses : collection of str, optional
-        Those to be compared; all of the axis by default.
-
-    Raises
-    ------
-    FlightError
-        If nothing of it can be fitted, or the model diverges.
+    Flown or planned: its surfaces, and the air data and attitude that come with them; by default of
+    all responses of the axis. `FlightError` if nothing can be fitted, or the model diverges.
     """
     settings = create_fit_settings(maneuver, axis, model)
     if responses is not None:
@@ -254,13 +245,7 @@ def initial_unknowns(problem: EstimationProblem, model: Model) -> FloatArray:
 
 
 def fit_maximum_likelihood(maneuver: Maneuver, axis: Axis, model: Model) -> MLSolution:
-    """Fit a maneuver by maximum likelihood from known parameters on; it takes a few rounds.
-
-    Raises
-    ------
-    FlightError
-        If nothing can be fitted, or the model diverges.
-    """
+    """Fit a maneuver by maximum likelihood from known parameters on; it takes a few rounds."""
     settings = create_fit_settings(maneuver, axis, model)
     problem = build_problem([maneuver], settings)
     solver = Solver(problem, settings)
@@ -296,11 +281,6 @@ def noise_from_quiet_segment(stretch: Maneuver, axis: Axis, model: Model) -> Res
     """Return the noise of a stretch of flight without an input.
 
     What little the pilot steers there is explained by the model, bent as far as it must.
-
-    Raises
-    ------
-    FlightError
-        If nothing can be fitted, or the model diverges.
     """
     free = axis_derivatives(axis)
     settings = MLSettings(

@@ -8,7 +8,7 @@ import numpy as np
 
 from gsapp.aircraft import Aircraft
 from gsapp.excitation.flight_rows import FlightRows
-from gsapp.excitation.information.settings import INFORMATION
+from gsapp.excitation.settings import INFORMATION
 from gsapp.flight.maneuvers.airborne_detection import AirborneDetector
 from gsapp.flight.maneuvers.settings import DETECTION
 from gsapp.flight.maneuvers.signals import SIGNALS
@@ -16,20 +16,7 @@ from gsapp.quantities import FloatArray
 
 
 class RemainingTimeEstimator:
-    """Counts down one flight.
-
-    Parameters
-    ----------
-    aircraft : Aircraft or None
-        Fuel on board and its flows; None: by the clock alone, from the first row on.
-    max_duration : float
-        s.
-
-    Attributes
-    ----------
-    takeoff_time : float or None
-        Flight time, s; None on the ground.
-    """
+    """Counts down one flight by fuel and clock; without an aircraft by the clock alone."""
 
     def __init__(
         self,

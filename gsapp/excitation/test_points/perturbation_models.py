@@ -19,7 +19,7 @@ from gsapp.dynamics.flight_model import FlightModel
 from gsapp.dynamics.linearization import LinearModel
 from gsapp.dynamics.model import Model
 from gsapp.dynamics.trim import Trim, find_suspect_signs, find_unflyable_reasons, trim
-from gsapp.excitation.test_points.settings import INPUTS
+from gsapp.excitation.settings import INPUTS
 from gsapp.flight.maneuvers.input_shape import smooth_samples
 from gsapp.flight.maneuvers.settings import DETECTION
 from gsapp.identification.ftr.estimates import LiveEstimate
@@ -74,17 +74,9 @@ def linearize_level_flight(
     mass: float | None = None,
     flap: float = 0.0,
 ) -> PerturbationModels:
-    """Return the small motions about level flight.
+    """Return the small motions about level flight; `FlightError` if the aircraft cannot fly so.
 
-    Parameters
-    ----------
-    density, mass : float, optional
-        kg/m^3, kg; sea level and the aircraft file's by default.
-
-    Raises
-    ------
-    FlightError
-        If the aircraft cannot fly so; the sentence names what is wrong.
+    At sea level and with the mass of the aircraft file by default.
     """
     flying = FlightModel(aircraft, model)
     rho = SEA_LEVEL_DENSITY if density is None else density
@@ -143,13 +135,7 @@ def _superposed(line: FloatArray, edges: FloatArray, starts: Sequence[int]) -> F
 def _step_response(
     linear: LinearModel, surface: str, lag: float, count: int
 ) -> tuple[FloatArray, FloatArray]:
-    """Return states and outputs after a step of one radian through the servo's lag.
-
-    Returns
-    -------
-    states : ndarray, shape (count, n_states)
-    outputs : ndarray, shape (count, n_outputs)
-    """
+    """Return states and outputs, shape (count, ...), after a step of 1 rad through the servo."""
     column = linear.inputs.index(surface)
     size = len(linear.states)
     # States, the servo, and the constant one that drives it.
@@ -171,21 +157,11 @@ def _step_response(
 def update_model(
     model: Model, estimates: Mapping[str, LiveEstimate] | None, *, aircraft: Aircraft
 ) -> Model:
-    """Return a model with the derivatives that this flight has earned.
+    """Return a model with the derivatives that this flight has earned; the same if there are none.
 
     An estimate takes the place of a derivative if it is earned, its bound is below
     `INPUTS.max_relative_bound` of its value, and the model with it flies with no sign reversed that
     was right before. Biases stay: they belong to trim and to how the instruments were zeroed.
-
-    Parameters
-    ----------
-    estimates : mapping of str to LiveEstimate, or None
-        By name; of body axes, per radian.
-
-    Returns
-    -------
-    Model
-        The same object if nothing was replaced.
     """
     changed: dict[str, float] = {}
     doubts = len(find_suspect_signs(model))

@@ -16,7 +16,7 @@ from gsapp.dynamics.atmosphere import SEA_LEVEL_DENSITY
 from gsapp.dynamics.flight_model import FlightModel
 from gsapp.dynamics.model import Model
 from gsapp.dynamics.trim import Trim, find_unflyable_reasons, trim
-from gsapp.excitation.test_points.settings import INPUTS
+from gsapp.excitation.settings import INPUTS
 from gsapp.flight.cards import TestCard, Tolerance
 from gsapp.foundation import FlightError
 from gsapp.quantities import FloatArray, channel, from_si
@@ -104,21 +104,10 @@ class LevelFlight:
 
 
 class TrimCurve:
-    """The trim curve of an aircraft on the day; found once, on a grid of speeds.
+    """The trim curve of an aircraft on the day (mass, rho, flap); found once, on a grid of speeds.
 
-    Parameters
-    ----------
-    model : Model or None
-        None: nothing can be told, and every answer is None.
-    mass, rho, flap : float
-        kg (the aircraft file's by default), kg/m^3, rad.
-
-    Attributes
-    ----------
-    alpha_shift : float
-        By which alpha as measured lies above that of the model, rad; see `with_measured_alpha`.
-    problem : str
-        Why nothing can be told, in words; empty if something can.
+    Where nothing can be told every answer is None, and `problem` says why. Alpha as measured lies
+    above that of the model by `alpha_shift`, rad; see `with_measured_alpha`.
     """
 
     def __init__(
@@ -176,11 +165,8 @@ class TrimCurve:
     def with_measured_alpha(self, flown: Sequence[tuple[float, float]]) -> TrimCurve:
         """Return the curve with its alpha as it was measured in steady flight.
 
-        Parameters
-        ----------
-        flown : sequence of (float, float)
-            Mean speed (m/s) and alpha (rad) of steady level stretches; three at least. Their
-            median counts, and no more of it than `INPUTS.max_alpha_shift`.
+        From speed (m/s) and alpha (rad) of three or more level stretches. Their median counts, and
+        no more of it than `INPUTS.max_alpha_shift`.
         """
         misses = [
             alpha - expected.alpha + self.alpha_shift
@@ -292,18 +278,9 @@ def create_test_point(
     *,
     system: str = "US",
 ) -> TestPoint:
-    """Return the test point of a card.
+    """Return the test point of a card, by the curve for its flap, if a model is known.
 
-    Parameters
-    ----------
-    curve : TrimCurve or None
-        For the card's flap; None where no model is known.
-
-    Raises
-    ------
-    TestPointError
-        If the aircraft does not fly level at the card's speed, or at the card's angle of attack
-        at that speed.
+    `TestPointError` as for `create_point_at`.
     """
     return create_point_at(
         speed=card.speed,
@@ -330,20 +307,8 @@ def create_point_at(
 ) -> TestPoint:
     """Return a test point for a speed, an angle of attack, or a pair of them.
 
-    Parameters
-    ----------
-    speed, alpha : float or None
-        m/s and rad; one of them at least. At 1 g one fixes the other.
-    tolerance : Tolerance, optional
-        A card's usual one by default.
-    card, height, flap
-        As of `TestPoint`.
-
-    Raises
-    ------
-    TestPointError
-        If neither is given, it cannot be flown, or the pair lies off the trim curve by more than
-        the tolerance.
+    At 1 g one fixes the other. `TestPointError` if neither is given, it cannot be flown, or the
+    pair lies off the trim curve by more than the tolerance (a card's usual one by default).
     """
     if speed is None and alpha is None:
         raise TestPointError("a test point needs a speed or an angle of attack; write one of them")

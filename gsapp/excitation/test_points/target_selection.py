@@ -8,6 +8,7 @@ from typing import Final, Literal
 
 from gsapp.aircraft import Aircraft
 from gsapp.dynamics.model import Model
+from gsapp.excitation.settings import INPUTS
 from gsapp.excitation.test_points.amplitudes import (
     amplitude_from_linkage,
     amplitudes_from_model,
@@ -28,7 +29,6 @@ from gsapp.excitation.test_points.perturbation_models import (
     update_model,
 )
 from gsapp.excitation.test_points.point import TargetInput, TestPoint, ToleranceBand
-from gsapp.excitation.test_points.settings import INPUTS
 from gsapp.flight.cards import TestCard
 from gsapp.flight.maneuvers.settings import DETECTION
 from gsapp.foundation import FlightError

@@ -13,25 +13,12 @@ from __future__ import annotations
 
 import math
 
-from gsapp.excitation.trim.settings import TRIM
+from gsapp.excitation.settings import TRIM
 from gsapp.quantities.constants import GRAVITY
 
 
 class TwoStateKalmanFilter:
-    """A Kalman filter of two states in plain floats: a step takes less than one of arrays would.
-
-    Parameters
-    ----------
-    states : tuple of float
-        At the start.
-    stds : tuple of float
-        Their standard deviations at the start.
-
-    Attributes
-    ----------
-    first, second : float
-        The states.
-    """
+    """A Kalman filter of two states in plain floats: a step takes less than one of arrays would."""
 
     __slots__ = ("_p00", "_p01", "_p11", "first", "second")
 
@@ -49,17 +36,10 @@ class TwoStateKalmanFilter:
         cross: tuple[float, float],
         noise: tuple[float, float],
     ) -> None:
-        """Go on by one step.
+        """Go on by one step to states as the caller's equations have them.
 
-        Parameters
-        ----------
-        states : tuple of float
-            After the step, as the caller's equations have it.
-        cross : tuple of float
-            How much the first state then depends on the second before, and the second on the
-            first.
-        noise : tuple of float
-            Variances that the step adds.
+        `cross` is how much the first state then depends on the second before, and the second on the
+        first; `noise` the variances that the step adds.
         """
         self.first, self.second = states
         b, c = cross
@@ -92,21 +72,10 @@ class TwoStateKalmanFilter:
 
 
 class BankObserver:
-    """Follows the bank tick by tick.
+    """Follows the bank and its standard deviation tick by tick, NaN while no yaw rate is measured.
 
-    Parameters
-    ----------
-    usual_speed : float
-        Taken where no airspeed is measured, m/s.
-
-    Attributes
-    ----------
-    bank : float
-        rad; NaN while no yaw rate is measured.
-    bank_std : float
-        Its standard deviation, rad.
-    pitch : float
-        Pitch attitude in level flight, rad.
+    `pitch` is the pitch attitude in level flight; `usual_speed` is taken where no airspeed is
+    measured.
     """
 
     def __init__(self, dt: float, usual_speed: float) -> None:
@@ -128,17 +97,7 @@ class BankObserver:
         beta: float,
         gusts: float,
     ) -> None:
-        """Go on by one tick.
-
-        Parameters
-        ----------
-        rates : tuple of float
-            p, q, r, rad/s; NaN, as all that follows, where missing.
-        ax, ay : float
-            m/s^2.
-        gusts : float
-            Strength of the gusts, m/s.
-        """
+        """Go on by one tick: p, q, r, rad/s, and what follows NaN where missing; gusts in m/s."""
         p, q, r = rates
         if r != r:
             self.restart()

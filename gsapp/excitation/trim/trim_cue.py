@@ -7,8 +7,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Final, Literal, NamedTuple
 
+from gsapp.excitation.settings import TRIM
 from gsapp.excitation.test_points.point import TestPoint
-from gsapp.excitation.trim.settings import TRIM
 from gsapp.identification.compatibility.instrument_text import join_names
 from gsapp.quantities import channel, from_si
 from gsapp.quantities.constants import DEGREE, FOOT, GRAVITY
@@ -194,12 +194,8 @@ def evaluate_trim(
 ) -> tuple[TrimDeviation, ...]:
     """Return how far each thing that is measured is from where it should be, the worst first.
 
-    Parameters
-    ----------
-    point : TestPoint or None
-        None leaves out speed, angle of attack and height.
-    attitude : bool
-        Whether the bank is measured. Else its tolerance shrinks by how badly it is known.
+    Without a point speed, angle of attack and height are left out. If the attitude is not measured
+    the tolerance of the bank shrinks by how badly it is known.
     """
     found: list[TrimDeviation] = []
 
@@ -236,15 +232,7 @@ def evaluate_trim(
 def list_sources(
     motion: MeanMotion, point: TestPoint | None, *, wings: Sequence[str], leg: str
 ) -> tuple[str, ...]:
-    """Return by what each thing is judged, in words.
-
-    Parameters
-    ----------
-    wings : sequence of str
-        What tells the bank.
-    leg : str
-        What tells the end of the leg, as `gsapp.excitation.trim.leg_monitor.LegMonitor` has it.
-    """
+    """Return by what each thing is judged, in words; `leg` is the source of `LegMonitor`."""
     found = []
     if wings == ATTITUDE_SOURCE:
         found.append("wings: attitude")

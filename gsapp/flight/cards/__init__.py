@@ -2,7 +2,6 @@
 
 from gsapp.flight.cards.card import (
     SHIPPED_CARDS,
-    Attempt,
     CardProgress,
     CardSet,
     CardSetProgress,
@@ -17,7 +16,6 @@ from gsapp.flight.cards.card import (
 
 __all__ = [
     "SHIPPED_CARDS",
-    "Attempt",
     "CardProgress",
     "CardSet",
     "CardSetProgress",

@@ -43,7 +43,6 @@ CardInputKind = Literal["doublet", "3-2-1-1", "pulse", "multistep", "sweep"]
 STEP_COUNTS: Final[Mapping[str, int]] = {"doublet": 2, "3-2-1-1": 7, "pulse": 1}
 """How many widths an input lasts; the others have no width of one step."""
 
-"""Surfaces in words."""
 
 _UNITS: Final[Mapping[str, str]] = {
     "speed": "m/s",
@@ -225,18 +224,7 @@ def shipped_cards() -> tuple[str, ...]:
 
 
 def load_cards(name_or_path: str | Path) -> CardSet:
-    """Read a set of test cards.
-
-    Parameters
-    ----------
-    name_or_path : str or Path
-        A path, or the name of a shipped set such as ``b777``.
-
-    Raises
-    ------
-    FileProblemsError
-        If the file holds mistakes; all of all cards are named at once.
-    """
+    """Read a set of test cards: a path, or the name of a shipped set such as ``b777``."""
     return read_toml(SHIPPED_CARDS.find(name_or_path), CardSet, distinct="cards")
 
 

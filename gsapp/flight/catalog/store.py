@@ -62,9 +62,32 @@ def to_json_text(content: Any) -> str:
         ) from error
 
 
-def finite_or_none(value: float | None) -> float | None:
-    """Return a number as a catalog holds it: None for what is none."""
-    return None if value is None or not math.isfinite(value) else float(value)
+def insert_row(
+    connection: sqlite3.Connection, table: str, values: Mapping[str, Any], key: Sequence[str] = ()
+) -> int:
+    """Insert a row, or renew the one with the same values in the columns of `key`; return its id.
+
+    Of `values`, by column, tables and lists are written as JSON, numbers that are none as NULL.
+    """
+    names = ", ".join(values)
+    # Names of tables and columns are the program's own.
+    statement = f"INSERT INTO {table} ({names}) VALUES ({', '.join('?' * len(values))})"  # noqa: S608
+    if key:
+        changes = ", ".join(f"{name} = excluded.{name}" for name in values if name not in key)
+        statement += f" ON CONFLICT ({', '.join(key)}) DO UPDATE SET {changes}"
+    return int(connection.execute(statement, [*map(_column, values.values())]).lastrowid or 0)
+
+
+def _column(value: Any) -> Any:
+    if isinstance(value, float):
+        return float(value) if math.isfinite(value) else None
+    return to_json_text(value) if isinstance(value, (Mapping, list, tuple)) else value
+
+
+def select_where(clauses: Mapping[str, Any]) -> tuple[str, list[Any]]:
+    """Return an SQL condition and its values from clauses; those of None do not count."""
+    given = {clause: value for clause, value in clauses.items() if value is not None}
+    return " AND ".join(given) or "1", list(given.values())
 
 
 def utc_timestamp() -> str:
@@ -79,18 +102,9 @@ _PRIMARY: Final = 0xFF
 class Catalog:
     """One SQLite file: the maneuvers of a campaign and what was learned from them.
 
-    Several programs may use it at once. A reader never waits; writers take turns. One that may
-    not be written, on a locked card or a colleague's share, can be read all the same.
-
-    Parameters
-    ----------
-    path : Path or str
-        Made if it does not exist.
-
-    Raises
-    ------
-    FlightError
-        If the file is no catalog, damaged, newer than this program, or cannot be used.
+    Several programs may use it at once. A reader never waits; writers take turns. One that may not
+    be written, on a locked card or a colleague's share, can be read all the same. A file that does
+    not exist is made; one that is no catalog, damaged or newer than this program is refused.
     """
 
     def __init__(self, path: Path | str) -> None:
@@ -172,15 +186,7 @@ class Catalog:
 
     @contextlib.contextmanager
     def transaction(self) -> Iterator[sqlite3.Connection]:
-        """Give the connection within one transaction: all is written, or nothing.
-
-        Within another, it is part of that one.
-
-        Raises
-        ------
-        FlightError
-            If the file cannot be written; nothing is then changed.
-        """
+        """Give the connection within one transaction, or within that under way: all or nothing."""
         if self._connection.in_transaction:
             yield self._connection
             return

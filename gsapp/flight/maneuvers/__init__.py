@@ -15,7 +15,6 @@ from gsapp.flight.maneuvers.flight_maneuvers import (
     apply_verdicts,
     collect_maneuvers,
     explain_no_maneuvers,
-    list_maneuvers,
     parse_maneuver_windows,
     read_recorded_verdicts,
     surface_remarks,
@@ -23,7 +22,6 @@ from gsapp.flight.maneuvers.flight_maneuvers import (
 )
 from gsapp.flight.maneuvers.maneuver_list import (
     EditableManeuverList,
-    ManeuverEdit,
     ManeuverEditLog,
     apply_edits,
 )
@@ -39,7 +37,6 @@ __all__ = [
     "Grade",
     "ManeuverAssessor",
     "ManeuverDetector",
-    "ManeuverEdit",
     "ManeuverEditLog",
     "NoiseFloor",
     "RecordedVerdict",
@@ -48,7 +45,6 @@ __all__ = [
     "collect_maneuvers",
     "detect_maneuvers",
     "explain_no_maneuvers",
-    "list_maneuvers",
     "parse_maneuver_windows",
     "read_recorded_verdicts",
     "run_detector",

@@ -14,14 +14,11 @@ from collections.abc import Callable, Mapping
 from typing import Final
 
 import numpy as np
-import numpy.typing as npt
 
 from gsapp.aircraft import Aircraft
 from gsapp.flight.maneuvers.settings import DETECTION
 from gsapp.flight.maneuvers.signals import SURFACE_HALVES, SURFACES
-from gsapp.quantities import FloatArray
-
-BoolArray = npt.NDArray[np.bool_]
+from gsapp.quantities import BoolArray, FloatArray
 
 
 def clipping_ranges(aircraft: Aircraft) -> dict[str, tuple[float, float]]:
@@ -54,15 +51,10 @@ def sensor_noise(aircraft: Aircraft) -> dict[str, float]:
 
 
 def is_stuck(samples: FloatArray, noise: float = 0.0) -> bool:
-    """Return whether samples move by less than the noise of their own instrument.
+    """Return whether samples, some dozen of them, move by less than their instrument's noise.
 
-    Parameters
-    ----------
-    samples : ndarray, shape (n,)
-        Those that are there, some dozen at least.
-    noise : float
-        Standard deviation; zero where it is not known: then only what is the same to the last bit
-        stands still.
+    Where its standard deviation is not known (zero), only what is the same to the last bit stands
+    still.
     """
     return bool(
         np.ptp(samples) <= max(noise, DETECTION.same_value_tolerance * float(np.abs(samples).max()))
@@ -76,18 +68,10 @@ AIRSPEED: Final = ("V", "Vc", "qbar", "dynamic_pressure")
 def find_dead_instruments(
     samples: Callable[[str], FloatArray], aircraft: Aircraft
 ) -> dict[str, tuple[str, ...]]:
-    """Return the instruments that were dead over a maneuver.
+    """Return the instruments that were dead over a maneuver: in words, and their channels.
 
-    Parameters
-    ----------
-    samples : callable
-        Gives the samples (SI) of a channel within the maneuver, missing ones as NaN or left out;
-        empty or all NaN for a channel that there is not.
-
-    Returns
-    -------
-    dict of str to tuple of str
-        In words what it is, and its channels: ``{"alpha": ("alpha",), "airspeed": AIRSPEED}``.
+    ``{"alpha": ("alpha",), "airspeed": AIRSPEED}``. `samples` gives those of a channel within the
+    maneuver, SI; empty or NaN where missing.
     """
     found: dict[str, tuple[str, ...]] = {}
     for name, limits in clipping_ranges(aircraft).items():

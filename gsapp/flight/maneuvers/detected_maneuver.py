@@ -77,16 +77,9 @@ class DetectedManeuver:  # noqa: PLW1641 - the decorator makes the hash
     ) -> DetectedManeuver:
         """Return the maneuver graded no better than its verdict allows.
 
-        Only an input with the verdict good can be an A. A grade given by hand stays.
-
-        Parameters
-        ----------
-        result : str
-            As in `gsapp.excitation.doublets.verdict.InputVerdict`: ``good``, ``too-large`` ...
-        advice : str
-            In words; becomes a reason.
-        grade : {"A", "B", "C", "D"}, optional
-            Of the verdict.
+        Only an input with the verdict ``good`` can be an A, see
+        `gsapp.excitation.doublets.verdict`. A grade given by hand stays. The advice becomes a
+        reason.
         """
         verdict: Grade = "A" if result == "good" else "B"
         limit: Grade = max(grade or "A", verdict)

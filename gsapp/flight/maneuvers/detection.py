@@ -60,18 +60,7 @@ class _Candidate:
 
 
 class ManeuverDetector:
-    """Finds maneuvers while samples come in.
-
-    Parameters
-    ----------
-    aircraft : Aircraft
-        Travel of the surfaces, stall speed, ranges of the instruments.
-
-    Raises
-    ------
-    FlightError
-        If there are too few samples per second to see an input.
-    """
+    """Finds maneuvers while samples come in, at least `DETECTION.min_sample_rate` a second."""
 
     def __init__(self, aircraft: Aircraft, rate: float) -> None:
         if not (math.isfinite(rate) and rate >= DETECTION.min_sample_rate):
@@ -131,10 +120,6 @@ class ManeuverDetector:
     def airborne_criterion(self) -> str:
         return self._watch.criterion
 
-    @property
-    def is_input_active(self) -> bool:
-        return self._candidate is not None
-
     # Samples --------------------------------------------------------------------------
 
     def feed(self, block: Block) -> None:
@@ -158,13 +143,7 @@ class ManeuverDetector:
         """Nothing is left to do after the blocks of a step: all is drawn from whole frames."""
 
     def finish(self) -> tuple[DetectedManeuver, ...]:
-        """Draw conclusions from what came last; the flight is over.
-
-        Returns
-        -------
-        tuple of DetectedManeuver
-            All maneuvers, in order of time.
-        """
+        """Draw conclusions from what came last; return all maneuvers of the flight by time."""
         self._end_stretch()
         landing = self._watch.possible_landing_time
         if landing is not None:
@@ -441,18 +420,7 @@ def _drop_signals(passage: ManeuverSamples, names: Sequence[str]) -> ManeuverSam
 
 
 def detect_maneuvers(flight: Flight, aircraft: Aircraft) -> tuple[DetectedManeuver, ...]:
-    """Find the maneuvers of a whole flight.
-
-    Parameters
-    ----------
-    aircraft : Aircraft
-        As that flight flew it.
-
-    Raises
-    ------
-    FlightError
-        If the flight has no samples, too few a second, or no surface was measured.
-    """
+    """Find the maneuvers of a whole flight, with the aircraft as that flight flew it."""
     return run_detector(flight, aircraft).finish()
 
 
@@ -465,13 +433,7 @@ def run_detector(flight: Flight, aircraft: Aircraft) -> ManeuverDetector:
 
 
 def check_detectable(flight: Flight) -> None:
-    """Refuse a flight in which no maneuver can be told.
-
-    Raises
-    ------
-    FlightError
-        With what is missing.
-    """
+    """Raise `FlightError` for a flight in which no maneuver can be told, with what is missing."""
     if len(flight.block) < 2:
         raise FlightError(f"the flight '{flight.name}' contains no samples")
     rows = extract_signals(flight.block)

@@ -54,17 +54,7 @@ class FlightManeuvers:
 def parse_maneuver_windows(texts: Sequence[str], flights: int = 1) -> tuple[ManeuverWindow, ...]:
     """Read ``START:STOP`` or ``K:START:STOP``.
 
-    Parameters
-    ----------
-    texts : sequence of str
-        As given with ``--maneuver``.
-    flights : int
-        How many flights there are; with more than one, each text must say which it means.
-
-    Raises
-    ------
-    FlightError
-        If one cannot be read, or names a flight that is not there.
+    With more than one flight, each text must say which it means.
     """
     return tuple(_window(text, flights) for text in texts)
 
@@ -134,13 +124,7 @@ def apply_verdicts(
 
 
 class ManeuverAssessor:
-    """Looks at any stretch of one flight as at a maneuver: which inputs moved, how good it is.
-
-    Parameters
-    ----------
-    noise : NoiseFloor
-        From the detection.
-    """
+    """Looks at any stretch of one flight as at a maneuver: which inputs moved, how good it is."""
 
     def __init__(self, flight: Flight, aircraft: Aircraft, noise: NoiseFloor) -> None:
         self._flight = flight
@@ -283,23 +267,6 @@ def ground_window_text(maneuver: DetectedManeuver) -> str:
     )
 
 
-def list_maneuvers(
-    flight: Flight,
-    aircraft: Aircraft,
-    given: Sequence[str] = (),
-    *,
-    number: int = 1,
-    flights: int = 1,
-) -> tuple[DetectedManeuver, ...]:
-    """Return the maneuvers of a flight: given, or found, or the whole of a short record.
-
-    See `collect_maneuvers`.
-    """
-    return collect_maneuvers(
-        flight, aircraft, given=given, number=number, flights=flights
-    ).maneuvers
-
-
 def surface_remarks(flight: Flight) -> tuple[str, ...]:
     """Return sentences about surfaces that were not measured or never moved."""
     rows = extract_signals(flight.block)
@@ -327,13 +294,7 @@ def surface_remarks(flight: Flight) -> tuple[str, ...]:
 
 
 def explain_no_maneuvers(flight: Flight, found: Sequence[DetectedManeuver] = ()) -> str:
-    """Return why a flight gives no maneuver to use.
-
-    Parameters
-    ----------
-    found : sequence of DetectedManeuver
-        Those that were found and are not used.
-    """
+    """Return why a flight gives no maneuver to use, although some may have been found."""
     causes = [*uncalibrated_text(flight)]
     if causes:
         return "; ".join(causes)

@@ -169,11 +169,8 @@ def measure_response(
 ) -> dict[str, float]:
     """Return how far each channel went in answer to these surfaces, over its noise floor.
 
-    Returns
-    -------
-    dict
-        Channel to peak-to-peak change, slower than 0.05 s, in standard deviations of its noise
-        floor; channels without samples are absent.
+    Peak-to-peak change, slower than 0.05 s, in standard deviations of the noise floor; channels
+    without samples are absent.
     """
     found: dict[str, float] = {}
     dt = float(np.median(np.diff(passage.times))) if passage.times.size > 1 else 0.01
@@ -213,13 +210,8 @@ def pre_input_motion_ratio(
 ) -> tuple[float, str]:
     """Compare what the aircraft did before the input with what it did in answer.
 
-    Returns
-    -------
-    ratio : float
-        Largest of the answering channels: standard deviation before the input, beyond the noise
-        floor, over that of the answer.
-    channel : str
-        Which one; empty for none.
+    Returns the largest ratio of the answering channels (standard deviation before the input, beyond
+    the noise floor, over that of the answer) and which one; empty for none.
     """
     worst, channel = 0.0, ""
     for name in dict.fromkeys(name for surface in surfaces for name in RESPONSE_CHANNELS[surface]):
@@ -271,17 +263,9 @@ def cross_deflections(passage: ManeuverSamples, inputs: Sequence[SurfaceInput]) 
 def cross_input_ratios(
     moved: Mapping[str, float], setting: GradingContext, inputs: Sequence[SurfaceInput]
 ) -> dict[str, float]:
-    """Return excursions of other surfaces over the main input, as shares of travel.
+    """Return `cross_deflections` over the main input, as shares of travel, the largest first.
 
-    Parameters
-    ----------
-    moved : mapping of str to float
-        `cross_deflections`.
-
-    Returns
-    -------
-    dict
-        The largest first; without what moved too little to count.
+    What moved too little to count is left out.
     """
     travel = setting.half_travel
     whole = max(one.amplitude / travel(one.surface) for one in inputs)

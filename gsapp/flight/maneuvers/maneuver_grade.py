@@ -46,19 +46,7 @@ class Defect:
 def grade_maneuver(
     passage: ManeuverSamples, setting: GradingContext, inputs: Sequence[SurfaceInput]
 ) -> tuple[Grade, tuple[str, ...]]:
-    """Grade a maneuver.
-
-    Parameters
-    ----------
-    inputs : sequence of SurfaceInput
-        What was moved on purpose; the main one first.
-
-    Returns
-    -------
-    grade : {"A", "B", "C", "D"}
-    reasons : tuple of str
-        The worst first.
-    """
+    """Return the grade of a maneuver, its main input first, and the reasons, the worst first."""
     if not inputs:
         text = "no surface moved beyond its noise: no excitation"
         return "D", (text,)

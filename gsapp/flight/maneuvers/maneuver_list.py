@@ -136,15 +136,7 @@ class EditableManeuverList:
         t_start: float | None = None,
         t_end: float | None = None,
     ) -> EditableManeuverList:
-        """Move one or both edges (s); inputs and grade are judged anew.
-
-        A grade that a person gave stays.
-
-        Raises
-        ------
-        FlightError
-            If the end would come before the start, or no samples lie between.
-        """
+        """Move one or both edges (s); inputs and grade, but one by the crew, are judged anew."""
         old = self[name]
         start = old.t_start if t_start is None else t_start
         stop = old.t_end if t_end is None else t_end
@@ -165,13 +157,7 @@ class EditableManeuverList:
         return self.apply(ManeuverEdit(text=f"remove {', '.join(found)}", removed=found))
 
     def merge(self, names: Sequence[str], assess: AssessFunction) -> EditableManeuverList:
-        """Make one of several, from the first start to the last end.
-
-        Raises
-        ------
-        FlightError
-            If there are fewer than two.
-        """
+        """Make one of several, from the first start to the last end."""
         if len(set(names)) < 2:
             raise FlightError("merging needs two or more maneuvers")
         parts = sorted((self[name] for name in dict.fromkeys(names)), key=lambda one: one.t_start)
@@ -277,12 +263,8 @@ def localize_edit(book: EditableManeuverList, edit: ManeuverEdit) -> ManeuverEdi
     """Return a change with the ids that its maneuvers have in a book.
 
     One that is not found any more stays as it was put in; there is nothing to take out then.
-    `ManeuverEdit.remark` tells what is otherwise.
-
-    Raises
-    ------
-    UnknownNameError
-        If a change before it has taken the maneuver out.
+    `ManeuverEdit.remark` tells what is otherwise. `UnknownNameError` if a change before it has
+    taken the maneuver out.
     """
     if len(edit.segments) != len(edit.removed):
         return edit
@@ -352,19 +334,8 @@ REDO_EVENT: Final = "maneuver-redo"
 class ManeuverEditLog:
     """The changes of a flight's maneuvers in its events file, for making and following.
 
-    Parameters
-    ----------
-    log : EventLog
-        Of ``events.jsonl``.
-    found : sequence of DetectedManeuver
-        What the detection gives for this flight.
-
-    Attributes
-    ----------
-    maneuver_list : EditableManeuverList
-        As of the last `poll`.
-    skipped_count : int
-        Events that could not be applied: damaged, or overtaken by what another window did.
+    `maneuver_list` is as of the last `poll`; `skipped_count` counts the events that could not be
+    applied: damaged, or overtaken by what another window did.
     """
 
     def __init__(self, log: EventLog, found: Sequence[DetectedManeuver] = ()) -> None:
@@ -423,13 +394,7 @@ class ManeuverEditLog:
         return book.undo() if undoes else book.redo()
 
     def record(self, book: EditableManeuverList) -> None:
-        """Write the latest change of a book that was made from the present one.
-
-        Raises
-        ------
-        FlightError
-            If the book is not one change, undo or redo away, or the file cannot be written.
-        """
+        """Write the latest change, undo or redo by which a book differs from the present one."""
         now = self.maneuver_list
         if book.edits[:-1] == now.edits and book.edits != now.edits and not book.undone:
             edit = book.edits[-1]
@@ -450,16 +415,10 @@ class ManeuverEditLog:
 def apply_edits(
     log: ManeuverEditLog, assess: AssessFunction
 ) -> tuple[tuple[DetectedManeuver, ...], tuple[str, ...]]:
-    """Return what stands with all changes, as the samples show it now, and what is to be said.
+    """Return what stands by time, as the samples show it now, and what is to be said.
 
     The record may have become better since a change was made: the on-board log came, or the
     detection and the grades. A maneuver that lies outside the record is left out.
-
-    Returns
-    -------
-    maneuvers : tuple of DetectedManeuver
-        In order of time.
-    remarks : tuple of str
     """
     book = log.maneuver_list
     maneuvers, outside = [], []

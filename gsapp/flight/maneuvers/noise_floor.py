@@ -41,17 +41,9 @@ class NoiseFloor:
 
 
 def window_noise(rows: FloatArray) -> FloatArray:
-    """Return the standard deviation about the straight line of each column.
+    """Return the standard deviation about the straight line of each column of even rows.
 
-    Parameters
-    ----------
-    rows : ndarray, shape (n, m)
-        Evenly spaced; NaN counts as missing.
-
-    Returns
-    -------
-    ndarray, shape (m,)
-        NaN where less than half of the samples are there.
+    NaN counts as missing, and is what comes where less than half of the samples are there.
     """
     count = len(rows)
     place = np.arange(count, dtype=np.float64) - 0.5 * (count - 1)
@@ -82,13 +74,7 @@ class NoiseFloorEstimator:
         self._floor: NoiseFloor | None = None
 
     def add(self, rows: FloatArray, *, airborne: bool, standing: bool | None = None) -> None:
-        """Take in one window.
-
-        Parameters
-        ----------
-        standing : bool or None
-            Whether the airspeed says that it does not roll either; None where it does not tell.
-        """
+        """Take in one window; `standing` is None where no airspeed tells whether it rolls."""
         noise = window_noise(rows)
         if airborne:
             # What was measured on the ground stands.

@@ -16,7 +16,7 @@ import numpy.typing as npt
 from scipy import fft
 
 from gsapp.flight.onboard_log.log_state import LogClock
-from gsapp.flight.onboard_log.settings import ALIGNMENT
+from gsapp.flight.settings import ALIGNMENT
 from gsapp.quantities import Block, FloatArray
 from gsapp.quantities.constants import MAD_TO_STD
 
@@ -53,18 +53,10 @@ class RecordLag:
 
 
 def estimate_record_lag(live: Block, log: Block, rate: float) -> RecordLag | None:
-    """Find how far a log lies behind a live record of the same motion.
+    """Find how far a log lies behind a live record of the same motion, on the same grid.
 
-    Parameters
-    ----------
-    live, log : Block
-        On the grid ``k / rate``.
-
-    Returns
-    -------
-    Lag or None
-        None if no channel of both moves alike anywhere. One row, or less, counts as none: it is
-        the delay of interpolation, and both carry the vehicle's own clock.
+    None if no channel of both moves alike anywhere. One row, or less, counts as none: it is the
+    delay of interpolation, and both carry the vehicle's own clock.
     """
     names = common_channels(live, log)
     if not names:
@@ -76,21 +68,10 @@ def estimate_record_lag(live: Block, log: Block, rate: float) -> RecordLag | Non
 
 
 def find_lag(live: Block, log: Block, rate: float, names: Sequence[str]) -> RecordLag:
-    """Find the lag at which channels of two records are most alike, to a row.
+    """Find the lag at which channels of two records on one grid are most alike, to a row.
 
-    The masked, normalized cross-correlation of the channels, averaged, has its peak there.
-
-    Parameters
-    ----------
-    live, log : Block
-        On the grid ``k / rate``.
-    names : sequence of str
-        Channels of both.
-
-    Returns
-    -------
-    RecordLag
-        With a correlation of 0 where one record is too long to be compared.
+    The masked, normalized cross-correlation of the channels, averaged, has its peak there; 0 where
+    one record is too long to be compared.
     """
     live_first, live_values = fill_omitted_rows(live, names, rate)
     log_first, log_values = fill_omitted_rows(log, names, rate)
@@ -124,13 +105,9 @@ def _sample_range(values: FloatArray) -> float:
 
 
 def fill_omitted_rows(block: Block, names: Sequence[str], rate: float) -> tuple[int, FloatArray]:
-    """Return the first row and all rows without omissions; a pause is filled with NaN.
+    """Return the number of the first row on the grid, and all rows, shape (n, len(names)).
 
-    Returns
-    -------
-    first : int
-        On the grid ``k / rate``.
-    values : ndarray, shape (n, len(names))
+    A pause is filled with NaN.
     """
     index = np.rint(block.times * rate).astype(np.int64)
     size = int(index[-1] - index[0]) + 1
@@ -200,24 +177,10 @@ class _LagLine:
 def align_clocks(
     live: Block, log: Block, rate: float, *, leave_out: Collection[str] = ()
 ) -> LogClock:
-    """Find how the clock of a log stands to that of a live record of the same motion.
+    """Find how the clock of a log stands to that of a live record of the same motion, on one grid.
 
-    Parameters
-    ----------
-    live, log : Block
-        On the grid ``k / rate``.
-    leave_out : collection of str
-        Channels that are not to be compared, such as those timed by their arrival.
-
-    Returns
-    -------
-    LogClock
-        Offset and drift with their standard deviations.
-
-    Raises
-    ------
-    ClockAlignmentError
-        If nothing moves alike, or not everywhere alike.
+    Channels that are timed by their arrival are to be left out. `ClockAlignmentError` if nothing
+    moves alike, or not everywhere alike.
     """
     names = common_channels(live, log, leave_out)
     if not names:
@@ -369,17 +332,8 @@ def _lag_of_channel(
 ) -> tuple[float, float] | None:
     """Return the lag of a stretch, in rows from the coarse one, and its standard deviation.
 
-    Parameters
-    ----------
-    reach : int
-        Rows to try either way.
-    alone : float
-        Rows apart from which on what is left is independent.
-
-    Returns
-    -------
-    tuple of float or None
-        None where the two are not alike.
+    None where the two are not alike. `log` is longer by `reach` rows either way; rows that lie
+    `alone` rows apart are independent.
     """
     there = np.flatnonzero(~np.isnan(live))
     if there.size < ALIGNMENT.min_valid_share * live.size:

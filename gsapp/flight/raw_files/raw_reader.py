@@ -31,15 +31,8 @@ class RawPosition(NamedTuple):
 
 
 class RawTail:
-    """Read the raw files of a flight folder, finished or still growing.
+    """Read the raw files of a flight folder, finished or still growing, or not yet there.
 
-    Parameters
-    ----------
-    folder : Path
-        The flight folder. It and its files may appear later.
-
-    Notes
-    -----
     The sequence of records depends on the files alone, not on when they are polled.
     """
 
@@ -65,13 +58,7 @@ class RawTail:
         return (self._pieces, self._lines, self._frames)
 
     def poll(self, limit: int | None = None) -> list[RawRecord]:
-        """Return the whole records that came since the last poll, merged by stamp.
-
-        Parameters
-        ----------
-        limit : int, optional
-            How many at most; the others come with the next poll.
-        """
+        """Return the whole records since the last poll, merged by stamp; at most `limit`."""
         pieces, lines, frames = self._files
         while True:
             sizes = []
@@ -142,17 +129,9 @@ def _size(path: str) -> int:
 
 
 def read_tlog(path: Path | str, damage: RawDamage | None = None) -> Iterator[RawRecord]:
-    """Read any ``.tlog``: MAVLink 1, 2 or both, from whichever ground station.
+    """Yield the frames of any ``.tlog``: MAVLink 1, 2 or both, from whichever ground station.
 
-    Parameters
-    ----------
-    damage : RawDamage, optional
-        Filled with what had to be stepped over.
-
-    Yields
-    ------
-    RawRecord
-        The frames in the order of the file.
+    `damage` is filled with what had to be stepped over.
     """
     file = FrameFile(Path(path))
     if damage is not None:
@@ -170,13 +149,7 @@ def read_tlog(path: Path | str, damage: RawDamage | None = None) -> Iterator[Raw
 
 
 def read_nonempty_tlog(path: Path | str, damage: RawDamage | None = None) -> Iterator[RawRecord]:
-    """Read a ``.tlog`` that is not growing; see `read_tlog`.
-
-    Raises
-    ------
-    FlightError
-        If the file cannot be read, or holds no message at all.
-    """
+    """Read a ``.tlog`` that is not growing, and holds a message; see `read_tlog`."""
     found = False
     for record in read_tlog(path, damage):
         found = True

@@ -13,7 +13,6 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
-import numpy.typing as npt
 
 from calibration.certificate import Certificate
 from gsapp.aircraft import Aircraft
@@ -25,9 +24,7 @@ from gsapp.flight.settings import FLIGHT_DATA
 from gsapp.flight.uniform_grid import combine_on_grid, median_step
 from gsapp.foundation import FlightError, UnitError, UnmappedError
 from gsapp.foundation.name_suggestions import format_names
-from gsapp.quantities import Block, FloatArray, channel, normalize_unit
-
-BoolArray = npt.NDArray[np.bool_]
+from gsapp.quantities import Block, BoolArray, FloatArray, channel, normalize_unit
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -86,20 +83,10 @@ class ForeignLog:
 
 
 def find_valid_times(times: FloatArray) -> BoolArray:
-    """Return which samples have a time that can be true.
+    """Return which samples have a time (s, in the order of the file) that can be true.
 
-    A damaged stamp stands far from those of its neighbors; what then still repeats or goes back
-    is dropped too, so that the rest is strictly increasing.
-
-    Parameters
-    ----------
-    times : ndarray, shape (n,)
-        s, in the order of the file.
-
-    Returns
-    -------
-    ndarray of bool, shape (n,)
-        True where the sample stays.
+    A damaged stamp stands far from those of its neighbors; what then still repeats or goes back is
+    dropped too, so that the rest is strictly increasing.
     """
     good = np.isfinite(times)
     if times.size > FLIGHT_DATA.clock_neighbors:
@@ -147,23 +134,10 @@ def map_log(
     rate: float,
     aircraft: Aircraft | None = None,
 ) -> MappedLog:
-    """Lay the channels that a map names in a log on the grid.
+    """Lay the channels that a map names in a log on the grid; those that the log lacks are absent.
 
-    Parameters
-    ----------
-    channel_map : ChannelMap
-        Names messages and fields. Where the log states a unit itself, and the map neither scales
-        nor converts, the log is believed.
-
-    Returns
-    -------
-    MappedLog
-        Channels that the log lacks are absent.
-
-    Raises
-    ------
-    FlightError
-        If the log holds nothing of what the map names.
+    Where the log states a unit itself, and the map neither scales nor converts, the log is
+    believed. `FlightError` if the log holds nothing of what the map names.
     """
     remarks: list[str] = []
     found = [

@@ -11,7 +11,11 @@ import numpy as np
 
 from gsapp.decoding.channel_map import TABLE, ChannelMap
 from gsapp.flight.readers.columns import check_spacing
-from gsapp.flight.readers.delimited_table import DelimitedTable, read_delimited_table
+from gsapp.flight.readers.delimited_table import (
+    DelimitedTable,
+    read_delimited_table,
+    single_problem,
+)
 from gsapp.flight.readers.log_mapping import ForeignLog, LogTable, find_valid_times
 from gsapp.foundation import FileProblem, FileProblemsError, FlightError, UnitError
 from gsapp.foundation.name_suggestions import did_you_mean, format_names
@@ -22,20 +26,10 @@ _HDF5_AT = 512
 
 
 def read_mat_columns(path: Path | str) -> tuple[dict[str, FloatArray], dict[str, str]]:
-    """Read the arrays of numbers of a ``.mat`` file.
+    """Read the arrays of numbers of a ``.mat`` file, and the texts of a structure ``units``.
 
-    Returns
-    -------
-    columns : dict of str to ndarray, shape (n,) or (n, k)
-        By variable; a member of a structure is ``gyro.q``, one of the second in an array of
-        structures ``gyro[1].q``. Rows stand for time.
-    units : dict of str to str
-        The texts of a structure called ``units``, by member.
-
-    Raises
-    ------
-    FlightError
-        If the file cannot be read, or is of version 7.3, which is HDF5.
+    By variable, shape (n,) or (n, k), rows for time; a member of a structure is ``gyro.q``, one of
+    the second in an array of structures ``gyro[1].q``. Version 7.3, which is HDF5, is refused.
     """
     file = Path(path)
     try:
@@ -92,19 +86,9 @@ def _collect(prefix: str, content: Mapping[str, Any], columns: dict[str, FloatAr
 
 
 def read_parquet_columns(path: Path | str) -> tuple[dict[str, FloatArray], dict[str, str]]:
-    """Read the columns of numbers of a Parquet file.
+    """Read the columns of numbers of a Parquet file, shape (n,), and the ``unit`` of each.
 
-    Returns
-    -------
-    columns : dict of str to ndarray, shape (n,)
-        By name; null becomes NaN. Columns of text and times of day are passed over.
-    units : dict of str to str
-        What the metadata of the columns states under ``unit``.
-
-    Raises
-    ------
-    FlightError
-        If pyarrow is not installed, or the file cannot be read.
+    Null becomes NaN. Columns of text and times of day are passed over.
     """
     file = Path(path)
     try:
@@ -146,25 +130,10 @@ _ELEMENT = re.compile(r"(?P<name>.+)\[(?P<index>\d+)\]")
 
 
 def read_table(path: Path | str, channel_map: ChannelMap) -> ForeignLog:
-    """Read the columns that a channel map of format ``table`` names.
+    """Read the columns of a file (CSV, ``.mat``, Parquet) that a map of format ``table`` names.
 
-    Parameters
-    ----------
-    path : Path or str
-        A ``.csv``, ``.mat`` or ``.parquet`` file.
-    channel_map : ChannelMap
-        Which columns; the others may hold anything.
-
-    Returns
-    -------
-    ForeignLog
-        One table for each clock: ``("table", "")`` for that of the map, ``("table", name)`` for
-        a channel whose entry names its own.
-
-    Raises
-    ------
-    FileProblemsError
-        If columns are missing or not numbers; near names are proposed.
+    The others may hold anything. One table for each clock: ``("table", "")`` for that of the map,
+    ``("table", name)`` for a channel whose entry names its own.
     """
     file = Path(path)
     names, fetch, remarks = _open_table(file)
@@ -272,15 +241,9 @@ def _missing(names: Sequence[str], wanted: Sequence[str]) -> list[FileProblem]:
     for name in dict.fromkeys(wanted):
         if _column(names, name) in names:
             continue
-        problems.append(
-            FileProblem(
-                where=name,
-                what="is no column of this file",
-                remedy=did_you_mean(
-                    name, names, f"it has: {format_names(names, 20) or 'no numbers at all'}", most=1
-                ),
-            )
-        )
+        listed = f"it has: {format_names(names, 20) or 'no numbers at all'}"
+        remedy = did_you_mean(name, names, listed, most=1)
+        problems.append(FileProblem(where=name, what="is no column of this file", remedy=remedy))
     return problems
 
 
@@ -308,9 +271,5 @@ def _clock(
                 return name, normalize_unit(unit, "time") if unit else channel_map.table_time_unit
             except UnitError:
                 continue
-    problem = FileProblem(
-        where="time",
-        what=f"no column is called time, among {', '.join(names[:20])}",
-        remedy='name it in the channel map: time = "..."',
-    )
-    raise FileProblemsError(file, [problem])
+    what = f"no column is called time, among {', '.join(names[:20])}"
+    raise single_problem(file, "time", what, 'name it in the channel map: time = "..."')
