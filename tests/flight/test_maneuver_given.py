@@ -12,7 +12,7 @@ from gsapp.flight import Flight
 from gsapp.flight.events import Event, EventLog, events_path
 from gsapp.flight.maneuvers import (
     GRADED_BY_CREW,
-    Maneuver,
+    DetectedManeuver,
     collect_maneuvers,
     detect_maneuvers,
     explain_no_maneuvers,
@@ -30,7 +30,7 @@ def short(*inputs: Input, **options: object) -> Flight:
     return make_flight(inputs, ground=0.0, seconds=12.0, steering=0.0, **options)  # type: ignore[arg-type]
 
 
-def _listed(flight: Flight, given: Sequence[str] = (), **of: int) -> tuple[Maneuver, ...]:
+def _listed(flight: Flight, given: Sequence[str] = (), **of: int) -> tuple[DetectedManeuver, ...]:
     return collect_maneuvers(flight, AIRCRAFT, given=given, **of).maneuvers
 
 
